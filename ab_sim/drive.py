@@ -1,0 +1,331 @@
+"""One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.dynamics.assemble import drag_rate, start_state, state_names, system_of
+from ab_sim.dynamics.ledger import mechanical_energy
+from ab_sim.dynamics.motion import Deck
+from ab_sim.dynamics.planar import SCRATCH_PER_BALL
+from ab_sim.errors import DivergedError
+from ab_sim.integrate.fixed_step import Workspace, advance, acceleration_at
+from ab_sim.integrate.limits import check_step
+from ab_sim.integrate.registry import stepper_named
+from ab_sim.scene.model import Scene
+from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
+from ab_sim.trajectory import Trajectory, channels_for
+
+
+@dataclass(frozen=True)
+class Observation:
+    """The drive at one instant, in SI units; rotating axis 1 points at the unbalance."""
+
+    time: float
+    """s."""
+    steps: int
+    """Whole integration steps taken."""
+    psi: float
+    """Spindle angle [rad], unwrapped."""
+    omega: float
+    """Spindle speed [rad/s]."""
+    command: float
+    """Spindle speed asked for [rad/s]."""
+    u: np.ndarray
+    """Deck displacement on rotating axes [m], shape (2,)."""
+    v: np.ndarray
+    """Deck velocity, inertial, on rotating axes [m/s], shape (2,)."""
+    position: np.ndarray
+    """Deck displacement x, y on inertial axes [m]."""
+    velocity: np.ndarray
+    """Deck velocity on inertial axes [m/s]."""
+    acceleration: np.ndarray
+    """Deck acceleration on inertial axes [m/s^2]."""
+    theta: np.ndarray
+    """Ball angles from the unbalance [rad], unwrapped, shape (balls,)."""
+    theta_rate: np.ndarray
+    """Ball speeds relative to the race [rad/s], shape (balls,)."""
+
+    @property
+    def whirl(self) -> float:
+        """Whirl radius W = |u| [m]."""
+        return float(np.hypot(*self.u))
+
+    @property
+    def ball_rate(self) -> np.ndarray:
+        """Absolute angular speeds of the balls [rad/s]."""
+        return self.omega + self.theta_rate
+
+
+class Energy(NamedTuple):
+    """The energy balance since the start, all [J]: stored = at start + motor work - dissipated."""
+
+    stored: float
+    at_start: float
+    motor_work: float
+    dissipated: float
+
+
+class Snapshot(NamedTuple):
+    """Everything that a drive's future depends on, besides its scene."""
+
+    steps: int
+    state: np.ndarray
+    profile: SpeedProfile
+    command: float | None
+
+
+class Drive:
+    """A drive in motion.
+
+    It follows the scene's profile from t = 0 until a command takes over. The same scene and the
+    same commands at the same steps give bit-identical outputs, however the steps are grouped.
+
+    Args:
+        scene: what to simulate.
+        commanded: hold the scene's start speed until commanded, instead of its profile.
+        ledger: also integrate motor work and losses, for ``energy()``.
+
+    Raises:
+        SceneError: unknown stepper, or a step beyond the stability limit.
+    """
+
+    def __init__(self, scene: Scene, *, commanded: bool = False, ledger: bool = False) -> None:
+        self.scene = scene
+        self.system = system_of(scene, ledger)
+        self.stepper = stepper_named(scene.solver.stepper)
+        self.step = scene.solver.step
+        check_step(self.stepper, self.step, drag_rate(self.system))
+        self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
+        self.channels = channels_for(scene.balls.count)
+        self._first_profile = (
+            SpeedProfile.constant(scene.start.speed) if commanded else SpeedProfile.of_scene(scene)
+        )
+        balls, states = scene.balls.count, start_state(scene, self.system).size
+        self._work = Workspace(
+            np.zeros((self.stepper.stages, states)),
+            np.zeros(states),
+            np.zeros((balls, SCRATCH_PER_BALL)),
+        )
+        self.reset()
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]: whole steps times the step."""
+        return self.steps * self.step
+
+    def reset(self) -> None:
+        """Back to t = 0 and the scene's start state; commands are forgotten."""
+        self.steps = 0
+        self.profile = self._first_profile
+        self._command: float | None = None
+        self._state = start_state(self.scene, self.system)
+        self._start_energy = self._stored_energy(self._state, 0.0)
+
+    def command(self, speed: float) -> None:
+        """Ask for a spindle speed [rad/s] from the present instant on.
+
+        The servo goes there at the scene's ``spindle.max_acceleration`` and holds it. A command
+        equal to the one in force changes nothing.
+
+        Raises:
+            CommandError: not finite, or beyond ``spindle.max_speed``; nothing has changed.
+        """
+        self.servo.check(speed)
+        if speed == self._command:
+            return
+        now = self.time
+        angle, present = self.profile.angle(now), self.profile.speed(now)
+        self.profile = self.servo.approach(now, angle, present, speed)
+        self._command = float(speed)
+
+    def advance(self, steps: int = 1) -> Trajectory:
+        """Take whole integration steps.
+
+        Returns:
+            One sample per step, taken at its end. Where the spindle's acceleration jumps just
+            there, the sample's deck acceleration is the one before the jump.
+
+        Raises:
+            ValueError: steps is negative.
+            DivergedError: the state stopped being finite; the drive keeps its last good one.
+        """
+        if steps < 0:
+            raise ValueError(f"steps = {steps}: must be at least 0")
+        rows = np.empty((steps, self._state.size + 2))
+        spindle = np.empty((steps, 2))
+        done = 0
+        while done < steps:
+            piece = self._piece_at(self.time)
+            whole = min(self._steps_until(piece.end), steps - done)
+            if whole:
+                self._integrate(piece, 0.0, self.step, rows[done : done + whole])
+            else:
+                whole = 1
+                piece = self._split_step((self.steps + 1) * self.step, rows[done : done + 1])
+            self.steps += whole
+            local = np.arange(self.steps - whole + 1, self.steps + 1) * self.step - piece.start
+            spindle[done : done + whole, 0] = piece.start_angle + piece.segment.angle(local)
+            spindle[done : done + whole, 1] = piece.segment.speed(local)
+            done += whole
+        return self._trajectory(rows, spindle)
+
+    def observe(self) -> Observation:
+        """The drive now."""
+        return self._observation(self.time, self._state)
+
+    def observe_at(self, time: float) -> Observation:
+        """The drive at a time within the next step, which is not taken by this.
+
+        Args:
+            time: s, from now to one step later.
+
+        Raises:
+            ValueError: outside that range.
+        """
+        if not self.time <= time <= self.time + self.step * (1 + 1e-9):
+            raise ValueError(
+                f"time = {time} s: must lie within the next step, "
+                f"{self.time} to {self.time + self.step} s"
+            )
+        kept = self._state.copy()
+        try:
+            if time - self.time > self._snap(time):
+                self._split_step(time, np.empty((1, kept.size + 2)))
+            return self._observation(time, self._state)
+        finally:
+            self._state[:] = kept
+
+    def energy(self) -> Energy:
+        """The energy balance since the start.
+
+        Raises:
+            ValueError: the drive was made without ``ledger=True``.
+        """
+        if not self.system.ledger:
+            raise ValueError("this drive keeps no ledger: make it with ledger=True")
+        stored = self._stored_energy(self._state, self.time)
+        work, dissipated = self._state[-2:]
+        return Energy(stored, self._start_energy, float(work), float(dissipated))
+
+    def snapshot(self) -> Snapshot:
+        """The present, to return to with ``restore``."""
+        return Snapshot(self.steps, self._state.copy(), self.profile, self._command)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot of this drive or of another one with the same scene."""
+        if snapshot.state.shape != self._state.shape:
+            raise ValueError("the snapshot is of a drive with another number of balls or ledger")
+        self.steps, self.profile, self._command = (
+            snapshot.steps,
+            snapshot.profile,
+            snapshot.command,
+        )
+        self._state = snapshot.state.copy()
+
+    def _snap(self, time: float) -> float:
+        """How far apart two times may be and still be the same instant."""
+        return max(1e-9 * self.step, 4.0 * math.ulp(time))
+
+    def _piece_at(self, time: float) -> Piece:
+        return self.profile.piece_at(time + self._snap(time))
+
+    def _steps_until(self, end: float) -> int:
+        """Whole steps from now that end at or before ``end`` [s]."""
+        if math.isinf(end):
+            return 2**62
+        count = max(math.floor((end - self.time) / self.step) - 1, 0)
+        while (self.steps + count + 1) * self.step <= end + self._snap(end):
+            count += 1
+        return count
+
+    def _split_step(self, end: float, row: np.ndarray) -> Piece:
+        """Integrate from now to ``end`` [s], restarting at every breakpoint in between.
+
+        Returns the piece of the profile in which that ended.
+        """
+        begin = now = self.time
+        while True:
+            piece = self._piece_at(now)
+            until = piece.end if piece.end < end - self._snap(end) else end
+            self._integrate(piece, now - begin, until - now, row)
+            if until == end:
+                return piece
+            now = until
+
+    def _integrate(self, piece: Piece, offset: float, length: float, rows: np.ndarray) -> None:
+        clock = (self.steps, self.step, offset)
+        taken = advance(
+            self.system,
+            piece.segment,
+            self.stepper.weights,
+            piece.start,
+            clock,
+            length,
+            self._state,
+            self._work,
+            rows,
+        )
+        if taken < len(rows):
+            self.steps += taken
+            self._diverged(rows[taken])
+
+    def _diverged(self, bad: np.ndarray) -> None:
+        names = state_names(self.system)
+        wrong = [name for name, value in zip(names, bad, strict=False) if not abs(value) < 1e150]
+        turn = abs(self.profile.speed(self.time)) * self.step
+        cause = (
+            f"the spindle turns {turn:.2g} rad in one step, which {self.stepper.name} cannot follow"
+            if turn > 0.5
+            else "the step is too long for the scene's masses, stiffness or drag"
+        )
+        raise DivergedError(
+            f"{', '.join(wrong)} stopped being finite at t = {self.time + self.step:.9g} s; "
+            f"likely cause: {cause}; try solver.step = {self.step / 4:g} s"
+        )
+
+    def _stored_energy(self, state: np.ndarray, time: float) -> float:
+        n = self.scene.balls.count
+        deck = Deck(*state[:4], self.profile.speed(time), 0.0)
+        return mechanical_energy(self.system, deck, state[4 : 4 + n], state[4 + n : 4 + 2 * n])
+
+    def _trajectory(self, rows: np.ndarray, spindle: np.ndarray) -> Trajectory:
+        n = self.scene.balls.count
+        samples = np.empty((len(rows), len(self.channels)))
+        samples[:, 0] = np.arange(self.steps - len(rows) + 1, self.steps + 1)
+        samples[:, 1] = samples[:, 0] * self.step
+        samples[:, 2:4] = spindle
+        samples[:, 4] = spindle[:, 1] if self._command is None else self._command
+        c, s = np.cos(spindle[:, 0]), np.sin(spindle[:, 0])
+        for column, first in ((5, 0), (7, 2), (9, rows.shape[1] - 2)):
+            one, two = rows[:, first], rows[:, first + 1]
+            samples[:, column] = c * one - s * two
+            samples[:, column + 1] = s * one + c * two
+        samples[:, 11::2] = rows[:, 4 : 4 + n]
+        samples[:, 12::2] = rows[:, 4 + n : 4 + 2 * n]
+        return Trajectory(self.channels, samples)
+
+    def _observation(self, time: float, state: np.ndarray) -> Observation:
+        n = self.scene.balls.count
+        piece = self._piece_at(time)
+        local = time - piece.start
+        psi = float(piece.start_angle + piece.segment.angle(local))
+        omega = float(piece.segment.speed(local))
+        rotation = np.array([[math.cos(psi), -math.sin(psi)], [math.sin(psi), math.cos(psi)]])
+        A = acceleration_at(self.system, piece.segment, local, state, self._work)
+        return Observation(
+            time=time,
+            steps=self.steps,
+            psi=psi,
+            omega=omega,
+            command=omega if self._command is None else self._command,
+            u=state[:2].copy(),
+            v=state[2:4].copy(),
+            position=rotation @ state[:2],
+            velocity=rotation @ state[2:4],
+            acceleration=rotation @ np.array(A),
+            theta=state[4 : 4 + n].copy(),
+            theta_rate=state[4 + n : 4 + 2 * n].copy(),
+        )

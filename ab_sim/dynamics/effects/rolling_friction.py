@@ -1,0 +1,34 @@
+"""Rolling friction of the balls, proportional to the race's normal force."""
+
+from typing import Annotated, NamedTuple
+
+from ab_sim.dynamics.motion import Ball, BallMotion, Body
+from ab_sim.scene.quantities import Number, quantity
+from ab_sim.scene.registry import register
+
+
+@register("rolling_friction")
+class RollingFriction(NamedTuple):
+    """Friction against rolling, (beta_b/a) times the race's normal force on the ball.
+
+    The normal force N_i = m (R p_i^2 - A.r_i) contains the deck's acceleration, so it is solved
+    together with it; where it would pull, it is zero (EQUATIONS.md, slips). A ball with no speed
+    along the race feels none; the reversal is not located within a step.
+    """
+
+    arm: Annotated[
+        Number, quantity("beta_b, a length: beta_b/a is the coefficient", "m", ge=0, le=1.0)
+    ]
+
+    equation = "F_i = -(beta_b/a) max(N_i, 0) sign(theta_i')"
+    source = "thesis (2-8), (2-11)"
+    uses_ball_radius = True
+
+    def friction_coefficient(self, ball: Ball) -> float:
+        return self.arm / ball.radius
+
+    def ball_loss(
+        self, body: Body, ball: Ball, motion: BallMotion, normal_force: float
+    ) -> float:
+        rolled = abs(body.race_radius * motion.rate)
+        return self.arm / ball.radius * max(normal_force, 0.0) * rolled

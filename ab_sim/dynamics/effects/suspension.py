@@ -1,0 +1,28 @@
+"""Linear, isotropic suspension of the deck."""
+
+from typing import Annotated, NamedTuple
+
+from ab_sim.dynamics.motion import Body, Deck
+from ab_sim.scene.quantities import Number, quantity
+from ab_sim.scene.registry import register
+
+
+@register("suspension")
+class Suspension(NamedTuple):
+    """Insulators between deck and housing: a spring and a damper, equal in every direction."""
+
+    stiffness: Annotated[Number, quantity("k", "N/m", ge=0, le=1e12)]
+    damping: Annotated[Number, quantity("c", "N s/m", ge=0, le=1e9)]
+
+    equation = "f = -c v - k u"
+    source = "thesis (2-3), (2-4), (2-9), (2-10)"
+
+    def deck_force(self, body: Body, deck: Deck) -> tuple[float, float]:
+        k, c = self.stiffness, self.damping
+        return (-c * deck.v1 - k * deck.u1, -c * deck.v2 - k * deck.u2)
+
+    def deck_energy(self, deck: Deck) -> float:
+        return 0.5 * self.stiffness * (deck.u1 * deck.u1 + deck.u2 * deck.u2)
+
+    def deck_loss(self, deck: Deck) -> float:
+        return self.damping * (deck.v1 * deck.v1 + deck.v2 * deck.v2)

@@ -1,0 +1,25 @@
+"""The errors a user can meet, each with the exit code of the command line."""
+
+
+class AbSimError(Exception):
+    """Base of every error that ab_sim raises on purpose; its text is meant for the user."""
+
+    exit_code = 2
+
+
+class SceneError(AbSimError):
+    """A scene cannot be used: names file, key, value, what is allowed and what to do."""
+
+
+class CommandError(AbSimError):
+    """A command was rejected and has changed nothing."""
+
+
+class RecordingError(AbSimError):
+    """A recording cannot be written or read."""
+
+
+class DivergedError(AbSimError):
+    """The state is no longer a finite number: names the variable, the time and a likely cause."""
+
+    exit_code = 3

@@ -1,0 +1,50 @@
+"""Numba's disk cache, keyed so that a stale kernel is impossible.
+
+Numba looks at the file of the function that it caches, not at what that function calls: an
+edited effect would silently go on with the old machine code. So the cache folder is named by a
+hash of all of the package's sources and of the versions that compile them.
+"""
+
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+
+from ab_sim.dynamics.dispatch import COMPILED
+
+
+def cache_folder() -> Path:
+    """Where compiled kernels of exactly these sources are kept; made if need be."""
+    package = Path(__file__).resolve().parents[1]
+    key = hashlib.sha256(repr((sys.version, numba.__version__, np.__version__)).encode())
+    key.update(llvmlite.__version__.encode())
+    for source in sorted(package.rglob("*.py")):
+        key.update(str(source.relative_to(package)).encode() + b"\0" + source.read_bytes())
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    for base in (Path(home), Path(tempfile.gettempdir(), f"cache-{os.getuid()}")):
+        folder = base / "ab_sim" / key.hexdigest()[:16]
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):
+            return folder
+    return Path(tempfile.mkdtemp(prefix="ab_sim-kernels-"))
+
+
+def compiled(function: Callable[..., Any]) -> Any:
+    """Compile a kernel: cached on disk, releasing Python's lock while it runs."""
+    # The setting is numba's, for the whole process: give it back at once, others cache too.
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(cache_folder())
+    try:
+        return numba.njit(cache=True, nogil=True, **COMPILED)(function)
+    finally:
+        numba.config.CACHE_DIR = before

@@ -1,0 +1,131 @@
+"""Turn pydantic's findings into messages that name key, value, what is allowed, what to do."""
+
+import difflib
+from collections.abc import Iterable
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from ab_sim.scene.model import Scene
+from ab_sim.scene.registry import effect_classes, effect_parameters
+
+_BOUNDS = {
+    "greater_than": ("gt", "more than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "at most"),
+}
+
+
+def explain(
+    error: ValidationError, at: tuple[str, ...], only_own_fields: bool = False
+) -> list[str]:
+    """One message per finding.
+
+    Args:
+        error: what pydantic found.
+        at: key under which the checked part lies in the scene.
+        only_own_fields: leave out findings on the scene as a whole; they may only follow from
+            a part that is wrong by itself.
+    """
+    messages = []
+    for finding in error.errors(include_url=False):
+        loc = [str(part) for part in (*at, *finding["loc"]) if part not in _UNION_TAGS]
+        if only_own_fields and not finding["loc"]:
+            continue
+        messages.append(_message(loc, finding["type"], finding))
+    return messages
+
+
+# A discriminated union puts its tag into the location; it is no key of the file.
+_UNION_TAGS = {"start_up", "speed_change"}
+
+
+def _message(loc: list[str], kind: str, finding: Any) -> str:
+    key, value = ".".join(loc), finding["input"]
+    context = finding.get("ctx", {})
+    if kind == "extra_forbidden":
+        return f"{key} = {value!r}: {_unknown(loc)}"
+    if kind == "missing":
+        return f"{key}: is missing; add it{_meaning(loc)}"
+    if kind in _BOUNDS:
+        bound, words = _BOUNDS[kind]
+        return f"{key} = {value!r}: must be {words} {context[bound]:g}{_meaning(loc)}"
+    if kind == "finite_number":
+        return f"{key} = {value!r}: must be a finite number{_meaning(loc)}"
+    if kind in ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float"):
+        what = "a whole number" if kind.startswith("int") else "a number"
+        return f"{key} = {value!r}: must be {what}{_meaning(loc)}"
+    if kind == "value_error":
+        text = str(context.get("error", finding["msg"]))
+        return text if not loc else f"{key}: {text}"
+    if kind in ("union_tag_not_found", "union_tag_invalid"):
+        return f"{key}.kind: must be one of start_up, speed_change"
+    if kind in ("model_type", "named_tuple_type", "model_attributes_type"):
+        return f"{key} = {value!r}: must be a section `key: value`"
+    return f"{key} = {value!r}: {finding['msg']}"
+
+
+def _unknown(loc: list[str]) -> str:
+    """What to say of a key nobody knows: its owner if it is an effect's, else the nearest name."""
+    name = loc[-1]
+    if loc[:-1] == ["effects"]:
+        known: list[str] = list(effect_classes())
+        return f"no such effect{nearest(name, known)}; known are: {', '.join(known)}"
+    owners = [
+        effect
+        for effect, cls in effect_classes().items()
+        if name in getattr(cls, "_fields", ()) and loc[:-1] != ["effects", effect]
+    ]
+    known = _known_keys(loc[:-1])
+    allowed = f"; allowed here: {', '.join(known)}" if known else "; it takes no parameters"
+    if owners and not difflib.get_close_matches(name, known, n=1, cutoff=0.8):
+        places = " or ".join(f"effects.{owner}.{name}" for owner in owners)
+        return f"not known here, it is a parameter of an effect: {places}{allowed}"
+    return f"not known here{nearest(name, known)}{allowed}"
+
+
+def _known_keys(loc: list[str]) -> list[str]:
+    if len(loc) == 2 and loc[0] == "effects":
+        return list(getattr(effect_classes()[loc[1]], "_fields", ()))
+    sections = _sections_at(loc)
+    return list(dict.fromkeys(key for section in sections for key in section.model_fields))
+
+
+def _sections_at(loc: list[str]) -> list[type[BaseModel]]:
+    sections: list[type[BaseModel]] = [Scene]
+    for part in loc:
+        annotations = [s.model_fields[part].annotation for s in sections if part in s.model_fields]
+        sections = [c for annotation in annotations for c in _classes(annotation)]
+    return sections
+
+
+def _classes(annotation: Any) -> Iterable[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [found for inner in get_args(annotation) for found in _classes(inner)]
+
+
+def _meaning(loc: list[str]) -> str:
+    """``; M, total mass [kg]``, or nothing when the key has no description."""
+    if loc[0] == "effects" and len(loc) == 3:
+        field = effect_parameters(effect_classes()[loc[1]]).get(loc[2], {})
+        description, unit = field.get("description"), field.get("unit")
+    else:
+        infos = [
+            section.model_fields[loc[-1]]
+            for section in _sections_at(loc[:-1])
+            if loc[-1] in section.model_fields
+        ]
+        if not infos or not infos[0].description:
+            return ""
+        description = infos[0].description
+        extra = infos[0].json_schema_extra
+        unit = extra.get("unit") if isinstance(extra, dict) else None
+    return f"; {description}" + (f" [{unit}]" if unit else "") if description else ""
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """``; did you mean 'x'?`` for the nearest known name, or nothing."""
+    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return f"; did you mean {near[0]!r}?" if near else ""

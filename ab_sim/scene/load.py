@@ -1,0 +1,179 @@
+"""Find a scene by name or file, read it, apply ``key=value`` changes, check it."""
+
+import functools
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError, create_model
+
+from ab_sim.errors import SceneError
+from ab_sim.scene.explain import explain, nearest
+from ab_sim.scene.model import Scene
+from ab_sim.scene.registry import effect_classes
+
+SCENES = Path("config", "scenes")
+
+
+def scene_folder() -> Path:
+    """The folder of the scenes that come with the package: a checkout's, or an installed one's."""
+    here = Path(__file__).resolve()
+    checkout = here.parents[2] / SCENES
+    # `<prefix>/share/ab_sim` serves pip and colcon alike: the package lies somewhere below prefix.
+    installed = (parent / "share" / "ab_sim" / SCENES for parent in here.parents)
+    for folder in (checkout, *installed):
+        if folder.is_dir():
+            return folder
+    raise SceneError("the scenes that come with ab_sim are not installed beside it; reinstall it")
+
+
+def scene_names() -> list[str]:
+    """Names of the scenes that come with the package, sorted."""
+    return sorted(path.stem for path in scene_folder().glob("*.yaml"))
+
+
+def find_scene(scene: str | Path) -> Path:
+    """The file of a scene given by name (``thesis-hold``) or by path.
+
+    Raises:
+        SceneError: neither a file nor a known name; names the nearest known one.
+    """
+    path = Path(scene)
+    if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
+        if path.is_file():
+            return path
+        raise SceneError(f"{path}: no such scene file")
+    names = scene_names()
+    if str(scene) in names:
+        return scene_folder() / f"{scene}.yaml"
+    raise SceneError(
+        f"scene {str(scene)!r} is not known{nearest(str(scene), names)}; known are: "
+        + ", ".join(names)
+        + "; a file is given by its path, ending in .yaml"
+    )
+
+
+def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
+    """Read and check a scene.
+
+    Args:
+        scene: name of a scene that comes with the package, or path of a YAML file.
+        changes: ``key=value`` with a dotted key, e.g. ``balls.mass=0.002`` or
+            ``effects.viscous_drag.coefficient=2``; the value is read as YAML; an empty value
+            removes the key.
+
+    Raises:
+        SceneError: names file, key, value, what is allowed, and the nearest known name.
+    """
+    path = find_scene(scene)
+    raw = _read(path)
+    for change in changes:
+        _apply(raw, change)
+    raw.setdefault("name", path.stem)
+    return check_scene(raw, origin=str(path))
+
+
+def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
+    """A scene out of nested mappings; ``origin`` names their source in messages."""
+    sections = dict(raw)
+    problems: list[str] = []
+    effects: dict[str, Any] = {}
+    try:
+        named = _effects_model().model_validate(_as_mapping(sections.get("effects"), origin))
+        effects = {name: getattr(named, name) for name in named.model_fields_set}
+        effects = {name: effects[name] for name in effect_classes() if name in effects}
+    except ValidationError as error:
+        problems += explain(error, ("effects",))
+    try:
+        checked = Scene.model_validate({**sections, "effects": effects})
+    except ValidationError as error:
+        problems += explain(error, (), only_own_fields=bool(problems))
+    if problems:
+        raise SceneError("\n".join(f"{origin}: {problem}" for problem in problems))
+    return checked
+
+
+@functools.cache
+def _effects_model() -> type[BaseModel]:
+    fields: dict[str, Any] = {name: (effect, None) for name, effect in effect_classes().items()}
+    return create_model("Effects", __config__=ConfigDict(extra="forbid"), **fields)
+
+
+def _as_mapping(effects: Any, origin: str) -> dict[str, Any]:
+    """`effects:` is a list of names, each bare or with its parameters; a mapping serves too."""
+    if isinstance(effects, Mapping):
+        entries = list(effects.items())
+    elif isinstance(effects, list):
+        entries = []
+        for entry in effects:
+            if isinstance(entry, str):
+                entries.append((entry, {}))
+            elif isinstance(entry, Mapping) and len(entry) == 1:
+                entries.extend(entry.items())
+            else:
+                raise SceneError(
+                    f"{origin}: effects: {entry!r} is not an effect; write a name, or "
+                    "`name: {parameter: value}`"
+                )
+    else:
+        raise SceneError(
+            f"{origin}: effects = {effects!r}: must be a list of names, each with its parameters "
+            "(`ab-sim effects` prints them); an empty list is []"
+        )
+    mapping: dict[str, Any] = {}
+    for name, parameters in entries:
+        if name in mapping:
+            raise SceneError(f"{origin}: effects: {name} is named twice; keep one")
+        mapping[str(name)] = {} if parameters is None else parameters
+    return mapping
+
+
+class _UniqueKeys(yaml.SafeLoader):
+    """YAML in which a key given twice is an error instead of silently winning."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [self.construct_object(key, deep=deep) for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                line = node.start_mark.line + 1
+                raise yaml.YAMLError(f"key {key!r} is given twice in the mapping at line {line}")
+        return super().construct_mapping(node, deep=deep)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        raw = yaml.load(path.read_text(encoding="utf-8"), Loader=_UniqueKeys)
+    except OSError as error:
+        raise SceneError(f"{path}: cannot be read: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: is not valid YAML: {error}") from error
+    if not isinstance(raw, dict):
+        raise SceneError(f"{path}: must be a mapping of sections (rotor, race, balls, ...)")
+    if "effects" in raw:
+        raw["effects"] = _as_mapping(raw["effects"], str(path))
+    return raw
+
+
+def _apply(raw: dict[str, Any], change: str) -> None:
+    key, equals, text = change.partition("=")
+    if not equals or not key.strip():
+        raise SceneError(f"change {change!r}: must be key=value, e.g. balls.mass=0.002")
+    try:
+        value = yaml.load(text, Loader=_UniqueKeys)
+    except yaml.YAMLError as error:
+        raise SceneError(f"change {change!r}: the value is not valid YAML: {error}") from error
+    *sections, last = key.strip().split(".")
+    place = raw
+    for section in sections:
+        inner = place.get(section)
+        if inner is None:
+            inner = place[section] = {}
+        if not isinstance(inner, dict):
+            raise SceneError(f"change {change!r}: {section} is a value, it has no keys")
+        place = inner
+    if text.strip() == "":
+        place.pop(last, None)
+    else:
+        place[last] = value
+

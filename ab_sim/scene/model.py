@@ -1,0 +1,279 @@
+"""The sections of a scene. All values in SI units; angles in rad, speeds in rad/s."""
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from ab_sim.scene.quantities import Count, Number, quantity
+
+MAX_BALLS = 64
+
+
+class Section(BaseModel):
+    """A part of a scene: unknown keys are errors, values do not change afterwards."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Rotor(Section):
+    """What moves on the suspension, and the unbalance it carries (EQUATIONS.md section 1)."""
+
+    total_mass: Number | None = quantity(
+        "M, everything that moves on the suspension, balls included (give this or mass)",
+        "kg",
+        gt=0,
+        le=1e3,
+        default=None,
+    )
+    mass: Number | None = quantity(
+        "M - n m, everything that moves on the suspension but the balls (give this or total_mass)",
+        "kg",
+        gt=0,
+        le=1e3,
+        default=None,
+    )
+    eccentricity: Number = quantity(
+        "e, distance of the eccentric mass's centre from the shaft axis", "m", ge=0, le=1.0
+    )
+    eccentric_mass: Number | None = quantity(
+        "M0, the mass that is eccentric; default M - n m, all but the balls",
+        "kg",
+        gt=0,
+        le=1e3,
+        default=None,
+    )
+
+
+class Race(Section):
+    """The ring in which the balls run, concentric with the shaft."""
+
+    radius: Number = quantity("R, radius of the circle of the balls' centres", "m", gt=0, le=10)
+
+
+class Balls(Section):
+    """The balls, all equal."""
+
+    count: Count = quantity("n", "1", ge=0, le=MAX_BALLS)
+    mass: Number | None = quantity("m, mass of one ball", "kg", gt=0, le=1e3, default=None)
+    radius: Number | None = quantity(
+        "a, radius of one ball; only for effects that use it", "m", gt=0, le=10, default=None
+    )
+
+
+class Start(Section):
+    """The state at t = 0: the deck at rest, the balls at rest on the race."""
+
+    speed: Number = quantity("spindle speed", "rad/s", ge=-1e5, le=1e5, default=0.0)
+    ball_angles: tuple[Number, ...] | None = quantity(
+        "theta, each ball's angle from the unbalance; default all 0", "rad", default=None
+    )
+
+
+class Spindle(Section):
+    """Limits of the speed servo that follows live commands."""
+
+    max_speed: Number = quantity(
+        "a command beyond this magnitude is rejected", "rad/s", gt=0, le=1e5
+    )
+    max_acceleration: Number = quantity(
+        "the servo changes the speed no faster than this", "rad/s^2", gt=0, le=1e6
+    )
+
+
+class VariableSpeedPeriod(Section):
+    """The period near the critical speed in which the spindle accelerates differently."""
+
+    start_speed: Number | None = quantity(
+        "speed at which it begins (give this or start_time)", "rad/s", default=None
+    )
+    start_time: Number | None = quantity(
+        "time at which it begins (give this or start_speed)", "s", ge=0, default=None
+    )
+    duration: Number = quantity("its length", "s", gt=0, le=1e4)
+    acceleration: Number = quantity(
+        "acceleration during it: 0 holds the speed, negative decelerates", "rad/s^2", default=0.0
+    )
+
+    @model_validator(mode="after")
+    def _one_start(self) -> "VariableSpeedPeriod":
+        if (self.start_speed is None) == (self.start_time is None):
+            raise ValueError("give exactly one of start_speed and start_time")
+        return self
+
+
+class StartUp(Section):
+    """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1)."""
+
+    kind: Literal["start_up"]
+    acceleration: Number = quantity("of the run-up", "rad/s^2", gt=0, le=1e6)
+    target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
+    variable_speed_period: VariableSpeedPeriod | None = None
+
+
+class SpeedChange(Section):
+    """A raised-cosine change of speed (relative-stability (25), on [t_b, t_b + t_r] only)."""
+
+    kind: Literal["speed_change"]
+    start_time: Number = quantity("t_b", "s", ge=0)
+    duration: Number = quantity("t_r", "s", gt=0, le=1e4)
+    to_speed: Number = quantity("speed after the change", "rad/s", ge=-1e5, le=1e5)
+
+
+class Solver(Section):
+    """The integrator and its fixed step."""
+
+    stepper: str = Field(default="rk8", description="name of a registered stepper")
+    step: Number = quantity(
+        "integration step; a whole number of nanoseconds", "s", gt=0, le=1.0, default=1e-3
+    )
+
+    @model_validator(mode="after")
+    def _whole_nanoseconds(self) -> "Solver":
+        # Message stamps count steps in integer nanoseconds.
+        if round(self.step * 1e9) < 1 or abs(self.step * 1e9 - round(self.step * 1e9)) > 1e-6:
+            raise ValueError(
+                f"step = {self.step!r} s must be a whole number of nanoseconds, "
+                "because stamps are counted in steps; e.g. 0.001"
+            )
+        return self
+
+
+class Scene(Section):
+    """One drive, the effects it is simulated with, its start and its spindle-speed profile."""
+
+    name: str = ""
+    description: str = ""
+    source: str = ""
+    assumed: tuple[str, ...] = ()
+    rotor: Rotor
+    race: Race
+    balls: Balls
+    effects: dict[str, Any]
+    start: Start = Start()
+    spindle: Spindle
+    profile: Annotated[StartUp | SpeedChange, Field(discriminator="kind")] | None = None
+    solver: Solver = Solver()
+    duration: Number = quantity("how long a run of the scene lasts", "s", gt=0, le=1e6)
+
+    @property
+    def total_mass(self) -> float:
+        """M [kg]: everything that moves on the suspension, balls included."""
+        if self.rotor.total_mass is not None:
+            return self.rotor.total_mass
+        assert self.rotor.mass is not None
+        return self.rotor.mass + self.balls.count * (self.balls.mass or 0.0)
+
+    @property
+    def eccentric_mass(self) -> float:
+        """M0 [kg]: the mass that is eccentric by e."""
+        if self.rotor.eccentric_mass is not None:
+            return self.rotor.eccentric_mass
+        return self.total_mass - self.balls.count * (self.balls.mass or 0.0)
+
+    @property
+    def ball_angles(self) -> tuple[float, ...]:
+        """theta at t = 0 [rad], one per ball."""
+        if self.start.ball_angles is None:
+            return (0.0,) * self.balls.count
+        return self.start.ball_angles
+
+    @property
+    def critical_speed(self) -> float | None:
+        """omega_n = sqrt(k/M) [rad/s] (thesis (2-14)); None without a suspension."""
+        suspension = self.effects.get("suspension")
+        return None if suspension is None else math.sqrt(suspension.stiffness / self.total_mass)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Scene":
+        for check in (_check_masses, _check_balls, _check_speeds, _check_profile):
+            check(self)
+        return self
+
+
+def _check_masses(scene: Scene) -> None:
+    rotor, balls = scene.rotor, scene.balls
+    if (rotor.total_mass is None) == (rotor.mass is None):
+        raise ValueError(
+            "rotor: give exactly one of total_mass (balls included) and mass (without balls)"
+        )
+    if balls.count and balls.mass is None:
+        raise ValueError(f"balls.mass: is needed, the scene has {balls.count} balls")
+    rest = scene.total_mass - balls.count * (balls.mass or 0.0)
+    if rest <= 0:
+        raise ValueError(
+            f"rotor.total_mass = {scene.total_mass:g} kg: must be more than the {balls.count} "
+            f"balls' {balls.count * (balls.mass or 0.0):g} kg that it includes"
+        )
+    if scene.eccentric_mass > rest * (1 + 1e-12):
+        raise ValueError(
+            f"rotor.eccentric_mass = {rotor.eccentric_mass:g} kg: must be at most the "
+            f"{rest:g} kg that move on the suspension besides the balls"
+        )
+
+
+def _check_balls(scene: Scene) -> None:
+    balls, given = scene.balls, scene.start.ball_angles
+    if given is not None and len(given) != balls.count:
+        raise ValueError(
+            f"start.ball_angles: has {len(given)} angles for {balls.count} balls (balls.count); "
+            "give one per ball, or leave it out to start all at 0"
+        )
+    users = [
+        name
+        for name, effect in scene.effects.items()
+        if getattr(effect, "uses_ball_radius", False)
+    ]
+    if balls.radius is None and users and balls.count:
+        raise ValueError(f"balls.radius: is needed by the effect {users[0]}")
+    if balls.radius is not None and not users:
+        raise ValueError(
+            f"balls.radius = {balls.radius:g}: no effect of this scene uses the balls' radius; "
+            "remove it, or name an effect that does (ball_spin, rolling_friction)"
+        )
+    if balls.radius is not None and balls.radius >= scene.race.radius:
+        raise ValueError(
+            f"balls.radius = {balls.radius:g} m: must be less than race.radius = "
+            f"{scene.race.radius:g} m"
+        )
+
+
+def _check_speeds(scene: Scene) -> None:
+    limit = scene.spindle.max_speed
+    asked = {"start.speed": scene.start.speed}
+    if isinstance(scene.profile, StartUp):
+        asked["profile.target_speed"] = scene.profile.target_speed
+    elif isinstance(scene.profile, SpeedChange):
+        asked["profile.to_speed"] = scene.profile.to_speed
+    for key, value in asked.items():
+        if abs(value) > limit:
+            raise ValueError(
+                f"{key} = {value:g} rad/s: is beyond spindle.max_speed = {limit:g} rad/s; "
+                "lower it or raise the limit"
+            )
+
+
+def _check_profile(scene: Scene) -> None:
+    profile = scene.profile
+    if not isinstance(profile, StartUp):
+        return
+    first, target = scene.start.speed, profile.target_speed
+    if target <= first:
+        raise ValueError(
+            f"profile.target_speed = {target:g} rad/s: must be above start.speed = {first:g} rad/s"
+        )
+    period = profile.variable_speed_period
+    if period is None:
+        return
+    if period.start_speed is not None:
+        key, begins = f"start_speed = {period.start_speed:g} rad/s", period.start_speed
+    else:
+        assert period.start_time is not None
+        key = f"start_time = {period.start_time:g} s"
+        begins = first + profile.acceleration * period.start_time
+    ends = begins + period.acceleration * period.duration
+    if not first <= begins < target or ends > target:
+        raise ValueError(
+            f"profile.variable_speed_period.{key}: the period runs from {begins:g} to {ends:g} "
+            f"rad/s, which must lie between start.speed = {first:g} and target_speed = {target:g}"
+        )

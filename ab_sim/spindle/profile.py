@@ -1,0 +1,149 @@
+"""A spindle-speed profile: segments one after the other, with exact breakpoints."""
+
+import bisect
+import itertools
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from ab_sim.spindle.segments import RaisedCosine, Ramp
+
+if TYPE_CHECKING:
+    from ab_sim.scene import Scene
+
+Segment = Ramp | RaisedCosine
+
+
+class Piece(NamedTuple):
+    """One segment in its place."""
+
+    start: float
+    """s, when it begins."""
+    end: float
+    """s, when it ends; infinite for the last."""
+    start_angle: float
+    """rad, psi when it begins."""
+    segment: Segment
+
+
+class SpeedProfile:
+    """Spindle speed and angle over time, piecewise; the last speed is held for ever.
+
+    Args:
+        segments: pairs of a duration [s] and the segment that lasts that long.
+        final_speed: speed [rad/s] held after the last of them.
+        start: time [s] and
+        start_angle: angle psi [rad] at which the first begins.
+        variable_speed_period: when that period begins [s], where the profile has one.
+    """
+
+    def __init__(
+        self,
+        segments: Sequence[tuple[float, Segment]],
+        final_speed: float,
+        start: float = 0.0,
+        start_angle: float = 0.0,
+        variable_speed_period: float | None = None,
+    ) -> None:
+        pieces = []
+        for duration, segment in segments:
+            pieces.append(Piece(start, start + duration, start_angle, segment))
+            start += duration
+            start_angle += segment.angle(duration)
+        pieces.append(Piece(start, math.inf, start_angle, Ramp(final_speed, 0.0)))
+        self.pieces = tuple(pieces)
+        self.variable_speed_period = variable_speed_period
+        self._starts = [piece.start for piece in pieces]
+
+    @property
+    def end(self) -> float:
+        """When the final speed is reached [s]."""
+        return self.pieces[-1].start
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Times [s] at which the acceleration may jump."""
+        return tuple(piece.end for piece in self.pieces[:-1])
+
+    def piece_at(self, time: float) -> Piece:
+        """The piece in force at ``time`` and just after it (the right-hand limit)."""
+        return self.pieces[max(bisect.bisect_right(self._starts, time) - 1, 0)]
+
+    def speed(self, time: float) -> float:
+        """w [rad/s]."""
+        piece = self.piece_at(time)
+        return piece.segment.speed(time - piece.start)
+
+    def angle(self, time: float) -> float:
+        """psi [rad], unwrapped."""
+        piece = self.piece_at(time)
+        return piece.start_angle + piece.segment.angle(time - piece.start)
+
+    @classmethod
+    def constant(cls, speed: float) -> "SpeedProfile":
+        """A speed [rad/s] held for ever."""
+        return cls((), speed)
+
+    @classmethod
+    def start_up(
+        cls,
+        start_speed: float,
+        acceleration: float,
+        target_speed: float,
+        period: tuple[float, float, float] | None = None,
+    ) -> "SpeedProfile":
+        """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
+
+        Args:
+            start_speed: rad/s.
+            acceleration: rad/s^2, before and after the period.
+            target_speed: rad/s, held at the end.
+            period: start speed [rad/s], duration [s] and acceleration [rad/s^2] of the period.
+        """
+        legs = [(start_speed, target_speed, acceleration, None)]
+        begins = None
+        if period is not None:
+            at, duration, slope = period
+            after = at + slope * duration
+            begins = (at - start_speed) / acceleration
+            legs = [
+                (start_speed, at, acceleration, None),
+                (at, after, slope, duration),
+                (after, target_speed, acceleration, None),
+            ]
+        segments: list[tuple[float, Segment]] = [
+            (duration if duration is not None else (to - begin) / slope, Ramp(begin, slope))
+            for begin, to, slope, duration in legs
+        ]
+        return cls(segments, target_speed, variable_speed_period=begins)
+
+    @classmethod
+    def speed_change(
+        cls, start_speed: float, to_speed: float, start_time: float, duration: float
+    ) -> "SpeedProfile":
+        """A raised-cosine change of speed (relative-stability (25))."""
+        change = RaisedCosine(start_speed, to_speed - start_speed, duration)
+        return cls([(start_time, Ramp(start_speed, 0.0)), (duration, change)], to_speed)
+
+    @classmethod
+    def of_scene(cls, scene: "Scene") -> "SpeedProfile":
+        """The profile that a scene asks for; its start speed, held, if it asks for none."""
+        asked, first = scene.profile, scene.start.speed
+        if asked is None:
+            return cls.constant(first)
+        if asked.kind == "speed_change":
+            return cls.speed_change(first, asked.to_speed, asked.start_time, asked.duration)
+        period = None
+        if asked.variable_speed_period is not None:
+            p = asked.variable_speed_period
+            at = p.start_speed
+            if at is None:
+                assert p.start_time is not None
+                at = first + asked.acceleration * p.start_time
+            period = (at, p.duration, p.acceleration)
+        return cls.start_up(first, asked.acceleration, asked.target_speed, period)
+
+    def sampled(self, period: float) -> list[float]:
+        """Speeds [rad/s] at 0, period, 2 period, ... until the final speed is reached."""
+        count = math.ceil(self.end / period - 1e-9) + 1
+        return [self.speed(k * period) for k in itertools.islice(itertools.count(), count)]

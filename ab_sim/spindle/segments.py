@@ -1,0 +1,50 @@
+"""Pieces of a speed profile: speed, acceleration and angle as exact functions of local time.
+
+Named tuples with plain methods: numba compiles the methods of the kind that a kernel is given,
+and in Python they take arrays of times as well.
+"""
+
+import numpy as np
+from typing import NamedTuple
+
+
+class Ramp(NamedTuple):
+    """Constant acceleration; zero acceleration holds the speed."""
+
+    start_speed: float
+    """rad/s, at local time 0."""
+    slope: float
+    """rad/s^2."""
+
+    def speed(self, time: float) -> float:
+        return self.start_speed + self.slope * time
+
+    def acceleration(self, time: float) -> float:
+        return self.slope
+
+    def angle(self, time: float) -> float:
+        return (self.start_speed + 0.5 * self.slope * time) * time
+
+
+class RaisedCosine(NamedTuple):
+    """Change of speed along half a cosine (relative-stability (25), on [t_b, t_b + t_r])."""
+
+    start_speed: float
+    """rad/s, at local time 0."""
+    change: float
+    """rad/s, what has been added at the end."""
+    duration: float
+    """s."""
+
+    def speed(self, time: float) -> float:
+        phase = np.pi * time / self.duration
+        return self.start_speed + 0.5 * self.change * (1.0 - np.cos(phase))
+
+    def acceleration(self, time: float) -> float:
+        phase = np.pi * time / self.duration
+        return 0.5 * self.change * np.pi / self.duration * np.sin(phase)
+
+    def angle(self, time: float) -> float:
+        phase = np.pi * time / self.duration
+        lag = self.duration / np.pi * np.sin(phase)
+        return self.start_speed * time + 0.5 * self.change * (time - lag)

@@ -1,0 +1,73 @@
+"""Samples of a run: one row per integration step, one named channel per column."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+DECK_CHANNELS = (
+    "step",
+    "time",
+    "angle",
+    "speed",
+    "command",
+    "x",
+    "y",
+    "vx",
+    "vy",
+    "ax",
+    "ay",
+)
+
+
+def channels_for(balls: int) -> tuple[str, ...]:
+    """Names of the columns for a number of balls."""
+    each = (f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate"))
+    return (*DECK_CHANNELS, *each)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Consecutive samples, in SI units.
+
+    ``step`` counts integration steps; ``time`` [s]; ``angle`` and ``speed`` of the spindle [rad,
+    rad/s]; ``command`` [rad/s], the speed asked for; ``x``, ``y``, ``vx``, ``vy``, ``ax``, ``ay``
+    of the deck on inertial axes [m, m/s, m/s^2]; per ball its ``angle`` from the unbalance,
+    unwrapped [rad], and its ``rate`` relative to the race [rad/s].
+    """
+
+    channels: tuple[str, ...]
+    samples: np.ndarray
+    """Shape (samples, channels)."""
+
+    @classmethod
+    def join(cls, parts: Sequence["Trajectory"]) -> "Trajectory":
+        """Trajectories one after the other."""
+        return cls(parts[0].channels, np.concatenate([part.samples for part in parts]))
+
+    def __len__(self) -> int:
+        return len(self.samples)
+
+    def __getitem__(self, channel: str) -> np.ndarray:
+        """One channel, shape (samples,)."""
+        return self.samples[:, self.channels.index(channel)]
+
+    @property
+    def balls(self) -> int:
+        """Number of balls."""
+        return (len(self.channels) - len(DECK_CHANNELS)) // 2
+
+    @property
+    def whirl(self) -> np.ndarray:
+        """W = |u| [m], shape (samples,)."""
+        return np.hypot(self["x"], self["y"])
+
+    @property
+    def ball_angles(self) -> np.ndarray:
+        """theta_i [rad], shape (samples, balls)."""
+        return self.samples[:, len(DECK_CHANNELS) :: 2]
+
+    @property
+    def ball_rates(self) -> np.ndarray:
+        """theta_i' [rad/s], shape (samples, balls)."""
+        return self.samples[:, len(DECK_CHANNELS) + 1 :: 2]
