@@ -2,10 +2,11 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+import ab_sim
 from ab_sim.dynamics.assemble import drag_rate, start_state, state_names, system_of
 from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.motion import Deck
@@ -57,6 +58,24 @@ class Observation:
     def ball_rate(self) -> np.ndarray:
         """Absolute angular speeds of the balls [rad/s]."""
         return self.omega + self.theta_rate
+
+
+def describe(scene: Scene) -> dict[str, Any]:
+    """What a run of the scene consists of, as JSON-able values, to be kept with its results.
+
+    ``check_scene(describe(scene)["scene"], "a recording")`` gives the scene back.
+    """
+    return {
+        "version": ab_sim.__version__,
+        "scene": scene.as_mapping(),
+        "effects": list(scene.effects),
+        "stepper": scene.solver.stepper,
+        "step": scene.solver.step,
+        "race_radius": scene.race.radius,
+        "eccentricity": scene.rotor.eccentricity,
+        "balls": scene.balls.count,
+        "ball_radius": scene.balls.radius,
+    }
 
 
 class Energy(NamedTuple):
@@ -171,6 +190,15 @@ class Drive:
             spindle[done : done + whole, 1] = piece.segment.speed(local)
             done += whole
         return self._trajectory(rows, spindle)
+
+    def present(self) -> Trajectory:
+        """The present as a trajectory of one sample."""
+        now = self.observe()
+        row = np.empty((1, len(self.channels)))
+        row[0, :5] = now.steps, now.time, now.psi, now.omega, now.command
+        row[0, 5:11] = *now.position, *now.velocity, *now.acceleration
+        row[0, 11::2], row[0, 12::2] = now.theta, now.theta_rate
+        return Trajectory(self.channels, row)
 
     def observe(self) -> Observation:
         """The drive now."""

@@ -11,6 +11,10 @@ class SceneError(AbSimError):
     """A scene cannot be used: names file, key, value, what is allowed and what to do."""
 
 
+class InputError(AbSimError):
+    """An argument of a command cannot be used; nothing has been started or written."""
+
+
 class CommandError(AbSimError):
     """A command was rejected and has changed nothing."""
 

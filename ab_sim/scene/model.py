@@ -184,6 +184,12 @@ class Scene(Section):
         suspension = self.effects.get("suspension")
         return None if suspension is None else math.sqrt(suspension.stiffness / self.total_mass)
 
+    def as_mapping(self) -> dict[str, Any]:
+        """The scene as nested plain values, which ``check_scene`` reads back to an equal scene."""
+        mapping = self.model_dump(mode="json", exclude_none=True, exclude={"effects"})
+        mapping["effects"] = {name: effect._asdict() for name, effect in self.effects.items()}
+        return mapping
+
     @model_validator(mode="after")
     def _consistent(self) -> "Scene":
         for check in (_check_masses, _check_balls, _check_speeds, _check_profile):

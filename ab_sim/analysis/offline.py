@@ -1,0 +1,117 @@
+"""Run a scene without ROS, as fast as it goes, with samples at the times asked for."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import ab_sim
+from ab_sim.analysis.startup import peak_whirl, settling_period
+from ab_sim.drive import Drive, Observation
+from ab_sim.errors import InputError
+from ab_sim.scene.model import Scene
+from ab_sim.trajectory import Trajectory
+
+MAX_STEPS = 20_000_000
+"""About 3 GB of samples; a longer run is refused before it starts."""
+
+
+@dataclass(frozen=True)
+class OfflineRun:
+    """A finished run."""
+
+    scene: Scene
+    trajectory: Trajectory
+    """Every integration step, the start included."""
+    samples: tuple[Observation, ...]
+    """One per time asked for, in that order."""
+    variable_speed_period: float | None
+    """When the variable-speed period starts [s], where the profile has one."""
+
+    def report(self) -> dict[str, Any]:
+        """Everything as JSON-able values, SI units: see ``ab-sim run --help``."""
+        peak, peak_time = peak_whirl(self.trajectory)
+        e, start = self.scene.rotor.eccentricity, self.variable_speed_period
+        return {
+            "samples": [_sample(observation) for observation in self.samples],
+            "peak_whirl_over_e": peak / e if e > 0 else None,
+            "peak_time": peak_time,
+            "settling_period": (
+                None if start is None else settling_period(self.trajectory, start)
+            ),
+            "scene": self.scene.name,
+            "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
+            "stepper": self.scene.solver.stepper,
+            "step": self.scene.solver.step,
+            "duration": float(self.trajectory["time"][-1]),
+            "version": ab_sim.__version__,
+        }
+
+
+def run_scene(
+    scene: Scene,
+    times: Sequence[float] = (),
+    progress: Callable[[Drive, Trajectory], None] | None = None,
+    parts: int = 100,
+) -> OfflineRun:
+    """Run a scene's profile from its start to its end.
+
+    Args:
+        scene: what to run; the run lasts ``scene.duration``, or to the last of ``times``.
+        times: when to take samples [s]; they need not lie on the grid of steps.
+        progress: called with the drive and the newest samples about ``parts`` times.
+        parts: how many pieces the run is cut into for ``progress``.
+
+    Raises:
+        InputError: a time is negative or not finite, or the run would be absurdly long.
+        SceneError, DivergedError: see ``Drive``.
+    """
+    for time in times:
+        if not (math.isfinite(time) and time >= 0):
+            raise InputError(f"times: {time} s: must be a finite number, at least 0")
+    end = max([scene.duration, *times])
+    drive = Drive(scene)
+    steps = math.ceil(end / drive.step - 1e-9)
+    if steps > MAX_STEPS:
+        raise InputError(
+            f"duration = {end:g} s: is {steps} steps of {drive.step:g} s; at most {MAX_STEPS} "
+            "are kept; use a longer solver.step or a shorter duration"
+        )
+    stops = {math.floor(time / drive.step + 1e-9) for time in times}
+    stops |= {round(steps * part / parts) for part in range(1, parts + 1)} | {steps}
+    taken = [drive.present()]
+    at: dict[int, list[float]] = {}
+    for time in times:
+        at.setdefault(math.floor(time / drive.step + 1e-9), []).append(time)
+    samples: dict[float, Observation] = {}
+    for stop in sorted(stops | {0}):
+        newest = drive.advance(stop - drive.steps)
+        taken.append(newest)
+        for time in at.get(stop, ()):
+            samples[time] = drive.observe_at(max(time, drive.time))
+        if progress is not None and len(newest):
+            progress(drive, newest)
+    return OfflineRun(
+        scene,
+        Trajectory.join(taken),
+        tuple(samples[time] for time in times),
+        drive.profile.variable_speed_period,
+    )
+
+
+def _sample(observation: Observation) -> dict[str, Any]:
+    (x, y), (vx, vy) = observation.position.tolist(), observation.velocity.tolist()
+    return {
+        "t": observation.time,
+        "psi": observation.psi,
+        "omega": observation.omega,
+        "u": observation.u.tolist(),
+        "v": observation.v.tolist(),
+        "x": x,
+        "y": y,
+        "vx": vx,
+        "vy": vy,
+        "whirl": observation.whirl,
+        "theta": observation.theta.tolist(),
+        "ball_rate": observation.ball_rate.tolist(),
+    }

@@ -1,0 +1,124 @@
+"""Commands of `ab-sim` and their options; the work is done in the modules beside this one."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import ab_sim
+
+app = typer.Typer(
+    name="ab-sim",
+    help="Simulate an optical disc drive with a ball-type automatic balancer.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+)
+
+SceneArgument = Annotated[
+    str, typer.Argument(help="Name of a scene (see `ab-sim scenes`) or path of a YAML file.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a value of the scene, e.g. balls.mass=0.002 or "
+        "effects.viscous_drag.coefficient=2; an empty value removes the key. Repeatable.",
+    ),
+]
+
+
+def _version(show: bool) -> None:
+    if show:
+        print(f"ab_sim {ab_sim.__version__}")
+        raise typer.Exit()
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def run(
+    scene: SceneArgument,
+    change: SetOption = None,
+    times: Annotated[
+        str | None,
+        typer.Option(metavar="T,T,...", help="When to take samples [s], e.g. 2.5,3,6."),
+    ] = None,
+    stepper: Annotated[
+        str | None, typer.Option(help="Stepper instead of the scene's: rk4, tsit5 or rk8.")
+    ] = None,
+    step: Annotated[float | None, typer.Option(help="Step instead of the scene's [s].")] = None,
+    json: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE|-",
+            help="Write the result as JSON, SI units, to a file or to standard output.",
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw speed, W/e, driving force and ball angles."),
+    ] = None,
+    rrd: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a Rerun recording of every step.")
+    ] = None,
+) -> None:
+    """Run a scene without ROS, as fast as it goes.
+
+    The JSON has `samples` (one per requested time, each with t, psi, omega, u, v, x, y, vx, vy,
+    whirl, theta, ball_rate), peak_whirl_over_e, peak_time, settling_period, and what was run.
+    Exit codes: 0 done, 2 bad input, 3 diverged.
+    """
+    from ab_sim.cli.offline import run_command
+
+    changes = [*(change or [])]
+    if stepper is not None:
+        changes.append(f"solver.stepper={stepper}")
+    if step is not None:
+        changes.append(f"solver.step={step!r}")
+    run_command(scene, changes, times, json, plot, rrd)
+
+
+@app.command()
+def scenes() -> None:
+    """List the scenes that come with ab_sim."""
+    from ab_sim.cli.tables import print_scenes
+
+    print_scenes()
+
+
+@app.command()
+def effects() -> None:
+    """List the effects that a scene can name: meaning, equation, source, parameters."""
+    from ab_sim.cli.tables import print_effects
+
+    print_effects()
+
+
+@app.command()
+def check(scene: SceneArgument, change: SetOption = None) -> None:
+    """Check a scene and say what it would simulate, without running it."""
+    from ab_sim.cli.tables import print_check
+
+    print_check(scene, change or [])
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for startup.rrd and startup.png.")] = Path(
+        "out"
+    ),
+) -> None:
+    """Run the thesis' start-up live: three ROS 2 nodes, recorded by Rerun, then summed up."""
+    from ab_sim.cli.demo import run_demo
+
+    run_demo(out)

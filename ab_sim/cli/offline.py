@@ -1,0 +1,143 @@
+"""`ab-sim run`."""
+
+import contextlib
+import json as json_format
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ab_sim.analysis import OfflineRun, run_scene
+from ab_sim.drive import Drive, describe
+from ab_sim.errors import InputError
+from ab_sim.scene import Scene, load_scene
+from ab_sim.trajectory import Trajectory
+
+# Results may go to standard output; everything that is only for people goes here.
+people = Console(stderr=True)
+
+
+def run_command(
+    scene_name: str,
+    changes: list[str],
+    times: str | None,
+    json: str | None,
+    plot: Path | None,
+    rrd: Path | None,
+) -> None:
+    """Load, run, and write what was asked for; outputs are tried before the run, not after."""
+    wanted = parse_times(times)
+    scene = load_scene(scene_name, changes)
+    files = [Path(json)] if json not in (None, "-") else []
+    for file in [*files, *(path for path in (plot, rrd) if path is not None)]:
+        check_writable(file)
+    if plot is not None:
+        check_picture(plot)
+    with _progress(scene) as update:
+        result = run_scene(scene, wanted, update)
+    report = result.report()
+    if json is not None:
+        text = json_format.dumps(report, indent=1, allow_nan=False)
+        if json == "-":
+            print(text)
+        else:
+            Path(json).write_text(text + "\n", encoding="utf-8")
+    if plot is not None:
+        from ab_sim.plots import startup_figure
+
+        startup_figure(result.trajectory, scene, plot, result.variable_speed_period)
+    if rrd is not None:
+        _record(result, rrd)
+    people.print(_summary(result, report))
+    for file in [*files, *(path for path in (plot, rrd) if path is not None)]:
+        people.print(f"wrote {file}")
+
+
+def parse_times(text: str | None) -> list[float]:
+    """Times out of ``2.5,3,6``.
+
+    Raises:
+        InputError: one is not a number.
+    """
+    if text is None:
+        return []
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise InputError(
+            f"--times {text}: must be numbers separated by commas, e.g. 2.5,3,6"
+        ) from error
+
+
+def check_writable(path: Path) -> None:
+    """Refuse an output that cannot be written, before any work is done.
+
+    Raises:
+        InputError: names the path and what is wrong with it.
+    """
+    folder = path.parent
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; name a file")
+    if not folder.is_dir():
+        raise InputError(f"{path}: there is no folder {folder}; make it first")
+    if not os.access(path if path.exists() else folder, os.W_OK):
+        raise InputError(f"{path}: cannot be written; choose another place or change its rights")
+
+
+def check_picture(path: Path) -> None:
+    """Refuse a picture's file name whose ending says no known format."""
+    known = (".png", ".svg", ".pdf")
+    if path.suffix.lower() not in known:
+        raise InputError(f"--plot {path}: must end in one of {', '.join(known)}")
+
+
+@contextlib.contextmanager
+def _progress(scene: Scene) -> Iterator[Any]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:6.2f} of {task.total:g} s simulated"),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[state]}"),
+    )
+    with Progress(*columns, console=people, transient=True) as bar:
+        task = bar.add_task(f"{scene.name} (compiling)", total=scene.duration, state="")
+
+        def update(drive: Drive, newest: Trajectory) -> None:
+            state = f"{newest['speed'][-1]:6.1f} rad/s"
+            bar.update(task, completed=drive.time, description=scene.name, state=state)
+
+        yield update
+
+
+def _record(result: OfflineRun, path: Path) -> None:
+    from ab_sim.recording import Recording
+
+    with Recording(path, description=describe(result.scene)) as recording:
+        samples = result.trajectory.samples
+        for first in range(0, len(samples), 10_000):
+            recording.block(result.trajectory.channels, samples[first : first + 10_000])
+
+
+def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
+    table = Table(title=f"{result.scene.name}, {report['duration']:g} s", show_header=False)
+    peak = report["peak_whirl_over_e"]
+    if peak is not None:
+        table.add_row("peak W/e", f"{peak:.2f} at {report['peak_time']:.3f} s")
+    settled = report["settling_period"]
+    if result.variable_speed_period is not None and result.trajectory.balls:
+        table.add_row("settling period", "not settled" if settled is None else f"{settled:.3f} s")
+    angles = result.trajectory.ball_angles[-1]
+    if len(angles):
+        text = ", ".join(f"{math.degrees(angle):.1f}" for angle in angles)
+        table.add_row("final ball angles", f"{text} deg")
+    table.add_row("final speed", f"{result.trajectory['speed'][-1]:.4g} rad/s")
+    table.add_row("stepper", f"{report['stepper']}, {report['step']:g} s")
+    table.add_row("effects", ", ".join(report["effects"]) or "none")
+    return table
+

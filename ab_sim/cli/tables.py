@@ -1,0 +1,61 @@
+"""`ab-sim scenes`, `ab-sim effects`, `ab-sim check`."""
+
+from rich.console import Console
+from rich.table import Table
+
+from ab_sim.drive import Drive
+from ab_sim.dynamics.assemble import drag_rate
+from ab_sim.integrate.limits import real_stability_limit
+from ab_sim.scene import find_scene, load_scene, scene_names
+from ab_sim.scene.registry import effect_classes, effect_parameters
+
+console = Console()
+
+
+def print_scenes() -> None:
+    """Name, what it is and where it comes from, of every scene in the package."""
+    table = Table("scene", "balls", "what it is", "source")
+    for name in scene_names():
+        scene = load_scene(name)
+        table.add_row(name, str(scene.balls.count), scene.description, scene.source)
+    console.print(table)
+
+
+def print_effects() -> None:
+    """Every effect with its meaning, equation, source and parameters."""
+    for name, effect in effect_classes().items():
+        table = Table(title=name, title_justify="left", title_style="bold", show_header=False)
+        table.add_row("meaning", " ".join((effect.__doc__ or "").split()))
+        table.add_row("equation", effect.equation)  # type: ignore[attr-defined]
+        table.add_row("source", effect.source)  # type: ignore[attr-defined]
+        for key, field in effect_parameters(effect).items():
+            table.add_row(key, f"{field['description']} [{field['unit']}]")
+        if not effect_parameters(effect):
+            table.add_row("parameters", "none")
+        if getattr(effect, "uses_ball_radius", False):
+            table.add_row("also uses", "balls.radius")
+        console.print(table)
+
+
+def print_check(name: str, changes: list[str]) -> None:
+    """What a scene would simulate."""
+    scene = load_scene(name, changes)
+    drive = Drive(scene)
+    table = Table(title=f"{scene.name} is a valid scene", show_header=False)
+    table.add_row("file", str(find_scene(name)))
+    table.add_row("balls", str(scene.balls.count))
+    table.add_row("effects", ", ".join(scene.effects) or "none")
+    if scene.critical_speed is not None:
+        table.add_row("critical speed", f"{scene.critical_speed:.4g} rad/s")
+    unbalance = scene.eccentric_mass * scene.rotor.eccentricity
+    if scene.balls.count and unbalance > 0:
+        reach = scene.balls.count * (scene.balls.mass or 0.0) * scene.race.radius / unbalance
+        table.add_row("balls' unbalance / rotor's", f"{reach:.4g}")
+    table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
+    table.add_row("stepper", f"{drive.stepper.name} (order {drive.stepper.order})")
+    rate = drag_rate(drive.system)
+    limit = f", at most {real_stability_limit(drive.stepper.name) / rate:.4g} s" if rate else ""
+    table.add_row("step", f"{drive.step:g} s{limit}")
+    for assumption in scene.assumed:
+        table.add_row("assumed", assumption)
+    console.print(table)

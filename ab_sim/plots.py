@@ -1,0 +1,122 @@
+"""Pictures for people: the thesis' three-part start-up figure."""
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")  # no display needed, anywhere
+import matplotlib.pyplot as plt  # noqa: E402
+
+from ab_sim.analysis.startup import driving_force, peak_whirl, settling_period  # noqa: E402
+from ab_sim.scene.model import Scene  # noqa: E402
+from ab_sim.trajectory import Trajectory  # noqa: E402
+
+SPEED, WHIRL = "tab:gray", "tab:red"
+
+
+def startup_figure(
+    trajectory: Trajectory,
+    scene: Scene,
+    path: Path,
+    period_start: float | None = None,
+    title: str | None = None,
+) -> None:
+    """Draw speed and W/e, driving force and ball angle over time, and write them to a file.
+
+    Args:
+        trajectory: consecutive samples.
+        scene: what was run.
+        path: file to write; its ending says the format (png, svg, pdf).
+        period_start: when the variable-speed period starts [s], if there is one.
+        title: default: the scene's name.
+    """
+    time, e = trajectory["time"], scene.rotor.eccentricity
+    figure, (top, middle, bottom) = plt.subplots(
+        3, 1, sharex=True, figsize=(9, 9.5), constrained_layout=True
+    )
+    figure.suptitle(title or f"Start-up of {scene.name}", fontsize=14)
+
+    scale, unit = (1 / e, "W/e [1]") if e > 0 else (1e3, "W [mm]")
+    top.plot(time, trajectory.whirl * scale, color=WHIRL, lw=1.2)
+    top.set_ylabel(f"whirl radius {unit}", color=WHIRL)
+    top.set_ylim(bottom=0)
+    peak, at = peak_whirl(trajectory)
+    if peak > 0:
+        top.annotate(
+            f"peak {peak * scale:.4g} at {at:.3f} s",
+            (at, peak * scale),
+            xytext=(12, -4),
+            textcoords="offset points",
+            color=WHIRL,
+        )
+    speed = top.twinx()
+    speed.plot(time, trajectory["speed"], color=SPEED, lw=1.5)
+    speed.set_ylabel("spindle speed [rad/s]", color=SPEED)
+    if scene.critical_speed is not None:
+        speed.axhline(scene.critical_speed, color=SPEED, lw=0.8, ls=":")
+        speed.annotate(
+            "critical speed",
+            (time[0], scene.critical_speed),
+            xytext=(4, 3),
+            textcoords="offset points",
+            color=SPEED,
+            fontsize=8,
+        )
+
+    forces, angles = driving_force(trajectory, scene), np.degrees(trajectory.ball_angles)
+    # Later balls are drawn thinner, so that balls that move as one remain visible.
+    widths = np.linspace(3.0, 1.0, max(trajectory.balls, 1))
+    for i in range(trajectory.balls):
+        middle.plot(time, forces[:, i], lw=widths[i], alpha=0.8, label=f"ball {i}")
+        bottom.plot(time, angles[:, i], lw=widths[i], alpha=0.8, label=f"ball {i}")
+    middle.set_ylabel("driving force on the balls [N]")
+    middle.axhline(0, color="k", lw=0.5)
+    bottom.set_ylabel("ball angle from the unbalance [deg]")
+    bottom.axhline(-180, color="k", lw=0.8, ls=":")
+    bottom.annotate(
+        "opposite the unbalance",
+        (time[0], -180),
+        xytext=(4, 3),
+        textcoords="offset points",
+        fontsize=8,
+    )
+    bottom.set_xlabel("time [s]")
+    bottom.set_xlim(time[0], time[-1])
+    if 0 < trajectory.balls <= 8:
+        bottom.legend(loc="upper right")
+    if period_start is not None:
+        _mark_period(trajectory, scene, period_start, (top, middle, bottom))
+    for axes in (top, middle, bottom):
+        axes.grid(alpha=0.3)
+    try:
+        figure.savefig(path, dpi=120)
+    finally:
+        plt.close(figure)
+
+
+def _mark_period(trajectory: Trajectory, scene: Scene, start: float, rows: tuple) -> None:
+    profile = scene.profile
+    assert profile is not None and profile.kind == "start_up"
+    assert profile.variable_speed_period is not None
+    end = start + profile.variable_speed_period.duration
+    for axes in rows:
+        axes.axvspan(start, end, color="tab:blue", alpha=0.12, lw=0)
+    rows[1].annotate(
+        "variable-speed period",
+        (start, 1),
+        xycoords=("data", "axes fraction"),
+        xytext=(3, -11),
+        textcoords="offset points",
+        fontsize=8,
+        color="tab:blue",
+    )
+    settled = settling_period(trajectory, start)
+    if settled is not None:
+        rows[2].plot(start + settled, -180, "ko", ms=5)
+        rows[2].annotate(
+            f"settled after {settled:.3f} s",
+            (start + settled, -180),
+            xytext=(8, 6),
+            textcoords="offset points",
+        )
