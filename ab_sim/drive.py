@@ -8,6 +8,7 @@ import numpy as np
 
 import ab_sim
 from ab_sim.dynamics.assemble import drag_rate, start_state, state_names, system_of
+from ab_sim.dynamics.driving_force import driving_force
 from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.motion import Deck
 from ab_sim.dynamics.planar import SCRATCH_PER_BALL
@@ -48,6 +49,9 @@ class Observation:
     """Ball angles from the unbalance [rad], unwrapped, shape (balls,)."""
     theta_rate: np.ndarray
     """Ball speeds relative to the race [rad/s], shape (balls,)."""
+    driving_force: np.ndarray
+    """Driving force on the balls [N], shape (balls,): thesis (2-15), signed; positive
+    drives towards falling theta."""
 
     @property
     def whirl(self) -> float:
@@ -343,6 +347,7 @@ class Drive:
         omega = float(piece.segment.speed(local))
         rotation = np.array([[math.cos(psi), -math.sin(psi)], [math.sin(psi), math.cos(psi)]])
         A = acceleration_at(self.system, piece.segment, local, state, self._work)
+        position, theta, rate = rotation @ state[:2], state[4 : 4 + n], state[4 + n : 4 + 2 * n]
         return Observation(
             time=time,
             steps=self.steps,
@@ -351,9 +356,10 @@ class Drive:
             command=omega if self._command is None else self._command,
             u=state[:2].copy(),
             v=state[2:4].copy(),
-            position=rotation @ state[:2],
+            position=position,
             velocity=rotation @ state[2:4],
             acceleration=rotation @ np.array(A),
-            theta=state[4 : 4 + n].copy(),
-            theta_rate=state[4 + n : 4 + 2 * n].copy(),
+            theta=theta.copy(),
+            theta_rate=rate.copy(),
+            driving_force=driving_force(self.scene, *position, psi + theta, omega + rate),
         )

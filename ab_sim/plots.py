@@ -8,7 +8,7 @@ import numpy as np
 matplotlib.use("Agg")  # no display needed, anywhere
 import matplotlib.pyplot as plt  # noqa: E402
 
-from ab_sim.analysis.startup import driving_force, peak_whirl, settling_period  # noqa: E402
+from ab_sim.analysis.startup import driving_forces, peak_whirl, settling_period  # noqa: E402
 from ab_sim.scene.model import Scene  # noqa: E402
 from ab_sim.trajectory import Trajectory  # noqa: E402
 
@@ -64,7 +64,7 @@ def startup_figure(
             fontsize=8,
         )
 
-    forces, angles = driving_force(trajectory, scene), np.degrees(trajectory.ball_angles)
+    forces, angles = driving_forces(trajectory, scene), np.degrees(trajectory.ball_angles)
     # Later balls are drawn thinner, so that balls that move as one remain visible.
     widths = np.linspace(3.0, 1.0, max(trajectory.balls, 1))
     for i in range(trajectory.balls):

@@ -6,29 +6,20 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
+from ab_sim.dynamics.driving_force import driving_force
 from ab_sim.scene.model import Scene
 from ab_sim.trajectory import Trajectory
 
 
-def driving_force(trajectory: Trajectory, scene: Scene) -> np.ndarray:
-    """Driving force on each ball [N], shape (samples, balls); negative drives it backwards.
-
-    f_d,i = m psi_i'^2 (W sin gamma_i - mu (R - W cos gamma_i)) with gamma_i = pi - phi - theta_i
-    (thesis (2-15), (2-16)), *signed*: the print has abs(sin gamma), but its figures' values are
-    the signed form's first forward peak. mu is beta_b/a (beta_b is a length), 0 without rolling
-    friction.
-    """
-    psi, speed = trajectory["angle"], trajectory["speed"]
-    absolute = speed[:, None] + trajectory.ball_rates
-    angle = psi[:, None] + trajectory.ball_angles
-    x, y = trajectory["x"][:, None], trajectory["y"][:, None]
-    # sin gamma = sin(theta - delta), cos gamma = -cos(theta - delta), whirl direction delta.
-    across = x * np.sin(angle) - y * np.cos(angle)
-    along = x * np.cos(angle) + y * np.sin(angle)
-    friction = scene.effects.get("rolling_friction")
-    coefficient = friction.arm / scene.balls.radius if friction is not None else 0.0
-    mass = scene.balls.mass or 0.0
-    return mass * absolute**2 * (across - coefficient * (scene.race.radius + along))
+def driving_forces(trajectory: Trajectory, scene: Scene) -> np.ndarray:
+    """Driving force on each ball [N], shape (samples, balls): thesis (2-15), signed."""
+    return driving_force(
+        scene,
+        trajectory["x"][:, None],
+        trajectory["y"][:, None],
+        trajectory["angle"][:, None] + trajectory.ball_angles,
+        trajectory["speed"][:, None] + trajectory.ball_rates,
+    )
 
 
 def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:

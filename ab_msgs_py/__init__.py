@@ -1,0 +1,13 @@
+"""The topic contract: names, QoS, and typed samples to and from standard ROS messages.
+
+Nobody else touches message fields. All topic names are relative, so a node's namespace applies;
+only ``/clock`` and ``/diagnostics`` are absolute.
+"""
+
+from ab_msgs_py.block import Block
+from ab_msgs_py.errors import MalformedMessage
+from ab_msgs_py.health import Health, Level
+from ab_msgs_py.samples import JointSample, VectorSample
+from ab_msgs_py.topics import Topic
+
+__all__ = ["Block", "Health", "JointSample", "Level", "MalformedMessage", "Topic", "VectorSample"]

@@ -1,0 +1,54 @@
+"""A node's health as one entry of ``/diagnostics``; units stand in the keys."""
+
+import enum
+from dataclasses import dataclass, field
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from ab_msgs_py.samples import stamp
+
+
+class Level(enum.Enum):
+    """How well a node is."""
+
+    OK = DiagnosticStatus.OK
+    WARN = DiagnosticStatus.WARN
+    ERROR = DiagnosticStatus.ERROR
+
+
+@dataclass(frozen=True)
+class Health:
+    """Health of one node."""
+
+    node: str
+    level: Level
+    message: str
+    values: dict[str, str] = field(default_factory=dict)
+
+    def message_at(self, time: int) -> DiagnosticArray:
+        """As ``/diagnostics``, stamped with a time [ns]."""
+        status = DiagnosticStatus(
+            level=self.level.value,
+            name=self.node,
+            message=self.message,
+            hardware_id="ab_sim",
+            values=[KeyValue(key=key, value=value) for key, value in self.values.items()],
+        )
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = stamp(time)
+        return array
+
+    @classmethod
+    def all_of(cls, array: DiagnosticArray) -> list["Health"]:
+        """Every ab_sim entry of a message; other hardware's are left out."""
+        known = {level.value: level for level in Level}
+        return [
+            cls(
+                str(status.name),
+                known.get(status.level, Level.ERROR),
+                str(status.message),
+                {str(pair.key): str(pair.value) for pair in status.values},
+            )
+            for status in array.status
+            if status.hardware_id == "ab_sim"
+        ]

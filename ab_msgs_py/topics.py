@@ -1,0 +1,78 @@
+"""Topics of the contract: name, message type and quality of service, each in one place."""
+
+from typing import Any, NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import AccelStamped, PointStamped
+from rcl_interfaces.msg import Log
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.subscription import Subscription
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Float64MultiArray, String
+
+# Reliable throughout: a best-effort publisher is invisible to a reliable subscriber.
+_STREAM = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+_DEEP = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+_LATCHED = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+_LOG = QoSProfile(
+    depth=100,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+
+
+class Topic(NamedTuple):
+    """A topic of the contract."""
+
+    name: str
+    type: Any
+    qos: QoSProfile
+
+    def publisher(self, node: Node) -> Publisher:
+        """A publisher whose QoS may be overridden by parameters."""
+        return node.create_publisher(
+            self.type,
+            self.name,
+            self.qos,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+
+    def subscription(self, node: Node, callback: Any) -> Subscription:
+        """A subscription whose QoS may be overridden by parameters."""
+        return node.create_subscription(
+            self.type,
+            self.name,
+            callback,
+            self.qos,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+
+
+COMMAND = Topic("spindle/command", Float64, _STREAM)
+"""Commanded spindle speed [rad/s]."""
+JOINT_STATES = Topic("joint_states", JointState, _STREAM)
+"""Spindle and balls: angle, rate, effort."""
+VIBRATION = Topic("vibration", AccelStamped, _STREAM)
+"""Deck acceleration at the pick-up, inertial axes [m/s^2]."""
+WHIRL = Topic("whirl", PointStamped, _STREAM)
+"""Deck displacement, inertial axes [m]."""
+BLOCK = Topic("vibration/block", Float64MultiArray, _DEEP)
+"""Every integration sample since the last block."""
+DESCRIPTION = Topic("drive_description", String, _LATCHED)
+"""What is being simulated, as JSON; latched."""
+PROFILE_STATUS = Topic("profile_controller/status", String, _LATCHED)
+"""State of the profile controller: idle, running, done or aborted; latched."""
+CLOCK = Topic("/clock", Clock, _STREAM)
+"""Simulated time; the simulator is its authority."""
+DIAGNOSTICS = Topic("/diagnostics", DiagnosticArray, _STREAM)
+"""Health of every node, once a second."""
+EVENTS = Topic("/rosout", Log, _LOG)
+"""What every node logs."""

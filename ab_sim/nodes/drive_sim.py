@@ -1,0 +1,231 @@
+"""`drive_sim`: one drive in real time, commanded and observed over topics."""
+
+import collections
+import threading
+import time
+
+from rclpy.node import Node
+
+from ab_msgs_py import Block, Health, JointSample, Level, VectorSample, topics
+from ab_msgs_py.samples import clock_message, command_of, description_message
+from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
+from ab_sim.drive import Drive, describe
+from ab_sim.errors import CommandError, DivergedError
+from ab_sim.nodes.pacing import Pacer
+from ab_sim.nodes.parameters import declare, whole_ratio
+from ab_sim.nodes.process import run_node
+from ab_sim.scene import load_scene
+from ab_sim.trajectory import Trajectory
+
+REPORT_PERIOD = 1.0
+"""s between two diagnostics."""
+
+
+class DriveSim(Node):
+    """Steps a drive as the steady clock asks for it; the authority on simulated time."""
+
+    def __init__(self) -> None:
+        super().__init__("drive_sim")
+        scene = load_scene(
+            declare(self, "scene", "thesis-hold", "name or YAML file of the scene to simulate"),
+            [
+                change
+                for change in declare(
+                    self, "changes", [""], "changes to the scene, each key=value"
+                )
+                if change
+            ],
+        )
+        self.drive = Drive(scene, commanded=True)
+        step = self.drive.step
+        wake = declare(
+            self, "wake_rate", 250.0, "wake-ups, each publishing once", "1/s", (1.0, 2000.0)
+        )
+        blocks = declare(self, "block_rate", 50.0, "blocks of samples", "1/s", (0.1, 1000.0))
+        patience = declare(
+            self, "patience", 0.5, "lag beyond which steps are dropped", "s", (0.01, 60.0)
+        )
+        catch_up = declare(
+            self, "catch_up", 10.0, "most steps at one wake-up, in wake-ups", "1", (1.0, 1e4)
+        )
+        self._paused = declare(self, "start_paused", False, "wait for ~/pause with false")
+        self._per_wake = whole_ratio(1.0 / wake, step, "period of wake_rate over the scene's step")
+        self._per_block = whole_ratio(1.0 / blocks, 1.0 / wake, "period of block_rate")
+        self._pacer = Pacer(step, self._per_wake, int(catch_up * self._per_wake), patience)
+        self._step_ns = round(step * 1e9)
+
+        self._lock = threading.Lock()
+        self._commands: collections.deque[float] = collections.deque(maxlen=10_000)
+        self._pending: list[Trajectory] = []
+        self._wakes = 0
+        self._accepted = self._rejected = 0
+        self._trouble = ""
+        self._report_at = (time.monotonic(), 0)
+        self._factor = 0.0
+
+        self._joints = topics.JOINT_STATES.publisher(self)
+        self._vibration = topics.VIBRATION.publisher(self)
+        self._whirl = topics.WHIRL.publisher(self)
+        self._block = topics.BLOCK.publisher(self)
+        self._clock_topic = topics.CLOCK.publisher(self)
+        self._diagnostics = topics.DIAGNOSTICS.publisher(self)
+        self._description = topics.DESCRIPTION.publisher(self)
+        self._description.publish(description_message(describe(scene)))
+        topics.COMMAND.subscription(self, lambda m: self._commands.append(command_of(m)))
+        serve_switch(self, PAUSE, self.pause)
+        serve_trigger(self, STEP, self.step_once)
+        serve_trigger(self, RESET, self.reset)
+
+        self._warm_up()
+        self.get_logger().info(
+            f"{scene.name}: {scene.balls.count} balls, {', '.join(scene.effects)}; "
+            f"{self.drive.stepper.name} at {step:g} s" + (", paused" if self._paused else "")
+        )
+
+    def run(self, stopping: threading.Event) -> None:
+        """Wake up, step what is due, publish; until told to stop."""
+        self._pacer.start(time.monotonic())
+        while not stopping.wait(self._pacer.wait(time.monotonic())):
+            with self._lock:
+                due = self._pacer.due(time.monotonic())
+                if not self._paused:
+                    self._advance(due)
+                self._report()
+        with self._lock:
+            self._flush()
+
+    def pause(self, pause: bool) -> Answer:
+        """Pause, or resume; simulated time stands still meanwhile."""
+        with self._lock:
+            if pause == self._paused:
+                return True, "paused already" if pause else "running already"
+            if not pause and self._trouble:
+                return False, f"{self._trouble}; reset first"
+            self._paused = pause
+            self._restart_clock()
+            return True, "paused" if pause else "running"
+
+    def step_once(self) -> Answer:
+        """One wake-up's steps while paused."""
+        with self._lock:
+            if not self._paused:
+                return False, "not paused: pause first"
+            if self._trouble:
+                return False, f"{self._trouble}; reset first"
+            self._advance(self._per_wake)
+            return not self._trouble, self._trouble or f"t = {self.drive.time:g} s"
+
+    def reset(self) -> Answer:
+        """Back to t = 0 and the scene's start; commands are forgotten; pausing stays as it is."""
+        with self._lock:
+            self._flush()
+            self.drive.reset()
+            self._commands.clear()
+            self._trouble = ""
+            self._pending = [self.drive.present()]
+            self._restart_clock()
+            self.get_logger().info("reset to t = 0")
+            return True, "t = 0"
+
+    def _warm_up(self) -> None:
+        # Nothing may be compiled inside the real-time loop: go once through all it will call.
+        self.drive.advance(self._per_wake)
+        self.drive.command(self.drive.servo.max_speed)
+        self.drive.advance(self._per_wake)
+        self.drive.observe()
+        self.drive.reset()
+        self._pending = [self.drive.present()]
+
+    def _restart_clock(self) -> None:
+        now = time.monotonic()
+        self._pacer.start(now)
+        self._report_at = (now, self.drive.steps)
+
+    def _advance(self, steps: int) -> None:
+        self._obey()
+        try:
+            self._pending.append(self.drive.advance(steps))
+        except DivergedError as error:
+            self._trouble = str(error)
+            self._paused = True
+            self.get_logger().error(f"paused: {error}")
+        self._publish()
+        self._wakes += 1
+        if self._wakes % self._per_block == 0:
+            self._flush()
+
+    def _obey(self) -> None:
+        while self._commands:
+            try:
+                self.drive.command(self._commands.popleft())
+                self._accepted += 1
+            except CommandError as error:
+                self._rejected += 1
+                self.get_logger().warning(f"rejected: {error}", throttle_duration_sec=1.0)
+
+    def _publish(self) -> None:
+        now = self.drive.observe()
+        time_ns = self.drive.steps * self._step_ns
+        joints = JointSample(
+            time_ns,
+            now.psi,
+            now.omega,
+            tuple(now.theta.tolist()),
+            tuple(now.theta_rate.tolist()),
+            tuple((-now.driving_force * self.drive.scene.race.radius).tolist()),
+        )
+        self._joints.publish(joints.message())
+        x, y = now.acceleration.tolist()
+        self._vibration.publish(VectorSample(time_ns, x, y).vibration_message())
+        x, y = now.position.tolist()
+        self._whirl.publish(VectorSample(time_ns, x, y).whirl_message())
+        self._clock_topic.publish(clock_message(time_ns))
+
+    def _flush(self) -> None:
+        """Publish the samples since the last block."""
+        if self._pending:
+            block = Trajectory.join(self._pending)
+            self._pending = []
+            if len(block):
+                self._block.publish(Block(block.channels, block.samples).message())
+
+    def _report(self) -> None:
+        now, (since, steps) = time.monotonic(), self._report_at
+        if now - since < REPORT_PERIOD:
+            return
+        self._factor = (self.drive.steps - steps) * self.drive.step / (now - since)
+        self._report_at = (now, self.drive.steps)
+        pacing, scene = self._pacer.total, self.drive.scene
+        level, text = Level.OK, "paused" if self._paused else "running in real time"
+        if self._trouble:
+            level, text = Level.ERROR, self._trouble
+        elif pacing.dropped:
+            level, text = Level.WARN, f"fell behind: {pacing.dropped} steps were dropped"
+        health = Health(
+            self.get_fully_qualified_name(),
+            level,
+            text,
+            {
+                "real-time factor": f"{self._factor:.4f}",
+                "simulated time [s]": f"{self.drive.time:.9g}",
+                "overruns": str(pacing.overruns),
+                "steps dropped": str(pacing.dropped),
+                "worst lateness [s]": f"{pacing.worst_lateness:.6f}",
+                "commands accepted": str(self._accepted),
+                "commands rejected": str(self._rejected),
+                "scene": scene.name,
+                "stepper": self.drive.stepper.name,
+                "step [s]": f"{self.drive.step:g}",
+                "effects": ", ".join(scene.effects),
+            },
+        )
+        self._diagnostics.publish(health.message_at(self.drive.steps * self._step_ns))
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_node(DriveSim, DriveSim.run)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,78 @@
+"""How many integration steps are due by the steady clock; no ROS, and no clock of its own."""
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass
+class Pacing:
+    """Counts of one report interval and of the whole run; times in s of the steady clock."""
+
+    overruns: int = 0
+    """Wake-ups that came a whole period or more too late."""
+    dropped: int = 0
+    """Steps given up because the simulation had fallen too far behind."""
+    worst_lateness: float = 0.0
+    """Longest time by which a wake-up was late."""
+
+
+class Pacer:
+    """Keeps simulated time level with the steady clock.
+
+    Steps become due as the clock goes on. A late wake-up finds more of them due; they are caught
+    up with, at most ``budget`` of them at one wake-up. If the simulation has fallen more than
+    ``patience`` behind, it does not chase: the steps in excess are dropped and counted, and the
+    clock is taken as it is.
+
+    Args:
+        step: integration step [s].
+        steps_per_wake: steps that one wake-up takes when it is on time.
+        budget: most steps at one wake-up.
+        patience: how far behind the simulation may fall before steps are dropped [s].
+
+    Raises:
+        ValueError: the budget is less than one wake-up's steps, or patience less than a period.
+    """
+
+    def __init__(self, step: float, steps_per_wake: int, budget: int, patience: float) -> None:
+        self.period = step * steps_per_wake
+        if budget < steps_per_wake:
+            raise ValueError(f"budget = {budget} steps: must be at least {steps_per_wake}")
+        if patience < self.period:
+            raise ValueError(f"patience = {patience} s: must be at least {self.period} s")
+        self._step = step
+        self._per_wake = steps_per_wake
+        self._budget = budget
+        self._patience = patience
+        self.total = Pacing()
+        self._origin = 0.0
+        self._taken = 0
+        self._wake = 0.0
+
+    def start(self, now: float) -> None:
+        """Begin, or begin again after a pause: nothing is due at ``now``."""
+        self._origin, self._taken = now, 0
+        self._wake = now + self.period
+
+    def wait(self, now: float) -> float:
+        """How long to sleep until the next wake-up [s]."""
+        return max(self._wake - now, 0.0)
+
+    def due(self, now: float) -> int:
+        """Steps to take at this wake-up; the next one is planned."""
+        lateness = max(now - self._wake, 0.0)
+        self.total.worst_lateness = max(self.total.worst_lateness, lateness)
+        if lateness >= self.period:
+            self.total.overruns += 1
+        # Deadlines stay on their grid; those that have passed are skipped, their steps are not.
+        self._wake += self.period * (math.floor(lateness / self.period) + 1)
+        # Rounded up by a hair: a wake-up exactly on time has all its steps due.
+        due = math.floor((now - self._origin) / self._step + 1e-6) - self._taken
+        behind = due - self._per_wake
+        if behind * self._step > self._patience:
+            self.total.dropped += behind
+            self._taken += behind
+            due = self._per_wake
+        due = max(min(due, self._budget), 0)
+        self._taken += due
+        return due

@@ -1,0 +1,82 @@
+"""A node's life in its process: start, spin in a thread, clean end on Ctrl-C and SIGTERM."""
+
+import contextlib
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from ab_sim.errors import AbSimError
+
+SomeNode = TypeVar("SomeNode", bound=Node)
+
+
+def run_node(
+    make: Callable[[], SomeNode], loop: Callable[[SomeNode, threading.Event], None]
+) -> None:
+    """Make a node, answer its callbacks in a thread, run ``loop``, and end the process.
+
+    Bad input ends the process with one message and the error's exit code; Ctrl-C and SIGTERM end
+    it with 0.
+
+    Args:
+        make: makes the node; rclpy is initialised by then.
+        loop: runs in the main thread until the event it is given is set. ROS still works then,
+            so that it can publish what is left.
+    """
+    stopping = threading.Event()
+    # Not rclpy's own handlers: they tear the context down under whatever is in flight, and
+    # raise KeyboardInterrupt anywhere, in the middle of closing a file too.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopping.set())
+    code = 0
+    try:
+        node = make()
+        try:
+            with _answering(node, stopping):
+                loop(node, stopping)
+        finally:
+            node.destroy_node()
+    except AbSimError as error:
+        print(error, file=sys.stderr)
+        code = error.exit_code
+    finally:
+        rclpy.try_shutdown()
+    sys.exit(code)
+
+
+@contextlib.contextmanager
+def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
+    """Answer the node's callbacks in a thread; what one of them raises ends the process."""
+    executor = EventsExecutor()
+    executor.add_node(node)
+    failures: list[BaseException] = []
+    done = threading.Event()
+
+    def spin() -> None:
+        try:
+            # Without a finite timeout this executor cannot be stopped.
+            while not done.is_set():
+                executor.spin_once(timeout_sec=0.2)
+        except BaseException as failure:
+            failures.append(failure)
+            stopping.set()
+
+    thread = threading.Thread(target=spin, name="callbacks", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        executor.wake()
+        thread.join(timeout=5.0)
+        executor.shutdown(timeout_sec=1.0)
+    if failures:
+        raise failures[0]

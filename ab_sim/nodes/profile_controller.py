@@ -1,0 +1,129 @@
+"""`profile_controller`: runs a start-up profile by publishing speed commands at a fixed rate."""
+
+import threading
+
+from rclpy.node import Node
+
+from ab_msgs_py import Health, Level, topics
+from ab_msgs_py.samples import command_message, text_message
+from ab_msgs_py.services import ABORT, START, Answer, serve_trigger
+from ab_sim.errors import InputError
+from ab_sim.nodes.parameters import declare
+from ab_sim.nodes.process import run_node
+from ab_sim.scene import load_scene
+from ab_sim.spindle import SpeedProfile
+
+HEALTH = {
+    "idle": "waiting for ~/start",
+    "running": "running the profile",
+    "done": "profile done, holding its final speed",
+    "aborted": "aborted, commanding standstill",
+}
+
+
+class ProfileController(Node):
+    """What start-up firmware does: one speed command per period, along the profile.
+
+    It keeps the node's clock: with ``use_sim_time`` it follows the simulator's.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("profile_controller")
+        name = declare(
+            self, "profile", "thesis-hold", "name or YAML file of the scene whose profile to run"
+        )
+        scene = load_scene(name)
+        if scene.profile is None:
+            raise InputError(f"parameter profile = {name}: that scene has no profile to run")
+        self.profile = SpeedProfile.of_scene(scene)
+        rate = declare(self, "command_rate", 200.0, "commands", "1/s", (1.0, 1000.0))
+        self._period = 1.0 / rate
+        self._lock = threading.Lock()
+        self._state = ""
+        self._began: int | None = None
+
+        self._command = topics.COMMAND.publisher(self)
+        self._status = topics.PROFILE_STATUS._replace(name="~/status").publisher(self)
+        self._diagnostics = topics.DIAGNOSTICS.publisher(self)
+        serve_trigger(self, START, self.start)
+        serve_trigger(self, ABORT, self.abort)
+        self.create_timer(self._period, self._tick)
+        self._enter("idle")
+        if declare(self, "auto_start", False, "start as soon as a drive listens"):
+            self._waiting = self.create_timer(self._period, self._start_when_heard)
+
+    def start(self) -> Answer:
+        """Run the profile from its beginning, now."""
+        with self._lock:
+            if self._state == "running":
+                return False, "running already; abort first"
+            if self._command.get_subscription_count() == 0:
+                return False, f"nobody listens on {self._command.topic_name}: start the drive first"
+            self._began = self.get_clock().now().nanoseconds
+            self._enter("running")
+            self._send()
+            return True, f"started at t = {self._began / 1e9:g} s"
+
+    def abort(self) -> Answer:
+        """Stop the profile; command standstill from now on."""
+        with self._lock:
+            if self._state not in ("running", "done"):
+                return False, "not running"
+            self._enter("aborted")
+            self._send()
+            return True, "commanding standstill"
+
+    def report(self) -> None:
+        """Publish this node's health."""
+        level = Level.WARN if self._state == "aborted" else Level.OK
+        health = Health(
+            self.get_fully_qualified_name(),
+            level,
+            HEALTH[self._state],
+            {
+                "state": self._state,
+                "command rate [1/s]": f"{1 / self._period:g}",
+                "drives listening": str(self._command.get_subscription_count()),
+            },
+        )
+        self._diagnostics.publish(health.message_at(self.get_clock().now().nanoseconds))
+
+    def _start_when_heard(self) -> None:
+        if self._command.get_subscription_count() and self.start()[0]:
+            self._waiting.cancel()
+
+    def _enter(self, state: str) -> None:
+        self._state = state
+        self._status.publish(text_message(state))
+        self.get_logger().info(HEALTH[state])
+
+    def _tick(self) -> None:
+        with self._lock:
+            if self._state != "idle":
+                self._send()
+
+    def _send(self) -> None:
+        if self._state == "aborted":
+            self._command.publish(command_message(0.0))
+            return
+        assert self._began is not None
+        elapsed = (self.get_clock().now().nanoseconds - self._began) * 1e-9
+        # The speed that is due when the next command comes: the drive goes there until then.
+        self._command.publish(command_message(self.profile.speed(elapsed + self._period)))
+        if self._state == "running" and elapsed >= self.profile.end:
+            self._enter("done")
+
+
+def report_until_stopped(node: ProfileController, stopping: threading.Event) -> None:
+    """Once a second of the steady clock, whatever simulated time does."""
+    while not stopping.wait(1.0):
+        node.report()
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_node(ProfileController, report_until_stopped)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,195 @@
+"""`recorder`: streams every topic of a drive into a Rerun recording."""
+
+import datetime
+import queue
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rclpy.node import Node
+
+from ab_msgs_py import Block, Health, Level, MalformedMessage, topics
+from ab_msgs_py.samples import command_of, description_of, event_of, text_of
+from ab_sim.nodes.parameters import declare, output_file
+from ab_sim.nodes.process import run_node
+from ab_sim.recording import Recording
+
+REPORT_PERIOD = 1.0
+"""s between two diagnostics."""
+SILENCE = 5.0
+"""s without a drive before the recorder says so."""
+
+
+class Recorder(Node):
+    """Collects messages in callbacks, writes them from the main thread.
+
+    Between the two is a bounded queue: a disk that is too slow costs the oldest messages, which
+    are counted, and never the simulation its time.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("recorder")
+        asked = declare(self, "path", "", ".rrd file; empty: recordings/<date>_<time>.rrd")
+        now = datetime.datetime.now()
+        self.path = output_file(asked or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
+        length = declare(self, "queue", 2000, "messages kept while the disk is slow", "1", (10, 1e6))
+        self._queue: queue.Queue[tuple[Callable[..., None], Any]] = queue.Queue(length)
+        self._recording: Recording | None = None
+        self._description: dict[str, Any] | None = None
+        self._files = 0
+        self._last_step: float | None = None
+        self._time = 0.0
+        self.dropped = self.missing = self.malformed = self.written = 0
+
+        self._diagnostics = topics.DIAGNOSTICS.publisher(self)
+        for topic, write in (
+            (topics.DESCRIPTION, self._write_description),
+            (topics.BLOCK, self._write_block),
+            (topics.COMMAND, self._write_command),
+            (topics.DIAGNOSTICS, self._write_health),
+            (topics.PROFILE_STATUS, self._write_status),
+            (topics.EVENTS, self._write_event),
+        ):
+            topic.subscription(self, self._enqueue(write))
+        self.get_logger().info(f"recording to {self.path} as soon as a drive describes itself")
+
+    def run(self, stopping: threading.Event) -> None:
+        """Write what comes in until told to stop, then what is left."""
+        began = reported = time.monotonic()
+        warned = False
+        while not stopping.is_set():
+            self._write_next(timeout=0.2)
+            now = time.monotonic()
+            if now - reported >= REPORT_PERIOD:
+                reported = now
+                self._report()
+            if self._description is None and not warned and now - began > SILENCE:
+                warned = True
+                self.get_logger().warning(
+                    f"no drive heard for {SILENCE:g} s: is drive_sim running, in this namespace "
+                    "and on this ROS_DOMAIN_ID?"
+                )
+        while self._write_next(timeout=0.0):
+            pass
+        self._close()
+
+    def _enqueue(self, write: Callable[..., None]) -> Callable[[Any], None]:
+        def callback(message: Any) -> None:
+            while True:
+                try:
+                    self._queue.put_nowait((write, message))
+                    return
+                except queue.Full:
+                    try:
+                        self._queue.get_nowait()
+                        self.dropped += 1
+                    except queue.Empty:
+                        pass
+
+        return callback
+
+    def _write_next(self, timeout: float) -> bool:
+        try:
+            write, message = self._queue.get(timeout=timeout) if timeout else self._queue.get(False)
+        except queue.Empty:
+            return False
+        try:
+            write(message)
+        except MalformedMessage as error:
+            self.malformed += 1
+            self.get_logger().warning(f"ignored: {error}", throttle_duration_sec=1.0)
+        return True
+
+    def _write_description(self, message: Any) -> None:
+        description = description_of(message)
+        if description != self._description:
+            self._close()
+            self._description = description
+            self._open()
+
+    def _write_block(self, message: Any) -> None:
+        block = Block.of(message)
+        if self._recording is None or len(block.samples) == 0:
+            return
+        first, last = block.samples[0, 0], block.samples[-1, 0]
+        if self._last_step is not None and first <= self._last_step:
+            # The drive was reset; a recording's steps only grow, so begin another one.
+            self._close()
+            self._open()
+        if self._last_step is not None:
+            self.missing += int(first - self._last_step) - 1
+        self._last_step, self._time = last, block.samples[-1, 1]
+        self._recording.block(block.channels, block.samples)
+        self.written += len(block.samples)
+
+    def _write_command(self, message: Any) -> None:
+        if self._recording is not None:
+            self._recording.scalar("commands_received", self._time, command_of(message))
+
+    def _write_health(self, message: Any) -> None:
+        for health in Health.all_of(message):
+            factor = health.values.get("real-time factor")
+            if self._recording is not None and factor is not None:
+                self._recording.scalar("real_time_factor", self._time, float(factor))
+            if self._recording is not None and health.level is not Level.OK:
+                self._recording.event(
+                    self._time, f"{health.node}: {health.message}", "WARN", "diagnostics"
+                )
+
+    def _write_status(self, message: Any) -> None:
+        if self._recording is not None:
+            self._recording.event(self._time, f"profile: {text_of(message)}", "INFO", "profile")
+
+    def _write_event(self, message: Any) -> None:
+        if self._recording is not None:
+            _, level, node, text = event_of(message)
+            self._recording.event(self._time, f"{node}: {text}", level, "log")
+
+    def _open(self) -> None:
+        assert self._description is not None
+        self._files += 1
+        path = self.path if self._files == 1 else _numbered(self.path, self._files)
+        self._recording = Recording(path, description=self._description)
+        self._last_step = None
+        self.get_logger().info(f"recording to {path}")
+
+    def _close(self) -> None:
+        if self._recording is not None:
+            self._recording.close()
+            self.get_logger().info(
+                f"wrote {self._recording.path}: {self._recording.rows} samples, "
+                f"{self.missing} missing, {self.dropped} messages dropped"
+            )
+            self._recording = None
+
+    def _report(self) -> None:
+        lost = self.missing + self.dropped + self.malformed
+        health = Health(
+            self.get_fully_qualified_name(),
+            Level.WARN if lost else Level.OK,
+            "recording" if self._recording else "waiting for a drive",
+            {
+                "file": str(self._recording.path) if self._recording else "",
+                "samples written": str(self.written),
+                "samples missing": str(self.missing),
+                "messages dropped": str(self.dropped),
+                "messages malformed": str(self.malformed),
+                "messages waiting": str(self._queue.qsize()),
+            },
+        )
+        self._diagnostics.publish(health.message_at(round(self._time * 1e9)))
+
+
+def _numbered(path: Path, number: int) -> Path:
+    return path.with_stem(f"{path.stem}-{number}")
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_node(Recorder, Recorder.run)
+
+
+if __name__ == "__main__":
+    main()

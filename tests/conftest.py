@@ -1,0 +1,52 @@
+"""What every test may use."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from ab_sim.scene import Scene, check_scene
+
+SceneMaker = Callable[..., Scene]
+
+
+def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """``base`` with ``changes`` laid over it, section by section; None removes a key."""
+    merged = dict(base)
+    for key, value in changes.items():
+        if value is None:
+            merged.pop(key, None)
+        elif isinstance(value, dict) and isinstance(merged.get(key), dict) and key != "profile":
+            merged[key] = merge(merged[key], value)
+        else:
+            merged[key] = value
+    return merged
+
+
+THESIS: dict[str, Any] = {
+    "rotor": {"total_mass": 0.1, "eccentricity": 1e-4},
+    "race": {"radius": 0.01},
+    "balls": {"count": 2, "mass": 1e-3, "radius": 1e-3},
+    "effects": {
+        "suspension": {"stiffness": 1000.0, "damping": 0.2},
+        "viscous_drag": {"coefficient": 1.0},
+        "spindle_acceleration": {},
+        "ball_spin": {},
+    },
+    "start": {"speed": 0.0},
+    "spindle": {"max_speed": 500.0, "max_acceleration": 100.0},
+    "profile": {"kind": "start_up", "acceleration": 40.0, "target_speed": 400.0},
+    "solver": {"stepper": "rk8", "step": 0.001},
+    "duration": 6.0,
+}
+"""The thesis' drive without friction, accelerating for ten seconds."""
+
+
+@pytest.fixture
+def scene() -> SceneMaker:
+    """Makes the thesis' scene without friction, with changes given as nested mappings."""
+
+    def make(**changes: Any) -> Scene:
+        return check_scene(merge(THESIS, changes), "test")
+
+    return make

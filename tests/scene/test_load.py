@@ -1,0 +1,153 @@
+"""Scenes: found, read, changed, checked, and refused with a message that helps."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ab_sim.drive import Drive
+from ab_sim.errors import SceneError
+from ab_sim.scene import check_scene, find_scene, load_scene, scene_names
+
+EXPECTED = {
+    "thesis-baseline",
+    "thesis-hold",
+    "thesis-half-acceleration",
+    "one-ball",
+    "no-ball",
+    "five-balls-8000-rpm",
+    "nsc-case-1",
+    "nsc-case-2",
+    "nsc-case-3",
+}
+
+
+def test_the_scenes_are_there() -> None:
+    assert set(scene_names()) >= EXPECTED
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_every_scene_makes_a_drive_and_survives_a_round_trip(name: str) -> None:
+    scene = load_scene(name)
+    assert scene.name == name
+    assert scene.description and scene.source
+    Drive(scene)
+    assert check_scene(scene.as_mapping(), "again") == scene
+
+
+def test_a_file_serves_as_well_as_a_name(tmp_path: Path) -> None:
+    copy = tmp_path / "mine.yaml"
+    copy.write_text(find_scene("thesis-hold").read_text())
+    mine = load_scene(copy)
+    assert mine.name == "mine"
+    assert mine.model_copy(update={"name": "thesis-hold"}) == load_scene("thesis-hold")
+
+
+def test_changes() -> None:
+    scene = load_scene(
+        "thesis-hold",
+        ["balls.mass=0.002", "effects.viscous_drag.coefficient=2e0", "effects.rolling_friction="],
+    )
+    assert scene.balls.mass == 0.002
+    assert scene.effects["viscous_drag"].coefficient == 2.0
+    assert "rolling_friction" not in scene.effects
+    assert scene.total_mass == 0.1, "the thesis' M includes the balls"
+    assert load_scene("nsc-case-1", ["balls.mass=0.002"]).total_mass == pytest.approx(0.22)
+
+
+def test_case_2_is_exactly_degenerate() -> None:
+    scene = load_scene("nsc-case-2")
+    assert scene.balls.mass is not None
+    balls = scene.balls.count * scene.balls.mass * scene.race.radius
+    assert balls == pytest.approx(scene.eccentric_mass * scene.rotor.eccentricity, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("rotor.total_mas=1", ["rotor.total_mas = 1", "did you mean 'total_mass'", "allowed here"]),
+        ("effects.viscus_drag.coefficient=1", ["viscus_drag", "did you mean 'viscous_drag'"]),
+        ("effects.suspension.stifness=1", ["effects.suspension.stifness", "'stiffness'"]),
+        ("effects.viscous_drag.stiffness=1", ["a parameter of an effect", "effects.suspension"]),
+        ("rotor.stiffness=1", ["rotor.stiffness", "effects.suspension.stiffness"]),
+        ("rotor.eccentricity=-1", ["rotor.eccentricity = -1", "at least 0", "[m]"]),
+        ("rotor.eccentricity=.nan", ["rotor.eccentricity = nan", "finite"]),
+        ("rotor.eccentricity=.inf", ["rotor.eccentricity = inf"]),
+        ("rotor.eccentricity=yes", ["rotor.eccentricity", "a number is needed"]),
+        ("rotor.eccentricity=wide", ["rotor.eccentricity = 'wide'", "must be a number"]),
+        ("race.radius=1e9", ["race.radius", "at most 10"]),
+        ("race.radius=", ["race.radius: is missing", "[m]"]),
+        ("balls.count=65", ["balls.count = 65", "at most 64"]),
+        ("balls.count=2.5", ["balls.count = 2.5", "a whole number"]),
+        ("balls.count=3", ["start.ball_angles", "has 2 angles for 3 balls"]),
+        ("balls.mass=0.06", ["rotor.total_mass", "must be more than"]),
+        ("balls.radius=0.02", ["balls.radius", "less than race.radius"]),
+        ("balls.radius=", ["balls.radius: is needed by the effect ball_spin"]),
+        ("effects.suspension.damping=-1", ["effects.suspension.damping = -1", "[N s/m]"]),
+        ("effects.suspension.damping=", ["effects.suspension.damping: is missing"]),
+        ("effects.ball_spin.mass=1", ["effects.ball_spin.mass", "takes no parameters"]),
+        ("spindle.max_speed=150", ["profile.target_speed = 200", "spindle.max_speed"]),
+        ("profile.kind=startup", ["profile.kind", "start_up"]),
+        ("profile.variable_speed_period.start_time=2", ["exactly one of start_speed"]),
+        ("profile.variable_speed_period.duration=-1", ["duration = -1", "more than 0"]),
+        ("profile.variable_speed_period.start_speed=500", ["start_speed = 500", "must lie between"]),
+        ("solver.step=1e-10", ["whole number of nanoseconds"]),
+        ("effects=[friction]", ["effects", "no such effect", "rolling_friction"]),
+        ("solver", ["must be key=value"]),
+        ("solver.step.size=1", ["solver.step", "has no keys"]),
+    ],
+)
+def test_bad_input_is_named(change: str, words: list[str]) -> None:
+    with pytest.raises(SceneError) as caught:
+        load_scene("thesis-hold", [change])
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_a_radius_that_no_effect_uses_is_refused() -> None:
+    with pytest.raises(SceneError, match="no effect of this scene uses the balls' radius"):
+        load_scene("nsc-case-1", ["balls.radius=0.001"])
+
+
+def test_every_problem_is_told_at_once() -> None:
+    with pytest.raises(SceneError) as caught:
+        load_scene("thesis-hold", ["rotor.eccentricity=-1", "effects.suspension.damping=-1"])
+    assert len(str(caught.value).splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("thesis-hlod", "did you mean 'thesis-hold'"),
+        ("nowhere/scene.yaml", "no such scene file"),
+        ("missing.yaml", "no such scene file"),
+    ],
+)
+def test_unknown_scenes(name: str, words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        load_scene(name)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a: [", "not valid YAML"),
+        ("a: 1\na: 2", "given twice"),
+        ("- 1", "must be a mapping"),
+        ("\x00", "not valid YAML"),
+        ("effects: 3", "must be a list of names"),
+        ("effects: [suspension, suspension]", "named twice"),
+    ],
+)
+def test_broken_files(tmp_path: Path, text: str, words: str) -> None:
+    file = tmp_path / "broken.yaml"
+    file.write_text(text)
+    with pytest.raises(SceneError, match=words) as caught:
+        load_scene(file)
+    assert str(file) in str(caught.value)
+
+
+def test_effects_of_the_same_scene_do_not_depend_on_their_order(scene: Any) -> None:
+    mapping = scene().as_mapping()
+    turned = {**mapping, "effects": dict(reversed(mapping["effects"].items()))}
+    assert list(check_scene(turned, "x").effects) == list(check_scene(mapping, "x").effects)
