@@ -4,6 +4,7 @@ Two extra states after the balls': the work that the motor has done and the ener
 both [J]. A system with an empty ledger has neither the states nor this code.
 """
 
+from math import cos, sin
 from typing import Any, NamedTuple
 
 from numba.extending import overload
@@ -42,7 +43,7 @@ def book(ledger, system, deck, A1, A2, state, slope, scratch):  # type: ignore[n
         rate = state[4 + n + i]
         motion = BallMotion(c, s, rate, deck.speed + rate)
         normal = scratch[i, 2] - ball.mass * (A1 * c + A2 * s)
-        torque += motor_torque(effects, body, ball, motion, deck, q)
+        torque += motor_torque(effects, body, ball, motion, deck, q, normal)
         loss += ball_loss(effects, body, ball, motion, normal)
     slope[4 + 2 * n] = torque * deck.speed
     slope[5 + 2 * n] = loss
@@ -64,8 +65,6 @@ def mechanical_energy(system: Any, deck: Deck, angles: Any, rates: Any) -> float
         angles: theta_i [rad], shape (n,).
         rates: theta_i' [rad/s], shape (n,).
     """
-    from math import cos, sin
-
     body: Body = system.body
     w, e = deck.speed, body.eccentricity
     rest = body.total_mass - float(system.ball_masses.sum())

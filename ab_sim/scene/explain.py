@@ -1,6 +1,7 @@
 """Turn pydantic's findings into messages that name key, value, what is allowed, what to do."""
 
 import difflib
+import math
 from collections.abc import Iterable
 from typing import Any, get_args
 
@@ -48,11 +49,11 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
         return f"{key} = {value!r}: {_unknown(loc)}"
     if kind == "missing":
         return f"{key}: is missing; add it{_meaning(loc)}"
+    if kind == "finite_number" or (isinstance(value, float) and not math.isfinite(value)):
+        return f"{key} = {value!r}: must be a finite number{_meaning(loc)}"
     if kind in _BOUNDS:
         bound, words = _BOUNDS[kind]
         return f"{key} = {value!r}: must be {words} {context[bound]:g}{_meaning(loc)}"
-    if kind == "finite_number":
-        return f"{key} = {value!r}: must be a finite number{_meaning(loc)}"
     if kind in ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float"):
         what = "a whole number" if kind.startswith("int") else "a number"
         return f"{key} = {value!r}: must be {what}{_meaning(loc)}"

@@ -25,7 +25,8 @@ class BallSpin(NamedTuple):
         return 0.4 * ball.mass * (body.race_radius + ball.radius) * deck.acceleration
 
     def motor_torque(
-        self, body: Body, ball: Ball, motion: BallMotion, deck: Deck, ball_acceleration: float
+        self, body: Body, ball: Ball, motion: BallMotion, deck: Deck, ball_acceleration: float,
+        normal_force: float,
     ) -> float:
         arm = body.race_radius + ball.radius
         return 0.4 * ball.mass * arm * (

@@ -2,7 +2,9 @@
 
 from typing import Annotated, NamedTuple
 
-from ab_sim.dynamics.motion import Ball, BallMotion, Body
+import numpy as np
+
+from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 
@@ -26,6 +28,19 @@ class RollingFriction(NamedTuple):
 
     def friction_coefficient(self, ball: Ball) -> float:
         return self.arm / ball.radius
+
+    def motor_torque(
+        self,
+        body: Body,
+        ball: Ball,
+        motion: BallMotion,
+        deck: Deck,
+        ball_acceleration: float,
+        normal_force: float,
+    ) -> float:
+        # As with drag, the motor holds the race's speed against the reaction.
+        friction = self.arm / ball.radius * max(normal_force, 0.0)
+        return -friction * body.race_radius * np.sign(motion.rate)
 
     def ball_loss(
         self, body: Body, ball: Ball, motion: BallMotion, normal_force: float

@@ -20,7 +20,8 @@ class ViscousDrag(NamedTuple):
         return -self.coefficient * body.race_radius * motion.rate
 
     def motor_torque(
-        self, body: Body, ball: Ball, motion: BallMotion, deck: Deck, ball_acceleration: float
+        self, body: Body, ball: Ball, motion: BallMotion, deck: Deck, ball_acceleration: float,
+        normal_force: float,
     ) -> float:
         # The race drags the ball along; the motor holds the race's speed against the reaction.
         return -self.coefficient * body.race_radius * body.race_radius * motion.rate

@@ -1,0 +1,127 @@
+"""Figures of merit, on curves whose figures are known, and offline runs."""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_sim.analysis import peak_whirl, replay, run_scene, settling_period, time_of_speed
+from ab_sim.drive import Drive
+from ab_sim.errors import InputError
+from ab_sim.trajectory import Trajectory, channels_for
+
+
+def made(balls: int = 1, step: float = 1e-3, count: int = 1001, **channels: Any) -> Trajectory:
+    names = channels_for(balls)
+    samples = np.zeros((count, len(names)))
+    samples[:, 0] = np.arange(count)
+    samples[:, 1] = samples[:, 0] * step
+    for name, function in channels.items():
+        samples[:, names.index(name)] = function(samples[:, 1])
+    return Trajectory(names, samples)
+
+
+def test_peak_between_samples() -> None:
+    """W = 3 - (t - 0.50037)^2, going round at 50 rad/s."""
+
+    def whirl(t: np.ndarray) -> np.ndarray:
+        return 3 - (t - 0.50037) ** 2
+
+    z = lambda t: whirl(t) * np.exp(50j * t)  # noqa: E731
+    dz = lambda t: (-2 * (t - 0.50037) + 50j * whirl(t)) * np.exp(50j * t)  # noqa: E731
+    run = made(
+        x=lambda t: z(t).real, y=lambda t: z(t).imag, vx=lambda t: dz(t).real,
+        vy=lambda t: dz(t).imag,
+    )  # fmt: skip
+    peak, at = peak_whirl(run)
+    assert peak == pytest.approx(3.0, abs=1e-6)
+    assert at == pytest.approx(0.50037, abs=1e-3)
+
+
+def test_peak_at_the_end() -> None:
+    peak, at = peak_whirl(made(x=lambda t: t, vx=np.ones_like))
+    assert (peak, at) == (1.0, 1.0)
+
+
+def test_settling_needs_all_balls_and_is_found_between_samples() -> None:
+    run = made(
+        balls=2,
+        ball_0_angle=lambda t: -8 * t,
+        ball_0_rate=lambda t: np.full_like(t, -8.0),
+        ball_1_angle=lambda t: -5 * t,
+        ball_1_rate=lambda t: np.full_like(t, -5.0),
+    )
+    assert settling_period(run, 0.25) == pytest.approx(math.pi / 5 - 0.25, abs=1e-9)
+
+
+def test_settling_is_counted_from_the_period_and_may_not_happen() -> None:
+    gone = made(ball_0_angle=lambda t: np.full_like(t, -4.0))
+    assert settling_period(gone, 0.3) == pytest.approx(0.0)
+    never = made(ball_0_angle=lambda t: np.full_like(t, -3.0))
+    assert settling_period(never, 0.0) is None
+    assert settling_period(made(balls=0), 0.0) is None
+    assert settling_period(gone, 5.0) is None
+
+
+def test_time_of_speed() -> None:
+    run = made(speed=lambda t: 40 * t)
+    assert time_of_speed(run, 10.0101) == pytest.approx(0.2502525)
+    assert time_of_speed(run, 0.0) == 0.0
+    assert time_of_speed(run, 41.0) is None
+
+
+def test_offline_samples_on_and_off_the_grid(scene: Any) -> None:
+    times = [2.5, 0.0, 1.23456, 6.0, 2.5]
+    result = run_scene(scene(duration=3.0), times)
+    assert [sample.time for sample in result.samples] == times
+    assert result.samples[0] is result.samples[4]
+    assert result.trajectory["time"][-1] == 6.0, "as long as the last time asked for"
+    assert len(result.trajectory) == 6001
+    drive = Drive(scene())
+    drive.advance(2500)
+    assert result.samples[0].theta.tobytes() == drive.observe().theta.tobytes()
+    json.dumps(result.report(), allow_nan=False)
+
+
+def test_progress_covers_the_run(scene: Any) -> None:
+    seen: list[int] = []
+    run_scene(scene(duration=1.0), progress=lambda drive, newest: seen.append(len(newest)))
+    assert sum(seen) == 1000
+    assert len(seen) == 100
+
+
+def test_cutting_a_run_does_not_change_it(scene: Any) -> None:
+    one, other = (run_scene(scene(duration=1.0), parts=parts).trajectory for parts in (1, 37))
+    assert one.samples.tobytes() == other.samples.tobytes()
+
+
+@pytest.mark.parametrize("times", [[-1.0], [math.nan], [math.inf]])
+def test_bad_times(scene: Any, times: list[float]) -> None:
+    with pytest.raises(InputError, match="finite number, at least 0"):
+        run_scene(scene(), times)
+
+
+def test_absurdly_long_runs_are_refused(scene: Any) -> None:
+    with pytest.raises(InputError, match="at most 20000000"):
+        run_scene(scene(duration=1e6))
+
+
+def test_replay_is_bit_exact(scene: Any) -> None:
+    drive = Drive(scene(effects={"rolling_friction": {"arm": 1e-6}}), commanded=True)
+    random = np.random.default_rng(1)
+    parts = [drive.present()]
+    for _ in range(200):
+        if random.random() < 0.7:
+            drive.command(random.uniform(0, 200))
+        parts.append(drive.advance(int(random.integers(1, 9))))
+    recorded = Trajectory.join(parts)
+    again = replay(drive.scene, recorded)
+    assert again.samples.tobytes() == recorded.samples.tobytes()
+
+
+def test_replay_refuses_gaps(scene: Any) -> None:
+    run = Drive(scene(), commanded=True).advance(10)
+    with pytest.raises(InputError, match="cannot be replayed"):
+        replay(scene(), run)

@@ -1,0 +1,193 @@
+"""A running drive: commands, determinism, snapshots, and clear errors."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_sim.drive import Drive, describe
+from ab_sim.errors import CommandError, DivergedError
+from ab_sim.scene import check_scene, load_scene
+from ab_sim.trajectory import Trajectory
+
+
+def test_runs_the_scene_profile_until_commanded(scene: Any) -> None:
+    drive = Drive(scene())
+    drive.advance(1000)
+    assert drive.observe().omega == 40.0
+    drive.command(10.0)
+    drive.advance(100)
+    assert drive.observe().omega == pytest.approx(30.0)
+    assert drive.observe().command == 10.0
+    drive.advance(1000)
+    assert drive.observe().omega == 10.0
+
+
+def test_commanded_drive_holds_its_start_speed(scene: Any) -> None:
+    drive = Drive(scene(start={"speed": 25.0}), commanded=True)
+    assert np.all(drive.advance(100)["speed"] == 25.0)
+
+
+def test_psi_is_continuous_over_commands(scene: Any) -> None:
+    drive = Drive(scene(), commanded=True)
+    angles = [0.0]
+    for command in (30.0, 80.0, -20.0, 5.0, 400.0):
+        drive.command(command)
+        angles.extend(drive.advance(123)["angle"])
+    speeds = np.diff(angles) / drive.step
+    assert np.abs(np.diff(speeds)).max() <= 100.0 * drive.step * (1 + 1e-6), "no jump in speed"
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 501.0, -501.0])
+def test_bad_command_changes_nothing(scene: Any, bad: float) -> None:
+    one, other = Drive(scene()), Drive(scene())
+    for drive in (one, other):
+        drive.advance(100)
+        drive.command(50.0)
+        drive.advance(50)
+    with pytest.raises(CommandError):
+        one.command(bad)
+    assert one.advance(500).samples.tobytes() == other.advance(500).samples.tobytes()
+
+
+def test_repeated_command_changes_nothing(scene: Any) -> None:
+    one, other = Drive(scene(), commanded=True), Drive(scene(), commanded=True)
+    one.command(300.0)
+    other.command(300.0)
+    again = []
+    for _ in range(100):
+        other.command(300.0)
+        again.append(other.advance(7))
+    assert one.advance(700).samples.tobytes() == Trajectory.join(again).samples.tobytes()
+
+
+def test_same_inputs_same_bits(scene: Any) -> None:
+    def run() -> bytes:
+        drive = Drive(scene(effects={"rolling_friction": {"arm": 1e-6}}), commanded=True)
+        parts = []
+        for k in range(50):
+            drive.command(4.0 * k)
+            parts.append(drive.advance(31))
+        return Trajectory.join(parts).samples.tobytes()
+
+    assert run() == run()
+
+
+def test_reset_and_restore_return_exactly(scene: Any) -> None:
+    drive = Drive(scene())
+    first = drive.advance(700)
+    kept = drive.snapshot()
+    second = drive.advance(700)
+    drive.command(3.0)
+    drive.advance(10)
+    drive.restore(kept)
+    assert drive.advance(700).samples.tobytes() == second.samples.tobytes()
+    drive.reset()
+    assert drive.time == 0.0
+    assert drive.advance(700).samples.tobytes() == first.samples.tobytes()
+
+
+def test_snapshot_is_not_touched_by_what_follows(scene: Any) -> None:
+    drive = Drive(scene())
+    drive.advance(10)
+    kept = drive.snapshot()
+    before = kept.state.copy()
+    drive.advance(500)
+    drive.restore(kept)
+    drive.advance(500)
+    np.testing.assert_array_equal(kept.state, before)
+
+
+def test_snapshot_of_another_drive_is_refused(scene: Any) -> None:
+    with pytest.raises(ValueError, match="another number of balls"):
+        Drive(scene()).restore(Drive(scene(balls={"count": 3})).snapshot())
+
+
+def test_samples_and_observations_agree(scene: Any) -> None:
+    drive = Drive(scene(start={"ball_angles": [0.3, -0.9]}))
+    row = drive.advance(2400)
+    now = drive.present()
+    assert now.channels == row.channels
+    np.testing.assert_allclose(row.samples[-1], now.samples[0], rtol=1e-12, atol=1e-15)
+    seen = drive.observe()
+    assert (seen.psi, seen.omega) == (row["angle"][-1], row["speed"][-1])
+
+
+def test_deck_acceleration_is_the_derivative_of_its_velocity(scene: Any) -> None:
+    run = Drive(scene(start={"ball_angles": [0.3, -0.9]})).advance(2500)
+    for velocity, acceleration in (("vx", "ax"), ("vy", "ay")):
+        slope = np.gradient(run[velocity], 1e-3)[10:-10]
+        exact = run[acceleration][10:-10]
+        # Central differences miss (w h)^2 / 6 of it at w = 100 rad/s.
+        np.testing.assert_allclose(slope, exact, atol=2e-3 * np.abs(exact).max())
+
+
+def test_observing_between_steps_does_not_disturb(scene: Any) -> None:
+    one, other = Drive(scene()), Drive(scene())
+    one.advance(2399)
+    between = one.observe_at(2.3995)
+    fine = Drive(scene(solver={"step": 5e-4}))
+    fine.advance(4799)
+    np.testing.assert_allclose(between.theta, fine.observe().theta, rtol=1e-9)
+    np.testing.assert_allclose(between.u, fine.observe().u, rtol=1e-9)
+    one.advance(1)
+    other.advance(2400)
+    assert one.snapshot().state.tobytes() == other.snapshot().state.tobytes()
+    with pytest.raises(ValueError, match="within the next step"):
+        one.observe_at(2.5)
+
+
+def test_divergence_names_variable_time_and_cause(scene: Any) -> None:
+    """A spindle that turns several radians per step, beyond what the stepper can follow."""
+    drive = Drive(
+        scene(
+            spindle={"max_speed": 1e5},
+            start={"speed": 9e4},
+            effects={"suspension": {"stiffness": 1e6}},
+            profile=None,
+            solver={"stepper": "rk4"},
+        )
+    )
+    with pytest.raises(DivergedError) as caught:
+        drive.advance(100_000)
+    text = str(caught.value)
+    assert "stopped being finite at t = " in text
+    assert "rad in one step" in text
+    assert "try solver.step = 0.00025 s" in text
+    assert any(name in text for name in ("u1", "v1", "rate"))
+    assert np.all(np.isfinite(drive.snapshot().state)), "the last good state is kept"
+    drive.reset()
+    assert drive.steps == 0
+
+
+def test_advance_refuses_to_go_back(scene: Any) -> None:
+    with pytest.raises(ValueError, match="at least 0"):
+        Drive(scene()).advance(-1)
+    assert len(Drive(scene()).advance(0)) == 0
+
+
+def test_no_ledger_no_energy(scene: Any) -> None:
+    with pytest.raises(ValueError, match="ledger=True"):
+        Drive(scene()).energy()
+
+
+def test_ledger_does_not_change_the_motion(scene: Any) -> None:
+    one, other = Drive(scene()).advance(2000), Drive(scene(), ledger=True).advance(2000)
+    np.testing.assert_allclose(one.samples, other.samples, rtol=1e-12, atol=1e-15)
+
+
+def test_description_gives_the_scene_back() -> None:
+    scene = load_scene("five-balls-8000-rpm")
+    described = describe(scene)
+    assert check_scene(described["scene"], "description") == scene
+    assert described["effects"] == list(scene.effects)
+
+
+@pytest.mark.parametrize("balls", [0, 1, 64])
+def test_any_number_of_balls(scene: Any, balls: int) -> None:
+    angles = np.linspace(0, 6, balls).tolist()
+    drive = Drive(scene(balls={"count": balls}, start={"ball_angles": angles}))
+    run = drive.advance(100)
+    assert run.ball_angles.shape == (100, balls)
+    assert np.all(np.isfinite(run.samples))

@@ -1,0 +1,89 @@
+"""Every registered stepper: a new one is tested by being registered."""
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_sim.drive import Drive
+from ab_sim.errors import SceneError
+from ab_sim.integrate import STEPPERS, stepper_named
+
+BAND = 0.3
+"""How far the observed order may be from the declared one."""
+
+STEPS = {"rk4": (1e-3, 5e-4, 2.5e-4), "tsit5": (2e-3, 1e-3, 5e-4), "rk8": (5e-3, 4e-3, 2.5e-3)}
+"""Below the stability limit, above rounding; each divides the time asked for."""
+
+
+def state_at(scene: Any, stepper: str, step: float, time: float = 3.2) -> np.ndarray:
+    """State after the run-up through the critical speed, with a hold that is off the grid."""
+    drive = Drive(
+        scene(
+            start={"ball_angles": [0.3, -0.9]},
+            profile={
+                "kind": "start_up",
+                "acceleration": 40.0,
+                "target_speed": 400.0,
+                "variable_speed_period": {"start_time": 2.51234, "duration": 0.2, "acceleration": 0},
+            },
+            solver={"stepper": stepper, "step": step},
+        )
+    )
+    drive.advance(round(time / step))
+    now = drive.observe()
+    return np.concatenate([now.theta, 100 * now.u / 1e-2])
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_observed_order_is_the_declared_one(name: str, scene: Any) -> None:
+    exact = state_at(scene, "rk8", 5e-4)
+    errors = [np.abs(state_at(scene, name, step) - exact).max() for step in STEPS[name]]
+    order = np.polyfit(np.log(STEPS[name]), np.log(errors), 1)[0]
+    assert order == pytest.approx(STEPPERS[name].order, abs=BAND), errors
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_rooted_tree_conditions(name: str) -> None:
+    """Butcher's conditions up to order 4, and the quadrature and tall-tree ones up to the order."""
+    a, b, c = STEPPERS[name].weights
+    order = STEPPERS[name].order
+    assert np.array_equal(a, np.tril(a, -1)), "explicit"
+    for q in range(1, order + 1):
+        assert b @ c ** (q - 1) == pytest.approx(1 / q, rel=1e-12)
+        tall = np.linalg.matrix_power(a, q - 1) @ np.ones(len(b))
+        assert b @ tall == pytest.approx(1 / np.prod(np.arange(1, q + 1)), rel=1e-10)
+    assert b @ (c * (a @ c)) == pytest.approx(1 / 8, rel=1e-12)
+    assert b @ (a @ c**2) == pytest.approx(1 / 12, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_declared_order_is_not_exceeded(name: str) -> None:
+    """A declared order that is too low would make the order test above pass for a while."""
+    a, b, c = STEPPERS[name].weights
+    p = STEPPERS[name].order
+    tall = b @ np.linalg.matrix_power(a, p) @ np.ones(len(b))
+    missed = [abs(b @ c**p - 1 / (p + 1)), abs(tall - 1 / np.prod(np.arange(1, p + 2)))]
+    assert max(missed) > 1e-9
+
+
+def test_breakpoints_restart_the_step(scene: Any) -> None:
+    """The hold above is off every grid: an unrestarted step would be stuck at first order."""
+    fine, coarse = (state_at(scene, "rk8", step) for step in (5e-4, 2e-3))
+    assert np.abs(fine - coarse).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_result_does_not_depend_on_how_steps_are_grouped(name: str, scene: Any) -> None:
+    one, other = (Drive(scene(solver={"stepper": name})) for _ in range(2))
+    one.advance(300)
+    for count in itertools.chain([1] * 50, [7] * 20, [110]):
+        other.advance(count)
+    assert one.steps == other.steps == 300
+    assert one.snapshot().state.tobytes() == other.snapshot().state.tobytes()
+
+
+def test_unknown_stepper() -> None:
+    with pytest.raises(SceneError, match=r"did you mean 'rk8'.*known are: rk4, tsit5, rk8"):
+        stepper_named("rk88")

@@ -1,0 +1,139 @@
+"""The topic contract: samples survive the way through messages; malformed ones are named."""
+
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="needs ROS 2")
+
+from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
+from std_msgs.msg import Float64MultiArray, String  # noqa: E402
+
+from ab_msgs_py import Block, Health, JointSample, Level, MalformedMessage, VectorSample  # noqa: E402
+from ab_msgs_py.samples import (  # noqa: E402
+    clock_message,
+    command_message,
+    command_of,
+    description_message,
+    description_of,
+    nanoseconds_of,
+    stamp,
+)
+from ab_msgs_py.topics import (  # noqa: E402
+    BLOCK,
+    CLOCK,
+    COMMAND,
+    DIAGNOSTICS,
+    JOINT_STATES,
+    VIBRATION,
+    WHIRL,
+)
+
+TIME = 12_345_678_901
+
+
+def over_the_wire(message: object) -> object:
+    return deserialize_message(serialize_message(message), type(message))
+
+
+def test_the_table_of_topics() -> None:
+    table = {t.name: t.type.__name__ for t in (COMMAND, JOINT_STATES, VIBRATION, WHIRL, BLOCK)}
+    assert table == {
+        "spindle/command": "Float64",
+        "joint_states": "JointState",
+        "vibration": "AccelStamped",
+        "whirl": "PointStamped",
+        "vibration/block": "Float64MultiArray",
+    }
+    assert CLOCK.name == "/clock" and DIAGNOSTICS.name == "/diagnostics"
+
+
+def test_stamps_are_integers() -> None:
+    assert nanoseconds_of(stamp(TIME)) == TIME
+    assert (stamp(TIME).sec, stamp(TIME).nanosec) == (12, 345_678_901)
+    assert nanoseconds_of(over_the_wire(clock_message(TIME)).clock) == TIME  # type: ignore[attr-defined]
+
+
+def test_joints() -> None:
+    sample = JointSample(TIME, 1e9 + 0.125, 100.0, (0.1, -2.0), (0.5, -0.5), (1e-4, 2e-4))
+    message = sample.message()
+    assert list(message.name) == ["spindle", "ball_0", "ball_1"]
+    assert math.isnan(message.effort[0]), "the motor's torque is not modelled"
+    assert JointSample.of(over_the_wire(message)) == sample  # type: ignore[arg-type]
+
+
+def test_joints_without_balls() -> None:
+    sample = JointSample(0, 0.0, 0.0, (), (), ())
+    assert JointSample.of(sample.message()) == sample
+
+
+@pytest.mark.parametrize("field", ["name", "position", "velocity", "effort"])
+def test_malformed_joints(field: str) -> None:
+    message = JointSample(TIME, 1.0, 2.0, (3.0,), (4.0,), (5.0,)).message()
+    setattr(message, field, list(getattr(message, field))[:0])
+    with pytest.raises(MalformedMessage, match="joint_states"):
+        JointSample.of(message)
+
+
+def test_vectors() -> None:
+    sample = VectorSample(TIME, 1e-4, -2e-3)
+    assert VectorSample.of_whirl(sample.whirl_message()) == sample
+    assert VectorSample.of_vibration(sample.vibration_message()) == sample
+
+
+@pytest.mark.parametrize("value", [0.0, -3.5, math.inf, 1e308])
+def test_commands_are_not_judged_here(value: float) -> None:
+    assert command_of(command_message(value)) == value
+
+
+def test_blocks_are_bit_exact() -> None:
+    samples = np.random.default_rng(0).normal(size=(1000, 5))
+    block = Block(("step", "time", "a", "b", "c"), samples)
+    got = Block.of(over_the_wire(block.message()))  # type: ignore[arg-type]
+    assert got.channels == block.channels
+    assert got.samples.tobytes() == samples.tobytes()
+
+
+def test_labelled_dimensions() -> None:
+    message = Block(("step", "time"), np.zeros((3, 2))).message()
+    assert [(d.label, d.size, d.stride) for d in message.layout.dim] == [
+        ("sample", 3, 6),
+        ("step,time", 2, 2),
+    ]
+
+
+def broken(change: str) -> Float64MultiArray:
+    message = Block(("step", "time"), np.zeros((3, 2))).message()
+    if change == "no layout":
+        message.layout.dim = []
+    elif change == "label":
+        message.layout.dim[1].label = "step"
+    elif change == "first channel":
+        message.layout.dim[1].label = "a,b"
+    elif change == "data":
+        message.data = message.data[:-1]
+    elif change == "size":
+        message.layout.dim[0].size = 4
+    return message
+
+
+@pytest.mark.parametrize("change", ["no layout", "label", "first channel", "data", "size"])
+def test_malformed_blocks(change: str) -> None:
+    with pytest.raises(MalformedMessage, match="vibration/block"):
+        Block.of(broken(change))
+
+
+def test_health() -> None:
+    health = Health("/drive_sim", Level.WARN, "fell behind", {"steps dropped": "7"})
+    assert Health.all_of(health.message_at(TIME)) == [health]
+    foreign = health.message_at(TIME)
+    foreign.status[0].hardware_id = "somebody else's"
+    assert Health.all_of(foreign) == []
+
+
+def test_description() -> None:
+    assert description_of(description_message({"a": [1, None]})) == {"a": [1, None]}
+    for text in ("{", "[1]"):
+        with pytest.raises(MalformedMessage, match="JSON"):
+            description_of(String(data=text))

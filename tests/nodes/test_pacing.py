@@ -1,0 +1,86 @@
+"""Pacing with a clock of the test's own: what is due, catching up, giving up."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ab_sim.nodes.pacing import Pacer
+
+STEP = 1e-3
+
+
+def pacer(per_wake: int = 4, budget: int = 40, patience: float = 0.5) -> Pacer:
+    made = Pacer(STEP, per_wake, budget, patience)
+    made.start(100.0)
+    return made
+
+
+def test_on_time_every_wake_up_has_its_steps() -> None:
+    p = pacer()
+    for k in range(1, 1000):
+        assert p.wait(100.0 + (k - 1) * 4e-3) == pytest.approx(4e-3)
+        assert p.due(100.0 + k * 4e-3) == 4
+    assert p.total.overruns == p.total.dropped == 0
+    assert p.total.worst_lateness < 1e-9
+
+
+def test_a_little_late_is_no_overrun_and_loses_nothing() -> None:
+    p = pacer()
+    assert p.due(100.0 + 5.5e-3) == 5
+    assert p.due(100.0 + 8e-3) == 3
+    assert p.total.overruns == 0
+    assert p.total.worst_lateness == pytest.approx(1.5e-3)
+
+
+def test_missed_wake_ups_are_skipped_but_not_their_steps() -> None:
+    p = pacer()
+    assert p.due(100.0 + 18e-3) == 18
+    assert p.total.overruns == 1
+    assert p.wait(100.0 + 18e-3) == pytest.approx(2e-3), "deadlines stay on their grid"
+
+
+def test_catching_up_keeps_to_the_budget() -> None:
+    p = pacer()
+    late = 100.0 + 0.1
+    assert p.due(late) == 40
+    assert p.due(late) == 40
+    assert p.due(late) == 20
+    assert p.due(late) == 0
+    assert p.total.dropped == 0
+
+
+def test_too_far_behind_is_dropped_and_counted() -> None:
+    p = pacer()
+    assert p.due(100.0 + 2.0) == 4
+    assert p.total.dropped == 1996
+    assert p.due(100.0 + 2.004) == 4, "level with the clock again"
+
+
+def test_restart_forgets_the_pause() -> None:
+    p = pacer()
+    p.start(500.0)
+    assert p.due(500.0 + 4e-3) == 4
+    assert p.total.dropped == p.total.overruns == 0
+
+
+@pytest.mark.parametrize(("budget", "patience"), [(3, 0.5), (40, 1e-3)])
+def test_senseless_settings(budget: int, patience: float) -> None:
+    with pytest.raises(ValueError, match="must be at least"):
+        Pacer(STEP, 4, budget, patience)
+
+
+@given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=200))
+def test_every_step_is_taken_or_counted_as_dropped(naps: list[float]) -> None:
+    p = pacer()
+    now, taken = 100.0, 0
+    for nap in naps:
+        now += nap
+        due = p.due(now)
+        assert 0 <= due <= 40
+        taken += due
+    for _ in range(100_000):
+        due = p.due(now)
+        taken += due
+        if due == 0:
+            break
+    assert taken + p.total.dropped == pytest.approx((now - 100.0) / STEP, abs=1.01)

@@ -1,0 +1,90 @@
+"""Speed profiles: exact values, breakpoints, and consistency of angle, speed and acceleration."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ab_sim.scene import load_scene
+from ab_sim.spindle import RaisedCosine, Ramp, SpeedProfile
+
+
+def test_hold_of_the_thesis() -> None:
+    profile = SpeedProfile.of_scene(load_scene("thesis-hold"))
+    assert profile.variable_speed_period == 2.5
+    assert profile.breakpoints == (2.5, 3.0, 5.5)
+    assert [profile.speed(t) for t in (0, 1, 2.5, 2.75, 3.0, 4.0, 5.5, 9.0)] == [
+        0, 40, 100, 100, 100, 140, 200, 200,
+    ]  # fmt: skip
+    assert profile.angle(2.5) == 125.0
+    assert profile.angle(3.0) == 175.0
+    assert profile.angle(5.5) == 175.0 + 2.5 * 150.0
+
+
+def test_period_by_time_and_by_speed_are_the_same() -> None:
+    by_speed = load_scene("thesis-hold")
+    period = "profile.variable_speed_period."
+    by_time = load_scene("thesis-hold", [f"{period}start_speed=", f"{period}start_time=2.5"])
+    for t in np.linspace(0, 7, 50):
+        one, other = (SpeedProfile.of_scene(s).speed(t) for s in (by_speed, by_time))
+        assert one == pytest.approx(other, rel=1e-15)
+
+
+def test_deceleration_in_the_period() -> None:
+    profile = SpeedProfile.start_up(0.0, 40.0, 200.0, period=(100.0, 0.5, -20.0))
+    assert profile.speed(3.0) == 90.0
+    assert profile.speed(profile.end) == 200.0
+
+
+def test_acceleration_jumps_take_the_right_hand_limit() -> None:
+    profile = SpeedProfile.start_up(0.0, 40.0, 200.0, period=(100.0, 0.5, 0.0))
+    assert profile.piece_at(2.5).segment.acceleration(0.0) == 0.0
+    assert profile.piece_at(math.nextafter(2.5, 0)).segment.acceleration(2.5) == 40.0
+
+
+def test_period_that_begins_at_once() -> None:
+    profile = SpeedProfile.start_up(0.0, 40.0, 200.0, period=(0.0, 0.5, 20.0))
+    assert profile.speed(0.25) == 5.0
+    assert profile.speed(0.5) == 10.0
+
+
+def test_raised_cosine_of_the_relative_stability_report() -> None:
+    """(25): 1000 - w_c (0.5 sin(pi (t - t_b)/t_r - pi/2) + 0.5) within the change."""
+    profile = SpeedProfile.speed_change(1000.0, 900.0, start_time=10.0, duration=0.11)
+    for t in np.linspace(10.0, 10.11, 23):
+        printed = 1000 - 100 * (0.5 * math.sin(math.pi * (t - 10) / 0.11 - math.pi / 2) + 0.5)
+        assert profile.speed(t) == pytest.approx(printed, rel=1e-12)
+    assert profile.speed(9.0) == 1000.0
+    assert profile.speed(11.0) == 900.0
+
+
+@pytest.mark.parametrize("segment", [Ramp(7.0, -3.0), RaisedCosine(7.0, -3.0, 2.0)])
+def test_segments_are_their_own_integrals(segment: Ramp | RaisedCosine) -> None:
+    t = np.linspace(0.0, 2.0, 4001)
+    h = t[1] - t[0]
+    for whole, rate in (("angle", "speed"), ("speed", "acceleration")):
+        values = getattr(segment, whole)(t)
+        slope = np.broadcast_to(getattr(segment, rate)(t), t.shape)
+        np.testing.assert_allclose(np.gradient(values, h)[1:-1], slope[1:-1], atol=1e-5)
+
+
+@given(
+    st.floats(0.0, 50.0),
+    st.floats(1.0, 500.0),
+    st.floats(60.0, 500.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.01, 3.0),
+)
+def test_speed_and_angle_are_continuous(
+    first: float, slope: float, target: float, where: float, duration: float
+) -> None:
+    at = first + where * (target - first) * 0.9
+    profile = SpeedProfile.start_up(first, slope, target, period=(at, duration, 0.0))
+    for t in profile.breakpoints:
+        before, after = profile.piece_at(math.nextafter(t, -1.0)), profile.piece_at(t)
+        local = t - before.start
+        assert before.segment.speed(local) == pytest.approx(after.segment.speed(0.0), rel=1e-9)
+        angle = before.start_angle + before.segment.angle(local)
+        assert angle == pytest.approx(after.start_angle, rel=1e-9, abs=1e-9)

@@ -1,0 +1,38 @@
+"""The servo: goes to a command within its acceleration, and refuses what it must."""
+
+import math
+
+import pytest
+
+from ab_sim.errors import CommandError
+from ab_sim.spindle import SpeedServo
+
+SERVO = SpeedServo(max_speed=200.0, max_acceleration=50.0)
+
+
+@pytest.mark.parametrize(("speed", "command"), [(0, 100), (100, 20), (-50, 150), (30, -200)])
+def test_goes_there_at_its_acceleration_and_stays(speed: float, command: float) -> None:
+    profile = SERVO.approach(3.0, 7.0, speed, command)
+    assert profile.speed(3.0) == speed
+    assert profile.angle(3.0) == 7.0
+    assert profile.end == pytest.approx(3.0 + abs(command - speed) / 50.0)
+    assert profile.speed(profile.end) == command
+    assert profile.speed(1e6) == command
+    assert abs(profile.piece_at(3.0).segment.acceleration(0.0)) == 50.0
+
+
+def test_command_of_the_present_speed_is_a_hold() -> None:
+    profile = SERVO.approach(3.0, 7.0, 100.0, 100.0)
+    assert profile.breakpoints == ()
+    assert profile.speed(4.0) == 100.0
+
+
+@pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf, 200.1, -1e300])
+def test_refuses(command: float) -> None:
+    with pytest.raises(CommandError, match=r"the speed stays as it was"):
+        SERVO.check(command)
+
+
+def test_the_limit_itself_is_allowed() -> None:
+    assert SERVO.check(200.0) == 200.0
+    assert SERVO.check(-200.0) == -200.0
