@@ -36,7 +36,7 @@ class Topic(NamedTuple):
     type: Any
     qos: QoSProfile
 
-    def publisher(self, node: Node) -> Publisher:
+    def publisher(self, node: Node) -> Publisher[Any]:
         """A publisher whose QoS may be overridden by parameters."""
         return node.create_publisher(
             self.type,
@@ -45,7 +45,7 @@ class Topic(NamedTuple):
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
-    def subscription(self, node: Node, callback: Any) -> Subscription:
+    def subscription(self, node: Node, callback: Any) -> Subscription[Any]:
         """A subscription whose QoS may be overridden by parameters."""
         return node.create_subscription(
             self.type,

@@ -13,7 +13,7 @@ from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.motion import Deck
 from ab_sim.dynamics.planar import SCRATCH_PER_BALL
 from ab_sim.errors import DivergedError
-from ab_sim.integrate.fixed_step import Workspace, advance, acceleration_at
+from ab_sim.integrate.fixed_step import Workspace, acceleration_at, advance
 from ab_sim.integrate.limits import check_step
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.scene.model import Scene
@@ -307,20 +307,23 @@ class Drive:
     def _diverged(self, bad: np.ndarray) -> None:
         names = state_names(self.system)
         wrong = [name for name, value in zip(names, bad, strict=False) if not abs(value) < 1e150]
-        turn = abs(self.profile.speed(self.time)) * self.step
-        cause = (
-            f"the spindle turns {turn:.2g} rad in one step, which {self.stepper.name} cannot follow"
-            if turn > 0.5
-            else "the step is too long for the scene's masses, stiffness or drag"
-        )
+        speed = abs(self.profile.speed(self.time))
+        cause, shorter = "the step is too long for the scene's masses, stiffness or drag", 0.25
+        if speed * self.step > 0.5:
+            cause = (
+                f"the spindle turns {speed * self.step:.2g} rad in one step, "
+                f"which {self.stepper.name} cannot follow"
+            )
+            shorter = 0.25 / (speed * self.step)
         raise DivergedError(
             f"{', '.join(wrong)} stopped being finite at t = {self.time + self.step:.9g} s; "
-            f"likely cause: {cause}; try solver.step = {self.step / 4:g} s"
+            f"likely cause: {cause}; try solver.step = {self.step * shorter:.1g} s"
         )
 
     def _stored_energy(self, state: np.ndarray, time: float) -> float:
         n = self.scene.balls.count
-        deck = Deck(*state[:4], self.profile.speed(time), 0.0)
+        u1, u2, v1, v2 = state[:4].tolist()
+        deck = Deck(u1, u2, v1, v2, self.profile.speed(time), 0.0)
         return mechanical_energy(self.system, deck, state[4 : 4 + n], state[4 + n : 4 + 2 * n])
 
     def _trajectory(self, rows: np.ndarray, spindle: np.ndarray) -> Trajectory:
@@ -361,5 +364,7 @@ class Drive:
             acceleration=rotation @ np.array(A),
             theta=theta.copy(),
             theta_rate=rate.copy(),
-            driving_force=driving_force(self.scene, *position, psi + theta, omega + rate),
+            driving_force=driving_force(
+                self.scene, position[0], position[1], psi + theta, omega + rate
+            ),
         )

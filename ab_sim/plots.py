@@ -1,5 +1,6 @@
 """Pictures for people: the thesis' three-part start-up figure."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
@@ -7,6 +8,7 @@ import numpy as np
 
 matplotlib.use("Agg")  # no display needed, anywhere
 import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.axes import Axes  # noqa: E402
 
 from ab_sim.analysis.startup import driving_forces, peak_whirl, settling_period  # noqa: E402
 from ab_sim.scene.model import Scene  # noqa: E402
@@ -40,16 +42,18 @@ def startup_figure(
     scale, unit = (1 / e, "W/e [1]") if e > 0 else (1e3, "W [mm]")
     top.plot(time, trajectory.whirl * scale, color=WHIRL, lw=1.2)
     top.set_ylabel(f"whirl radius {unit}", color=WHIRL)
-    top.set_ylim(bottom=0)
     peak, at = peak_whirl(trajectory)
     if peak > 0:
         top.annotate(
             f"peak {peak * scale:.4g} at {at:.3f} s",
             (at, peak * scale),
-            xytext=(12, -4),
-            textcoords="offset points",
+            xytext=(0.985, 0.93),
+            textcoords="axes fraction",
+            ha="right",
             color=WHIRL,
+            arrowprops={"arrowstyle": "-", "color": WHIRL, "lw": 0.6, "alpha": 0.6},
         )
+        top.set_ylim(0, 1.15 * peak * scale)
     speed = top.twinx()
     speed.plot(time, trajectory["speed"], color=SPEED, lw=1.5)
     speed.set_ylabel("spindle speed [rad/s]", color=SPEED)
@@ -95,7 +99,7 @@ def startup_figure(
         plt.close(figure)
 
 
-def _mark_period(trajectory: Trajectory, scene: Scene, start: float, rows: tuple) -> None:
+def _mark_period(trajectory: Trajectory, scene: Scene, start: float, rows: Sequence[Axes]) -> None:
     profile = scene.profile
     assert profile is not None and profile.kind == "start_up"
     assert profile.variable_speed_period is not None
@@ -104,9 +108,9 @@ def _mark_period(trajectory: Trajectory, scene: Scene, start: float, rows: tuple
         axes.axvspan(start, end, color="tab:blue", alpha=0.12, lw=0)
     rows[1].annotate(
         "variable-speed period",
-        (start, 1),
+        (start, 0),
         xycoords=("data", "axes fraction"),
-        xytext=(3, -11),
+        xytext=(3, 5),
         textcoords="offset points",
         fontsize=8,
         color="tab:blue",
@@ -115,7 +119,7 @@ def _mark_period(trajectory: Trajectory, scene: Scene, start: float, rows: tuple
     if settled is not None:
         rows[2].plot(start + settled, -180, "ko", ms=5)
         rows[2].annotate(
-            f"settled after {settled:.3f} s",
+            f"settling period {settled:.3f} s",
             (start + settled, -180),
             xytext=(8, 6),
             textcoords="offset points",

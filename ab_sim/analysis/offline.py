@@ -36,9 +36,7 @@ class OfflineRun:
             "samples": [_sample(observation) for observation in self.samples],
             "peak_whirl_over_e": peak / e if e > 0 else None,
             "peak_time": peak_time,
-            "settling_period": (
-                None if start is None else settling_period(self.trajectory, start)
-            ),
+            "settling_period": (None if start is None else settling_period(self.trajectory, start)),
             "scene": self.scene.name,
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
             "stepper": self.scene.solver.stepper,

@@ -1,5 +1,6 @@
 """Three nodes in processes of their own, started, watched and stopped by the demo."""
 
+import math
 import os
 import signal
 import subprocess
@@ -11,6 +12,7 @@ from types import TracebackType
 from typing import Any
 
 import rclpy
+from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
@@ -51,9 +53,7 @@ class LiveRun:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         try:
             self._watch()
-            self._refuse_company()
             self._start_processes()
-            self._wait_until_ready()
         except BaseException:
             self._end()
             raise
@@ -72,10 +72,31 @@ class LiveRun:
         """Simulated time since the profile started [s]."""
         return 0.0 if self._began is None else self.time - self._began
 
+    def wait_until_ready(self) -> None:
+        """Until drive and recorder are up and the services answer.
+
+        Raises:
+            AbSimError: they do not come up, or one of them has ended.
+            InputError: another simulator is running on this domain.
+        """
+
+        def ready() -> bool:
+            self._refuse_company()
+            recorder = self._health.get("/recorder")
+            return (
+                recorder is not None
+                and recorder.message == "recording"
+                and self._start_profile.service_is_ready()
+                and self._pause_drive.service_is_ready()
+            )
+
+        if not self._spin_until(ready, READY):
+            raise AbSimError(f"the nodes did not come up within {READY:g} s; see {self._logs}")
+
     def start(self) -> None:
-        """Let the drive run, and start the profile."""
-        self._ask(SetBool, "drive_sim/pause", switch_request(False))
-        self._ask(Trigger, "profile_controller/start", trigger_request())
+        """Start the profile, and let the drive run."""
+        self._ask(self._start_profile, trigger_request())
+        self._ask(self._pause_drive, switch_request(False))
         self._began = self.time
         self._heard = time.monotonic()
 
@@ -102,20 +123,20 @@ class LiveRun:
         Raises:
             AbSimError: a node did not end cleanly.
         """
-        factor = (self._wall[1] - self._wall[0]) and self.elapsed / (self._wall[1] - self._wall[0])
-        # Diagnostics come once a second: hear the last of them before the nodes go.
-        self.spin(1.2)
-        drive = self._health.get("/drive_sim")
-        recorder = self._health.get("/recorder")
-        if drive is None or recorder is None:
-            raise AbSimError(f"no diagnostics came from drive_sim or recorder; see {self._logs}")
+        wall = self._wall[1] - self._wall[0]
+        factor = self.elapsed / wall if wall > 0 else math.nan
+        for name in ("drive_sim", "profile_controller"):
+            self._processes[name].send_signal(signal.SIGINT)
         for name in list(self._processes):
             code = self._stop_process(name)
             if code != 0:
                 raise AbSimError(f"{name} ended with exit code {code}:\n{self._log_of(name)}")
+        drive, recorder = (self._health.get(f"/{name}") for name in ("drive_sim", "recorder"))
+        if drive is None or recorder is None:
+            raise AbSimError(f"no diagnostics came from drive_sim or recorder; see {self._logs}")
         return {
             "real-time factor": f"{factor:.4f}",
-            "worst lateness [ms]": f"{1e3 * float(drive.values['worst lateness [s]']):.2f}",
+            "worst lateness": f"{1e3 * float(drive.values['worst lateness [s]']):.2f} ms",
             "steps dropped": drive.values["steps dropped"],
             "commands accepted": drive.values["commands accepted"],
             "commands rejected": drive.values["commands rejected"],
@@ -129,6 +150,10 @@ class LiveRun:
         topics.JOINT_STATES.subscription(self._node, self._hear_joints)
         topics.WHIRL.subscription(self._node, self._hear_whirl)
         topics.DIAGNOSTICS.subscription(self._node, self._hear_health)
+        self._start_profile: Client[Any, Any] = self._node.create_client(
+            Trigger, "profile_controller/start"
+        )
+        self._pause_drive: Client[Any, Any] = self._node.create_client(SetBool, "drive_sim/pause")
 
     def _hear_joints(self, message: Any) -> None:
         sample = JointSample.of(message)
@@ -146,15 +171,6 @@ class LiveRun:
     def _hear_health(self, message: Any) -> None:
         for health in Health.all_of(message):
             self._health[health.node] = health
-
-    def _refuse_company(self) -> None:
-        self._spin_until(lambda: self._node.count_publishers("/clock") > 0, 1.0)
-        if self._node.count_publishers("/clock"):
-            domain = os.environ.get("ROS_DOMAIN_ID", "0")
-            raise InputError(
-                f"another simulator publishes /clock on ROS_DOMAIN_ID {domain}; "
-                "stop it, or run the demo on another domain: ROS_DOMAIN_ID=17 make demo"
-            )
 
     def _start_processes(self) -> None:
         self._logs.mkdir(parents=True, exist_ok=True)
@@ -176,18 +192,13 @@ class LiveRun:
                     start_new_session=True,
                 )
 
-    def _wait_until_ready(self) -> None:
-        def ready() -> bool:
-            recorder = self._health.get("/recorder")
-            return (
-                recorder is not None
-                and recorder.message == "recording"
-                and self._node.count_publishers("/spindle/command") > 0
-                and self._node.count_subscribers("/spindle/command") > 1
+    def _refuse_company(self) -> None:
+        if self._node.count_publishers("/clock") > 1:
+            domain = os.environ.get("ROS_DOMAIN_ID", "0")
+            raise InputError(
+                f"another simulator publishes /clock on ROS_DOMAIN_ID {domain}; "
+                "stop it, or run the demo on another domain: ROS_DOMAIN_ID=17 make demo"
             )
-
-        if not self._spin_until(ready, READY):
-            raise AbSimError(f"the nodes did not come up within {READY:g} s; see {self._logs}")
 
     def _spin_until(self, condition: Callable[[], bool], deadline: float) -> bool:
         end = time.monotonic() + deadline
@@ -197,26 +208,33 @@ class LiveRun:
             self.spin(0.02)
         return True
 
-    def _ask(self, kind: Any, service: str, request: Any) -> None:
-        client = self._node.create_client(kind, service)
-        if not client.wait_for_service(timeout_sec=ANSWER):
-            raise AbSimError(f"the service {service} did not come up within {ANSWER:g} s")
-        future = client.call_async(request)
-        if not self._spin_until(future.done, ANSWER):
-            raise AbSimError(f"the service {service} did not answer within {ANSWER:g} s")
-        done, text = answer_of(future.result())
-        if not done:
-            raise AbSimError(f"the service {service} refused: {text}")
+    def _ask(self, client: Client[Any, Any], request: Any) -> None:
+        service = client.srv_name
+        # Nodes discover each other in their own time: what is refused now may soon be granted.
+        end = time.monotonic() + ANSWER
+        while True:
+            future = client.call_async(request)
+            if not self._spin_until(future.done, ANSWER):
+                raise AbSimError(f"the service {service} did not answer within {ANSWER:g} s")
+            done, text = answer_of(future.result())
+            if done:
+                return
+            if time.monotonic() > end:
+                raise AbSimError(f"the service {service} refused: {text}")
+            self.spin(0.05)
 
     def _stop_process(self, name: str) -> int:
+        """Ask it to end, ever more firmly, and hear its last words; returns its exit code."""
         process = self._processes.pop(name)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             if process.poll() is None:
                 process.send_signal(number)
-            try:
-                return process.wait(timeout=ANSWER)
-            except subprocess.TimeoutExpired:
-                continue
+            end = time.monotonic() + ANSWER
+            while process.poll() is None and time.monotonic() < end:
+                self._executor.spin_once(timeout_sec=0.02)
+            if process.poll() is not None:
+                break
+        self._executor.spin_once(timeout_sec=0.05)
         return process.wait()
 
     def _log_of(self, name: str) -> str:

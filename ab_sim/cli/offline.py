@@ -3,7 +3,6 @@
 import contextlib
 import json as json_format
 import math
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ab_sim.analysis import OfflineRun, run_scene
+from ab_sim.cli.outputs import check_picture, check_writable
 from ab_sim.drive import Drive, describe
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
@@ -74,28 +74,6 @@ def parse_times(text: str | None) -> list[float]:
         ) from error
 
 
-def check_writable(path: Path) -> None:
-    """Refuse an output that cannot be written, before any work is done.
-
-    Raises:
-        InputError: names the path and what is wrong with it.
-    """
-    folder = path.parent
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; name a file")
-    if not folder.is_dir():
-        raise InputError(f"{path}: there is no folder {folder}; make it first")
-    if not os.access(path if path.exists() else folder, os.W_OK):
-        raise InputError(f"{path}: cannot be written; choose another place or change its rights")
-
-
-def check_picture(path: Path) -> None:
-    """Refuse a picture's file name whose ending says no known format."""
-    known = (".png", ".svg", ".pdf")
-    if path.suffix.lower() not in known:
-        raise InputError(f"--plot {path}: must end in one of {', '.join(known)}")
-
-
 @contextlib.contextmanager
 def _progress(scene: Scene) -> Iterator[Any]:
     columns = (
@@ -140,4 +118,3 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
     table.add_row("stepper", f"{report['stepper']}, {report['step']:g} s")
     table.add_row("effects", ", ".join(report["effects"]) or "none")
     return table
-

@@ -26,13 +26,13 @@ def print_effects() -> None:
     for name, effect in effect_classes().items():
         table = Table(title=name, title_justify="left", title_style="bold", show_header=False)
         table.add_row("meaning", " ".join((effect.__doc__ or "").split()))
-        table.add_row("equation", effect.equation)  # type: ignore[attr-defined]
-        table.add_row("source", effect.source)  # type: ignore[attr-defined]
+        table.add_row("equation", effect.equation)
+        table.add_row("source", effect.source)
         for key, field in effect_parameters(effect).items():
             table.add_row(key, f"{field['description']} [{field['unit']}]")
         if not effect_parameters(effect):
             table.add_row("parameters", "none")
-        if getattr(effect, "uses_ball_radius", False):
+        if effect.uses_ball_radius:
             table.add_row("also uses", "balls.radius")
         console.print(table)
 

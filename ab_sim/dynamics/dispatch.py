@@ -7,7 +7,6 @@ in question adds nothing, not even a zero, and numba's cache keys on exactly the
 from collections.abc import Callable
 from typing import Any
 
-from numba.core import types
 from numba.extending import overload, register_jitable
 
 COMPILED = {"error_model": "numpy"}
@@ -85,8 +84,9 @@ def forward(method: str) -> Callable[..., Any]:
     return call
 
 
-def effect_class(kind: Any) -> type:
+def effect_class(kind: Any) -> type[Any]:
     """The named-tuple class behind a numba type."""
-    if not isinstance(kind, types.BaseNamedTuple):
+    found = getattr(kind, "instance_class", None)
+    if found is None:
         raise TypeError(f"a named tuple is needed, not {kind}")
-    return kind.instance_class
+    return found

@@ -28,7 +28,16 @@ def ledger_states(ledger: tuple[Any, ...]) -> int:
     return 2 * len(ledger)
 
 
-def book(ledger, system, deck, A1, A2, state, slope, scratch):  # type: ignore[no-untyped-def]
+def book(
+    ledger: Any,
+    system: Any,
+    deck: Any,
+    A1: float,
+    A2: float,
+    state: Any,
+    slope: Any,
+    scratch: Any,
+) -> None:
     """Put motor power and dissipated power [W] behind the balls' derivatives, if asked for."""
     if not ledger:
         return

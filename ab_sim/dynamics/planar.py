@@ -65,7 +65,7 @@ def derivatives(system, segment, time, state, slope, scratch):  # type: ignore[n
     w = segment_speed(segment, time)
     al = felt_acceleration(effects, segment_acceleration(segment, time))
     deck = Deck(state[0], state[1], state[2], state[3], w, al)
-    M, R = body.total_mass, body.race_radius
+    R = body.race_radius
 
     f1, f2 = deck_force(effects, body, deck)
     f1 += body.unbalance * w * w

@@ -1,6 +1,7 @@
 """`drive_sim`: one drive in real time, commanded and observed over topics."""
 
 import collections
+import contextlib
 import threading
 import time
 
@@ -30,9 +31,7 @@ class DriveSim(Node):
             declare(self, "scene", "thesis-hold", "name or YAML file of the scene to simulate"),
             [
                 change
-                for change in declare(
-                    self, "changes", [""], "changes to the scene, each key=value"
-                )
+                for change in declare(self, "changes", [""], "changes to the scene, each key=value")
                 if change
             ],
         )
@@ -70,13 +69,14 @@ class DriveSim(Node):
         self._clock_topic = topics.CLOCK.publisher(self)
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
         self._description = topics.DESCRIPTION.publisher(self)
-        self._description.publish(description_message(describe(scene)))
         topics.COMMAND.subscription(self, lambda m: self._commands.append(command_of(m)))
         serve_switch(self, PAUSE, self.pause)
         serve_trigger(self, STEP, self.step_once)
         serve_trigger(self, RESET, self.reset)
 
         self._warm_up()
+        # Latched, and only now: who has read it knows that the drive is ready.
+        self._description.publish(description_message(describe(scene)))
         self.get_logger().info(
             f"{scene.name}: {scene.balls.count} balls, {', '.join(scene.effects)}; "
             f"{self.drive.stepper.name} at {step:g} s" + (", paused" if self._paused else "")
@@ -88,11 +88,13 @@ class DriveSim(Node):
         while not stopping.wait(self._pacer.wait(time.monotonic())):
             with self._lock:
                 due = self._pacer.due(time.monotonic())
-                if not self._paused:
+                # After catching up nothing may be due; time that stands still is not published.
+                if due and not self._paused:
                     self._advance(due)
-                self._report()
+                self._report_now_and_then()
         with self._lock:
             self._flush()
+            self._report()
 
     def pause(self, pause: bool) -> Answer:
         """Pause, or resume; simulated time stands still meanwhile."""
@@ -113,7 +115,7 @@ class DriveSim(Node):
             if self._trouble:
                 return False, f"{self._trouble}; reset first"
             self._advance(self._per_wake)
-            return not self._trouble, self._trouble or f"t = {self.drive.time:g} s"
+            return not self._trouble, self._trouble or f"t = {self.drive.time:.9g} s"
 
     def reset(self) -> Answer:
         """Back to t = 0 and the scene's start; commands are forgotten; pausing stays as it is."""
@@ -129,9 +131,10 @@ class DriveSim(Node):
 
     def _warm_up(self) -> None:
         # Nothing may be compiled inside the real-time loop: go once through all it will call.
-        self.drive.advance(self._per_wake)
-        self.drive.command(self.drive.servo.max_speed)
-        self.drive.advance(self._per_wake)
+        with contextlib.suppress(DivergedError):  # The loop will find that too, and say so.
+            self.drive.advance(self._per_wake)
+            self.drive.command(self.drive.servo.max_speed)
+            self.drive.advance(self._per_wake)
         self.drive.observe()
         self.drive.reset()
         self._pending = [self.drive.present()]
@@ -189,12 +192,14 @@ class DriveSim(Node):
             if len(block):
                 self._block.publish(Block(block.channels, block.samples).message())
 
-    def _report(self) -> None:
+    def _report_now_and_then(self) -> None:
         now, (since, steps) = time.monotonic(), self._report_at
-        if now - since < REPORT_PERIOD:
-            return
-        self._factor = (self.drive.steps - steps) * self.drive.step / (now - since)
-        self._report_at = (now, self.drive.steps)
+        if now - since >= REPORT_PERIOD:
+            self._factor = (self.drive.steps - steps) * self.drive.step / (now - since)
+            self._report_at = (now, self.drive.steps)
+            self._report()
+
+    def _report(self) -> None:
         pacing, scene = self._pacer.total, self.drive.scene
         level, text = Level.OK, "paused" if self._paused else "running in real time"
         if self._trouble:

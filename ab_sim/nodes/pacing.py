@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from ab_sim.errors import InputError
+
 
 @dataclass
 class Pacing:
@@ -31,15 +33,15 @@ class Pacer:
         patience: how far behind the simulation may fall before steps are dropped [s].
 
     Raises:
-        ValueError: the budget is less than one wake-up's steps, or patience less than a period.
+        InputError: the budget is less than one wake-up's steps, or patience less than a period.
     """
 
     def __init__(self, step: float, steps_per_wake: int, budget: int, patience: float) -> None:
         self.period = step * steps_per_wake
         if budget < steps_per_wake:
-            raise ValueError(f"budget = {budget} steps: must be at least {steps_per_wake}")
+            raise InputError(f"budget = {budget} steps: must be at least {steps_per_wake}")
         if patience < self.period:
-            raise ValueError(f"patience = {patience} s: must be at least {self.period} s")
+            raise InputError(f"patience = {patience} s: must be at least {self.period} s")
         self._step = step
         self._per_wake = steps_per_wake
         self._budget = budget

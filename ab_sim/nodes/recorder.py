@@ -34,7 +34,9 @@ class Recorder(Node):
         asked = declare(self, "path", "", ".rrd file; empty: recordings/<date>_<time>.rrd")
         now = datetime.datetime.now()
         self.path = output_file(asked or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
-        length = declare(self, "queue", 2000, "messages kept while the disk is slow", "1", (10, 1e6))
+        length = declare(
+            self, "queue", 2000, "messages kept while the disk is slow", "1", (10, 1e6)
+        )
         self._queue: queue.Queue[tuple[Callable[..., None], Any]] = queue.Queue(length)
         self._recording: Recording | None = None
         self._description: dict[str, Any] | None = None
@@ -74,6 +76,7 @@ class Recorder(Node):
         while self._write_next(timeout=0.0):
             pass
         self._close()
+        self._report()
 
     def _enqueue(self, write: Callable[..., None]) -> Callable[[Any], None]:
         def callback(message: Any) -> None:

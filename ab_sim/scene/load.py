@@ -176,4 +176,3 @@ def _apply(raw: dict[str, Any], change: str) -> None:
         place.pop(last, None)
     else:
         place[last] = value
-

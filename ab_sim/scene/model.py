@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ab_sim.scene.quantities import Count, Number, quantity
+from ab_sim.scene.registry import effect_classes
 
 MAX_BALLS = 64
 
@@ -226,16 +227,15 @@ def _check_balls(scene: Scene) -> None:
             "give one per ball, or leave it out to start all at 0"
         )
     users = [
-        name
-        for name, effect in scene.effects.items()
-        if getattr(effect, "uses_ball_radius", False)
+        name for name, effect in scene.effects.items() if getattr(effect, "uses_ball_radius", False)
     ]
     if balls.radius is None and users and balls.count:
         raise ValueError(f"balls.radius: is needed by the effect {users[0]}")
     if balls.radius is not None and not users:
+        known = [name for name, effect in effect_classes().items() if effect.uses_ball_radius]
         raise ValueError(
             f"balls.radius = {balls.radius:g}: no effect of this scene uses the balls' radius; "
-            "remove it, or name an effect that does (ball_spin, rolling_friction)"
+            f"remove it, or name an effect that does ({', '.join(known)})"
         )
     if balls.radius is not None and balls.radius >= scene.race.radius:
         raise ValueError(

@@ -5,34 +5,46 @@ meaning and unit), its docstring says what it does and where it comes from, and 
 its physics (see ``ab_sim.dynamics.effects``). This room only needs the fields.
 """
 
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 from pydantic import TypeAdapter
 
-EffectClass = TypeVar("EffectClass", bound=type)
+EffectClass = TypeVar("EffectClass", bound=type[Any])
 
-_effects: dict[str, type] = {}
+_effects: dict[str, type[Any]] = {}
 
 
-def register(name: str) -> Any:
-    """Class decorator: make an effect known to scenes under ``name``."""
+def register(
+    name: str, *, equation: str, source: str, uses_ball_radius: bool = False
+) -> Callable[[EffectClass], EffectClass]:
+    """Class decorator: make an effect known to scenes.
+
+    Args:
+        name: what scenes call it.
+        equation: its equation, one line, symbols as in EQUATIONS.md.
+        source: where that is from, with the equation's number there.
+        uses_ball_radius: whether a scene with it has to give ``balls.radius``.
+    """
 
     def add(effect: EffectClass) -> EffectClass:
         if name in _effects:
             raise ValueError(f"effect {name!r} is registered twice")
-        effect.effect_name = name  # type: ignore[attr-defined]
+        effect.equation = equation
+        effect.source = source
+        effect.uses_ball_radius = uses_ball_radius
         _effects[name] = effect
         return effect
 
     return add
 
 
-def effect_classes() -> dict[str, type]:
+def effect_classes() -> dict[str, type[Any]]:
     """Every registered effect, in the order of registration."""
     return dict(_effects)
 
 
-def effect_parameters(effect: type) -> dict[str, dict[str, Any]]:
+def effect_parameters(effect: type[Any]) -> dict[str, dict[str, Any]]:
     """An effect's parameters: name to a dict with ``description``, ``unit`` and the bounds."""
     schema = TypeAdapter(effect).json_schema()
     names = getattr(effect, "_fields", ())

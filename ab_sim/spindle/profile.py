@@ -100,6 +100,7 @@ class SpeedProfile:
             target_speed: rad/s, held at the end.
             period: start speed [rad/s], duration [s] and acceleration [rad/s^2] of the period.
         """
+        legs: list[tuple[float, float, float, float | None]]
         legs = [(start_speed, target_speed, acceleration, None)]
         begins = None
         if period is not None:

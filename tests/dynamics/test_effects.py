@@ -89,7 +89,10 @@ def test_kernel_without_friction_is_shorter(scene: Any) -> None:
 @pytest.mark.parametrize(
     ("change", "limit"),
     [
-        ({"effects": {"viscous_drag": {"coefficient": 1e-12}}}, {"effects": {"viscous_drag": None}}),
+        (
+            {"effects": {"viscous_drag": {"coefficient": 1e-12}}},
+            {"effects": {"viscous_drag": None}},
+        ),
         (
             {"effects": {"rolling_friction": {"arm": 1e-15}}},
             {"effects": {"rolling_friction": None}},

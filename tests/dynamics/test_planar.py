@@ -68,9 +68,8 @@ def test_same_accelerations_as_the_printed_equations(
 @given(seeds)
 def test_mirror_image(seed: int) -> None:
     """Spin the other way round in a mirror: everything across the unbalance changes its sign."""
-    from tests.conftest import THESIS, merge
-
     from ab_sim.scene import check_scene
+    from tests.conftest import THESIS, merge
 
     scene = check_scene(merge(THESIS, {"effects": FRICTION}), "test")
     random = np.random.default_rng(seed)
@@ -127,6 +126,8 @@ def test_light_balls_leave_the_plain_rotor(scene: Any) -> None:
     plain = Drive(scene(balls={"count": 0})).advance(3000).whirl
     gaps = []
     for mass in (1e-6, 1e-7):
-        light = Drive(scene(balls={"mass": mass}, effects={"viscous_drag": {"coefficient": 1e3 * mass}}))
+        light = Drive(
+            scene(balls={"mass": mass}, effects={"viscous_drag": {"coefficient": 1e3 * mass}})
+        )
         gaps.append(np.abs(light.advance(3000).whirl - plain).max())
     assert gaps[1] == pytest.approx(gaps[0] / 10, rel=0.05)

@@ -26,7 +26,11 @@ def state_at(scene: Any, stepper: str, step: float, time: float = 3.2) -> np.nda
                 "kind": "start_up",
                 "acceleration": 40.0,
                 "target_speed": 400.0,
-                "variable_speed_period": {"start_time": 2.51234, "duration": 0.2, "acceleration": 0},
+                "variable_speed_period": {
+                    "start_time": 2.51234,
+                    "duration": 0.2,
+                    "acceleration": 0,
+                },
             },
             solver={"stepper": stepper, "step": step},
         )

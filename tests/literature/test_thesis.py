@@ -68,9 +68,7 @@ def test_peak_whirl(case: Peak) -> None:
         ("thesis-baseline", (45, -45), (-190.1, -48.9), (-180, None)),
     ],
 )
-def test_angles_from_start_positions(
-    scene: str, start: Any, computed: Any, published: Any
-) -> None:
+def test_angles_from_start_positions(scene: str, start: Any, computed: Any, published: Any) -> None:
     got = angles_at_5_s(run(scene, f"start.ball_angles={np.radians(start).tolist()}"))
     if scene == "thesis-baseline":
         # Which of the two balls gets there is not said.

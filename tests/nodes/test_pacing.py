@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ab_sim.errors import InputError
 from ab_sim.nodes.pacing import Pacer
 
 STEP = 1e-3
@@ -65,7 +66,7 @@ def test_restart_forgets_the_pause() -> None:
 
 @pytest.mark.parametrize(("budget", "patience"), [(3, 0.5), (40, 1e-3)])
 def test_senseless_settings(budget: int, patience: float) -> None:
-    with pytest.raises(ValueError, match="must be at least"):
+    with pytest.raises(InputError, match="must be at least"):
         Pacer(STEP, 4, budget, patience)
 
 

@@ -90,7 +90,10 @@ def test_case_2_is_exactly_degenerate() -> None:
         ("profile.kind=startup", ["profile.kind", "start_up"]),
         ("profile.variable_speed_period.start_time=2", ["exactly one of start_speed"]),
         ("profile.variable_speed_period.duration=-1", ["duration = -1", "more than 0"]),
-        ("profile.variable_speed_period.start_speed=500", ["start_speed = 500", "must lie between"]),
+        (
+            "profile.variable_speed_period.start_speed=500",
+            ["start_speed = 500", "must lie between"],
+        ),
         ("solver.step=1e-10", ["whole number of nanoseconds"]),
         ("effects=[friction]", ["effects", "no such effect", "rolling_friction"]),
         ("solver", ["must be key=value"]),

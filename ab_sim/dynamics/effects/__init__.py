@@ -21,7 +21,7 @@ that scene's kernel. Methods are plain Python, compiled by numba; ``self`` is th
     deck_loss(self, deck) -> W, ball_loss(self, body, ball, motion, normal_force) -> W
         power dissipated
 
-Class attributes: ``equation``, ``source``; ``uses_ball_radius`` if the balls' radius matters.
+``register`` adds the equation, its source, and whether the balls' radius matters.
 """
 
 from ab_sim.dynamics.effects.ball_spin import BallSpin

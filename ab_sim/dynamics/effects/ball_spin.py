@@ -6,17 +6,18 @@ from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck
 from ab_sim.scene.registry import register
 
 
-@register("ball_spin")
+@register(
+    "ball_spin",
+    equation="inertia m + I/a^2 along the race, drive ((R + a)/a^2) I psi'', I = 2/5 m a^2",
+    source="thesis (2-2), (2-8), (2-11)",
+    uses_ball_radius=True,
+)
 class BallSpin(NamedTuple):
     """Solid balls roll without slipping, so moving along the race also spins them up.
 
     The spin energy uses the *absolute* spin ((R + a) w - R psi_i') / a, which makes the thesis'
     (2-11) exactly the no-slip Lagrangian (EQUATIONS.md, slips).
     """
-
-    equation = "inertia m + I/a^2 along the race, drive ((R + a)/a^2) I psi'', I = 2/5 m a^2"
-    source = "thesis (2-2), (2-8), (2-11)"
-    uses_ball_radius = True
 
     def ball_inertia(self, ball: Ball) -> float:
         return 0.4 * ball.mass  # I / a^2
@@ -25,12 +26,17 @@ class BallSpin(NamedTuple):
         return 0.4 * ball.mass * (body.race_radius + ball.radius) * deck.acceleration
 
     def motor_torque(
-        self, body: Body, ball: Ball, motion: BallMotion, deck: Deck, ball_acceleration: float,
+        self,
+        body: Body,
+        ball: Ball,
+        motion: BallMotion,
+        deck: Deck,
+        ball_acceleration: float,
         normal_force: float,
     ) -> float:
         arm = body.race_radius + ball.radius
-        return 0.4 * ball.mass * arm * (
-            arm * deck.acceleration - body.race_radius * ball_acceleration
+        return (
+            0.4 * ball.mass * arm * (arm * deck.acceleration - body.race_radius * ball_acceleration)
         )
 
     def ball_energy(self, body: Body, ball: Ball, motion: BallMotion, deck: Deck) -> float:

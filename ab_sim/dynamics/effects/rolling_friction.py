@@ -9,7 +9,12 @@ from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 
 
-@register("rolling_friction")
+@register(
+    "rolling_friction",
+    equation="F_i = -(beta_b/a) max(N_i, 0) sign(theta_i')",
+    source="thesis (2-8), (2-11)",
+    uses_ball_radius=True,
+)
 class RollingFriction(NamedTuple):
     """Friction against rolling, (beta_b/a) times the race's normal force on the ball.
 
@@ -21,10 +26,6 @@ class RollingFriction(NamedTuple):
     arm: Annotated[
         Number, quantity("beta_b, a length: beta_b/a is the coefficient", "m", ge=0, le=1.0)
     ]
-
-    equation = "F_i = -(beta_b/a) max(N_i, 0) sign(theta_i')"
-    source = "thesis (2-8), (2-11)"
-    uses_ball_radius = True
 
     def friction_coefficient(self, ball: Ball) -> float:
         return self.arm / ball.radius
@@ -42,8 +43,6 @@ class RollingFriction(NamedTuple):
         friction = self.arm / ball.radius * max(normal_force, 0.0)
         return -friction * body.race_radius * np.sign(motion.rate)
 
-    def ball_loss(
-        self, body: Body, ball: Ball, motion: BallMotion, normal_force: float
-    ) -> float:
+    def ball_loss(self, body: Body, ball: Ball, motion: BallMotion, normal_force: float) -> float:
         rolled = abs(body.race_radius * motion.rate)
         return self.arm / ball.radius * max(normal_force, 0.0) * rolled

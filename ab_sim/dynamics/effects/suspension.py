@@ -7,15 +7,16 @@ from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 
 
-@register("suspension")
+@register(
+    "suspension",
+    equation="f = -c v - k u",
+    source="thesis (2-3), (2-4), (2-9), (2-10)",
+)
 class Suspension(NamedTuple):
     """Insulators between deck and housing: a spring and a damper, equal in every direction."""
 
     stiffness: Annotated[Number, quantity("k", "N/m", ge=0, le=1e12)]
     damping: Annotated[Number, quantity("c", "N s/m", ge=0, le=1e9)]
-
-    equation = "f = -c v - k u"
-    source = "thesis (2-3), (2-4), (2-9), (2-10)"
 
     def deck_force(self, body: Body, deck: Deck) -> tuple[float, float]:
         k, c = self.stiffness, self.damping

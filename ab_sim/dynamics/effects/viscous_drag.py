@@ -7,27 +7,31 @@ from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 
 
-@register("viscous_drag")
+@register(
+    "viscous_drag",
+    equation="F_i = -c_b R theta_i'",
+    source="thesis (2-4), (2-11); relative-stability (9), (10)",
+)
 class ViscousDrag(NamedTuple):
     """Drag on each ball against its speed relative to the race."""
 
     coefficient: Annotated[Number, quantity("c_b", "N s/m", ge=0, le=1e9)]
 
-    equation = "F_i = -c_b R theta_i'"
-    source = "thesis (2-4), (2-11); relative-stability (9), (10)"
-
     def ball_force(self, body: Body, ball: Ball, motion: BallMotion, deck: Deck) -> float:
         return -self.coefficient * body.race_radius * motion.rate
 
     def motor_torque(
-        self, body: Body, ball: Ball, motion: BallMotion, deck: Deck, ball_acceleration: float,
+        self,
+        body: Body,
+        ball: Ball,
+        motion: BallMotion,
+        deck: Deck,
+        ball_acceleration: float,
         normal_force: float,
     ) -> float:
         # The race drags the ball along; the motor holds the race's speed against the reaction.
         return -self.coefficient * body.race_radius * body.race_radius * motion.rate
 
-    def ball_loss(
-        self, body: Body, ball: Ball, motion: BallMotion, normal_force: float
-    ) -> float:
+    def ball_loss(self, body: Body, ball: Ball, motion: BallMotion, normal_force: float) -> float:
         speed = body.race_radius * motion.rate
         return self.coefficient * speed * speed

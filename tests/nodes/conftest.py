@@ -1,0 +1,27 @@
+"""A fleet of nodes per test, each on a DDS domain of its own."""
+
+import itertools
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="needs ROS 2")
+
+# Domains 1 to 101 keep clear of the ports that Linux hands out by itself.
+_domains = itertools.count(os.getpid())
+
+
+@pytest.fixture
+def domain() -> int:
+    return 1 + next(_domains) % 101
+
+
+@pytest.fixture
+def fleet(domain: int, tmp_path: Path) -> Iterator["Fleet"]:  # noqa: F821
+    from tests.nodes.fleet import Fleet
+
+    made = Fleet(domain, tmp_path)
+    yield made
+    made.close()

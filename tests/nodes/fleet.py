@@ -1,0 +1,141 @@
+"""Real nodes in processes of their own, on a DDS domain of the test's, watched by a real node."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import SetBool, Trigger
+
+from ab_msgs_py import Health, topics
+from ab_msgs_py.samples import command_message
+from ab_msgs_py.services import Answer, answer_of, switch_request, trigger_request
+
+DEADLINE = 60.0
+"""s; generous: a node may have to compile its kernel first."""
+
+
+class Fleet:
+    """Starts, watches and ends nodes; every wait is on a condition with a deadline."""
+
+    def __init__(self, domain: int, logs: Path) -> None:
+        self._environment = {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(domain),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "PYTHONUNBUFFERED": "1",
+        }
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+        self._logs = logs
+        self.processes: dict[str, subprocess.Popen[bytes]] = {}
+        self.heard: dict[str, list[Any]] = {}
+        self._context = rclpy.Context()
+        rclpy.init(
+            context=self._context,
+            domain_id=domain,
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        self.node = rclpy.create_node("watcher", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._publishers: dict[str, Any] = {}
+        self.listen(topics.DIAGNOSTICS)
+
+    def listen(self, topic: topics.Topic) -> list[Any]:
+        """Every message of a topic from now on."""
+        heard = self.heard.setdefault(topic.name, [])
+        topic.subscription(self.node, heard.append)
+        return heard
+
+    def start(self, node: str, **parameters: Any) -> subprocess.Popen[bytes]:
+        """Start a node with parameters."""
+        settings = [part for k, v in parameters.items() for part in ("-p", f"{k}:={v}")]
+        with (self._logs / f"{node}.log").open("wb") as log:
+            self.processes[node] = subprocess.Popen(
+                [sys.executable, "-m", f"ab_sim.nodes.{node}", "--ros-args", *settings],
+                env=self._environment,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+            )
+        return self.processes[node]
+
+    def log(self, node: str) -> str:
+        """What a node has printed so far."""
+        return (self._logs / f"{node}.log").read_text()
+
+    def until(self, condition: Callable[[], Any], what: str, deadline: float = DEADLINE) -> Any:
+        """Listen until a condition is true; its value."""
+        end = time.monotonic() + deadline
+        while not (value := condition()):
+            dead = [n for n, p in self.processes.items() if p.poll() not in (None, 0)]
+            assert not dead or "ends" in what, f"{dead} died: {what}; {self._tails()}"
+            assert time.monotonic() < end, f"not within {deadline} s: {what}; {self._tails()}"
+            self._executor.spin_once(timeout_sec=0.05)
+        return value
+
+    def health(self, node: str) -> Health | None:
+        """The newest health of a node."""
+        for message in reversed(self.heard["/diagnostics"]):
+            for health in Health.all_of(message):
+                if health.node == f"/{node}":
+                    return health
+        return None
+
+    def value(self, node: str, key: str) -> str:
+        """A value of a node's newest health, empty before the first."""
+        health = self.health(node)
+        return "" if health is None else health.values.get(key, "")
+
+    def call(self, service: str, switch: bool | None = None) -> Answer:
+        """Call a Trigger service, or with ``switch`` a SetBool one."""
+        kind = Trigger if switch is None else SetBool
+        client = self.node.create_client(kind, service)
+        try:
+            self.until(client.service_is_ready, f"service {service}")
+            request = trigger_request() if switch is None else switch_request(switch)
+            future = client.call_async(request)
+            self.until(future.done, f"answer of {service}")
+            return answer_of(future.result())
+        finally:
+            self.node.destroy_client(client)
+
+    def command(self, *speeds: float) -> None:
+        """Publish commands to a drive that listens."""
+        if "command" not in self._publishers:
+            self._publishers["command"] = topics.COMMAND.publisher(self.node)
+        publisher = self._publishers["command"]
+        self.until(publisher.get_subscription_count, "somebody listens to commands")
+        for speed in speeds:
+            publisher.publish(command_message(speed))
+
+    def stop(self, node: str, number: int = signal.SIGINT) -> int:
+        """Send a signal and wait for the end; the exit code."""
+        process = self.processes.pop(node)
+        process.send_signal(number)
+        self.until(lambda: process.poll() is not None, f"{node} ends", deadline=20.0)
+        return process.returncode
+
+    def ended(self, node: str) -> int:
+        """Wait until a node ends by itself; the exit code."""
+        process = self.processes.pop(node)
+        self.until(lambda: process.poll() is not None, f"{node} ends by itself")
+        return process.returncode
+
+    def close(self) -> None:
+        """End what is left."""
+        for process in self.processes.values():
+            process.kill()
+            process.wait()
+        self._executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    def _tails(self) -> str:
+        return "".join(f"\n--- {n}:\n{self.log(n)[-800:]}" for n in self.processes)

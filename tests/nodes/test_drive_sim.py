@@ -1,0 +1,204 @@
+"""`drive_sim` as a process over real DDS: time, commands, services, trouble."""
+
+import math
+import signal
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_msgs_py import Block, JointSample, Level, topics
+from ab_msgs_py.samples import description_of, nanoseconds_of
+from tests.nodes.fleet import Fleet
+
+STEP_NS = 1_000_000
+WAKE_NS = 4 * STEP_NS
+
+
+def rows(blocks: list[Any]) -> np.ndarray:
+    return np.concatenate([Block.of(message).samples for message in blocks])
+
+
+def test_time_is_the_simulators(fleet: Fleet) -> None:
+    """Clock and stamps count steps, never go back, and stand still while paused."""
+    clock, joints = fleet.listen(topics.CLOCK), fleet.listen(topics.JOINT_STATES)
+    blocks = fleet.listen(topics.BLOCK)
+    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.until(lambda: len(joints) > 100, "100 joint states")
+    assert fleet.call("drive_sim/step") == (False, "not paused: pause first")
+    assert fleet.call("drive_sim/pause", True)[0]
+    reached = []
+    for _ in range(3):
+        done, text = fleet.call("drive_sim/step")
+        assert done, text
+        reached.append(round(float(text.split()[2]) * 1e9))
+        fleet.until(
+            lambda: nanoseconds_of(clock[-1].clock) == reached[-1], "the clock goes on as told"
+        )
+    assert np.all(np.diff(reached) == WAKE_NS), "one wake-up's steps each"
+    assert fleet.call("drive_sim/pause", False)[0]
+    goal = reached[-1] + 500 * STEP_NS
+    fleet.until(lambda: nanoseconds_of(clock[-1].clock) > goal, "it runs again")
+    assert fleet.stop("drive_sim") == 0
+
+    times = np.array([nanoseconds_of(message.clock) for message in clock])
+    assert np.all(np.diff(times) > 0), "strictly increasing"
+    assert np.all(times % STEP_NS == 0), "whole steps"
+    assert all(JointSample.of(message).time % STEP_NS == 0 for message in joints)
+    steps = rows(blocks)[:, 0]
+    assert np.all(np.diff(steps) == 1), "every integration sample is in a block"
+
+
+def test_runs_in_real_time(fleet: Fleet) -> None:
+    joints = fleet.listen(topics.JOINT_STATES)
+    fleet.start("drive_sim", scene="thesis-hold")
+    factor = fleet.until(lambda: fleet.value("drive_sim", "real-time factor"), "diagnostics")
+    fleet.until(lambda: fleet.value("drive_sim", "real-time factor") != factor, "the next ones")
+    dropped = int(fleet.value("drive_sim", "steps dropped")) * 1e-3
+    assert float(fleet.value("drive_sim", "real-time factor")) + dropped > 0.5
+    health = fleet.health("drive_sim")
+    assert health is not None
+    assert health.values["effects"].split(", ") == [
+        "ball_spin", "rolling_friction", "spindle_acceleration", "suspension", "viscous_drag",
+    ]  # fmt: skip
+    assert health.values["step [s]"] == "0.001"
+    assert len(joints) > 10
+
+
+def test_bad_commands_are_rejected_counted_logged_and_change_nothing(fleet: Fleet) -> None:
+    joints, blocks = fleet.listen(topics.JOINT_STATES), fleet.listen(topics.BLOCK)
+    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.command(20.0)
+    fleet.until(
+        lambda: joints and JointSample.of(joints[-1]).spindle_speed == 20.0, "20 rad/s are reached"
+    )
+    fleet.command(math.nan, math.inf, -math.inf, 420.5, -1e300)
+    fleet.until(lambda: fleet.value("drive_sim", "commands rejected") == "5", "five rejections")
+    assert fleet.value("drive_sim", "commands accepted") == "1"
+    assert "rejected: command = nan rad/s: must be a finite number" in fleet.log("drive_sim")
+    fleet.command(420.0)
+    fleet.until(
+        lambda: JointSample.of(joints[-1]).spindle_speed > 20.0, "a good command is followed"
+    )
+    assert fleet.stop("drive_sim") == 0
+    channels = Block.of(blocks[0]).channels
+    commands = rows(blocks)[:, channels.index("command")]
+    assert set(commands.tolist()) == {0.0, 20.0, 420.0}, "no trace of the bad ones"
+
+
+def test_reset_begins_again(fleet: Fleet) -> None:
+    joints, blocks = fleet.listen(topics.JOINT_STATES), fleet.listen(topics.BLOCK)
+    fleet.start("drive_sim", scene="thesis-hold", start_paused=True)
+    fleet.command(50.0)
+    assert fleet.call("drive_sim/pause", False)[0]
+    fleet.until(lambda: joints and JointSample.of(joints[-1]).spindle_speed == 50.0, "50 rad/s")
+    assert fleet.call("drive_sim/pause", True)[0]
+    assert fleet.call("drive_sim/reset")[0]
+    assert fleet.call("drive_sim/step")[0]
+    fleet.until(lambda: JointSample.of(joints[-1]).time == WAKE_NS, "time begins again")
+    assert JointSample.of(joints[-1]).spindle_speed == 0.0, "the command is forgotten"
+    assert fleet.stop("drive_sim") == 0
+    steps = rows(blocks)[:, 0]
+    (again,) = np.flatnonzero(np.diff(steps) < 0)
+    assert steps[again + 1] == 0, "samples begin again at step 0"
+    assert np.all(np.diff(steps[: again + 1]) == 1) and np.all(np.diff(steps[again + 1 :]) == 1)
+
+
+def test_far_behind_drops_steps_and_says_so(fleet: Fleet) -> None:
+    clock, blocks = fleet.listen(topics.CLOCK), fleet.listen(topics.BLOCK)
+    process = fleet.start("drive_sim", scene="thesis-hold", patience=0.1)
+    fleet.until(lambda: len(clock) > 50, "it runs")
+    process.send_signal(signal.SIGSTOP)
+    try:
+        count = len(clock)
+        # As long as nothing comes any more: 20 rounds of 50 ms without a message.
+        quiet = 0
+        while quiet < 20:
+            fleet._executor.spin_once(timeout_sec=0.05)
+            quiet = quiet + 1 if len(clock) == count else 0
+            count = len(clock)
+    finally:
+        process.send_signal(signal.SIGCONT)
+    fleet.until(lambda: int(fleet.value("drive_sim", "steps dropped") or 0) > 100, "drops counted")
+    health = fleet.health("drive_sim")
+    assert health is not None and health.level is Level.WARN
+    assert "steps were dropped" in health.message
+    assert float(health.values["worst lateness [s]"]) > 0.5
+    assert fleet.stop("drive_sim") == 0
+    assert np.all(np.diff(rows(blocks)[:, 0]) == 1), "steps are given up, samples are not lost"
+
+
+def test_divergence_pauses_and_is_reported(fleet: Fleet) -> None:
+    scene = "['spindle.max_speed=100000','start.speed=90000','solver.stepper=rk4','profile=']"
+    fleet.start(
+        "drive_sim",
+        scene="thesis-baseline",
+        changes=scene.replace("'profile='", "'profile=','effects.suspension.stiffness=1000000'"),
+    )
+    fleet.until(
+        lambda: (h := fleet.health("drive_sim")) is not None and h.level is Level.ERROR,
+        "an error in the diagnostics",
+    )
+    health = fleet.health("drive_sim")
+    assert health is not None and "stopped being finite at t = " in health.message
+    done, text = fleet.call("drive_sim/pause", False)
+    assert not done and "reset first" in text
+    assert fleet.call("drive_sim/reset")[0]
+    assert fleet.stop("drive_sim") == 0
+
+
+def test_description_is_latched(fleet: Fleet) -> None:
+    fleet.start("drive_sim", scene="nsc-case-1")
+    fleet.until(lambda: fleet.health("drive_sim"), "it is up")
+    described = fleet.listen(topics.DESCRIPTION)
+    fleet.until(lambda: described, "a late listener hears it")
+    description = description_of(described[0])
+    assert description["scene"]["name"] == "nsc-case-1"
+    assert description["race_radius"] == 0.0165
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"scene": "thesis-hlod"}, "did you mean 'thesis-hold'"),
+        ({"changes": "['balls.mass=-1']"}, "balls.mass = -1: must be more than 0"),
+        ({"wake_rate": 300.0}, "period of wake_rate"),
+        ({"wake_rate": 1e9}, "parameter wake_rate: must be of type float, from 1 to 2000 1/s"),
+        ({"wake_rate": "fast"}, "parameter wake_rate: must be of type float"),
+        ({"changes": "['solver.step=0.05']", "wake_rate": 20.0}, "beyond the stability limit"),
+        ({"patience": 0.01, "wake_rate": 50.0}, "patience = 0.01 s: must be at least 0.02 s"),
+    ],
+)
+def test_bad_parameters_end_it_with_one_message(
+    fleet: Fleet, parameters: dict[str, Any], words: str
+) -> None:
+    fleet.start("drive_sim", **parameters)
+    assert fleet.ended("drive_sim") == 2
+    assert words in fleet.log("drive_sim")
+    assert "Traceback" not in fleet.log("drive_sim")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ends_cleanly_while_busy(fleet: Fleet, number: signal.Signals) -> None:
+    clock = fleet.listen(topics.CLOCK)
+    fleet.start("drive_sim", scene="thesis-hold", wake_rate=1000.0)
+    fleet.until(lambda: len(clock) > 200, "it runs")
+    assert fleet.stop("drive_sim", number) == 0
+    assert "Traceback" not in fleet.log("drive_sim")
+
+
+def test_parameters_are_described(fleet: Fleet) -> None:
+    from rcl_interfaces.srv import DescribeParameters
+
+    fleet.start("drive_sim", scene="thesis-hold")
+    client = fleet.node.create_client(DescribeParameters, "drive_sim/describe_parameters")
+    fleet.until(client.service_is_ready, "the parameter services")
+    future = client.call_async(DescribeParameters.Request(names=["wake_rate", "scene"]))
+    fleet.until(future.done, "an answer")
+    rate, scene = future.result().descriptors
+    assert "[1/s]" in rate.description and rate.read_only
+    assert (rate.floating_point_range[0].from_value, rate.floating_point_range[0].to_value) == (
+        1.0,
+        2000.0,
+    )
+    assert "scene" in scene.description

@@ -1,0 +1,123 @@
+"""The three nodes together: a start-up, recorded, read back, and run again offline."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ab_msgs_py import topics
+from ab_msgs_py.samples import text_of
+from ab_sim.analysis import replay
+from ab_sim.recording import read_recording
+from ab_sim.scene import check_scene, find_scene
+from ab_sim.trajectory import Trajectory
+from tests.nodes.fleet import Fleet
+
+
+@pytest.fixture
+def brisk(tmp_path: Path) -> Path:
+    """The thesis' drive with the hold, started up ten times as fast, so that a test can wait."""
+    text = find_scene("thesis-hold").read_text()
+    for old, new in (
+        ("acceleration: 40.0", "acceleration: 400.0"),
+        ("max_acceleration: 50.0", "max_acceleration: 500.0"),
+        ("duration: 0.5", "duration: 0.2"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "brisk.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_path: Path) -> None:
+    status = fleet.listen(topics.PROFILE_STATUS)
+    file = tmp_path / "run.rrd"
+    fleet.start("recorder", path=file)
+    fleet.start("drive_sim", scene=brisk, start_paused=True)
+    fleet.start("profile_controller", profile=brisk, use_sim_time=True)
+    fleet.until(lambda: fleet.value("recorder", "file"), "the recorder has a drive")
+    fleet.until(lambda: fleet.call("profile_controller/start")[0], "the profile starts")
+    assert fleet.call("profile_controller/start") == (False, "running already; abort first")
+    assert fleet.call("drive_sim/pause", False)[0]
+    fleet.until(lambda: status and text_of(status[-1]) == "done", "the profile is done")
+    samples = int(fleet.value("recorder", "samples written"))
+    fleet.until(
+        lambda: int(fleet.value("recorder", "samples written")) > samples, "more is recorded"
+    )
+    for node in ("drive_sim", "profile_controller", "recorder"):
+        assert fleet.stop(node) == 0, node
+        assert "Traceback" not in fleet.log(node)
+
+    recorded = read_recording(file)
+    assert recorded.complete and recorded.missing == recorded.gaps == 0
+    assert recorded.description["scene"]["name"] == "brisk"
+    live = Trajectory(recorded.channels, recorded.samples)
+    assert live["step"][0] == 0
+    assert live["speed"].max() == pytest.approx(200.0)
+    assert len(set(live["command"].tolist())) > 20, "a history of commands"
+    assert np.abs(live.ball_angles[-1]).min() > 0.1, "the balls moved"
+    scene = check_scene(recorded.description["scene"], "the recording")
+    offline = replay(scene, live)
+    np.testing.assert_allclose(offline.ball_angles, live.ball_angles, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(offline.samples, live.samples, rtol=1e-9, atol=1e-12)
+    texts = [event.text for event in recorded.events]
+    assert any("profile: running" in text for text in texts)
+    assert any("profile: done" in text for text in texts)
+    assert "real_time_factor" in recorded.scalars
+
+
+def test_abort_commands_standstill(fleet: Fleet) -> None:
+    status, joints = fleet.listen(topics.PROFILE_STATUS), fleet.listen(topics.JOINT_STATES)
+    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.start("profile_controller", profile="thesis-hold", use_sim_time=True, auto_start=True)
+    fleet.until(lambda: joints and joints[-1].velocity[0] > 2.0, "2 rad/s")
+    assert fleet.call("profile_controller/abort") == (True, "commanding standstill")
+    fleet.until(lambda: joints[-1].velocity[0] == 0.0, "standstill")
+    assert text_of(status[-1]) == "aborted"
+    assert max(message.velocity[0] for message in joints) < 150.0, "it never got to the end"
+    assert fleet.call("profile_controller/abort") == (False, "not running")
+
+
+def test_no_start_without_a_drive(fleet: Fleet) -> None:
+    fleet.start("profile_controller", profile="thesis-hold")
+    done, text = fleet.call("profile_controller/start")
+    assert not done and "nobody listens on /spindle/command" in text
+    assert fleet.stop("profile_controller") == 0
+
+
+def test_recorder_begins_another_file_after_a_reset(fleet: Fleet, tmp_path: Path) -> None:
+    file = tmp_path / "deep" / "run.rrd"
+    fleet.start("recorder", path=file)
+    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.until(lambda: int(fleet.value("recorder", "samples written") or 0) > 100, "samples")
+    assert fleet.call("drive_sim/reset")[0]
+    fleet.until(lambda: fleet.value("recorder", "file").endswith("run-2.rrd"), "another file")
+    for node in ("drive_sim", "recorder"):
+        assert fleet.stop(node) == 0
+    for path in (file, file.with_stem("run-2")):
+        recorded = read_recording(path)
+        assert recorded.complete and recorded.missing == 0
+        assert recorded.samples[0, 0] == 0
+
+
+def test_recorder_without_a_drive_says_so_and_ends_cleanly(fleet: Fleet, tmp_path: Path) -> None:
+    fleet.start("recorder", path=tmp_path / "none.rrd")
+    fleet.until(lambda: "no drive heard" in fleet.log("recorder"), "a warning")
+    assert fleet.stop("recorder") == 0
+    assert not (tmp_path / "none.rrd").exists()
+
+
+@pytest.mark.parametrize(
+    ("node", "parameters", "words"),
+    [
+        ("recorder", {"path": "/proc/no/run.rrd"}, "its folder cannot be made"),
+        ("profile_controller", {"profile": "nowhere.yaml"}, "no such scene file"),
+        ("profile_controller", {"command_rate": 0.0}, "parameter command_rate"),
+    ],
+)
+def test_bad_parameters(fleet: Fleet, node: str, parameters: dict[str, str], words: str) -> None:
+    fleet.start(node, **parameters)
+    assert fleet.ended(node) == 2
+    assert words in fleet.log(node)
+    assert "Traceback" not in fleet.log(node)

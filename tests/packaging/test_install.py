@@ -1,0 +1,133 @@
+"""One version everywhere; pip and colcon both put everything where ROS 2 looks for it."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pip
+import pytest
+from ament_index_python import get_package_share_directory, get_resource
+
+ROOT = Path(__file__).parents[2]
+OUR_BIN = Path(sys.executable).parent
+
+# Each node with a parameter that it must refuse, and what it then says. So it has come far enough
+# to need its imports and the installed scenes, and ends by itself.
+REFUSED = {
+    "drive_sim": ("scene:=no-such-scene", "only-in-this-copy"),
+    "profile_controller": ("profile:=no-such-scene", "only-in-this-copy"),
+    "recorder": ("queue:=0", "parameter queue"),
+}
+
+
+def run(*command: str | Path, **options) -> subprocess.CompletedProcess[str]:
+    """Run to the end, without input; the caller looks at the result."""
+    return subprocess.run(
+        command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120, **options
+    )
+
+
+def run_well(*command: str | Path, **options) -> str:
+    done = run(*command, **options)
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """What a commit of the present tree would hold, and a scene that tells it from the original."""
+    listed = run_well(
+        "git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", cwd=ROOT
+    )
+    copy = tmp_path / "src" / "ab_sim"
+    for name in filter(None, listed.split("\0")):
+        if (ROOT / name).is_file():  # else deleted and not committed yet
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, copy / name)
+    scenes = copy / "config" / "scenes"
+    shutil.copy(scenes / "thesis-hold.yaml", scenes / "only-in-this-copy.yaml")
+    return copy
+
+
+def assert_installed(prefix: Path, tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What `ros2 pkg`, `run` and `launch` look for is in ``prefix``, complete."""
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(prefix))
+    assert get_resource("packages", "ab_sim")[1] == str(prefix)
+    share = Path(get_package_share_directory("ab_sim"))
+    assert (share / "package.xml").read_text() == (tree / "package.xml").read_text()
+    for folder, pattern in (
+        ("config/scenes", "*.yaml"),
+        ("config/nodes", "*.yaml"),
+        ("launch", "*.launch.py"),
+    ):
+        expected = {path.name for path in (tree / folder).glob(pattern)}
+        assert {path.name for path in (share / folder).glob("*")} == expected
+    installed = (prefix / "lib/ab_sim").iterdir()
+    runnable = {path.name for path in installed if path.is_file() and os.access(path, os.X_OK)}
+    assert runnable == set(REFUSED)
+
+
+def assert_nodes_run(prefix: Path, environment: dict[str, str]) -> None:
+    """Each executable, started as `ros2 run` does, finds its module and its scenes."""
+    for node, (parameter, message) in REFUSED.items():
+        done = run(prefix / "lib/ab_sim" / node, "--ros-args", "-p", parameter, env=environment)
+        assert done.returncode == 2, done.stderr
+        assert message in done.stderr
+
+
+def environment(**changes: str) -> dict[str, str]:
+    """Ours, with our Python as the path's `python3`, and no discovery: nobody is to be met."""
+    path = os.pathsep.join([str(OUR_BIN), os.environ["PATH"]])
+    return {**os.environ, "PATH": path, "ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", **changes}
+
+
+def test_version_is_the_same_everywhere(tree: Path) -> None:
+    code = (tree / "ab_sim/__init__.py").read_text()
+    version = re.search(r'^__version__ = "(.+)"$', code, re.MULTILINE).group(1)
+    assert ElementTree.parse(tree / "package.xml").findtext("version") == version
+    assert run_well(sys.executable, "setup.py", "--version", cwd=tree).splitlines()[-1] == version
+
+
+@pytest.mark.ros
+def test_pip_install(tree: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # By way of the source distribution, so that one is complete too.
+    run_well(sys.executable, "-m", "build", "--no-isolation", tree)
+    (wheel,) = (tree / "dist").glob("*.whl")
+
+    # A Debian without python3-venv has no ensurepip, so the new environment borrows our pip, and
+    # pip alone: seeing our packages it would uninstall ab_sim from here.
+    prefix = tmp_path / "venv"
+    run_well(sys.executable, "-m", "venv", "--without-pip", prefix)
+    borrowed = tmp_path / "borrowed"
+    borrowed.mkdir()
+    (borrowed / "pip").symlink_to(Path(pip.__file__).parent)
+    run_well(
+        *(prefix / "bin/python", "-m", "pip", "install", "--no-deps", "--no-index", wheel),
+        env=environment(PYTHONPATH=str(borrowed)),
+    )
+    site_packages = Path(
+        sysconfig.get_path("purelib", vars={"base": str(prefix), "platbase": str(prefix)})
+    )
+    (site_packages / "dependencies.pth").write_text(sysconfig.get_path("purelib"))
+
+    assert_installed(prefix, tree, monkeypatch)
+    assert (site_packages / "ab_sim/py.typed").exists()
+    assert (site_packages / "ab_msgs_py/py.typed").exists()
+    # The environment is not activated: the path's python3 is ours, which is not the nodes'.
+    assert_nodes_run(prefix, environment())
+    assert "only-in-this-copy" in run(prefix / "bin/ab-sim", "run", "no-such-scene").stderr
+
+
+@pytest.mark.ros
+def test_colcon_build(tree: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_well(OUR_BIN / "colcon", "build", cwd=tmp_path)
+    prefix = tmp_path / "install/ab_sim"
+
+    assert_installed(prefix, tree, monkeypatch)
+    sourced = run_well("sh", "-c", ". install/setup.sh && env -0", cwd=tmp_path, env=environment())
+    assert_nodes_run(prefix, dict(entry.split("=", 1) for entry in sourced.split("\0") if entry))
