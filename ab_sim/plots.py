@@ -47,11 +47,10 @@ def startup_figure(
         top.annotate(
             f"peak {peak * scale:.4g} at {at:.3f} s",
             (at, peak * scale),
-            xytext=(0.985, 0.93),
-            textcoords="axes fraction",
-            ha="right",
+            xytext=(0, 6),
+            textcoords="offset points",
+            ha="center",
             color=WHIRL,
-            arrowprops={"arrowstyle": "-", "color": WHIRL, "lw": 0.6, "alpha": 0.6},
         )
         top.set_ylim(0, 1.15 * peak * scale)
     speed = top.twinx()

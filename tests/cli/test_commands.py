@@ -1,0 +1,130 @@
+"""`ab-sim` as a user runs it: output, files, messages, exit codes."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ab_sim import __version__
+from ab_sim.recording import read_recording
+from ab_sim.scene import scene_names
+
+PNG = b"\x89PNG\r\n"
+
+
+def ab_sim(*arguments: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    root = Path(__file__).resolve().parents[2]
+    path = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
+    return subprocess.run(
+        [sys.executable, "-m", "ab_sim", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": path, "COLUMNS": "200"},
+        timeout=120,
+    )
+
+
+def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
+    done = ab_sim(
+        "run", "thesis-hold", "--times", "2.5,3,5", "--json", "r.json", "--plot", "p.png",
+        "--rrd", "r.rrd", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "r.json").read_text())
+    assert [sample["t"] for sample in report["samples"]] == [2.5, 3.0, 5.0]
+    keys = "t psi omega u v x y vx vy whirl theta ball_rate".split()
+    assert list(report["samples"][0]) == keys
+    first = report["samples"][0]
+    assert first["omega"] == 100.0 and first["psi"] == 125.0
+    assert np.hypot(first["x"], first["y"]) == pytest.approx(first["whirl"])
+    assert np.degrees(report["samples"][2]["theta"]) == pytest.approx([-198.3, -198.3], abs=0.1)
+    assert report["peak_whirl_over_e"] == pytest.approx(62.53, rel=1e-3)
+    assert report["peak_time"] == pytest.approx(3.297, rel=1e-3)
+    assert report["settling_period"] == pytest.approx(0.873, rel=1e-3)
+    assert report["scene"] == "thesis-hold"
+    assert report["effects"]["suspension"] == {"stiffness": 1000.0, "damping": 0.2}
+    assert (report["stepper"], report["step"]) == ("rk8", 0.001)
+    assert report["version"] == __version__
+    assert (tmp_path / "p.png").read_bytes().startswith(PNG)
+    recorded = read_recording(tmp_path / "r.rrd")
+    assert len(recorded.samples) == 6001 and recorded.missing == 0
+    assert recorded["ball_0_angle"][5000] == report["samples"][2]["theta"][0]
+    assert "peak W/e" in done.stderr and "wrote" in done.stderr
+
+
+def test_json_to_standard_output_is_only_json() -> None:
+    done = ab_sim(
+        "run", "no-ball", "--set", "duration=0.5", "--json", "-", "--stepper", "rk4", "--step",
+        "0.0005",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert report["samples"] == []
+    assert (report["stepper"], report["step"]) == ("rk4", 0.0005)
+    assert report["settling_period"] is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("run", "thesis-hlod"), "did you mean 'thesis-hold'"),
+        (("run", "thesis-hold", "--set", "balls.mass=nan"), "balls.mass"),
+        (("run", "thesis-hold", "--times", "1,x"), "must be numbers separated by commas"),
+        (("run", "thesis-hold", "--times", "-1"), "at least 0"),
+        (("run", "thesis-hold", "--times", "nan"), "finite number"),
+        (("run", "thesis-hold", "--stepper", "rk9"), "known are: rk4, tsit5, rk8"),
+        (("run", "thesis-hold", "--step", "0.05"), "use at most"),
+        (("run", "thesis-hold", "--step", "nan"), "solver.step = nan"),
+        (("run", "thesis-hold", "--plot", "p.bmp"), "must end in one of .png, .svg, .pdf"),
+        (("run", "thesis-hold", "--json", "no/r.json"), "there is no folder"),
+        (("run", "thesis-hold", "--rrd", "/"), "is a folder"),
+        (("run", "thesis-hold", "--set", "duration=1e5"), "at most 20000000"),
+        (("run",), "Missing argument"),
+        (("fly",), "No such command"),
+        (("check", "missing.yaml"), "no such scene file"),
+    ],
+)
+def test_bad_input_exits_with_2_and_leaves_nothing(
+    arguments: tuple[str, ...], words: str, tmp_path: Path
+) -> None:
+    done = ab_sim(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_divergence_exits_with_3(tmp_path: Path) -> None:
+    done = ab_sim(
+        "run", "thesis-baseline", "--set", "spindle.max_speed=1e5", "--set", "start.speed=9e4",
+        "--set", "profile=", "--set", "effects.suspension.stiffness=1e6", "--stepper", "rk4",
+        "--json", "r.json", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 3
+    assert "stopped being finite at t = " in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_lists_and_help() -> None:
+    listed = ab_sim("scenes").stdout
+    assert all(name in listed for name in scene_names())
+    effects = ab_sim("effects").stdout
+    for words in ("viscous_drag", "c_b [N s/m]", "thesis (2-8), (2-11)", "-c v - k u"):
+        assert words in effects
+    assert "is a valid scene" in ab_sim("check", "five-balls-8000-rpm").stdout
+    assert __version__ in ab_sim("--version").stdout
+    for command in ("run", "scenes", "effects", "check", "demo"):
+        assert command in ab_sim("--help").stdout
+
+
+def test_a_scene_that_is_read_from_a_file(tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text("rotor: {total_mass: 0.1}\n")
+    done = ab_sim("check", "mine.yaml", cwd=tmp_path)
+    assert done.returncode == 2
+    for key in ("rotor.eccentricity", "race", "balls", "spindle", "duration", "effects"):
+        assert key in done.stderr
