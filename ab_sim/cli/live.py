@@ -82,10 +82,14 @@ class LiveRun:
 
         def ready() -> bool:
             self._refuse_company()
-            recorder = self._health.get("/recorder")
+            recorder, controller = (
+                self._health_of("recorder"),
+                self._health_of("profile_controller"),
+            )
             return (
-                recorder is not None
-                and recorder.message == "recording"
+                recorder.get("file", "") != ""
+                # The drive and the recorder: no command is to be lost because nobody listens yet.
+                and int(controller.get("listeners", 0)) >= 2
                 and self._start_profile.service_is_ready()
                 and self._pause_drive.service_is_ready()
             )
@@ -125,23 +129,29 @@ class LiveRun:
         """
         wall = self._wall[1] - self._wall[0]
         factor = self.elapsed / wall if wall > 0 else math.nan
-        for name in ("drive_sim", "profile_controller"):
-            self._processes[name].send_signal(signal.SIGINT)
-        for name in list(self._processes):
+        # First who sends, last who writes down: what is under way then still arrives.
+        for name in ("profile_controller", "drive_sim", "recorder"):
             code = self._stop_process(name)
             if code != 0:
                 raise AbSimError(f"{name} ended with exit code {code}:\n{self._log_of(name)}")
-        drive, recorder = (self._health.get(f"/{name}") for name in ("drive_sim", "recorder"))
-        if drive is None or recorder is None:
-            raise AbSimError(f"no diagnostics came from drive_sim or recorder; see {self._logs}")
+        drive, recorder, controller = (
+            self._health_of(name) for name in ("drive_sim", "recorder", "profile_controller")
+        )
+        if not (drive and recorder and controller):
+            raise AbSimError(f"a node sent no diagnostics; see {self._logs}")
+        obeyed = int(drive["commands accepted"]) + int(drive["commands rejected"])
         return {
             "real-time factor": f"{factor:.4f}",
-            "worst lateness": f"{1e3 * float(drive.values['worst lateness [s]']):.2f} ms",
-            "steps dropped": drive.values["steps dropped"],
-            "commands accepted": drive.values["commands accepted"],
-            "commands rejected": drive.values["commands rejected"],
-            "messages dropped by the recorder": recorder.values["messages dropped"],
+            "worst lateness": f"{1e3 * float(drive['worst lateness [s]']):.2f} ms",
+            "steps dropped": drive["steps dropped"],
+            "commands rejected": drive["commands rejected"],
+            "commands lost": str(int(controller["commands published"]) - obeyed),
+            "messages dropped by the recorder": recorder["messages dropped"],
         }
+
+    def _health_of(self, node: str) -> dict[str, str]:
+        health = self._health.get(f"/{node}")
+        return {} if health is None else health.values
 
     def _watch(self) -> None:
         self._node = rclpy.create_node("demo")

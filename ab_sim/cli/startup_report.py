@@ -15,6 +15,9 @@ from ab_sim.scene import Scene
 from ab_sim.spindle import SpeedProfile
 from ab_sim.trajectory import Trajectory
 
+LOSSES = ("commands lost", "messages dropped by the recorder")
+"""Figures of the live run that count, with missing samples, as messages lost."""
+
 console = Console()
 
 
@@ -44,7 +47,7 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
         "final ball angles": [_degrees(t) for t in (live, offline.trajectory)],
     }.items():
         table.add_row(label, one, other)
-    lost = recorded.missing + int(figures.pop("messages dropped by the recorder"))
+    lost = recorded.missing + sum(int(figures.pop(label)) for label in LOSSES)
     for label, value in {**figures, "messages lost": str(lost)}.items():
         table.add_row(label, value, "")
     if recorded.missing == 0:

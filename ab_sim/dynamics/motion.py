@@ -54,3 +54,12 @@ class BallMotion(NamedTuple):
     """Om = theta' [rad/s], along the race."""
     speed: float
     """p = w + Om [rad/s], absolute."""
+
+
+class Reaction(NamedTuple):
+    """What the solved equations of motion say of one ball."""
+
+    acceleration: float
+    """q = al + theta'' [rad/s^2], absolute."""
+    normal_force: float
+    """N [N], of the race on the ball; negative where the race would have to pull."""

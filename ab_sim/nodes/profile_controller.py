@@ -1,6 +1,8 @@
 """`profile_controller`: runs a start-up profile by publishing speed commands at a fixed rate."""
 
+import math
 import threading
+import time
 
 from rclpy.node import Node
 
@@ -13,6 +15,8 @@ from ab_sim.nodes.process import run_node
 from ab_sim.scene import load_scene
 from ab_sim.spindle import SpeedProfile
 
+REPORT_PERIOD = 1.0
+"""s between two diagnostics."""
 HEALTH = {
     "idle": "waiting for ~/start",
     "running": "running the profile",
@@ -41,6 +45,7 @@ class ProfileController(Node):
         self._lock = threading.Lock()
         self._state = ""
         self._began: int | None = None
+        self._published = 0
 
         self._command = topics.COMMAND.publisher(self)
         self._status = topics.PROFILE_STATUS._replace(name="~/status").publisher(self)
@@ -57,7 +62,7 @@ class ProfileController(Node):
         with self._lock:
             if self._state == "running":
                 return False, "running already; abort first"
-            if self._command.get_subscription_count() == 0:
+            if self.listeners == 0:
                 return False, f"nobody listens on {self._command.topic_name}: start the drive first"
             self._began = self.get_clock().now().nanoseconds
             self._enter("running")
@@ -73,6 +78,11 @@ class ProfileController(Node):
             self._send()
             return True, "commanding standstill"
 
+    @property
+    def listeners(self) -> int:
+        """How many nodes listen to the commands: the drive, and perhaps a recorder."""
+        return self._command.get_subscription_count()
+
     def report(self) -> None:
         """Publish this node's health."""
         level = Level.WARN if self._state == "aborted" else Level.OK
@@ -83,13 +93,14 @@ class ProfileController(Node):
             {
                 "state": self._state,
                 "command rate [1/s]": f"{1 / self._period:g}",
-                "drives listening": str(self._command.get_subscription_count()),
+                "commands published": str(self._published),
+                "listeners": str(self.listeners),
             },
         )
         self._diagnostics.publish(health.message_at(self.get_clock().now().nanoseconds))
 
     def _start_when_heard(self) -> None:
-        if self._command.get_subscription_count() and self.start()[0]:
+        if self.listeners and self.start()[0]:
             self._waiting.cancel()
 
     def _enter(self, state: str) -> None:
@@ -103,6 +114,7 @@ class ProfileController(Node):
                 self._send()
 
     def _send(self) -> None:
+        self._published += 1
         if self._state == "aborted":
             self._command.publish(command_message(0.0))
             return
@@ -115,9 +127,14 @@ class ProfileController(Node):
 
 
 def report_until_stopped(node: ProfileController, stopping: threading.Event) -> None:
-    """Once a second of the steady clock, whatever simulated time does."""
-    while not stopping.wait(1.0):
-        node.report()
+    """Once a second of the steady clock, and as soon as somebody else listens."""
+    told, seen = -math.inf, -1
+    while not stopping.wait(0.05):
+        now, listeners = time.monotonic(), node.listeners
+        if now - told >= REPORT_PERIOD or listeners != seen:
+            told, seen = now, listeners
+            node.report()
+    node.report()
 
 
 def main() -> None:

@@ -145,6 +145,7 @@ def test_description_events_and_scalars_come_back(tmp_path: Path) -> None:
         recording.event(0.25, "again, ```x", level="ERROR", source="/ab/drive_sim")
         recording.scalar("real_time_factor", 0.1, 1.0)
         recording.scalar("real_time_factor", 0.2, 0.1 + 0.2)
+        recording.scalar("commands_received", 0.2, 100.0)
     back = read_recording(tmp_path / "run.rrd")
     assert back.description == description
     assert [(e.time, e.level, e.source, e.text) for e in back.events] == [
@@ -153,6 +154,7 @@ def test_description_events_and_scalars_come_back(tmp_path: Path) -> None:
         (0.25, "ERROR", "/ab/drive_sim", "again, ```x"),
     ]
     assert back.scalars["real_time_factor"].tolist() == [[0.1, 1.0], [0.2, 0.1 + 0.2]]
+    assert back.scalars["commands_received"].tolist() == [[0.2, 100.0]]
     assert (back.channels, back.samples.shape) == ((), (0, 0))  # no block ever came
 
 

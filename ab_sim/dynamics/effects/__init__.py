@@ -14,11 +14,11 @@ that scene's kernel. Methods are plain Python, compiled by numba; ``self`` is th
         friction along the race per normal force of the race on the ball
     spindle_acceleration(self, acceleration) -> rad/s^2
         how much of the spindle's acceleration the bodies feel
-    motor_torque(self, body, ball, motion, deck, ball_acceleration, normal_force) -> N m
+    motor_torque(self, body, ball, motion, deck, reaction) -> N m
         what the spindle motor has to supply for one ball's sake
     deck_energy(self, deck) -> J, ball_energy(self, body, ball, motion, deck) -> J
         energy stored
-    deck_loss(self, deck) -> W, ball_loss(self, body, ball, motion, normal_force) -> W
+    deck_loss(self, deck) -> W, ball_loss(self, body, ball, motion, reaction) -> W
         power dissipated
 
 ``register`` adds the equation, its source, and whether the balls' radius matters.

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck
+from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck, Reaction
 from ab_sim.scene.registry import register
 
 
@@ -26,17 +26,14 @@ class BallSpin(NamedTuple):
         return 0.4 * ball.mass * (body.race_radius + ball.radius) * deck.acceleration
 
     def motor_torque(
-        self,
-        body: Body,
-        ball: Ball,
-        motion: BallMotion,
-        deck: Deck,
-        ball_acceleration: float,
-        normal_force: float,
+        self, body: Body, ball: Ball, motion: BallMotion, deck: Deck, reaction: Reaction
     ) -> float:
         arm = body.race_radius + ball.radius
         return (
-            0.4 * ball.mass * arm * (arm * deck.acceleration - body.race_radius * ball_acceleration)
+            0.4
+            * ball.mass
+            * arm
+            * (arm * deck.acceleration - body.race_radius * reaction.acceleration)
         )
 
     def ball_energy(self, body: Body, ball: Ball, motion: BallMotion, deck: Deck) -> float:

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck
+from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck, Reaction
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 
@@ -31,18 +31,12 @@ class RollingFriction(NamedTuple):
         return self.arm / ball.radius
 
     def motor_torque(
-        self,
-        body: Body,
-        ball: Ball,
-        motion: BallMotion,
-        deck: Deck,
-        ball_acceleration: float,
-        normal_force: float,
+        self, body: Body, ball: Ball, motion: BallMotion, deck: Deck, reaction: Reaction
     ) -> float:
         # As with drag, the motor holds the race's speed against the reaction.
-        friction = self.arm / ball.radius * max(normal_force, 0.0)
+        friction = self.arm / ball.radius * max(reaction.normal_force, 0.0)
         return -friction * body.race_radius * np.sign(motion.rate)
 
-    def ball_loss(self, body: Body, ball: Ball, motion: BallMotion, normal_force: float) -> float:
+    def ball_loss(self, body: Body, ball: Ball, motion: BallMotion, reaction: Reaction) -> float:
         rolled = abs(body.race_radius * motion.rate)
-        return self.arm / ball.radius * max(normal_force, 0.0) * rolled
+        return self.arm / ball.radius * max(reaction.normal_force, 0.0) * rolled

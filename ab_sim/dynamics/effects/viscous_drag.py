@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck
+from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck, Reaction
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 
@@ -21,17 +21,11 @@ class ViscousDrag(NamedTuple):
         return -self.coefficient * body.race_radius * motion.rate
 
     def motor_torque(
-        self,
-        body: Body,
-        ball: Ball,
-        motion: BallMotion,
-        deck: Deck,
-        ball_acceleration: float,
-        normal_force: float,
+        self, body: Body, ball: Ball, motion: BallMotion, deck: Deck, reaction: Reaction
     ) -> float:
         # The race drags the ball along; the motor holds the race's speed against the reaction.
         return -self.coefficient * body.race_radius * body.race_radius * motion.rate
 
-    def ball_loss(self, body: Body, ball: Ball, motion: BallMotion, normal_force: float) -> float:
+    def ball_loss(self, body: Body, ball: Ball, motion: BallMotion, reaction: Reaction) -> float:
         speed = body.race_radius * motion.rate
         return self.coefficient * speed * speed

@@ -1,0 +1,162 @@
+"""The pictures: what is drawn, and how the viewer is laid out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from ab_sim.errors import RecordingError
+from ab_sim.recording.layout import Array, scalar_columns
+
+Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there
+
+_RED, _GREY, _WHITE, _GREEN = (235, 70, 60), (150, 150, 150), (235, 235, 235), (150, 220, 90)
+_HUES = [(70, 150, 255), (255, 170, 40), (60, 210, 200), (200, 120, 255), (240, 230, 90)]
+_HUES += [(255, 130, 180), (170, 140, 100), (120, 130, 255)]
+_TITLES = {
+    "real_time_factor": "Real-time factor [1]; 1 keeps up",
+    "commands_received": "Commands received [rad/s]",
+}
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """The drive in pictures, to scale, in mm.
+
+    Rerun's 2-D views have y downwards. The drawing negates y and all angles, so that on the
+    screen y points upwards and angles grow anticlockwise.
+    """
+
+    race: float  # radius of the circle on which the balls' centres run
+    eccentricity: float
+    balls: int
+    ball: float  # radius
+
+    @classmethod
+    def of(cls, description: Mapping[str, Any]) -> Drawing:
+        """Take from a description what is drawn; RecordingError if it is not there."""
+        try:
+            race, balls = 1e3 * float(description["race_radius"]), int(description["balls"])
+            eccentricity = 1e3 * float(description["eccentricity"])
+            ball = 1e3 * float(description.get("ball_radius") or 0.0)
+        except (KeyError, TypeError, ValueError) as error:
+            raise RecordingError(
+                "the description of a recording needs numbers for race_radius [m], "
+                f"eccentricity [m] and balls: {error!r}"
+            ) from error
+        return cls(race, eccentricity, balls, ball or race * min(0.1, 2.5 / max(balls, 1)))
+
+    def document(self, description: Mapping[str, Any]) -> str:
+        """Write the description for people, with its JSON in a fence for `read_recording`."""
+        try:
+            text = json.dumps(dict(description), indent=2)
+        except (TypeError, ValueError) as error:
+            raise RecordingError(f"the description of a recording is not JSON: {error}") from error
+        return (
+            f"**{self.balls} balls on a race of radius {self.race:g} mm, "
+            f"eccentricity e = {self.eccentricity:g} mm.**\n\nTop views, to scale: balls in the "
+            "colours of the plot, unbalance in red, a white cross where the shaft would rest, in "
+            f"green where its centre was in the last 50 ms.\n\n```json\n{text}\n```\n"
+        )
+
+    def scenery(self) -> Parts:
+        """What stays: archetypes, logged once."""
+        r, turn = self.race, np.linspace(0, 2 * np.pi, 121)
+        wall_of_race = (r + self.ball) * np.column_stack([np.cos(turn), np.sin(turn)])
+        c, mark = 0.1 * r, 0.75 * r
+        cross = [[[-c, 0.0], [c, 0.0]], [[0.0, -c], [0.0, c]]]
+        arm = [[[0.0, 0.0], [mark, 0.0]]]
+        yield "/top/rest", rr.LineStrips2D(cross, colors=_WHITE, radii=0.01 * r)
+        yield "/top/shaft", rr.Points2D.from_fields(colors=_GREEN, radii=0.02 * r)
+        yield "/top/rotor/race", rr.LineStrips2D([wall_of_race], colors=_GREY, radii=0.015 * r)
+        yield "/top/rotor/arm", rr.LineStrips2D(arm, colors=_RED, radii=0.01 * r)
+        yield (
+            "/top/rotor/unbalance",
+            rr.Points2D([[mark, 0]], colors=_RED, radii=0.06 * r, labels="unbalance"),
+        )
+        if self.balls:
+            colors = [_HUES[ball % len(_HUES)] for ball in range(self.balls)]
+            yield "/top/rotor/balls", rr.Points2D.from_fields(colors=colors, radii=self.ball)
+            yield "/plot/balls", lines([f"ball {ball}" for ball in range(self.balls)])
+        yield "/plot/whirl", lines(["W/e" if self.eccentricity else "W [mm]"])
+
+    def frames(self, angle: Array, x: Array, y: Array, balls: Array) -> Parts:
+        """What moves: columns, one row per sample. angle, x, y (rows,), balls (rows, balls)."""
+        zero = np.zeros_like(angle)
+        shaft = 1e3 * np.column_stack([x, -y, zero])
+        half = -0.5 * np.remainder(angle, 2 * np.pi)
+        turn = np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+        whirl = np.hypot(shaft[:, 0], shaft[:, 1]) / (self.eccentricity or 1.0)
+        yield "/top/rotor", rr.Transform3D.columns(translation=shaft, quaternion=turn)
+        yield "/top/shaft", rr.Points2D.columns(positions=shaft[:, :2])
+        yield "/plot/whirl", scalar_columns(whirl[:, None])
+        if self.balls:
+            places = self.race * np.stack([np.cos(balls), -np.sin(balls)], axis=-1)
+            points = rr.Points2D.columns(positions=places.reshape(-1, 2))
+            yield "/top/rotor/balls", points.partition(np.full(len(balls), self.balls))
+            yield "/plot/balls", scalar_columns(np.degrees(balls))
+
+    def blueprint(self, scalars: Sequence[str] = ()) -> rrb.Blueprint:
+        """Lay out the views, with one plot for each of the scalars."""
+        left = [
+            self._top_view("Top view, as from a camera at rest", "/top", 1.8),
+            self._top_view("Top view, turning with the rotor", "/top/rotor", 1.5, also="/top/rest"),
+        ]
+        whirl = f"whirl W/e [1], e = {self.eccentricity:g} mm" if self.eccentricity else "W [mm]"
+        middle = [
+            _plot("Spindle: speed and command [rad/s]", "/spindle/speed"),
+            _plot(f"Shaft: {whirl}", "/plot/whirl"),
+            _plot("Deck: vibration, ax and ay [m/s²]", "/deck/acceleration"),
+        ]
+        if self.balls:
+            name = "Balls: angle from the unbalance [deg]"
+            middle.insert(2, _plot(name, "/plot/balls", legend=self.balls <= 8))
+        columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body", "EntityPath"])
+        right = [
+            rrb.TextDocumentView(origin="/description", name="This run"),
+            rrb.TextLogView(origin="/events", name="Events", columns=columns),
+        ]
+        for scalar in scalars:
+            title = _TITLES.get(scalar, scalar.replace("_", " ").capitalize())
+            right.append(_plot(title, f"/run/{scalar}"))
+        sides = [rrb.Vertical(*views) for views in (left, middle, right)]
+        return rrb.Blueprint(
+            rrb.Horizontal(*sides, column_shares=[3, 4, 3]),
+            rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="following"),
+            rrb.BlueprintPanel(state="hidden"),
+            rrb.SelectionPanel(state="hidden"),
+        )
+
+    def _top_view(self, name: str, origin: str, reach: float, also: str = "") -> rrb.View:
+        span = [-reach * self.race, reach * self.race]
+        now = rrb.TimeRangeBoundary.cursor_relative
+        trail = rrb.VisibleTimeRange("sim_time", start=now(seconds=-0.05), end=now())
+        return rrb.Spatial2DView(
+            name=name,
+            origin=origin,
+            contents=["$origin/**", also] if also else "$origin/**",
+            visual_bounds=rrb.VisualBounds2D(x_range=span, y_range=span),
+            overrides={"/top/shaft": [rrb.VisibleTimeRanges([trail])]},
+        )
+
+
+def _plot(name: str, origin: str, *, legend: bool = True) -> rrb.View:
+    return rrb.TimeSeriesView(
+        name=name,
+        origin=origin,
+        axis_x=rrb.TimeAxis(link="LinkToGlobal"),  # zooming one zooms all
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=legend),
+    )
+
+
+def lines(names: list[str]) -> rr.SeriesLines:
+    """Name and colour the series of an entity."""
+    colors = [_GREY if n == "command" else _HUES[i % len(_HUES)] for i, n in enumerate(names)]
+    widths = [3.0 if n == "speed" else 1.5 for n in names]  # command lies on top of speed
+    return rr.SeriesLines(names=names, colors=colors, widths=widths)

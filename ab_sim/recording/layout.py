@@ -1,0 +1,56 @@
+"""Where each channel lives in the file, and the columns Rerun takes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import rerun as rr
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+_GROUPS = {
+    "/clock/time": ("time",),
+    "/spindle/angle": ("angle",),
+    "/spindle/speed": ("speed", "command"),
+    "/deck/displacement": ("x", "y"),
+    "/deck/velocity": ("vx", "vy"),
+    "/deck/acceleration": ("ax", "ay"),
+}
+_ENTITY = {name: entity for entity, names in _GROUPS.items() for name in names}
+_BALL_CHANNEL = re.compile(r"ball_\d+_(angle|rate)")
+
+
+def scalar_columns(values: Array) -> Any:
+    """Columns of Scalars for values (rows, series)."""
+    rows, series = values.shape
+    return rr.Scalars.columns(scalars=values.ravel()).partition(np.full(rows, series))
+
+
+def index_columns(time: ArrayLike, step: Array | None = None) -> list[rr.TimeColumn]:
+    """Return the timelines for rows at these times [s] and steps."""
+    # Rounded here, because Rerun truncates: 0.003 s would come out as 2,999,999 ns.
+    nanoseconds = np.rint(np.asarray(time, dtype=np.float64) * 1e9).astype("timedelta64[ns]")
+    index = [rr.TimeColumn("sim_time", duration=nanoseconds)]
+    if step is not None:
+        index.append(rr.TimeColumn("step", sequence=step.astype(np.int64)))
+    return index
+
+
+def entity_path(*parts: str) -> str:
+    """Join parts, of any characters, to the path of an entity."""
+    return str(rr.new_entity_path(list(parts)))  # escapes what Rerun reserves
+
+
+def layout_of(channels: Sequence[str]) -> dict[str, list[int]]:
+    """Columns of every entity, in order. ``step`` is a timeline and not among them."""
+    layout: dict[str, list[int]] = {}
+    for column, name in enumerate(channels):
+        ball = _BALL_CHANNEL.fullmatch(name)
+        entity = f"/balls/{ball[1]}" if ball else _ENTITY.get(name) or entity_path("other", name)
+        if name != "step":
+            layout.setdefault(entity, []).append(column)
+    return layout

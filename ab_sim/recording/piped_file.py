@@ -1,0 +1,82 @@
+"""A file that Rerun writes to and that can fail."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import threading
+from pathlib import Path
+
+import rerun as rr
+
+from ab_sim.errors import RecordingError
+
+FLUSH_SECONDS = 10.0  # A disk that takes longer counts as failed.
+
+
+class PipedFile:
+    """Stands between Rerun and the file: Rerun writes to a pipe, this to the file.
+
+    Given a file, Rerun 0.41 does not survive a write error: its writer thread ends, the reason is
+    only printed, and often flush(), disconnect() and the end of the process then block for good.
+    A pipe never fails, and errors of the file come up here, where they can be raised.
+    """
+
+    def __init__(self, path: Path, stream: rr.RecordingStream) -> None:
+        if not path.parent.is_dir():
+            raise RecordingError(f"cannot record to {path}: there is no folder {path.parent}")
+        try:
+            self._file = path.open("wb", buffering=0)
+        except OSError as error:
+            raise RecordingError(f"cannot record to {path}: {error.strerror}") from error
+        self._error: OSError | None = None
+        self._whole = 0  # size [bytes] when the file last ended in a whole message
+        self._lock = threading.Lock()  # held while anything is on its way from pipe to file
+        outlet, inlet = os.pipe()
+        os.set_blocking(outlet, False)
+        self._pipe = os.fdopen(outlet, "rb", buffering=0)
+        stream.set_sinks(rr.FileSink(f"/dev/fd/{inlet}"))
+        os.close(inlet)  # Rerun has opened its own: when it closes that, the pipe ends
+        self._thread = threading.Thread(target=self._pump, name="recording", daemon=True)
+        self._thread.start()
+
+    def sync(self) -> None:
+        """Wait until all that Rerun has flushed is in the file; OSError if that fails."""
+        self._drain()
+        if not self._error and os.fstat(self._file.fileno()).st_nlink == 0:
+            self._error = FileNotFoundError("the file has been deleted")
+        if self._error:
+            raise self._error
+        self._whole = self._file.tell()
+
+    def close(self) -> None:
+        """Take what Rerun still writes until it disconnects; OSError if that fails."""
+        self._thread.join(FLUSH_SECONDS)
+        if self._thread.is_alive():
+            raise TimeoutError(f"the disk did not answer for {FLUSH_SECONDS:g} s")
+        self.sync()
+        self._file.close()
+
+    def cut(self) -> None:
+        """Drop a torn message at the end: it would make the whole file unreadable."""
+        with contextlib.suppress(OSError):  # a device, say
+            self._file.truncate(self._whole)
+
+    def _pump(self) -> None:
+        poll = select.poll()
+        poll.register(self._pipe)
+        while self._drain():
+            poll.poll()
+
+    def _drain(self) -> bool:
+        """Move what is in the pipe into the file. False: the pipe has ended."""
+        with self._lock:
+            while data := self._pipe.read(1 << 20):
+                rest = memoryview(data)
+                try:
+                    while rest and not self._error:  # after an error, only keep the pipe empty
+                        rest = rest[self._file.write(rest) :]
+                except OSError as error:
+                    self._error = error
+            return data is None  # None: nothing now; b"": nothing any more
