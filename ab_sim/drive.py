@@ -11,7 +11,7 @@ from ab_sim.dynamics.assemble import drag_rate, start_state, state_names, system
 from ab_sim.dynamics.driving_force import driving_force
 from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.motion import Deck
-from ab_sim.dynamics.planar import SCRATCH_PER_BALL
+from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.errors import DivergedError
 from ab_sim.integrate.fixed_step import Workspace, acceleration_at, advance
 from ab_sim.integrate.limits import check_step
@@ -130,7 +130,7 @@ class Drive:
         self._work = Workspace(
             np.zeros((self.stepper.stages, states)),
             np.zeros(states),
-            np.zeros((balls, SCRATCH_PER_BALL)),
+            np.zeros((balls, WIDTH)),
         )
         self.reset()
 

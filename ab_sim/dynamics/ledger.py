@@ -11,6 +11,7 @@ from numba.extending import overload
 
 from ab_sim.dynamics.dispatch import COMPILED, sum_over_effects
 from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck, Reaction
+from ab_sim.dynamics.scratch import ACCELERATION, COS, LOAD, SIN
 
 motor_torque = sum_over_effects("motor_torque", 0.0)
 deck_loss = sum_over_effects("deck_loss", 0.0)
@@ -48,10 +49,12 @@ def book(
     loss = deck_loss(effects, deck)
     for i in range(n):
         ball = Ball(system.ball_masses[i], system.ball_radii[i])
-        c, s = scratch[i, 0], scratch[i, 1]
+        c, s = scratch[i, COS], scratch[i, SIN]
         rate = state[4 + n + i]
         motion = BallMotion(c, s, rate, deck.speed + rate)
-        reaction = Reaction(scratch[i, 6], scratch[i, 2] - ball.mass * (A1 * c + A2 * s))
+        reaction = Reaction(
+            scratch[i, ACCELERATION], scratch[i, LOAD] - ball.mass * (A1 * c + A2 * s)
+        )
         torque += motor_torque(effects, body, ball, motion, deck, reaction)
         loss += ball_loss(effects, body, ball, motion, reaction)
     slope[4 + 2 * n] = torque * deck.speed

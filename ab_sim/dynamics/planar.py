@@ -21,6 +21,7 @@ import numpy as np
 from ab_sim.dynamics.dispatch import COMPILED, any_effect_has, forward, sum_over_effects
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck
+from ab_sim.dynamics.scratch import ACCELERATION, COS, FORCE, FRICTION, INERTIA, LOAD, SIN
 
 deck_force = sum_over_effects("deck_force", (0.0, 0.0))
 ball_inertia = sum_over_effects("ball_inertia", 0.0)
@@ -30,9 +31,6 @@ felt_acceleration = sum_over_effects("spindle_acceleration", 0.0)
 has_friction = any_effect_has("friction_coefficient")
 segment_speed = forward("speed")
 segment_acceleration = forward("acceleration")
-
-SCRATCH_PER_BALL = 7
-_COS, _SIN, _LOAD, _FORCE, _INERTIA, _FRICTION, _ACCELERATION = range(SCRATCH_PER_BALL)
 
 
 class System(NamedTuple):
@@ -58,7 +56,7 @@ def derivatives(system, segment, time, state, slope, scratch):  # type: ignore[n
         time: local time in the segment [s].
         state: the state, see the module.
         slope: where its derivative goes, same shape.
-        scratch: shape (n, SCRATCH_PER_BALL), overwritten.
+        scratch: shape (n, WIDTH), see scratch.py, overwritten.
     """
     body, effects = system.body, system.effects
     n = system.ball_masses.size
@@ -76,15 +74,15 @@ def derivatives(system, segment, time, state, slope, scratch):  # type: ignore[n
         theta, rate = state[4 + i], state[4 + n + i]
         c, s, p = cos(theta), sin(theta), w + rate
         motion = BallMotion(c, s, rate, p)
-        scratch[i, _COS] = c
-        scratch[i, _SIN] = s
-        scratch[i, _LOAD] = ball.mass * R * p * p
-        scratch[i, _FORCE] = ball_force(effects, body, ball, motion, deck)
-        scratch[i, _INERTIA] = ball.mass + ball_inertia(effects, ball)
+        scratch[i, COS] = c
+        scratch[i, SIN] = s
+        scratch[i, LOAD] = ball.mass * R * p * p
+        scratch[i, FORCE] = ball_force(effects, body, ball, motion, deck)
+        scratch[i, INERTIA] = ball.mass + ball_inertia(effects, ball)
         if has_friction(effects):
-            scratch[i, _FRICTION] = np.sign(rate) * friction_coefficient(effects, ball)
-        f1 += scratch[i, _LOAD] * c
-        f2 += scratch[i, _LOAD] * s
+            scratch[i, FRICTION] = np.sign(rate) * friction_coefficient(effects, ball)
+        f1 += scratch[i, LOAD] * c
+        f2 += scratch[i, LOAD] * s
 
     A1, A2 = deck_acceleration(system, f1, f2, scratch)
     if has_friction(effects):
@@ -100,13 +98,13 @@ def derivatives(system, segment, time, state, slope, scratch):  # type: ignore[n
     slope[2] = A1 + w * deck.v2
     slope[3] = A2 - w * deck.v1
     for i in range(n):
-        m, c, s = system.ball_masses[i], scratch[i, _COS], scratch[i, _SIN]
-        force = scratch[i, _FORCE] - m * (A2 * c - A1 * s)
+        m, c, s = system.ball_masses[i], scratch[i, COS], scratch[i, SIN]
+        force = scratch[i, FORCE] - m * (A2 * c - A1 * s)
         if has_friction(effects):
-            normal = scratch[i, _LOAD] - m * (A1 * c + A2 * s)
-            force -= scratch[i, _FRICTION] * normal
-        q = force / (scratch[i, _INERTIA] * R)
-        scratch[i, _ACCELERATION] = q
+            normal = scratch[i, LOAD] - m * (A1 * c + A2 * s)
+            force -= scratch[i, FRICTION] * normal
+        q = force / (scratch[i, INERTIA] * R)
+        scratch[i, ACCELERATION] = q
         slope[4 + i] = state[4 + n + i]
         slope[4 + n + i] = q - al
     book(system.ledger, system, deck, A1, A2, state, slope, scratch)
@@ -121,13 +119,13 @@ def deck_acceleration(system, f1, f2, scratch):  # type: ignore[no-untyped-def]
     d11 = d22 = system.body.total_mass
     d12 = d21 = 0.0
     for i in range(system.ball_masses.size):
-        m, c, s = system.ball_masses[i], scratch[i, _COS], scratch[i, _SIN]
-        share = m / scratch[i, _INERTIA]
-        drive = share * scratch[i, _FORCE]
+        m, c, s = system.ball_masses[i], scratch[i, COS], scratch[i, SIN]
+        share = m / scratch[i, INERTIA]
+        drive = share * scratch[i, FORCE]
         g1, g2 = share * m * s, -share * m * c
         if has_friction(system.effects):
-            friction = scratch[i, _FRICTION]
-            drive -= share * friction * scratch[i, _LOAD]
+            friction = scratch[i, FRICTION]
+            drive -= share * friction * scratch[i, LOAD]
             g1 += share * m * friction * c
             g2 += share * m * friction * s
         f1 += drive * s
@@ -145,9 +143,9 @@ def drop_unloaded(system, A1, A2, scratch):  # type: ignore[no-untyped-def]
     """Take the friction off balls whose normal force is negative; whether there was one."""
     dropped = False
     for i in range(system.ball_masses.size):
-        pull = system.ball_masses[i] * (A1 * scratch[i, _COS] + A2 * scratch[i, _SIN])
-        if scratch[i, _FRICTION] != 0.0 and scratch[i, _LOAD] < pull:
-            scratch[i, _FRICTION] = 0.0
+        pull = system.ball_masses[i] * (A1 * scratch[i, COS] + A2 * scratch[i, SIN])
+        if scratch[i, FRICTION] != 0.0 and scratch[i, LOAD] < pull:
+            scratch[i, FRICTION] = 0.0
             dropped = True
     return dropped
 

@@ -19,7 +19,7 @@ class Workspace(NamedTuple):
     trial: np.ndarray
     """Shape (states,)."""
     scratch: np.ndarray
-    """Shape (balls, SCRATCH_PER_BALL)."""
+    """Shape (balls, WIDTH)."""
 
 
 @compiled

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.planar import SCRATCH_PER_BALL, derivatives
+from ab_sim.dynamics.planar import derivatives
+from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.spindle import Ramp
 from tests.dynamics.inertial import Thesis, accelerations
 
@@ -24,7 +25,7 @@ def rotation(angle: float) -> np.ndarray:
 def slope_of(scene: Any, state: np.ndarray, speed: float, slope: float) -> np.ndarray:
     system = system_of(scene)
     result = np.empty_like(state)
-    scratch = np.empty((scene.balls.count, SCRATCH_PER_BALL))
+    scratch = np.empty((scene.balls.count, WIDTH))
     derivatives(system, Ramp(speed, slope), 0.0, state, result, scratch)
     return result
 

@@ -66,7 +66,7 @@ def assert_installed(prefix: Path, tree: Path, monkeypatch: pytest.MonkeyPatch) 
         ("launch", "*.launch.py"),
     ):
         expected = {path.name for path in (tree / folder).glob(pattern)}
-        assert {path.name for path in (share / folder).glob("*")} == expected
+        assert {path.name for path in (share / folder).glob(pattern)} == expected
     installed = (prefix / "lib/ab_sim").iterdir()
     runnable = {path.name for path in installed if path.is_file() and os.access(path, os.X_OK)}
     assert runnable == set(REFUSED)

@@ -25,6 +25,7 @@ def test_many_balls_and_no_eccentricity(scene: Any, tmp_path: Path) -> None:
         balls={"count": 64, "mass": 1e-4},
         rotor={"eccentricity": 0.0},
         start={"ball_angles": [0.1 * i for i in range(64)]},
+        solver={"step": 5e-4},
         duration=0.5,
     )
     file = tmp_path / "figure.svg"
