@@ -1,0 +1,57 @@
+# `make demo` and `make test` install what they need into .venv the first time.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+# A sourced ROS 2 or another active environment must not leak into this one: its packages and
+# libraries would be found first, and the variable by which its ROS wheels know that they have set
+# the library path would keep ours from doing so.
+unexport LD_LIBRARY_PATH PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE
+export AMENT_PREFIX_PATH := $(CURDIR)/$(VENV)
+
+# pip byte-compiles everything, which takes 20 s; Python itself only what is used, if it may write.
+unexport PYTHONDONTWRITEBYTECODE
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
+	--constraint constraints.txt
+
+.PHONY: help demo test lint clean
+
+help:
+	@echo 'make demo    run the demonstration'
+	@echo 'make test    lint, check types, run the tests'
+	@echo 'make lint    ruff and mypy only'
+	@echo 'make clean   remove .venv and what builds and tools leave'
+	@echo 'make ... PYTHON=python3.12   make .venv with another Python'
+
+demo: $(VENV)/run.stamp
+	$(BIN)/ab-sim demo
+
+test: lint
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/dev.stamp
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+clean:
+	rm -rf $(VENV) build dist install log *.egg-info .mypy_cache .pytest_cache .ruff_cache
+
+# Stamps: nothing is installed again until one of the files behind them changes. Without build
+# isolation setuptools is pinned like the rest.
+$(VENV)/run.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
+	@echo 'Installing into $(VENV): 400 MB to download, then about a minute ...'
+	@$(PIP_INSTALL) setuptools
+	@$(PIP_INSTALL) --no-build-isolation --editable '.[ros]'
+	@touch $@
+
+$(VENV)/dev.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
+	@echo 'Installing into $(VENV): 440 MB to download, then about a minute and a half ...'
+	@$(PIP_INSTALL) setuptools
+	@$(PIP_INSTALL) --no-build-isolation --editable '.[ros,dev]'
+	@touch $(VENV)/run.stamp $@
+
+$(VENV)/venv.stamp:
+	@tools/make-venv $(PYTHON) $(VENV)
+	@touch $@

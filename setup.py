@@ -1,0 +1,75 @@
+"""Packaging that serves pip and colcon alike.
+
+All metadata is here and none in pyproject.toml or a setup.cfg: `requires-python` in a [project]
+table breaks colcon, and the usual setup.cfg puts the nodes in bin/ under pip, where `ros2 run`
+does not look.
+"""
+
+import re
+from glob import glob
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = "ab_sim"
+
+# Read, not imported: importing needs numba and the rest, which a build does not have.
+version = re.search(r'^__version__ = "(.+)"$', Path(NAME, "__init__.py").read_text(), re.MULTILINE)
+assert version, f"{NAME}/__init__.py does not set __version__"
+
+setup(
+    name=NAME,
+    version=version.group(1),
+    description="A disc drive's spindle with a ball-type automatic balancer, as ROS 2 nodes",
+    license="Apache-2.0",
+    python_requires=">=3.10",
+    packages=find_packages(include=["ab_sim", "ab_sim.*", "ab_msgs_py"]),
+    package_data={"ab_sim": ["py.typed"], "ab_msgs_py": ["py.typed"]},
+    install_requires=[
+        "matplotlib",
+        "numba",
+        "numpy",
+        "pydantic>=2",
+        "PyYAML",
+        "rerun-sdk>=0.39",  # 0.39 is the last for Python 3.10
+        "rich",
+        "scipy",
+        "typer",
+    ],
+    extras_require={
+        # With a ROS 2 from the distribution these are there already (package.xml names them).
+        "ros": [
+            "ros-rclpy[fastrtps]",
+            "ros-diagnostic-msgs",
+            "ros-geometry-msgs",
+            "ros-rcl-interfaces",
+            "ros-rosgraph-msgs",
+            "ros-sensor-msgs",
+            "ros-std-msgs",
+            "ros-std-srvs",
+        ],
+        "dev": [
+            "build",
+            "colcon-bash",
+            "colcon-ros",
+            "hypothesis",
+            "mypy",
+            "pre-commit",
+            "pytest",
+            "pytest-timeout",
+            "ruff",
+            "scipy-stubs; python_version >= '3.11'",
+            "types-PyYAML",
+        ],
+    },
+    entry_points={"console_scripts": ["ab-sim = ab_sim.cli:main"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/config/nodes", glob("config/nodes/*.yaml")),
+        (f"share/{NAME}/config/scenes", glob("config/scenes/*.yaml")),
+        (f"share/{NAME}/launch", glob("launch/*.launch.py")),
+        # `ros2 run` looks for executables in lib/<package>.
+        (f"lib/{NAME}", glob("scripts/[!_]*")),
+    ],
+)
