@@ -72,7 +72,7 @@ def _progress(scene: Scene) -> Iterator[Any]:
         def show_line(live: Any) -> None:
             if int(live.elapsed) > printed[0]:
                 printed[0] = int(live.elapsed)
-                console.print(f"{live.elapsed:5.1f} of {scene.duration:g} s   {state(live)}")
+                console.print(f"{min(live.elapsed, scene.duration):5.1f} of {scene.duration:g} s   {state(live)}")
 
         yield show_line
         return

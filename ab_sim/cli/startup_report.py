@@ -1,6 +1,7 @@
 """What a live start-up came to: a table beside the offline run, and the three-part figure."""
 
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +58,9 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
     startup_figure(
         live, scene, picture, starts, title=f"Start-up of {scene.name}, live over ROS 2 topics"
     )
-    console.print(f"wrote {recording}   (look at it: rerun {recording})")
+    viewer = Path(sys.executable).with_name("rerun")
+    viewer = viewer.relative_to(Path.cwd()) if viewer.is_relative_to(Path.cwd()) else viewer
+    console.print(f"wrote {recording}   (look at it: {viewer} {recording})")
     console.print(f"wrote {picture}")
 
 

@@ -1,7 +1,6 @@
 """A spindle-speed profile: segments one after the other, with exact breakpoints."""
 
 import bisect
-import itertools
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -143,8 +142,3 @@ class SpeedProfile:
                 at = first + asked.acceleration * p.start_time
             period = (at, p.duration, p.acceleration)
         return cls.start_up(first, asked.acceleration, asked.target_speed, period)
-
-    def sampled(self, period: float) -> list[float]:
-        """Speeds [rad/s] at 0, period, 2 period, ... until the final speed is reached."""
-        count = math.ceil(self.end / period - 1e-9) + 1
-        return [self.speed(k * period) for k in itertools.islice(itertools.count(), count)]
