@@ -72,7 +72,8 @@ def _progress(scene: Scene) -> Iterator[Any]:
         def show_line(live: Any) -> None:
             if int(live.elapsed) > printed[0]:
                 printed[0] = int(live.elapsed)
-                console.print(f"{min(live.elapsed, scene.duration):5.1f} of {scene.duration:g} s   {state(live)}")
+                done = min(live.elapsed, scene.duration)
+                console.print(f"{done:5.1f} of {scene.duration:g} s   {state(live)}")
 
         yield show_line
         return
