@@ -1,5 +1,6 @@
 """Find a scene by name or file, read it, apply ``key=value`` changes, check it."""
 
+import contextlib
 import functools
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -80,11 +81,15 @@ def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
     problems: list[str] = []
     effects: dict[str, Any] = {}
     try:
-        named = _effects_model().model_validate(_as_mapping(sections.get("effects"), origin))
+        if "effects" not in sections:
+            raise ValueError("effects: is missing; add it, if empty as []")
+        named = _effects_model().model_validate(_by_name(sections["effects"]))
         effects = {name: getattr(named, name) for name in named.model_fields_set}
         effects = {name: effects[name] for name in effect_classes() if name in effects}
     except ValidationError as error:
         problems += explain(error, ("effects",))
+    except ValueError as error:
+        problems.append(str(error))
     try:
         checked = Scene.model_validate({**sections, "effects": effects})
     except ValidationError as error:
@@ -100,8 +105,12 @@ def _effects_model() -> type[BaseModel]:
     return create_model("Effects", __config__=ConfigDict(extra="forbid"), **fields)
 
 
-def _as_mapping(effects: Any, origin: str) -> dict[str, Any]:
-    """`effects:` is a list of names, each bare or with its parameters; a mapping serves too."""
+def _by_name(effects: Any) -> dict[str, Any]:
+    """`effects:` is a list of names, each bare or with its parameters; a mapping serves too.
+
+    Raises:
+        ValueError: it is neither; says what is wrong with it.
+    """
     if isinstance(effects, Mapping):
         entries = list(effects.items())
     elif isinstance(effects, list):
@@ -112,19 +121,19 @@ def _as_mapping(effects: Any, origin: str) -> dict[str, Any]:
             elif isinstance(entry, Mapping) and len(entry) == 1:
                 entries.extend(entry.items())
             else:
-                raise SceneError(
-                    f"{origin}: effects: {entry!r} is not an effect; write a name, or "
+                raise ValueError(
+                    f"effects: {entry!r} is not an effect; write a name, or "
                     "`name: {parameter: value}`"
                 )
     else:
-        raise SceneError(
-            f"{origin}: effects = {effects!r}: must be a list of names, each with its parameters "
+        raise ValueError(
+            f"effects = {effects!r}: must be a list of names, each with its parameters "
             "(`ab-sim effects` prints them); an empty list is []"
         )
     mapping: dict[str, Any] = {}
     for name, parameters in entries:
         if name in mapping:
-            raise SceneError(f"{origin}: effects: {name} is named twice; keep one")
+            raise ValueError(f"effects: {name} is named twice; keep one")
         mapping[str(name)] = {} if parameters is None else parameters
     return mapping
 
@@ -150,8 +159,9 @@ def _read(path: Path) -> dict[str, Any]:
         raise SceneError(f"{path}: is not valid YAML: {error}") from error
     if not isinstance(raw, dict):
         raise SceneError(f"{path}: must be a mapping of sections (rotor, race, balls, ...)")
-    if "effects" in raw:
-        raw["effects"] = _as_mapping(raw["effects"], str(path))
+    # By name, so that changes can reach them; what cannot be read so is told with the rest.
+    with contextlib.suppress(ValueError, KeyError):
+        raw["effects"] = _by_name(raw["effects"])
     return raw
 
 
