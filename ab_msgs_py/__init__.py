@@ -6,8 +6,8 @@ only ``/clock`` and ``/diagnostics`` are absolute.
 
 from ab_msgs_py.block import Block
 from ab_msgs_py.errors import MalformedMessage
-from ab_msgs_py.health import Health, Level
+from ab_msgs_py.health import ENDED, Health, Level
 from ab_msgs_py.samples import JointSample, VectorSample
 from ab_msgs_py.topics import Topic
 
-__all__ = ["Block", "Health", "JointSample", "Level", "MalformedMessage", "Topic", "VectorSample"]
+__all__ = ["ENDED", "Block", "Health", "JointSample", "Level", "MalformedMessage", "Topic", "VectorSample"]

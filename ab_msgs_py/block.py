@@ -55,4 +55,8 @@ class Block:
             raise MalformedMessage(
                 f"vibration/block has {data.size} values for {rows} x {columns} samples"
             )
-        return cls(channels, data.reshape(rows, columns))
+        samples = data.reshape(rows, columns)
+        steps = samples[:, 0]
+        if not (np.all(steps == np.rint(steps)) and np.all(np.diff(steps) > 0)):
+            raise MalformedMessage("vibration/block: step must be whole numbers that grow")
+        return cls(channels, samples)

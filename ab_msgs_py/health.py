@@ -16,6 +16,10 @@ class Level(enum.Enum):
     ERROR = DiagnosticStatus.ERROR
 
 
+ENDED = "ended"
+"""Message of a node's last health, sent when it ends in order."""
+
+
 @dataclass(frozen=True)
 class Health:
     """Health of one node."""
@@ -24,6 +28,11 @@ class Health:
     level: Level
     message: str
     values: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def namespace(self) -> str:
+        """The node's namespace."""
+        return self.node.rpartition("/")[0] or "/"
 
     def message_at(self, time: int) -> DiagnosticArray:
         """As ``/diagnostics``, stamped with a time [ns]."""

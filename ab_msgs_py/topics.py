@@ -16,14 +16,15 @@ from std_msgs.msg import Float64, Float64MultiArray, String
 
 # Reliable throughout: a best-effort publisher is invisible to a reliable subscriber.
 _STREAM = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-_DEEP = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+# Bursts of commands, and blocks for a recorder that is away for some seconds, are kept.
+_DEEP = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 _LATCHED = QoSProfile(
     depth=1,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 _LOG = QoSProfile(
-    depth=100,
+    depth=1000,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
@@ -56,7 +57,7 @@ class Topic(NamedTuple):
         )
 
 
-COMMAND = Topic("spindle/command", Float64, _STREAM)
+COMMAND = Topic("spindle/command", Float64, _DEEP)
 """Commanded spindle speed [rad/s]."""
 JOINT_STATES = Topic("joint_states", JointState, _STREAM)
 """Spindle and balls: angle, rate, effort."""

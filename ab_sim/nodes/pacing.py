@@ -8,7 +8,7 @@ from ab_sim.errors import InputError
 
 @dataclass
 class Pacing:
-    """Counts of one report interval and of the whole run; times in s of the steady clock."""
+    """How well pace has been kept since the last start."""
 
     overruns: int = 0
     """Wake-ups that came a whole period or more too late."""
@@ -49,25 +49,30 @@ class Pacer:
         self.total = Pacing()
         self._origin = 0.0
         self._taken = 0
-        self._wake = 0.0
+        self._wakes = 1
+
+    @property
+    def _deadline(self) -> float:
+        return self._origin + self._wakes * self.period
 
     def start(self, now: float) -> None:
-        """Begin, or begin again after a pause: nothing is due at ``now``."""
+        """Begin, or begin again after a pause: nothing is due at ``now``, nothing is counted."""
+        self.total = Pacing()
         self._origin, self._taken = now, 0
-        self._wake = now + self.period
+        self._wakes = 1
 
     def wait(self, now: float) -> float:
         """How long to sleep until the next wake-up [s]."""
-        return max(self._wake - now, 0.0)
+        return max(self._deadline - now, 0.0)
 
     def due(self, now: float) -> int:
         """Steps to take at this wake-up; the next one is planned."""
-        lateness = max(now - self._wake, 0.0)
+        lateness = max(now - self._deadline, 0.0)
         self.total.worst_lateness = max(self.total.worst_lateness, lateness)
         if lateness >= self.period:
             self.total.overruns += 1
         # Deadlines stay on their grid; those that have passed are skipped, their steps are not.
-        self._wake += self.period * (math.floor(lateness / self.period) + 1)
+        self._wakes += math.floor(lateness / self.period) + 1
         # Rounded up by a hair: a wake-up exactly on time has all its steps due.
         due = math.floor((now - self._origin) / self._step + 1e-6) - self._taken
         behind = due - self._per_wake

@@ -22,7 +22,8 @@ def declare(
     Args:
         node: its node.
         name: its name.
-        default: used when nothing else is given; its type is the parameter's.
+        default: used when nothing else is given; the value is of its type. Where it is a number
+            with a fraction, a whole one does as well, and where it is a list of texts, one text.
         meaning: one line for people.
         unit: SI unit.
         allowed: least and greatest value.
@@ -33,6 +34,8 @@ def declare(
     descriptor = ParameterDescriptor(
         description=meaning + (f" [{unit}]" if unit else ""),
         read_only=True,
+        # Typed here instead: to ROS, 250 is no value for a parameter that is 250.0 by default.
+        dynamic_typing=True,
     )
     if allowed is not None:
         low, high = allowed
@@ -40,15 +43,16 @@ def declare(
             descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
         else:
             descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    within = f" from {allowed[0]:g} to {allowed[1]:g} {unit}".rstrip() if allowed else ""
     try:
-        return node.declare_parameter(name, default, descriptor).value
+        given = node.declare_parameter(name, default, descriptor).value
     except Exception as error:
         # rclpy raises a different class for every way in which a value can be wrong.
-        within = f", from {allowed[0]:g} to {allowed[1]:g}" if allowed else ""
-        raise InputError(
-            f"parameter {name}: must be of type {type(default).__name__}{within}"
-            f"{' ' + unit if unit else ''}: {error}"
-        ) from error
+        raise InputError(f"parameter {name}: must be {_kind(default)}{within}: {error}") from error
+    value = _converted(given, default)
+    if value is None or (allowed is not None and not allowed[0] <= value <= allowed[1]):
+        raise InputError(f"parameter {name} = {given!r}: must be {_kind(default)}{within}")
+    return value
 
 
 def whole_ratio(long: float, short: float, meaning: str) -> int:
@@ -59,7 +63,10 @@ def whole_ratio(long: float, short: float, meaning: str) -> int:
     """
     ratio = long / short
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
-        raise InputError(f"{meaning}: {long:g} s must be a whole number of times {short:g} s")
+        raise InputError(
+            f"{meaning}: {long:g} s must be a whole number of times {short:g} s; "
+            f"a rate of {1 / (max(round(ratio), 1) * short):g} 1/s would do"
+        )
     return round(ratio)
 
 
@@ -75,3 +82,22 @@ def output_file(path: str) -> Path:
     except OSError as error:
         raise InputError(f"{file}: its folder cannot be made: {error.strerror}") from error
     return file
+
+
+def _kind(default: Any) -> str:
+    kinds = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
+    return kinds.get(type(default), "a list of texts, e.g. ['balls.mass=0.002']")
+
+
+def _converted(value: Any, default: Any) -> Any:
+    """The value as the default's type, or None if it is not one."""
+    if isinstance(default, list):
+        texts = [value] if isinstance(value, str) else list(value or [])
+        return texts if all(isinstance(text, str) for text in texts) else None
+    if isinstance(default, bool) or isinstance(value, bool):
+        return value if type(value) is type(default) else None
+    if isinstance(default, float) and isinstance(value, int):
+        return float(value)
+    if isinstance(default, int) and isinstance(value, float) and value.is_integer():
+        return int(value)
+    return value if type(value) is type(default) else None

@@ -1,6 +1,7 @@
 """A node's life in its process: start, spin in a thread, clean end on Ctrl-C and SIGTERM."""
 
 import contextlib
+import os
 import signal
 import sys
 import threading
@@ -8,6 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 import rclpy
+from rclpy.duration import Duration
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -23,7 +25,7 @@ def run_node(
     """Make a node, answer its callbacks in a thread, run ``loop``, and end the process.
 
     Bad input ends the process with one message and the error's exit code; Ctrl-C and SIGTERM end
-    it with 0.
+    it with 0, a second one at once.
 
     Args:
         make: makes the node; rclpy is initialised by then.
@@ -31,17 +33,17 @@ def run_node(
             so that it can publish what is left.
     """
     stopping = threading.Event()
-    # Not rclpy's own handlers: they tear the context down under whatever is in flight, and
-    # raise KeyboardInterrupt anywhere, in the middle of closing a file too.
+    _wait_for_signals(stopping)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopping.set())
     code = 0
     try:
         node = make()
         try:
             with _answering(node, stopping):
                 loop(node, stopping)
+            # The last words count: they are on their way until the listeners have them.
+            for publisher in node.publishers:
+                publisher.wait_for_all_acked(Duration(seconds=1))
         finally:
             node.destroy_node()
     except AbSimError as error:
@@ -50,6 +52,24 @@ def run_node(
     finally:
         rclpy.try_shutdown()
     sys.exit(code)
+
+
+def _wait_for_signals(stopping: threading.Event) -> None:
+    """Set ``stopping`` when asked to end.
+
+    Not by handlers: rclpy's own tear the context down under whatever is in flight, and one that
+    sets the event deadlocks if it interrupts the wait for that very event. So the signals are
+    blocked, in all threads started from here on, and a thread waits for them.
+    """
+    signals = {signal.SIGINT, signal.SIGTERM}
+    signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+
+    def wait() -> None:
+        signal.sigwait(signals)
+        stopping.set()
+        os._exit(128 + signal.sigwait(signals))
+
+    threading.Thread(target=wait, name="signals", daemon=True).start()
 
 
 @contextlib.contextmanager

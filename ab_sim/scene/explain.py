@@ -49,7 +49,7 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
         return f"{key} = {value!r}: {_unknown(loc)}"
     if kind == "missing":
         return f"{key}: is missing; add it{_meaning(loc)}"
-    if kind == "finite_number" or (isinstance(value, float) and not math.isfinite(value)):
+    if kind == "finite_number" or _not_finite(value):
         return f"{key} = {value!r}: must be a finite number{_meaning(loc)}"
     if kind in _BOUNDS:
         bound, words = _BOUNDS[kind]
@@ -65,6 +65,13 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     if kind in ("model_type", "named_tuple_type", "model_attributes_type"):
         return f"{key} = {value!r}: must be a section `key: value`"
     return f"{key} = {value!r}: {finding['msg']}"
+
+
+def _not_finite(value: Any) -> bool:
+    try:
+        return not math.isfinite(float(value))
+    except (TypeError, ValueError, OverflowError):
+        return False
 
 
 def _unknown(loc: list[str]) -> str:
