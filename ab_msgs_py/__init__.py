@@ -10,4 +10,13 @@ from ab_msgs_py.health import ENDED, Health, Level
 from ab_msgs_py.samples import JointSample, VectorSample
 from ab_msgs_py.topics import Topic
 
-__all__ = ["ENDED", "Block", "Health", "JointSample", "Level", "MalformedMessage", "Topic", "VectorSample"]
+__all__ = [
+    "ENDED",
+    "Block",
+    "Health",
+    "JointSample",
+    "Level",
+    "MalformedMessage",
+    "Topic",
+    "VectorSample",
+]

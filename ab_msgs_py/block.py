@@ -57,6 +57,10 @@ class Block:
             )
         samples = data.reshape(rows, columns)
         steps = samples[:, 0]
-        if not (np.all(steps == np.rint(steps)) and np.all(np.diff(steps) > 0)):
+        if not (
+            np.all(np.isfinite(steps))
+            and np.all(steps == np.rint(steps))
+            and np.all(np.diff(steps) > 0)
+        ):
             raise MalformedMessage("vibration/block: step must be whole numbers that grow")
         return cls(channels, samples)

@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -33,17 +34,21 @@ def run_demo(out: Path) -> None:
         ) from error
     from ab_sim.cli.live import LiveRun
 
+    logs = out / "log"
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        logs.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"--out {out}: cannot be made: {error.strerror}") from error
+        raise InputError(f"--out {out}: {logs} cannot be made: {error.strerror}") from error
     recording, picture = out / "startup.rrd", out / "startup.png"
     for file in (recording, picture):
         check_writable(file)
+        file.unlink(missing_ok=True)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _interrupt)
 
     scene = load_scene(SCENE)
     console.print(f"Start-up of [bold]{scene.name}[/] in real time: {scene.description}")
-    with LiveRun(scene, recording, out / "log") as live:
+    with LiveRun(scene, recording, logs) as live:
         # Slow to import; the nodes need as long to come up.
         from ab_sim.cli.startup_report import report_startup
 
@@ -56,6 +61,10 @@ def run_demo(out: Path) -> None:
                 show(live)
         figures = live.stop()
     report_startup(scene, recording, picture, figures)
+
+
+def _interrupt(*_: Any) -> None:
+    raise KeyboardInterrupt
 
 
 @contextlib.contextmanager

@@ -1,5 +1,7 @@
 """Three nodes in processes of their own, started, watched and stopped by the demo."""
 
+import contextlib
+import ctypes
 import math
 import os
 import signal
@@ -17,7 +19,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
-from ab_msgs_py import Health, JointSample, VectorSample, topics
+from ab_msgs_py import ENDED, Health, JointSample, MalformedMessage, VectorSample, topics
 from ab_msgs_py.services import answer_of, switch_request, trigger_request
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.scene import Scene
@@ -50,10 +52,11 @@ class LiveRun:
         self.ball_angles: tuple[float, ...] = ()
 
     def __enter__(self) -> "LiveRun":
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         try:
-            self._watch()
+            # Before there are threads: the new processes run a line of ours before their program.
             self._start_processes()
+            rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+            self._watch()
         except BaseException:
             self._end()
             raise
@@ -166,13 +169,14 @@ class LiveRun:
         self._pause_drive: Client[Any, Any] = self._node.create_client(SetBool, "drive_sim/pause")
 
     def _hear_joints(self, message: Any) -> None:
-        sample = JointSample.of(message)
-        self.time, self.speed = sample.time * 1e-9, sample.spindle_speed
-        self.ball_angles = sample.ball_angles
-        self._heard = time.monotonic()
-        if self._began is not None:
-            self._wall[1] = self._heard
-            self._wall[0] = self._wall[0] or self._heard - self.elapsed
+        with contextlib.suppress(MalformedMessage):  # another robot's
+            sample = JointSample.of(message)
+            self.time, self.speed = sample.time * 1e-9, sample.spindle_speed
+            self.ball_angles = sample.ball_angles
+            self._heard = time.monotonic()
+            if self._began is not None:
+                self._wall[1] = self._heard
+                self._wall[0] = self._wall[0] or self._heard - self.elapsed
 
     def _hear_whirl(self, message: Any) -> None:
         sample = VectorSample.of_whirl(message)
@@ -183,7 +187,6 @@ class LiveRun:
             self._health[health.node] = health
 
     def _start_processes(self) -> None:
-        self._logs.mkdir(parents=True, exist_ok=True)
         scene = self._scene.name
         parameters = {
             "drive_sim": {"scene": scene, "start_paused": "true"},
@@ -200,6 +203,7 @@ class LiveRun:
                     stderr=subprocess.STDOUT,
                     # Ctrl-C is for this process, which then ends them in order.
                     start_new_session=True,
+                    preexec_fn=_end_with_parent,
                 )
 
     def _refuse_company(self) -> None:
@@ -234,27 +238,48 @@ class LiveRun:
             self.spin(0.05)
 
     def _stop_process(self, name: str) -> int:
-        """Ask it to end, ever more firmly, and hear its last words; returns its exit code."""
-        process = self._processes.pop(name)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-            if process.poll() is None:
-                process.send_signal(number)
-            end = time.monotonic() + ANSWER
-            while process.poll() is None and time.monotonic() < end:
-                self._executor.spin_once(timeout_sec=0.02)
-            if process.poll() is not None:
+        """Ask a node to end, hear its last words, and wait for its end; its exit code."""
+        process = self._processes[name]
+        process.send_signal(signal.SIGINT)
+        end = time.monotonic() + ANSWER
+        while process.poll() is None and time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.02)
+        if process.poll() is None:
+            raise AbSimError(f"{name} did not end within {ANSWER:g} s; see {self._logs}")
+        del self._processes[name]
+        end = time.monotonic() + 1.0
+        while process.returncode == 0 and time.monotonic() < end:
+            health = self._health.get(f"/{name}")
+            if health is not None and health.message == ENDED:
                 break
-        self._executor.spin_once(timeout_sec=0.05)
-        return process.wait()
+            self._executor.spin_once(timeout_sec=0.02)
+        return process.returncode
 
     def _log_of(self, name: str) -> str:
         text = (self._logs / f"{name}.log").read_text(errors="replace")
         return "\n".join(text.splitlines()[-15:])
 
     def _end(self) -> None:
-        for name in list(self._processes):
-            self._stop_process(name)
+        # Whatever happens now, no node is left running: no ROS here, and no interruption.
+        ignored = {n: signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, signal.SIGTERM)}
+        for process in self._processes.values():
+            process.send_signal(signal.SIGINT)
+        for process in self._processes.values():
+            try:
+                process.wait(timeout=ANSWER)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._processes.clear()
         if rclpy.ok():
             self._executor.shutdown()
             self._node.destroy_node()
             rclpy.try_shutdown()
+        for number, handler in ignored.items():
+            signal.signal(number, handler)
+
+
+def _end_with_parent() -> None:
+    """In the new process: be told to end when the demo dies, even of SIGKILL (Linux)."""
+    set_parent_death_signal = 1
+    ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGINT)

@@ -5,9 +5,12 @@ import contextlib
 import threading
 import time
 
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
+from std_msgs.msg import Float64
 
-from ab_msgs_py import Block, Health, JointSample, Level, VectorSample, topics
+from ab_msgs_py import ENDED, Block, Health, JointSample, Level, VectorSample, topics
 from ab_msgs_py.samples import clock_message, command_of, description_message
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
 from ab_sim.drive import Drive, describe
@@ -18,6 +21,7 @@ from ab_sim.nodes.process import run_node
 from ab_sim.scene import load_scene
 from ab_sim.trajectory import Trajectory
 
+STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
 
@@ -29,11 +33,7 @@ class DriveSim(Node):
         super().__init__("drive_sim")
         scene = load_scene(
             declare(self, "scene", "thesis-hold", "name or YAML file of the scene to simulate"),
-            [
-                change
-                for change in declare(self, "changes", [""], "changes to the scene, each key=value")
-                if change
-            ],
+            filter(None, declare(self, "changes", [""], "changes to the scene, each key=value")),
         )
         self.drive = Drive(scene, commanded=True)
         step = self.drive.step
@@ -54,13 +54,15 @@ class DriveSim(Node):
         self._step_ns = round(step * 1e9)
 
         self._lock = threading.Lock()
-        self._commands: collections.deque[float] = collections.deque(maxlen=10_000)
+        # Commands between two wake-ups act at the same instant, so only the last one matters.
+        self._command: collections.deque[float] = collections.deque(maxlen=1)
         self._pending: list[Trajectory] = []
         self._wakes = 0
         self._accepted = self._rejected = 0
         self._trouble = ""
         self._report_at = (time.monotonic(), 0)
         self._factor = 0.0
+        self._dropped = 0
 
         self._joints = topics.JOINT_STATES.publisher(self)
         self._vibration = topics.VIBRATION.publisher(self)
@@ -69,7 +71,7 @@ class DriveSim(Node):
         self._clock_topic = topics.CLOCK.publisher(self)
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
         self._description = topics.DESCRIPTION.publisher(self)
-        topics.COMMAND.subscription(self, lambda m: self._commands.append(command_of(m)))
+        topics.COMMAND.subscription(self, self._judge)
         serve_switch(self, PAUSE, self.pause)
         serve_trigger(self, STEP, self.step_once)
         serve_trigger(self, RESET, self.reset)
@@ -84,17 +86,20 @@ class DriveSim(Node):
 
     def run(self, stopping: threading.Event) -> None:
         """Wake up, step what is due, publish; until told to stop."""
-        self._pacer.start(time.monotonic())
+        with self._lock:
+            self._publish()
+            self._restart_clock()
         while not stopping.wait(self._pacer.wait(time.monotonic())):
             with self._lock:
-                due = self._pacer.due(time.monotonic())
+                if self._paused:
+                    self._pacer.start(time.monotonic())
                 # After catching up nothing may be due; time that stands still is not published.
-                if due and not self._paused:
+                elif due := self._pacer.due(time.monotonic()):
                     self._advance(due)
                 self._report_now_and_then()
         with self._lock:
             self._flush()
-            self._report()
+            self._report(ended=True)
 
     def pause(self, pause: bool) -> Answer:
         """Pause, or resume; simulated time stands still meanwhile."""
@@ -118,13 +123,15 @@ class DriveSim(Node):
             return not self._trouble, self._trouble or f"t = {self.drive.time:.9g} s"
 
     def reset(self) -> Answer:
-        """Back to t = 0 and the scene's start; commands are forgotten; pausing stays as it is."""
+        """Back to t = 0 and the scene's start; a command under way is forgotten."""
         with self._lock:
-            self._flush()
+            if self.drive.steps:
+                self._flush()
             self.drive.reset()
-            self._commands.clear()
+            self._command.clear()
             self._trouble = ""
             self._pending = [self.drive.present()]
+            self._publish()
             self._restart_clock()
             self.get_logger().info("reset to t = 0")
             return True, "t = 0"
@@ -142,29 +149,38 @@ class DriveSim(Node):
     def _restart_clock(self) -> None:
         now = time.monotonic()
         self._pacer.start(now)
+        self._dropped = 0
         self._report_at = (now, self.drive.steps)
 
+    def _judge(self, message: Float64) -> None:
+        """Take a command, or reject it, as soon as it comes; it acts from the next step on."""
+        try:
+            self._command.append(self.drive.servo.check(command_of(message)))
+            self._accepted += 1
+        except CommandError as error:
+            self._rejected += 1
+            self.get_logger().warning(
+                f"rejected: {error}",
+                throttle_duration_sec=1.0,
+                throttle_time_source_type=STEADY,
+            )
+
     def _advance(self, steps: int) -> None:
-        self._obey()
+        if self._command:
+            self.drive.command(self._command.popleft())
         try:
             self._pending.append(self.drive.advance(steps))
         except DivergedError as error:
             self._trouble = str(error)
             self._paused = True
             self.get_logger().error(f"paused: {error}")
+            self._flush()
+            self._report()
+            return
         self._publish()
         self._wakes += 1
         if self._wakes % self._per_block == 0:
             self._flush()
-
-    def _obey(self) -> None:
-        while self._commands:
-            try:
-                self.drive.command(self._commands.popleft())
-                self._accepted += 1
-            except CommandError as error:
-                self._rejected += 1
-                self.get_logger().warning(f"rejected: {error}", throttle_duration_sec=1.0)
 
     def _publish(self) -> None:
         now = self.drive.observe()
@@ -199,13 +215,20 @@ class DriveSim(Node):
             self._report_at = (now, self.drive.steps)
             self._report()
 
-    def _report(self) -> None:
+    def _report(self, ended: bool = False) -> None:
         pacing, scene = self._pacer.total, self.drive.scene
         level, text = Level.OK, "paused" if self._paused else "running in real time"
         if self._trouble:
             level, text = Level.ERROR, self._trouble
-        elif pacing.dropped:
-            level, text = Level.WARN, f"fell behind: {pacing.dropped} steps were dropped"
+        elif self.count_publishers(topics.CLOCK.name) > 1:
+            level = Level.ERROR
+            text = "another simulator publishes /clock: remap one of them, or use another domain"
+        elif pacing.dropped > self._dropped:
+            level = Level.WARN
+            text = f"fell behind: {pacing.dropped - self._dropped} steps were dropped"
+        if ended:
+            text = ENDED
+        self._dropped = pacing.dropped
         health = Health(
             self.get_fully_qualified_name(),
             level,

@@ -55,19 +55,24 @@ def run_node(
 
 
 def _wait_for_signals(stopping: threading.Event) -> None:
-    """Set ``stopping`` when asked to end.
+    """Set ``stopping`` when asked to end; end at once when asked a second time.
 
-    Not by handlers: rclpy's own tear the context down under whatever is in flight, and one that
-    sets the event deadlocks if it interrupts the wait for that very event. So the signals are
-    blocked, in all threads started from here on, and a thread waits for them.
+    rclpy's own handlers would tear the context down under whatever is in flight. A handler that
+    sets the event itself deadlocks if it interrupts the wait for that very event; so it only
+    writes to a pipe, and a thread reads that.
     """
-    signals = {signal.SIGINT, signal.SIGTERM}
-    signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    outlet, inlet = os.pipe()
+
+    def pass_on(number: int, _: object) -> None:
+        os.write(inlet, bytes([number]))
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, pass_on)
 
     def wait() -> None:
-        signal.sigwait(signals)
+        os.read(outlet, 1)
         stopping.set()
-        os._exit(128 + signal.sigwait(signals))
+        os._exit(128 + os.read(outlet, 1)[0])
 
     threading.Thread(target=wait, name="signals", daemon=True).start()
 

@@ -6,7 +6,7 @@ import time
 
 from rclpy.node import Node
 
-from ab_msgs_py import Health, Level, topics
+from ab_msgs_py import ENDED, Health, Level, topics
 from ab_msgs_py.samples import command_message, text_message
 from ab_msgs_py.services import ABORT, START, Answer, serve_trigger
 from ab_sim.errors import InputError
@@ -17,6 +17,8 @@ from ab_sim.spindle import SpeedProfile
 
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
+LEAP = 2_000_000_000
+"""ns; a clock that goes on by more than this between two commands has leapt."""
 HEALTH = {
     "idle": "waiting for ~/start",
     "running": "running the profile",
@@ -44,7 +46,8 @@ class ProfileController(Node):
         self._period = 1.0 / rate
         self._lock = threading.Lock()
         self._state = ""
-        self._began: int | None = None
+        self._simulated = bool(self.get_parameter("use_sim_time").value)
+        self._began = self._now = 0
         self._published = 0
 
         self._command = topics.COMMAND.publisher(self)
@@ -62,9 +65,11 @@ class ProfileController(Node):
         with self._lock:
             if self._state == "running":
                 return False, "running already; abort first"
+            if self._simulated and self.count_publishers(topics.CLOCK.name) == 0:
+                return False, "use_sim_time is set, but nobody publishes /clock"
             if self.listeners == 0:
                 return False, f"nobody listens on {self._command.topic_name}: start the drive first"
-            self._began = self.get_clock().now().nanoseconds
+            self._began = self._now = self.get_clock().now().nanoseconds
             self._enter("running")
             self._send()
             return True, f"started at t = {self._began / 1e9:g} s"
@@ -83,13 +88,13 @@ class ProfileController(Node):
         """How many nodes listen to the commands: the drive, and perhaps a recorder."""
         return self._command.get_subscription_count()
 
-    def report(self) -> None:
+    def report(self, ended: bool = False) -> None:
         """Publish this node's health."""
         level = Level.WARN if self._state == "aborted" else Level.OK
         health = Health(
             self.get_fully_qualified_name(),
             level,
-            HEALTH[self._state],
+            ENDED if ended else HEALTH[self._state],
             {
                 "state": self._state,
                 "command rate [1/s]": f"{1 / self._period:g}",
@@ -108,9 +113,22 @@ class ProfileController(Node):
         self._status.publish(text_message(state))
         self.get_logger().info(HEALTH[state])
 
+    def end(self) -> None:
+        """Send nothing more; last words."""
+        with self._lock:
+            self._state = "idle"
+            self.report(ended=True)
+
     def _tick(self) -> None:
         with self._lock:
-            if self._state != "idle":
+            before, self._now = self._now, self.get_clock().now().nanoseconds
+            if self._state in ("running", "done") and not 0 <= self._now - before < LEAP:
+                # The drive was reset or restarted: the profile's time means nothing any more.
+                self.get_logger().warning(
+                    f"time leapt from {before / 1e9:g} to {self._now / 1e9:g} s"
+                )
+                self._enter("aborted")
+            elif self._state != "idle":
                 self._send()
 
     def _send(self) -> None:
@@ -118,8 +136,7 @@ class ProfileController(Node):
         if self._state == "aborted":
             self._command.publish(command_message(0.0))
             return
-        assert self._began is not None
-        elapsed = (self.get_clock().now().nanoseconds - self._began) * 1e-9
+        elapsed = (self._now - self._began) * 1e-9
         # The speed that is due when the next command comes: the drive goes there until then.
         self._command.publish(command_message(self.profile.speed(elapsed + self._period)))
         if self._state == "running" and elapsed >= self.profile.end:
@@ -134,7 +151,7 @@ def report_until_stopped(node: ProfileController, stopping: threading.Event) -> 
         if now - told >= REPORT_PERIOD or listeners != seen:
             told, seen = now, listeners
             node.report()
-    node.report()
+    node.end()
 
 
 def main() -> None:

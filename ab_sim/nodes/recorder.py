@@ -5,16 +5,18 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
 
-from ab_msgs_py import Block, Health, Level, MalformedMessage, topics
+from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, topics
 from ab_msgs_py.samples import command_of, description_of, event_of, text_of
+from ab_sim.errors import RecordingError
 from ab_sim.nodes.parameters import declare, output_file
 from ab_sim.nodes.process import run_node
 from ab_sim.recording import Recording
+from ab_sim.recording.drawing import Drawing
+from ab_sim.trajectory import channels_for
 
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
@@ -40,9 +42,10 @@ class Recorder(Node):
         self._queue: queue.Queue[tuple[Callable[..., None], Any]] = queue.Queue(length)
         self._recording: Recording | None = None
         self._description: dict[str, Any] | None = None
-        self._files = 0
+        self._files = 1
         self._last_step: float | None = None
         self._time = 0.0
+        self._levels: dict[str, Level] = {}
         self.dropped = self.missing = self.malformed = self.written = 0
 
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
@@ -59,6 +62,13 @@ class Recorder(Node):
 
     def run(self, stopping: threading.Event) -> None:
         """Write what comes in until told to stop, then what is left."""
+        try:
+            self._write_until(stopping)
+        finally:
+            self._close()
+            self._report(ended=True)
+
+    def _write_until(self, stopping: threading.Event) -> None:
         began = reported = time.monotonic()
         warned = False
         while not stopping.is_set():
@@ -73,10 +83,9 @@ class Recorder(Node):
                     f"no drive heard for {SILENCE:g} s: is drive_sim running, in this namespace "
                     "and on this ROS_DOMAIN_ID?"
                 )
-        while self._write_next(timeout=0.0):
-            pass
-        self._close()
-        self._report()
+        # What is there now; more may keep coming.
+        for _ in range(self._queue.qsize()):
+            self._write_next(timeout=0.0)
 
     def _enqueue(self, write: Callable[..., None]) -> Callable[[Any], None]:
         def callback(message: Any) -> None:
@@ -107,6 +116,10 @@ class Recorder(Node):
 
     def _write_description(self, message: Any) -> None:
         description = description_of(message)
+        try:
+            Drawing.of(description)
+        except RecordingError as error:
+            raise MalformedMessage(str(error)) from error
         if description != self._description:
             self._close()
             self._description = description
@@ -116,6 +129,10 @@ class Recorder(Node):
         block = Block.of(message)
         if self._recording is None or len(block.samples) == 0:
             return
+        if self._description is not None and block.channels != channels_for(
+            int(self._description["balls"])
+        ):
+            raise MalformedMessage(f"vibration/block has the channels {block.channels}")
         first, last = block.samples[0, 0], block.samples[-1, 0]
         if self._last_step is not None and first <= self._last_step:
             # The drive was reset; a recording's steps only grow, so begin another one.
@@ -133,12 +150,19 @@ class Recorder(Node):
 
     def _write_health(self, message: Any) -> None:
         for health in Health.all_of(message):
+            if health.namespace != self.get_namespace():
+                continue
             factor = health.values.get("real-time factor")
             if self._recording is not None and factor is not None:
                 self._recording.scalar("real_time_factor", self._time, float(factor))
-            if self._recording is not None and health.level is not Level.OK:
+            changed = self._levels.get(health.node, Level.OK) is not health.level
+            self._levels[health.node] = health.level
+            if self._recording is not None and changed:
                 self._recording.event(
-                    self._time, f"{health.node}: {health.message}", "WARN", "diagnostics"
+                    self._time,
+                    f"{health.node}: {health.message}",
+                    "INFO" if health.level is Level.OK else health.level.name,
+                    "diagnostics",
                 )
 
     def _write_status(self, message: Any) -> None:
@@ -148,12 +172,17 @@ class Recorder(Node):
     def _write_event(self, message: Any) -> None:
         if self._recording is not None:
             _, level, node, text = event_of(message)
+            if "/" + node.rpartition(".")[0].replace(".", "/") != self.get_namespace():
+                return
             self._recording.event(self._time, f"{node}: {text}", level, "log")
 
     def _open(self) -> None:
         assert self._description is not None
-        self._files += 1
-        path = self.path if self._files == 1 else _numbered(self.path, self._files)
+        path = self.path
+        while path.exists():
+            # Nothing that was recorded is ever overwritten.
+            self._files += 1
+            path = self.path.with_stem(f"{self.path.stem}-{self._files}")
         self._recording = Recording(path, description=self._description)
         self._last_step = None
         self.get_logger().info(f"recording to {path}")
@@ -167,12 +196,12 @@ class Recorder(Node):
             )
             self._recording = None
 
-    def _report(self) -> None:
+    def _report(self, ended: bool = False) -> None:
         lost = self.missing + self.dropped + self.malformed
         health = Health(
             self.get_fully_qualified_name(),
             Level.WARN if lost else Level.OK,
-            "recording" if self._recording else "waiting for a drive",
+            ENDED if ended else "recording" if self._recording else "waiting for a drive",
             {
                 "file": str(self._recording.path) if self._recording else "",
                 "samples written": str(self.written),
@@ -183,10 +212,6 @@ class Recorder(Node):
             },
         )
         self._diagnostics.publish(health.message_at(round(self._time * 1e9)))
-
-
-def _numbered(path: Path, number: int) -> Path:
-    return path.with_stem(f"{path.stem}-{number}")
 
 
 def main() -> None:

@@ -89,6 +89,7 @@ def test_commands_are_not_judged_here(value: float) -> None:
 
 def test_blocks_are_bit_exact() -> None:
     samples = np.random.default_rng(0).normal(size=(1000, 5))
+    samples[:, 0] = np.arange(1000)
     block = Block(("step", "time", "a", "b", "c"), samples)
     got = Block.of(over_the_wire(block.message()))  # type: ignore[arg-type]
     assert got.channels == block.channels
@@ -96,7 +97,7 @@ def test_blocks_are_bit_exact() -> None:
 
 
 def test_labelled_dimensions() -> None:
-    message = Block(("step", "time"), np.zeros((3, 2))).message()
+    message = Block(("step", "time"), np.arange(6.0).reshape(3, 2)).message()
     assert [(d.label, d.size, d.stride) for d in message.layout.dim] == [
         ("sample", 3, 6),
         ("step,time", 2, 2),
@@ -104,7 +105,7 @@ def test_labelled_dimensions() -> None:
 
 
 def broken(change: str) -> Float64MultiArray:
-    message = Block(("step", "time"), np.zeros((3, 2))).message()
+    message = Block(("step", "time"), np.arange(6.0).reshape(3, 2)).message()
     if change == "no layout":
         message.layout.dim = []
     elif change == "label":
@@ -116,6 +117,15 @@ def broken(change: str) -> Float64MultiArray:
     elif change == "size":
         message.layout.dim[0].size = 4
     return message
+
+
+@pytest.mark.parametrize(
+    "steps", [[0.0, 0.0], [1.0, 0.0], [0.5, 1.0], [math.nan, 1.0], [0.0, math.inf]]
+)
+def test_steps_that_do_not_count(steps: list[float]) -> None:
+    message = Block(("step", "time"), np.column_stack([steps, [0.0, 0.0]])).message()
+    with pytest.raises(MalformedMessage, match="whole numbers that grow"):
+        Block.of(message)
 
 
 @pytest.mark.parametrize("change", ["no layout", "label", "first channel", "data", "size"])

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="needs ROS 2")
-
 # Domains 1 to 101 keep clear of the ports that Linux hands out by itself.
 _domains = itertools.count(os.getpid())
 
@@ -20,6 +18,7 @@ def domain() -> int:
 
 @pytest.fixture
 def fleet(domain: int, tmp_path: Path) -> Iterator["Fleet"]:  # noqa: F821
+    pytest.importorskip("rclpy", reason="needs ROS 2")
     from tests.nodes.fleet import Fleet
 
     made = Fleet(domain, tmp_path)

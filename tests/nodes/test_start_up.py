@@ -1,12 +1,13 @@
 """The three nodes together: a start-up, recorded, read back, and run again offline."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ab_msgs_py import topics
-from ab_msgs_py.samples import text_of
+from ab_msgs_py import Block, topics
+from ab_msgs_py.samples import description_message, text_of
 from ab_sim.analysis import replay
 from ab_sim.recording import read_recording
 from ab_sim.scene import check_scene, find_scene
@@ -70,13 +71,63 @@ def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_
 def test_abort_commands_standstill(fleet: Fleet) -> None:
     status, joints = fleet.listen(topics.PROFILE_STATUS), fleet.listen(topics.JOINT_STATES)
     fleet.start("drive_sim", scene="thesis-hold")
-    fleet.start("profile_controller", profile="thesis-hold", use_sim_time=True, auto_start=True)
+    fleet.start("profile_controller", profile="thesis-hold", use_sim_time=True)
+    assert fleet.call("profile_controller/abort") == (False, "not running")
+    fleet.until(lambda: fleet.call("profile_controller/start")[0], "the profile starts")
     fleet.until(lambda: joints and joints[-1].velocity[0] > 2.0, "2 rad/s")
     assert fleet.call("profile_controller/abort") == (True, "commanding standstill")
     fleet.until(lambda: joints[-1].velocity[0] == 0.0, "standstill")
-    assert text_of(status[-1]) == "aborted"
-    assert max(message.velocity[0] for message in joints) < 150.0, "it never got to the end"
-    assert fleet.call("profile_controller/abort") == (False, "not running")
+    fleet.until(lambda: text_of(status[-1]) == "aborted", "the status says so")
+    assert max(message.velocity[0] for message in joints) < 199.0, "it never got to the end"
+
+
+def test_reset_of_the_drive_aborts_the_profile(fleet: Fleet) -> None:
+    """Time goes back; the profile's own time means nothing any more, and nothing goes backwards."""
+    status, joints = fleet.listen(topics.PROFILE_STATUS), fleet.listen(topics.JOINT_STATES)
+    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.start("profile_controller", profile="thesis-hold", use_sim_time=True, auto_start=True)
+    fleet.until(lambda: joints and joints[-1].velocity[0] > 2.0, "2 rad/s")
+    assert fleet.call("drive_sim/reset")[0]
+    fleet.until(lambda: text_of(status[-1]) == "aborted", "the profile is aborted")
+    assert "time leapt from" in fleet.log("profile_controller")
+    fleet.until(lambda: joints[-1].velocity[0] == 0.0, "standstill")
+    assert min(message.velocity[0] for message in joints) == 0.0
+    fleet.until(lambda: fleet.call("profile_controller/start")[0], "it may start again")
+
+
+def test_recorder_survives_malformed_messages(fleet: Fleet, tmp_path: Path) -> None:
+    file = tmp_path / "run.rrd"
+    fleet.start("recorder", path=file)
+    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.until(lambda: int(fleet.value("recorder", "samples written") or 0) > 100, "samples")
+    block = topics.BLOCK.publisher(fleet.node)
+    description = topics.DESCRIPTION.publisher(fleet.node)
+    for bad in (
+        Block(("step", "time"), np.zeros((3, 2))),
+        Block(("step", "time"), np.array([[math.nan, 0.0]])),
+        Block(("step", "time"), np.array([[1e9, 0.0]])),
+    ):
+        block.publish(bad.message())
+    description.publish(description_message({"balls": "two"}))
+    fleet.until(
+        lambda: int(fleet.value("recorder", "messages malformed") or 0) == 4, "four are counted"
+    )
+    for node in ("drive_sim", "recorder"):
+        assert fleet.stop(node) == 0
+    recorded = read_recording(file)
+    assert recorded.complete and recorded.missing == 0
+
+
+def test_recorder_never_overwrites(fleet: Fleet, tmp_path: Path) -> None:
+    file = tmp_path / "run.rrd"
+    file.write_text("precious")
+    fleet.start("recorder", path=file)
+    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.until(lambda: fleet.value("recorder", "file").endswith("run-2.rrd"), "another name")
+    for node in ("drive_sim", "recorder"):
+        assert fleet.stop(node) == 0
+    assert file.read_text() == "precious"
+    assert read_recording(tmp_path / "run-2.rrd").complete
 
 
 def test_no_start_without_a_drive(fleet: Fleet) -> None:
