@@ -91,6 +91,7 @@ class LiveRun:
             )
             return (
                 recorder.get("file", "") != ""
+                and self._health_of("drive_sim").get("sources of commands", "0") != "0"
                 # The drive and the recorder: no command is to be lost because nobody listens yet.
                 and int(controller.get("listeners", 0)) >= 2
                 and self._start_profile.service_is_ready()

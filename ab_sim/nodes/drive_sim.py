@@ -71,7 +71,8 @@ class DriveSim(Node):
         self._clock_topic = topics.CLOCK.publisher(self)
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
         self._description = topics.DESCRIPTION.publisher(self)
-        topics.COMMAND.subscription(self, self._judge)
+        self._subscription = topics.COMMAND.subscription(self, self._judge)
+        self._sources = 0
         serve_switch(self, PAUSE, self.pause)
         serve_trigger(self, STEP, self.step_once)
         serve_trigger(self, RESET, self.reset)
@@ -209,11 +210,15 @@ class DriveSim(Node):
                 self._block.publish(Block(block.channels, block.samples).message())
 
     def _report_now_and_then(self) -> None:
+        """Once a second, and as soon as somebody else can command."""
         now, (since, steps) = time.monotonic(), self._report_at
         if now - since >= REPORT_PERIOD:
             self._factor = (self.drive.steps - steps) * self.drive.step / (now - since)
             self._report_at = (now, self.drive.steps)
-            self._report()
+        elif self._subscription.get_publisher_count() == self._sources:
+            return
+        self._sources = self._subscription.get_publisher_count()
+        self._report()
 
     def _report(self, ended: bool = False) -> None:
         pacing, scene = self._pacer.total, self.drive.scene
@@ -239,6 +244,7 @@ class DriveSim(Node):
                 "overruns": str(pacing.overruns),
                 "steps dropped": str(pacing.dropped),
                 "worst lateness [s]": f"{pacing.worst_lateness:.6f}",
+                "sources of commands": str(self._sources),
                 "commands accepted": str(self._accepted),
                 "commands rejected": str(self._rejected),
                 "scene": scene.name,

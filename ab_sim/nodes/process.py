@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
@@ -16,6 +17,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from ab_sim.errors import AbSimError
 
+LINGER = 0.2
+"""s."""
 SomeNode = TypeVar("SomeNode", bound=Node)
 
 
@@ -41,9 +44,7 @@ def run_node(
         try:
             with _answering(node, stopping):
                 loop(node, stopping)
-            # The last words count: they are on their way until the listeners have them.
-            for publisher in node.publishers:
-                publisher.wait_for_all_acked(Duration(seconds=1))
+            _let_last_words_out(node)
         finally:
             node.destroy_node()
     except AbSimError as error:
@@ -52,6 +53,17 @@ def run_node(
     finally:
         rclpy.try_shutdown()
     sys.exit(code)
+
+
+def _let_last_words_out(node: Node) -> None:
+    """Wait until listeners have what was published, but no longer than ``LINGER`` in all.
+
+    Acknowledgements may take a heartbeat's period of some seconds; the samples themselves are
+    there long before.
+    """
+    end = time.monotonic() + LINGER
+    for publisher in node.publishers:
+        publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
 
 
 def _wait_for_signals(stopping: threading.Event) -> None:
