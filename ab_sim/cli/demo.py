@@ -1,8 +1,10 @@
 """`ab-sim demo`: the thesis' start-up, live over ROS 2, recorded, summed up and drawn."""
 
 import contextlib
+import importlib
 import math
 import signal
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
 
 SCENE = "thesis-hold"
+REPORT = "ab_sim.cli.startup_report"
 console = Console()
 
 
@@ -49,18 +52,19 @@ def run_demo(out: Path) -> None:
     scene = load_scene(SCENE)
     console.print(f"Start-up of [bold]{scene.name}[/] in real time: {scene.description}")
     with LiveRun(scene, recording, logs) as live:
-        # Slow to import; the nodes need as long to come up.
-        from ab_sim.cli.startup_report import report_startup
-
         live.wait_until_ready()
         console.print("three nodes are up: drive_sim, profile_controller, recorder")
         live.start()
+        # Slow to import, and there is nothing to do but watch.
+        reporting = threading.Thread(target=importlib.import_module, args=[REPORT], daemon=True)
+        reporting.start()
         with _progress(scene) as show:
             while live.elapsed < scene.duration:
                 live.spin(0.1)
                 show(live)
         figures = live.stop()
-    report_startup(scene, recording, picture, figures)
+    reporting.join()
+    importlib.import_module(REPORT).report_startup(scene, recording, picture, figures)
 
 
 def _interrupt(*_: Any) -> None:
