@@ -7,18 +7,28 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import ab_sim
-from ab_sim.dynamics.assemble import drag_rate, start_state, state_names, system_of
+from ab_sim.dynamics.assemble import (
+    friction_kick,
+    linear_rates,
+    start_state,
+    state_bounds,
+    state_names,
+    system_of,
+)
 from ab_sim.dynamics.driving_force import driving_force
 from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.motion import Deck
 from ab_sim.dynamics.scratch import WIDTH
-from ab_sim.errors import DivergedError
+from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.fixed_step import Workspace, acceleration_at, advance
 from ab_sim.integrate.limits import check_step
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
 from ab_sim.trajectory import Trajectory, channels_for
+
+MAX_KICK = 1.0
+"""rad/s that friction may change a ball's speed by in one step."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +105,7 @@ class Snapshot(NamedTuple):
     """Everything that a drive's future depends on, besides its scene."""
 
     steps: int
+    step: float
     state: np.ndarray
     profile: SpeedProfile
     command: float | None
@@ -116,11 +127,17 @@ class Drive:
     """
 
     def __init__(self, scene: Scene, *, commanded: bool = False, ledger: bool = False) -> None:
+        if ledger and "spindle_acceleration" not in scene.effects:
+            raise SceneError(
+                "a ledger needs the effect spindle_acceleration: without it the equations leave "
+                "out what the motor's torque does, and no energy balance can close"
+            )
         self.scene = scene
         self.system = system_of(scene, ledger)
         self.stepper = stepper_named(scene.solver.stepper)
         self.step = scene.solver.step
-        check_step(self.stepper, self.step, drag_rate(self.system))
+        check_step(self.stepper, self.step, linear_rates(self.system, scene.spindle.max_speed))
+        self._check_friction()
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
         self.channels = channels_for(scene.balls.count)
         self._first_profile = (
@@ -131,6 +148,7 @@ class Drive:
             np.zeros((self.stepper.stages, states)),
             np.zeros(states),
             np.zeros((balls, WIDTH)),
+            state_bounds(self.system, self.step),
         )
         self.reset()
 
@@ -173,7 +191,7 @@ class Drive:
 
         Raises:
             ValueError: steps is negative.
-            DivergedError: the state stopped being finite; the drive keeps its last good one.
+            DivergedError: the state went beyond all bounds; the drive keeps its last good one.
         """
         if steps < 0:
             raise ValueError(f"steps = {steps}: must be at least 0")
@@ -182,7 +200,7 @@ class Drive:
         done = 0
         while done < steps:
             piece = self._piece_at(self.time)
-            whole = min(self._steps_until(piece.end), steps - done)
+            whole = self._steps_until(piece.end, steps - done)
             if whole:
                 self._integrate(piece, 0.0, self.step, rows[done : done + whole])
             else:
@@ -244,18 +262,30 @@ class Drive:
 
     def snapshot(self) -> Snapshot:
         """The present, to return to with ``restore``."""
-        return Snapshot(self.steps, self._state.copy(), self.profile, self._command)
+        return Snapshot(self.steps, self.step, self._state.copy(), self.profile, self._command)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot of this drive or of another one with the same scene."""
-        if snapshot.state.shape != self._state.shape:
-            raise ValueError("the snapshot is of a drive with another number of balls or ledger")
+        if snapshot.state.shape != self._state.shape or snapshot.step != self.step:
+            raise ValueError("the snapshot is of a drive with other balls, step or ledger")
         self.steps, self.profile, self._command = (
             snapshot.steps,
             snapshot.profile,
             snapshot.command,
         )
         self._state = snapshot.state.copy()
+
+    def _check_friction(self) -> None:
+        # Reversals are not located within a step: friction that turns a ball round at one blow
+        # would only make it chatter.
+        kick = friction_kick(self.system, self.scene.spindle.max_speed)
+        if kick * self.step > MAX_KICK:
+            raise SceneError(
+                f"solver.step = {self.step:g} s: friction changes a ball's speed by "
+                f"{kick * self.step:.3g} rad/s within one step at spindle.max_speed; reversals "
+                f"are not located, so at most {MAX_KICK:g} rad/s can be followed: use a step of "
+                f"at most {MAX_KICK / kick:.2g} s, less friction or a lower spindle.max_speed"
+            )
 
     def _snap(self, time: float) -> float:
         """How far apart two times may be and still be the same instant."""
@@ -264,12 +294,12 @@ class Drive:
     def _piece_at(self, time: float) -> Piece:
         return self.profile.piece_at(time + self._snap(time))
 
-    def _steps_until(self, end: float) -> int:
-        """Whole steps from now that end at or before ``end`` [s]."""
-        if math.isinf(end):
-            return 2**62
+    def _steps_until(self, end: float, most: int) -> int:
+        """Whole steps from now that end at or before ``end`` [s], at most ``most``."""
+        if (end - self.time) / self.step > most + 2:
+            return most
         count = max(math.floor((end - self.time) / self.step) - 1, 0)
-        while (self.steps + count + 1) * self.step <= end + self._snap(end):
+        while count < most and (self.steps + count + 1) * self.step <= end + self._snap(end):
             count += 1
         return count
 
@@ -306,18 +336,23 @@ class Drive:
 
     def _diverged(self, bad: np.ndarray) -> None:
         names = state_names(self.system)
-        wrong = [name for name, value in zip(names, bad, strict=False) if not abs(value) < 1e150]
-        speed = abs(self.profile.speed(self.time))
-        cause, shorter = "the step is too long for the scene's masses, stiffness or drag", 0.25
-        if speed * self.step > 0.5:
+        wrong = [
+            n
+            for n, x, most in zip(names, bad, self._work.bounds, strict=False)
+            if not abs(x) < most
+        ]
+        if len(wrong) > 3:
+            wrong = [*wrong[:3], f"{len(wrong) - 3} more"]
+        cause = "the step is too long for the scene's masses, stiffness and drag"
+        if any(name.endswith("rate") for name in wrong):
             cause = (
-                f"the spindle turns {speed * self.step:.2g} rad in one step, "
-                f"which {self.stepper.name} cannot follow"
+                "a ball turns more than 3 rad along the race within one step, which "
+                f"{self.stepper.name} cannot follow: the whirl is large for the race, or the step "
+                "is too long"
             )
-            shorter = 0.25 / (speed * self.step)
         raise DivergedError(
-            f"{', '.join(wrong)} stopped being finite at t = {self.time + self.step:.9g} s; "
-            f"likely cause: {cause}; try solver.step = {self.step * shorter:.1g} s"
+            f"{', '.join(wrong)} went beyond all bounds at t = {self.time + self.step:.9g} s; "
+            f"likely cause: {cause}; try solver.step = {self.step / 4:.2g} s"
         )
 
     def _stored_energy(self, state: np.ndarray, time: float) -> float:

@@ -24,6 +24,6 @@ class RecordingError(AbSimError):
 
 
 class DivergedError(AbSimError):
-    """The state is no longer a finite number: names the variable, the time and a likely cause."""
+    """The state went beyond all bounds: names the variable, the time and a likely cause."""
 
     exit_code = 3

@@ -12,8 +12,8 @@ from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
 from ab_sim.trajectory import Trajectory
 
-MAX_STEPS = 20_000_000
-"""About 3 GB of samples; a longer run is refused before it starts."""
+MAX_VALUES = 250_000_000
+"""2 GB of samples; a longer run is refused before it starts."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +69,14 @@ def run_scene(
             raise InputError(f"times: {time} s: must be a finite number, at least 0")
     end = max([scene.duration, *times])
     drive = Drive(scene)
-    steps = math.ceil(end / drive.step - 1e-9)
-    if steps > MAX_STEPS:
+    if end / drive.step * len(drive.channels) > MAX_VALUES:
+        what = "duration" if end == scene.duration else "times:"
+        most = MAX_VALUES / len(drive.channels) * drive.step
         raise InputError(
-            f"duration = {end:g} s: is {steps} steps of {drive.step:g} s; at most {MAX_STEPS} "
-            "are kept; use a longer solver.step or a shorter duration"
+            f"{what} = {end:g} s: every step is kept, and with steps of {drive.step:g} s at most "
+            f"{most:.4g} s fit; use a longer solver.step or a shorter run"
         )
+    steps = math.ceil(end / drive.step - 1e-9)
     stops = {math.floor(time / drive.step + 1e-9) for time in times}
     stops |= {round(steps * part / parts) for part in range(1, parts + 1)} | {steps}
     taken = [drive.present()]

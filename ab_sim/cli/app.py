@@ -78,11 +78,13 @@ def run(
     whirl, theta, ball_rate), peak_whirl_over_e, peak_time, settling_period, and what was run.
     Exit codes: 0 done, 2 bad input, 3 diverged.
     """
+    from json import dumps as quoted
+
     from ab_sim.cli.offline import run_command
 
     changes = [*(change or [])]
     if stepper is not None:
-        changes.append(f"solver.stepper={stepper}")
+        changes.append(f"solver.stepper={quoted(stepper)}")
     if step is not None:
         changes.append(f"solver.step={step!r}")
     run_command(scene, changes, times, json, plot, rrd)

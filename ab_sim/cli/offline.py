@@ -19,7 +19,7 @@ from ab_sim.scene import Scene, load_scene
 from ab_sim.trajectory import Trajectory
 
 # Results may go to standard output; everything that is only for people goes here.
-people = Console(stderr=True)
+people = Console(stderr=True, markup=False)
 
 
 def run_command(
@@ -46,7 +46,7 @@ def run_command(
         if json == "-":
             print(text)
         else:
-            Path(json).write_text(text + "\n", encoding="utf-8")
+            _write(Path(json), text + "\n")
     if plot is not None:
         from ab_sim.plots import startup_figure
 
@@ -72,6 +72,13 @@ def parse_times(text: str | None) -> list[float]:
         raise InputError(
             f"--times {text}: must be numbers separated by commas, e.g. 2.5,3,6"
         ) from error
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from error
 
 
 @contextlib.contextmanager

@@ -19,7 +19,7 @@ from ab_sim.trajectory import Trajectory
 LOSSES = ("commands lost", "messages dropped by the recorder")
 """Figures of the live run that count, with missing samples, as messages lost."""
 
-console = Console()
+console = Console(markup=False)
 
 
 def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[str, str]) -> None:

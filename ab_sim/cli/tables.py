@@ -4,12 +4,13 @@ from rich.console import Console
 from rich.table import Table
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import drag_rate
-from ab_sim.integrate.limits import real_stability_limit
+from ab_sim.dynamics.assemble import linear_rates
+from ab_sim.integrate.limits import largest_step
 from ab_sim.scene import find_scene, load_scene, scene_names
 from ab_sim.scene.registry import effect_classes, effect_parameters
 
-console = Console()
+# Scenes hold other people's text, and units stand in brackets: nothing here is markup.
+console = Console(markup=False)
 
 
 def print_scenes() -> None:
@@ -53,8 +54,9 @@ def print_check(name: str, changes: list[str]) -> None:
         table.add_row("balls' unbalance / rotor's", f"{reach:.4g}")
     table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
     table.add_row("stepper", f"{drive.stepper.name} (order {drive.stepper.order})")
-    rate = drag_rate(drive.system)
-    limit = f", at most {real_stability_limit(drive.stepper.name) / rate:.4g} s" if rate else ""
+    rates = linear_rates(drive.system, scene.spindle.max_speed)
+    most, what = largest_step(drive.stepper, rates)
+    limit = f", at most {most:g} s for {what}" if what else ""
     table.add_row("step", f"{drive.step:g} s{limit}")
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)

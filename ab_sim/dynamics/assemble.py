@@ -6,7 +6,13 @@ import numpy as np
 
 from ab_sim.dynamics.ledger import Ledger, ledger_states
 from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck
-from ab_sim.dynamics.planar import System, ball_force, ball_inertia
+from ab_sim.dynamics.planar import (
+    System,
+    ball_force,
+    ball_inertia,
+    deck_force,
+    friction_coefficient,
+)
 from ab_sim.scene.model import Scene
 
 _DECK_STATES = ("u1", "u2", "v1", "v2")
@@ -50,6 +56,51 @@ def state_names(system: System) -> list[str]:
     names = [*_DECK_STATES]
     names += [f"ball_{i} angle" for i in range(n)] + [f"ball_{i} rate" for i in range(n)]
     return names + ["motor work", "energy dissipated"][: ledger_states(system.ledger)]
+
+
+def state_bounds(system: System, step: float) -> np.ndarray:
+    """Magnitudes that no sound run reaches; beyond them the state is nonsense.
+
+    A deck that has gone a thousand kilometres, or a ball that turns 3 rad along the race within
+    one step, which no stepper can follow. Angles and energies grow without limit in sound runs.
+    """
+    n = system.ball_masses.size
+    bounds = np.full(4 + 2 * n + ledger_states(system.ledger), 1e150)
+    bounds[:4] = 1e6
+    bounds[4 + n : 4 + 2 * n] = 3.0 / step
+    return bounds
+
+
+def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
+    """The fastest eigenvalues [1/s] of the linear parts, by what they belong to.
+
+    Args:
+        system: the System.
+        top_speed: fastest spindle speed [rad/s]: in its frame, the deck's whirl turns that much
+            faster.
+    """
+    body, rest = system.body, Deck(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    mass = body.total_mass - float(system.ball_masses.sum())
+    stiffness = -deck_force(system.effects, body, rest._replace(u1=1.0))[0]
+    damping = -deck_force(system.effects, body, rest._replace(v1=1.0))[0]
+    poles = np.roots([mass, damping, stiffness])
+    turning = [pole + 1j * (top_speed if pole.imag >= 0 else -top_speed) for pole in poles]
+    return {
+        "the race's drag": complex(-drag_rate(system)),
+        "the deck's whirl at spindle.max_speed": complex(max(turning, key=abs)),
+    }
+
+
+def friction_kick(system: System, speed: float) -> float:
+    """How fast friction slows a ball at a spindle speed [rad/s], deck at rest [rad/s^2]."""
+    kicks = [
+        friction_coefficient(system.effects, ball)
+        * ball.mass
+        * speed**2
+        / (ball.mass + ball_inertia(system.effects, ball))
+        for ball in map(Ball, system.ball_masses, system.ball_radii)
+    ]
+    return float(max(kicks, default=0.0))
 
 
 def drag_rate(system: System) -> float:

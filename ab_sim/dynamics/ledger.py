@@ -9,14 +9,15 @@ from typing import Any, NamedTuple
 
 from numba.extending import overload
 
-from ab_sim.dynamics.dispatch import COMPILED, sum_over_effects
+from ab_sim.dynamics.dispatch import COMPILED, any_effect_has, sum_over_effects
 from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck, Reaction
-from ab_sim.dynamics.scratch import ACCELERATION, COS, LOAD, SIN
+from ab_sim.dynamics.scratch import ACCELERATION, COS, FRICTION, LOAD, SIN
 
 motor_torque = sum_over_effects("motor_torque", 0.0)
 deck_loss = sum_over_effects("deck_loss", 0.0)
 ball_loss = sum_over_effects("ball_loss", 0.0)
 deck_energy = sum_over_effects("deck_energy", 0.0)
+has_friction = any_effect_has("friction_coefficient")
 ball_energy = sum_over_effects("ball_energy", 0.0)
 
 
@@ -52,9 +53,11 @@ def book(
         c, s = scratch[i, COS], scratch[i, SIN]
         rate = state[4 + n + i]
         motion = BallMotion(c, s, rate, deck.speed + rate)
-        reaction = Reaction(
-            scratch[i, ACCELERATION], scratch[i, LOAD] - ball.mass * (A1 * c + A2 * s)
-        )
+        normal = scratch[i, LOAD] - ball.mass * (A1 * c + A2 * s)
+        if has_friction(effects) and scratch[i, FRICTION] == 0.0:
+            # Unloaded, so that the motion has no friction either.
+            normal = 0.0
+        reaction = Reaction(scratch[i, ACCELERATION], normal)
         torque += motor_torque(effects, body, ball, motion, deck, reaction)
         loss += ball_loss(effects, body, ball, motion, reaction)
     slope[4 + 2 * n] = torque * deck.speed

@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from ab_sim.dynamics.dispatch import COMPILED, any_effect_has, forward, sum_over_effects
-from ab_sim.dynamics.ledger import book
+from ab_sim.dynamics.dispatch import COMPILED, forward, sum_over_effects
+from ab_sim.dynamics.ledger import book, has_friction
 from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck
 from ab_sim.dynamics.scratch import ACCELERATION, COS, FORCE, FRICTION, INERTIA, LOAD, SIN
 
@@ -28,7 +28,6 @@ ball_inertia = sum_over_effects("ball_inertia", 0.0)
 ball_force = sum_over_effects("ball_force", 0.0)
 friction_coefficient = sum_over_effects("friction_coefficient", 0.0)
 felt_acceleration = sum_over_effects("spindle_acceleration", 0.0)
-has_friction = any_effect_has("friction_coefficient")
 segment_speed = forward("speed")
 segment_acceleration = forward("acceleration")
 

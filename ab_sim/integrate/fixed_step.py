@@ -7,9 +7,6 @@ import numpy as np
 from ab_sim.dynamics.planar import deck_acceleration_of, derivatives
 from ab_sim.integrate.compile_cache import compiled
 
-# Far beyond anything physical, far below overflow of its square.
-BEYOND = 1e150
-
 
 class Workspace(NamedTuple):
     """Arrays that a run reuses."""
@@ -20,6 +17,8 @@ class Workspace(NamedTuple):
     """Shape (states,)."""
     scratch: np.ndarray
     """Shape (balls, WIDTH)."""
+    bounds: np.ndarray
+    """Shape (states,): magnitudes that no sound run reaches."""
 
 
 @compiled
@@ -38,10 +37,10 @@ def advance(system, segment, weights, start, clock, length, state, work, rows): 
         rows: shape (steps, states + 2): the state after each step, and the deck's acceleration.
 
     Returns:
-        How many steps were taken; fewer than asked for if the state stopped being finite.
+        How many steps were taken; fewer than asked for if the state left its bounds.
     """
     first, step, offset = clock
-    slopes, trial, scratch = work
+    slopes, trial, scratch, bounds = work
     stages, states = weights.b.size, state.size
     for k in range(rows.shape[0]):
         begin = ((first + k) * step + offset) - start
@@ -69,7 +68,7 @@ def advance(system, segment, weights, start, clock, length, state, work, rows): 
         for j in range(states):
             trial[j] = state[j] + length * trial[j]
             # Written so that a NaN fails too.
-            if not abs(trial[j]) < BEYOND:
+            if not abs(trial[j]) < bounds[j]:
                 finite = False
         if not finite:
             for j in range(states):
@@ -79,7 +78,7 @@ def advance(system, segment, weights, start, clock, length, state, work, rows): 
             state[j] = trial[j]
             rows[k, j] = trial[j]
         # The slope at the end of this step is the first stage of the next.
-        end = ((first + k + 1) * step) - start if offset == 0.0 else begin + length
+        end = ((first + k + 1) * step + offset) - start if length == step else begin + length
         derivatives(system, segment, end, state, slopes[0], scratch)
         A1, A2 = deck_acceleration_of(segment, end, state, slopes[0])
         rows[k, states] = A1

@@ -1,53 +1,86 @@
 """How long a step may be before an explicit stepper goes unstable."""
 
+import cmath
 import functools
 import math
-
-import numpy as np
+from collections.abc import Mapping
 
 from ab_sim.errors import SceneError
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.integrate.tableau import Tableau
 
+TOLERANCE = 1e-3
+"""Growth per step that still counts as stable: methods amplify undamped motion a little."""
+STRIDE = 0.01
+FARTHEST = 50.0
 
-@functools.cache
-def real_stability_limit(name: str) -> float:
-    """Largest x for which the stepper called ``name`` does not amplify y' = -(x/step) y."""
+
+@functools.lru_cache(maxsize=1000)
+def stability_limit(name: str, direction: complex = -1.0) -> float:
+    """How far the stability region of a stepper reaches from 0.
+
+    Args:
+        name: the stepper.
+        direction: of modulus 1; -1 is the negative real axis, decay, and +-1j undamped motion.
+
+    Returns:
+        Largest x for which one step does not amplify y' = (x direction / step) y.
+    """
     tableau = stepper_named(name)
-    inside, outside = 0.0, math.inf
-    for x in np.arange(0.01, 50.0, 0.01):
-        if abs(tableau.growth(-x)) > 1.0:
-            outside = float(x)
-            break
-        inside = float(x)
+    tolerance = 0.0 if direction == -1.0 else TOLERANCE
+
+    def unstable(x: float) -> bool:
+        return abs(tableau.growth(x * direction)) > 1.0 + tolerance
+
+    inside = 0.0
+    while not unstable(inside + STRIDE):
+        inside += STRIDE
+        if inside > FARTHEST:
+            return FARTHEST
+    outside = inside + STRIDE
     for _ in range(50):
         middle = 0.5 * (inside + outside)
-        if abs(tableau.growth(-middle)) > 1.0:
-            outside = middle
-        else:
-            inside = middle
+        inside, outside = (inside, middle) if unstable(middle) else (middle, outside)
     return inside
 
 
-def check_step(tableau: Tableau, step: float, rate: float) -> None:
-    """Refuse a step that is beyond the stability limit of the scene's drag.
+def largest_step(tableau: Tableau, rates: Mapping[str, complex]) -> tuple[float, str]:
+    """The longest stable step [s], rounded down to three digits, and what limits it.
 
     Args:
         tableau: the stepper.
-        step: s.
-        rate: fastest decay rate of a ball's speed along the race [1/s].
+        rates: eigenvalues [1/s] by what they belong to; those of 0 do not limit the step.
+    """
+    steps = {
+        what: stability_limit(tableau.name, _direction(rate)) / abs(rate)
+        for what, rate in rates.items()
+        if rate != 0
+    }
+    if not steps:
+        return math.inf, ""
+    what = min(steps, key=lambda key: steps[key])
+    digits = 2 - math.floor(math.log10(steps[what]))
+    return math.floor(steps[what] * 10.0**digits) / 10.0**digits, what
+
+
+def check_step(tableau: Tableau, step: float, rates: Mapping[str, complex]) -> None:
+    """Refuse a step that is beyond the stability limit.
 
     Raises:
-        SceneError: names the largest allowed step.
+        SceneError: names what limits the step, and the largest allowed one.
     """
-    limit = real_stability_limit(tableau.name)
-    if step * rate <= limit:
+    largest, what = largest_step(tableau, rates)
+    if step <= largest:
         return
-    largest = limit / rate
-    # Rounded down, so that the step that the message names is accepted.
-    digits = 2 - math.floor(math.log10(largest))
-    largest = math.floor(largest * 10**digits) / 10**digits
+    advice = f"with {tableau.name} use at most {largest:g} s"
+    if largest < 1e-8:
+        advice = f"no {tableau.name} step of useful length is stable: lower the rate"
     raise SceneError(
-        f"solver.step = {step:g} s: is beyond the stability limit of the race's drag, whose decay "
-        f"rate is {rate:.4g} 1/s; with {tableau.name} use at most {largest:g} s"
+        f"solver.step = {step:g} s: is beyond the stability limit of {what}, whose rate is "
+        f"{abs(rates[what]):.4g} 1/s; {advice}"
     )
+
+
+def _direction(rate: complex) -> complex:
+    # Rounded, so that the cache serves nearly equal directions.
+    return cmath.rect(1.0, round(cmath.phase(rate), 3)) if rate.imag else -1.0

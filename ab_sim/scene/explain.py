@@ -31,15 +31,19 @@ def explain(
     """
     messages = []
     for finding in error.errors(include_url=False):
-        loc = [str(part) for part in (*at, *finding["loc"]) if part not in _UNION_TAGS]
+        loc = _keys((*at, *finding["loc"]))
         if only_own_fields and not finding["loc"]:
             continue
         messages.append(_message(loc, finding["type"], finding))
     return messages
 
 
-# A discriminated union puts its tag into the location; it is no key of the file.
-_UNION_TAGS = {"start_up", "speed_change"}
+def _keys(loc: tuple[Any, ...]) -> list[str]:
+    """Keys of the file: a discriminated union puts its tag behind its own key; leave it out."""
+    parts = [str(part) for part in loc]
+    if len(parts) > 2 and parts[0] == "profile":
+        del parts[1]
+    return parts
 
 
 def _message(loc: list[str], kind: str, finding: Any) -> str:
@@ -59,9 +63,14 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
         return f"{key} = {value!r}: must be {what}{_meaning(loc)}"
     if kind == "value_error":
         text = str(context.get("error", finding["msg"]))
-        return text if not loc else f"{key}: {text}"
+        return text if not loc else f"{key} = {value!r}: {text}"
+    if kind in ("tuple_type", "list_type"):
+        return f"{key} = {value!r}: must be a list{_meaning(loc)}"
+    if kind == "string_type":
+        return f"{key} = {value!r}: must be a text; put it in quotes"
     if kind in ("union_tag_not_found", "union_tag_invalid"):
-        return f"{key}.kind: must be one of start_up, speed_change"
+        given = value.get("kind") if isinstance(value, dict) else value
+        return f"{key}.kind = {given!r}: must be one of start_up, speed_change"
     if kind in ("model_type", "named_tuple_type", "model_attributes_type"):
         return f"{key} = {value!r}: must be a section `key: value`"
     return f"{key} = {value!r}: {finding['msg']}"

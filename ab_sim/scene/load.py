@@ -134,7 +134,11 @@ def _by_name(effects: Any) -> dict[str, Any]:
     for name, parameters in entries:
         if name in mapping:
             raise ValueError(f"effects: {name} is named twice; keep one")
-        mapping[str(name)] = {} if parameters is None else parameters
+        if not isinstance(parameters, Mapping | None):
+            raise ValueError(
+                f"effects.{name} = {parameters!r}: must be its parameters, `parameter: value`"
+            )
+        mapping[str(name)] = parameters or {}
     return mapping
 
 
@@ -155,7 +159,7 @@ def _read(path: Path) -> dict[str, Any]:
         raw = yaml.load(path.read_text(encoding="utf-8"), Loader=_UniqueKeys)
     except OSError as error:
         raise SceneError(f"{path}: cannot be read: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise SceneError(f"{path}: is not valid YAML: {error}") from error
     if not isinstance(raw, dict):
         raise SceneError(f"{path}: must be a mapping of sections (rotor, race, balls, ...)")
@@ -167,11 +171,11 @@ def _read(path: Path) -> dict[str, Any]:
 
 def _apply(raw: dict[str, Any], change: str) -> None:
     key, equals, text = change.partition("=")
-    if not equals or not key.strip():
+    if not equals or not all(part.strip() for part in key.split(".")):
         raise SceneError(f"change {change!r}: must be key=value, e.g. balls.mass=0.002")
     try:
         value = yaml.load(text, Loader=_UniqueKeys)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise SceneError(f"change {change!r}: the value is not valid YAML: {error}") from error
     *sections, last = key.strip().split(".")
     place = raw

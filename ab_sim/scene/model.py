@@ -23,14 +23,14 @@ class Rotor(Section):
     total_mass: Number | None = quantity(
         "M, everything that moves on the suspension, balls included (give this or mass)",
         "kg",
-        gt=0,
+        ge=1e-9,
         le=1e3,
         default=None,
     )
     mass: Number | None = quantity(
         "M - n m, everything that moves on the suspension but the balls (give this or total_mass)",
         "kg",
-        gt=0,
+        ge=1e-9,
         le=1e3,
         default=None,
     )
@@ -40,7 +40,7 @@ class Rotor(Section):
     eccentric_mass: Number | None = quantity(
         "M0, the mass that is eccentric; default M - n m, all but the balls",
         "kg",
-        gt=0,
+        ge=1e-9,
         le=1e3,
         default=None,
     )
@@ -56,7 +56,7 @@ class Balls(Section):
     """The balls, all equal."""
 
     count: Count = quantity("n", "1", ge=0, le=MAX_BALLS)
-    mass: Number | None = quantity("m, mass of one ball", "kg", gt=0, le=1e3, default=None)
+    mass: Number | None = quantity("m, mass of one ball", "kg", ge=1e-12, le=1e3, default=None)
     radius: Number | None = quantity(
         "a, radius of one ball; only for effects that use it", "m", gt=0, le=10, default=None
     )
@@ -66,7 +66,7 @@ class Start(Section):
     """The state at t = 0: the deck at rest, the balls at rest on the race."""
 
     speed: Number = quantity("spindle speed", "rad/s", ge=-1e5, le=1e5, default=0.0)
-    ball_angles: tuple[Number, ...] | None = quantity(
+    ball_angles: tuple[Annotated[Number, Field(ge=-1e6, le=1e6)], ...] | None = quantity(
         "theta, each ball's angle from the unbalance; default all 0", "rad", default=None
     )
 
@@ -89,9 +89,9 @@ class VariableSpeedPeriod(Section):
         "speed at which it begins (give this or start_time)", "rad/s", default=None
     )
     start_time: Number | None = quantity(
-        "time at which it begins (give this or start_speed)", "s", ge=0, default=None
+        "time at which it begins (give this or start_speed)", "s", ge=0, le=1e6, default=None
     )
-    duration: Number = quantity("its length", "s", gt=0, le=1e4)
+    duration: Number = quantity("its length", "s", ge=1e-6, le=1e4)
     acceleration: Number = quantity(
         "acceleration during it: 0 holds the speed, negative decelerates", "rad/s^2", default=0.0
     )
@@ -107,7 +107,7 @@ class StartUp(Section):
     """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1)."""
 
     kind: Literal["start_up"]
-    acceleration: Number = quantity("of the run-up", "rad/s^2", gt=0, le=1e6)
+    acceleration: Number = quantity("of the run-up", "rad/s^2", ge=1e-6, le=1e6)
     target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
     variable_speed_period: VariableSpeedPeriod | None = None
 
@@ -116,8 +116,8 @@ class SpeedChange(Section):
     """A raised-cosine change of speed (relative-stability (25), on [t_b, t_b + t_r] only)."""
 
     kind: Literal["speed_change"]
-    start_time: Number = quantity("t_b", "s", ge=0)
-    duration: Number = quantity("t_r", "s", gt=0, le=1e4)
+    start_time: Number = quantity("t_b", "s", ge=0, le=1e6)
+    duration: Number = quantity("t_r", "s", ge=1e-6, le=1e4)
     to_speed: Number = quantity("speed after the change", "rad/s", ge=-1e5, le=1e5)
 
 
@@ -199,6 +199,10 @@ class Scene(Section):
 
 
 def _check_masses(scene: Scene) -> None:
+    if 0 < scene.rotor.eccentricity < 1e-12:
+        raise ValueError(
+            f"rotor.eccentricity = {scene.rotor.eccentricity:g} m: must be 0 or at least 1e-12"
+        )
     rotor, balls = scene.rotor, scene.balls
     if (rotor.total_mass is None) == (rotor.mass is None):
         raise ValueError(
@@ -268,6 +272,12 @@ def _check_profile(scene: Scene) -> None:
         raise ValueError(
             f"profile.target_speed = {target:g} rad/s: must be above start.speed = {first:g} rad/s"
         )
+    if profile.acceleration > scene.spindle.max_acceleration:
+        raise ValueError(
+            f"profile.acceleration = {profile.acceleration:g} rad/s^2: is more than "
+            f"spindle.max_acceleration = {scene.spindle.max_acceleration:g} rad/s^2, so that a "
+            "live drive could not follow the profile"
+        )
     period = profile.variable_speed_period
     if period is None:
         return
@@ -278,7 +288,7 @@ def _check_profile(scene: Scene) -> None:
         key = f"start_time = {period.start_time:g} s"
         begins = first + profile.acceleration * period.start_time
     ends = begins + period.acceleration * period.duration
-    if not first <= begins < target or ends > target:
+    if not first <= begins < target or not first <= ends <= target:
         raise ValueError(
             f"profile.variable_speed_period.{key}: the period runs from {begins:g} to {ends:g} "
             f"rad/s, which must lie between start.speed = {first:g} and target_speed = {target:g}"

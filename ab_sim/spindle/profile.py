@@ -90,6 +90,7 @@ class SpeedProfile:
         acceleration: float,
         target_speed: float,
         period: tuple[float, float, float] | None = None,
+        period_start: float | None = None,
     ) -> "SpeedProfile":
         """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
 
@@ -98,6 +99,7 @@ class SpeedProfile:
             acceleration: rad/s^2, before and after the period.
             target_speed: rad/s, held at the end.
             period: start speed [rad/s], duration [s] and acceleration [rad/s^2] of the period.
+            period_start: its start time [s], where that is what is known exactly.
         """
         legs: list[tuple[float, float, float, float | None]]
         legs = [(start_speed, target_speed, acceleration, None)]
@@ -105,9 +107,9 @@ class SpeedProfile:
         if period is not None:
             at, duration, slope = period
             after = at + slope * duration
-            begins = (at - start_speed) / acceleration
+            begins = (at - start_speed) / acceleration if period_start is None else period_start
             legs = [
-                (start_speed, at, acceleration, None),
+                (start_speed, at, acceleration, begins),
                 (at, after, slope, duration),
                 (after, target_speed, acceleration, None),
             ]
@@ -133,12 +135,12 @@ class SpeedProfile:
             return cls.constant(first)
         if asked.kind == "speed_change":
             return cls.speed_change(first, asked.to_speed, asked.start_time, asked.duration)
-        period = None
+        period = start = None
         if asked.variable_speed_period is not None:
             p = asked.variable_speed_period
-            at = p.start_speed
+            at, start = p.start_speed, p.start_time
             if at is None:
-                assert p.start_time is not None
-                at = first + asked.acceleration * p.start_time
+                assert start is not None
+                at = first + asked.acceleration * start
             period = (at, p.duration, p.acceleration)
-        return cls.start_up(first, asked.acceleration, asked.target_speed, period)
+        return cls.start_up(first, asked.acceleration, asked.target_speed, period, start)

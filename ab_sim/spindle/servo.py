@@ -22,6 +22,10 @@ class SpeedServo(NamedTuple):
         Raises:
             CommandError: it is not a finite number or beyond ``max_speed``.
         """
+        try:
+            command = float(command)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise CommandError(f"command = {command!r}: must be a number [rad/s]") from error
         if not math.isfinite(command):
             raise CommandError(
                 f"command = {command} rad/s: must be a finite number; the speed stays as it was"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive, describe
-from ab_sim.errors import CommandError, DivergedError
+from ab_sim.errors import CommandError, DivergedError, SceneError
 from ab_sim.scene import check_scene, load_scene
 from ab_sim.trajectory import Trajectory
 
@@ -100,7 +100,7 @@ def test_snapshot_is_not_touched_by_what_follows(scene: Any) -> None:
 
 
 def test_snapshot_of_another_drive_is_refused(scene: Any) -> None:
-    with pytest.raises(ValueError, match="another number of balls"):
+    with pytest.raises(ValueError, match="other balls, step or ledger"):
         Drive(scene()).restore(Drive(scene(balls={"count": 3})).snapshot())
 
 
@@ -139,26 +139,80 @@ def test_observing_between_steps_does_not_disturb(scene: Any) -> None:
 
 
 def test_divergence_names_variable_time_and_cause(scene: Any) -> None:
-    """A spindle that turns several radians per step, beyond what the stepper can follow."""
-    drive = Drive(
-        scene(
-            spindle={"max_speed": 1e5},
-            start={"speed": 9e4},
-            effects={"suspension": {"stiffness": 1e6}},
-            profile=None,
-            solver={"stepper": "rk4"},
-        )
-    )
+    """A whirl of hundreds of race radii: the balls swing faster than a step can follow."""
+    drive = Drive(scene(rotor={"eccentricity": 1.0}, race={"radius": 2e-3}))
     with pytest.raises(DivergedError) as caught:
         drive.advance(100_000)
     text = str(caught.value)
-    assert "stopped being finite at t = " in text
-    assert "rad in one step" in text
-    assert "try solver.step = 3e-06 s" in text
-    assert any(name in text for name in ("u1", "v1", "rate"))
+    assert "ball_0 rate" in text
+    assert "went beyond all bounds at t = 2." in text
+    assert "turns more than 3 rad along the race within one step" in text
+    assert "try solver.step = 0.00025 s" in text
     assert np.all(np.isfinite(drive.snapshot().state)), "the last good state is kept"
+    assert drive.steps > 2000
     drive.reset()
     assert drive.steps == 0
+
+
+@pytest.mark.parametrize("command", ["fast", None, [1.0], 10**400])
+def test_commands_that_are_no_numbers(scene: Any, command: Any) -> None:
+    with pytest.raises(CommandError, match="must be a number"):
+        Drive(scene()).command(command)
+
+
+def test_breakpoints_next_to_the_grid_and_within_one_step(scene: Any) -> None:
+    """Off by rounding, a period shorter than a step, and several breakpoints in one step."""
+
+    def final(step: float, start: float, duration: float) -> np.ndarray:
+        drive = Drive(
+            scene(
+                start={"ball_angles": [0.3, -0.9]},
+                profile={
+                    "kind": "start_up",
+                    "acceleration": 40.0,
+                    "target_speed": 400.0,
+                    "variable_speed_period": {
+                        "start_time": start,
+                        "duration": duration,
+                        "acceleration": 0.0,
+                    },
+                },
+                solver={"step": step},
+            )
+        )
+        drive.advance(round(2.6 / step))
+        return np.append(drive.observe().theta, drive.observe().omega)
+
+    exact = final(1e-3, 2.5, 0.05)
+    for start in (2.5 + 1e-13, 2.5 - 1e-13, 2.5 + 3e-16):
+        np.testing.assert_allclose(final(1e-3, start, 0.05), exact, rtol=1e-9)
+    np.testing.assert_allclose(final(1e-3, 2.5003, 3e-4), final(2.5e-4, 2.5003, 3e-4), rtol=1e-9)
+
+
+def test_command_during_a_raised_cosine(scene: Any) -> None:
+    change = {"kind": "speed_change", "start_time": 0.1, "duration": 0.2, "to_speed": 50.0}
+    drive = Drive(scene(start={"speed": 100.0}, profile=change))
+    before = drive.advance(200)
+    assert before["speed"][-1] == pytest.approx(75.0)
+    drive.command(90.0)
+    after = drive.advance(200)
+    assert after["speed"][0] == pytest.approx(75.0 + 0.1)
+    assert after["speed"][-1] == 90.0
+    steps = np.diff(np.append(before["angle"][-1], after["angle"]))
+    assert np.all(np.abs(steps - 1e-3 * 82.5) < 1e-3 * 8.0), "the angle goes on"
+
+
+def test_observing_across_a_breakpoint(scene: Any) -> None:
+    profile = {
+        "kind": "start_up",
+        "acceleration": 40.0,
+        "target_speed": 400.0,
+        "variable_speed_period": {"start_time": 0.1003, "duration": 1.0, "acceleration": 0.0},
+    }
+    drive = Drive(scene(profile=profile))
+    drive.advance(100)
+    assert drive.observe_at(0.1002).omega == pytest.approx(4.008)
+    assert drive.observe_at(0.1008).omega == pytest.approx(4.012)
 
 
 def test_advance_refuses_to_go_back(scene: Any) -> None:
@@ -170,6 +224,16 @@ def test_advance_refuses_to_go_back(scene: Any) -> None:
 def test_no_ledger_no_energy(scene: Any) -> None:
     with pytest.raises(ValueError, match="ledger=True"):
         Drive(scene()).energy()
+
+
+def test_ledger_needs_the_acceleration_terms(scene: Any) -> None:
+    with pytest.raises(SceneError, match="needs the effect spindle_acceleration"):
+        Drive(scene(effects={"spindle_acceleration": None}), ledger=True)
+
+
+def test_snapshot_of_another_step_is_refused(scene: Any) -> None:
+    with pytest.raises(ValueError, match="balls, step or ledger"):
+        Drive(scene()).restore(Drive(scene(solver={"step": 5e-4})).snapshot())
 
 
 def test_ledger_does_not_change_the_motion(scene: Any) -> None:

@@ -145,18 +145,22 @@ def test_far_behind_drops_steps_and_says_so(fleet: Fleet) -> None:
 
 
 def test_divergence_pauses_and_is_reported(fleet: Fleet) -> None:
-    scene = "['spindle.max_speed=100000','start.speed=90000','solver.stepper=rk4','profile=']"
+    clock, blocks = fleet.listen(topics.CLOCK), fleet.listen(topics.BLOCK)
     fleet.start(
         "drive_sim",
         scene="thesis-baseline",
-        changes=scene.replace("'profile='", "'profile=','effects.suspension.stiffness=1000000'"),
+        changes="['rotor.eccentricity=1', 'race.radius=0.002', 'effects.rolling_friction=', "
+        "'spindle.max_acceleration=1000', 'effects.suspension.stiffness=100']",
     )
+    fleet.command(400.0)
     fleet.until(
         lambda: (h := fleet.health("drive_sim")) is not None and h.level is Level.ERROR,
         "an error in the diagnostics",
     )
     health = fleet.health("drive_sim")
-    assert health is not None and "stopped being finite at t = " in health.message
+    assert health is not None and "went beyond all bounds at t = " in health.message
+    assert np.all(np.diff([nanoseconds_of(message.clock) for message in clock]) > 0)
+    assert np.all(np.diff(rows(blocks)[:, 0]) == 1)
     done, text = fleet.call("drive_sim/pause", False)
     assert not done and "reset first" in text
     assert fleet.call("drive_sim/reset")[0]
