@@ -296,9 +296,10 @@ class Drive:
 
     def _steps_until(self, end: float, most: int) -> int:
         """Whole steps from now that end at or before ``end`` [s], at most ``most``."""
-        if (end - self.time) / self.step > most + 2:
+        ahead = (end - self.time) / self.step
+        if ahead > most + 1:
             return most
-        count = max(math.floor((end - self.time) / self.step) - 1, 0)
+        count = max(math.floor(ahead) - 1, 0)
         while count < most and (self.steps + count + 1) * self.step <= end + self._snap(end):
             count += 1
         return count

@@ -189,6 +189,24 @@ def test_breakpoints_next_to_the_grid_and_within_one_step(scene: Any) -> None:
     np.testing.assert_allclose(final(1e-3, 2.5003, 3e-4), final(2.5e-4, 2.5003, 3e-4), rtol=1e-9)
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 10, 11])
+def test_any_grouping_of_steps_across_breakpoints(count: int, scene: Any) -> None:
+    """Breakpoints of commands on and off the grid, met by every phase of the groups of steps."""
+
+    def run(count: int) -> bytes:
+        drive = Drive(scene(spindle={"max_acceleration": 50.0}), commanded=True)
+        parts = []
+        for k in range(24):
+            drive.command((0.2 if k % 2 else 0.37) * (k % 7))
+            left = 110
+            while left:
+                parts.append(drive.advance(min(count, left)))
+                left -= len(parts[-1])
+        return Trajectory.join(parts).samples.tobytes()
+
+    assert run(count) == run(110)
+
+
 def test_command_during_a_raised_cosine(scene: Any) -> None:
     change = {"kind": "speed_change", "start_time": 0.1, "duration": 0.2, "to_speed": 50.0}
     drive = Drive(scene(start={"speed": 100.0}, profile=change))
