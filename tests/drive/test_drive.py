@@ -197,7 +197,7 @@ def test_any_grouping_of_steps_across_breakpoints(count: int, scene: Any) -> Non
         drive = Drive(scene(spindle={"max_acceleration": 50.0}), commanded=True)
         parts = []
         for k in range(24):
-            drive.command((0.2 if k % 2 else 0.37) * (k % 7))
+            drive.command(0.2 * (k + 1) + 0.0037 * (k % 3))
             left = 110
             while left:
                 parts.append(drive.advance(min(count, left)))
