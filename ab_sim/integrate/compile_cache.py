@@ -31,10 +31,11 @@ def cache_folder() -> Path:
     for base in (Path(home), Path(tempfile.gettempdir(), f"cache-{os.getuid()}")):
         folder = base / "ab_sim" / key.hexdigest()[:16]
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError:
             continue
-        if os.access(folder, os.W_OK):
+        # Numba runs what it finds there, so it has to be our own.
+        if os.access(folder, os.W_OK) and folder.stat().st_uid == os.getuid():
             return folder
     return Path(tempfile.mkdtemp(prefix="ab_sim-kernels-"))
 
