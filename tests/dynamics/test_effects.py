@@ -140,7 +140,7 @@ def test_friction_dissipates_and_the_balance_closes(scene: Any) -> None:
         residual = energy.stored - energy.at_start - energy.motor_work + energy.dissipated
         return abs(residual) / energy.stored, energy.dissipated
 
-    friction = {"rolling_friction": {"arm": 1e-5}}
+    friction = {"rolling_friction": {"arm": 5e-6}}
     coarse, dissipated = balance(1e-3, friction)
     fine, _ = balance(1e-4, friction)
     assert coarse < 1e-3

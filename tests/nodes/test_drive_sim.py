@@ -181,7 +181,7 @@ def test_description_is_latched(fleet: Fleet) -> None:
     ("parameters", "words"),
     [
         ({"scene": "thesis-hlod"}, "did you mean 'thesis-hold'"),
-        ({"changes": "['balls.mass=-1']"}, "balls.mass = -1: must be more than 0"),
+        ({"changes": "['balls.mass=-1']"}, "balls.mass = -1: must be at least 1e-12"),
         ({"wake_rate": 300.0}, "a rate of 333.333 1/s would do"),
         ({"wake_rate": 1e9}, "parameter wake_rate"),
         ({"wake_rate": "fast"}, "parameter wake_rate = 'fast': must be a number from 1 to 2000"),

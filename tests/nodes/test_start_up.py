@@ -32,7 +32,7 @@ def brisk(tmp_path: Path) -> Path:
 
 
 def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_path: Path) -> None:
-    status = fleet.listen(topics.PROFILE_STATUS)
+    status, joints = fleet.listen(topics.PROFILE_STATUS), fleet.listen(topics.JOINT_STATES)
     file = tmp_path / "run.rrd"
     fleet.start("recorder", path=file)
     fleet.start("drive_sim", scene=brisk, start_paused=True)
@@ -42,10 +42,7 @@ def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_
     assert fleet.call("profile_controller/start") == (False, "running already; abort first")
     assert fleet.call("drive_sim/pause", False)[0]
     fleet.until(lambda: status and text_of(status[-1]) == "done", "the profile is done")
-    samples = int(fleet.value("recorder", "samples written"))
-    fleet.until(
-        lambda: int(fleet.value("recorder", "samples written")) > samples, "more is recorded"
-    )
+    fleet.until(lambda: joints[-1].velocity[0] == 200.0, "the drive is there")
     for node in ("drive_sim", "profile_controller", "recorder"):
         assert fleet.stop(node) == 0, node
         assert "Traceback" not in fleet.log(node)
