@@ -135,7 +135,13 @@ class LiveRun:
         factor = self.elapsed / wall if wall > 0 else math.nan
         # First who sends, last who writes down: what is under way then still arrives.
         for name in ("profile_controller", "drive_sim", "recorder"):
-            code = self._stop_process(name)
+            self._ask_to_end(name)
+        for name in list(self._processes):
+            try:
+                code = self._processes[name].wait(timeout=ANSWER)
+            except subprocess.TimeoutExpired as error:
+                raise AbSimError(f"{name} did not end; see {self._logs}") from error
+            del self._processes[name]
             if code != 0:
                 raise AbSimError(f"{name} ended with exit code {code}:\n{self._log_of(name)}")
         drive, recorder, controller = (
@@ -238,23 +244,17 @@ class LiveRun:
                 raise AbSimError(f"the service {service} refused: {text}")
             self.spin(0.05)
 
-    def _stop_process(self, name: str) -> int:
-        """Ask a node to end, hear its last words, and wait for its end; its exit code."""
+    def _ask_to_end(self, name: str) -> None:
+        """Ask a node to end, and hear its last words, if it has any."""
         process = self._processes[name]
         process.send_signal(signal.SIGINT)
         end = time.monotonic() + ANSWER
-        while process.poll() is None and time.monotonic() < end:
+        while (health := self._health.get(f"/{name}")) is None or health.message != ENDED:
+            if process.poll() is not None and end > time.monotonic() + 0.5:
+                end = time.monotonic() + 0.5  # what it said may still be on its way
+            if time.monotonic() > end:
+                return
             self._executor.spin_once(timeout_sec=0.02)
-        if process.poll() is None:
-            raise AbSimError(f"{name} did not end within {ANSWER:g} s; see {self._logs}")
-        del self._processes[name]
-        end = time.monotonic() + 1.0
-        while process.returncode == 0 and time.monotonic() < end:
-            health = self._health.get(f"/{name}")
-            if health is not None and health.message == ENDED:
-                break
-            self._executor.spin_once(timeout_sec=0.02)
-        return process.returncode
 
     def _log_of(self, name: str) -> str:
         text = (self._logs / f"{name}.log").read_text(errors="replace")
