@@ -1,8 +1,7 @@
 """One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
 
 import math
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,55 +22,13 @@ from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.fixed_step import Workspace, acceleration_at, advance
 from ab_sim.integrate.limits import check_step
 from ab_sim.integrate.registry import stepper_named
+from ab_sim.observation import Energy, Observation, Snapshot
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
 from ab_sim.trajectory import Trajectory, channels_for
 
 MAX_KICK = 1.0
 """rad/s that friction may change a ball's speed by in one step."""
-
-
-@dataclass(frozen=True)
-class Observation:
-    """The drive at one instant, in SI units; rotating axis 1 points at the unbalance."""
-
-    time: float
-    """s."""
-    steps: int
-    """Whole integration steps taken."""
-    psi: float
-    """Spindle angle [rad], unwrapped."""
-    omega: float
-    """Spindle speed [rad/s]."""
-    command: float
-    """Spindle speed asked for [rad/s]."""
-    u: np.ndarray
-    """Deck displacement on rotating axes [m], shape (2,)."""
-    v: np.ndarray
-    """Deck velocity, inertial, on rotating axes [m/s], shape (2,)."""
-    position: np.ndarray
-    """Deck displacement x, y on inertial axes [m]."""
-    velocity: np.ndarray
-    """Deck velocity on inertial axes [m/s]."""
-    acceleration: np.ndarray
-    """Deck acceleration on inertial axes [m/s^2]."""
-    theta: np.ndarray
-    """Ball angles from the unbalance [rad], unwrapped, shape (balls,)."""
-    theta_rate: np.ndarray
-    """Ball speeds relative to the race [rad/s], shape (balls,)."""
-    driving_force: np.ndarray
-    """Driving force on the balls [N], shape (balls,): thesis (2-15), signed; positive
-    drives towards falling theta."""
-
-    @property
-    def whirl(self) -> float:
-        """Whirl radius W = |u| [m]."""
-        return float(np.hypot(*self.u))
-
-    @property
-    def ball_rate(self) -> np.ndarray:
-        """Absolute angular speeds of the balls [rad/s]."""
-        return self.omega + self.theta_rate
 
 
 def describe(scene: Scene) -> dict[str, Any]:
@@ -90,25 +47,6 @@ def describe(scene: Scene) -> dict[str, Any]:
         "balls": scene.balls.count,
         "ball_radius": scene.balls.radius,
     }
-
-
-class Energy(NamedTuple):
-    """The energy balance since the start, all [J]: stored = at start + motor work - dissipated."""
-
-    stored: float
-    at_start: float
-    motor_work: float
-    dissipated: float
-
-
-class Snapshot(NamedTuple):
-    """Everything that a drive's future depends on, besides its scene."""
-
-    steps: int
-    step: float
-    state: np.ndarray
-    profile: SpeedProfile
-    command: float | None
 
 
 class Drive:

@@ -7,8 +7,9 @@ from typing import Any
 
 import ab_sim
 from ab_sim.analysis.startup import peak_whirl, settling_period
-from ab_sim.drive import Drive, Observation
+from ab_sim.drive import Drive
 from ab_sim.errors import InputError
+from ab_sim.observation import Observation
 from ab_sim.scene.model import Scene
 from ab_sim.trajectory import Trajectory
 

@@ -1,0 +1,70 @@
+"""What a drive shows of itself at one instant, and what is kept to return to it."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.spindle import SpeedProfile
+
+
+@dataclass(frozen=True)
+class Observation:
+    """The drive at one instant, in SI units; rotating axis 1 points at the unbalance."""
+
+    time: float
+    """s."""
+    steps: int
+    """Whole integration steps taken."""
+    psi: float
+    """Spindle angle [rad], unwrapped."""
+    omega: float
+    """Spindle speed [rad/s]."""
+    command: float
+    """Spindle speed asked for [rad/s]."""
+    u: np.ndarray
+    """Deck displacement on rotating axes [m], shape (2,)."""
+    v: np.ndarray
+    """Deck velocity, inertial, on rotating axes [m/s], shape (2,)."""
+    position: np.ndarray
+    """Deck displacement x, y on inertial axes [m]."""
+    velocity: np.ndarray
+    """Deck velocity on inertial axes [m/s]."""
+    acceleration: np.ndarray
+    """Deck acceleration on inertial axes [m/s^2]."""
+    theta: np.ndarray
+    """Ball angles from the unbalance [rad], unwrapped, shape (balls,)."""
+    theta_rate: np.ndarray
+    """Ball speeds relative to the race [rad/s], shape (balls,)."""
+    driving_force: np.ndarray
+    """Driving force on the balls [N], shape (balls,): thesis (2-15), signed; positive
+    drives towards falling theta."""
+
+    @property
+    def whirl(self) -> float:
+        """Whirl radius W = |u| [m]."""
+        return float(np.hypot(*self.u))
+
+    @property
+    def ball_rate(self) -> np.ndarray:
+        """Absolute angular speeds of the balls [rad/s]."""
+        return self.omega + self.theta_rate
+
+
+class Energy(NamedTuple):
+    """The energy balance since the start, all [J]: stored = at start + motor work - dissipated."""
+
+    stored: float
+    at_start: float
+    motor_work: float
+    dissipated: float
+
+
+class Snapshot(NamedTuple):
+    """Everything that a drive's future depends on, besides its scene."""
+
+    steps: int
+    step: float
+    state: np.ndarray
+    profile: SpeedProfile
+    command: float | None
