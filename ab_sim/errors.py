@@ -1,5 +1,8 @@
 """The errors a user can meet, each with the exit code of the command line."""
 
+import difflib
+from collections.abc import Iterable
+
 
 class AbSimError(Exception):
     """Base of every error that ab_sim raises on purpose; its text is meant for the user."""
@@ -27,3 +30,9 @@ class DivergedError(AbSimError):
     """The state went beyond all bounds: names the variable, the time and a likely cause."""
 
     exit_code = 3
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """``; did you mean 'x'?`` for the nearest known name, or nothing; for the text of an error."""
+    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return f"; did you mean {near[0]!r}?" if near else ""

@@ -1,8 +1,6 @@
 """The steppers that a scene can name."""
 
-import difflib
-
-from ab_sim.errors import SceneError
+from ab_sim.errors import SceneError, nearest
 from ab_sim.integrate.rk4 import RK4
 from ab_sim.integrate.rk8 import RK8
 from ab_sim.integrate.tableau import Tableau
@@ -19,8 +17,7 @@ def stepper_named(name: str) -> Tableau:
     """
     if name in STEPPERS:
         return STEPPERS[name]
-    near = difflib.get_close_matches(name, STEPPERS, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
     raise SceneError(
-        f"solver.stepper = {name!r}: no such stepper{hint}; known are: {', '.join(STEPPERS)}"
+        f"solver.stepper = {name!r}: no such stepper{nearest(name, STEPPERS)}; known are: "
+        + ", ".join(STEPPERS)
     )

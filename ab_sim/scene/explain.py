@@ -7,6 +7,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from ab_sim.errors import nearest
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
 
@@ -140,9 +141,3 @@ def _meaning(loc: list[str]) -> str:
         extra = infos[0].json_schema_extra
         unit = extra.get("unit") if isinstance(extra, dict) else None
     return f"; {description}" + (f" [{unit}]" if unit else "") if description else ""
-
-
-def nearest(word: str, known: Iterable[str]) -> str:
-    """``; did you mean 'x'?`` for the nearest known name, or nothing."""
-    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
-    return f"; did you mean {near[0]!r}?" if near else ""

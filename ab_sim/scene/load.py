@@ -9,8 +9,8 @@ from typing import Any
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
-from ab_sim.errors import SceneError
-from ab_sim.scene.explain import explain, nearest
+from ab_sim.errors import SceneError, nearest
+from ab_sim.scene.explain import explain
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
 
