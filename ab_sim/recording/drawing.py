@@ -36,7 +36,7 @@ class Drawing:
     race: float  # radius of the circle on which the balls' centres run
     eccentricity: float
     balls: int
-    ball: float  # radius
+    radii: tuple[float, ...]  # of the balls
 
     @classmethod
     def of(cls, description: Mapping[str, Any]) -> Drawing:
@@ -44,13 +44,22 @@ class Drawing:
         try:
             race, balls = 1e3 * float(description["race_radius"]), int(description["balls"])
             eccentricity = 1e3 * float(description["eccentricity"])
-            ball = 1e3 * float(description.get("ball_radius") or 0.0)
+            given = description.get("ball_radii")
+            if given is None:
+                given = [1e-3 * race * min(0.1, 2.5 / max(balls, 1))] * balls
+            radii = tuple(1e3 * float(radius) for radius in given)
         except (KeyError, TypeError, ValueError) as error:
             raise RecordingError(
                 "the description of a recording needs numbers for race_radius [m], "
-                f"eccentricity [m] and balls: {error!r}"
+                "eccentricity [m] and balls, and a list of numbers, or None, for ball_radii [m]: "
+                f"{error!r}"
             ) from error
-        return cls(race, eccentricity, balls, ball or race * min(0.1, 2.5 / max(balls, 1)))
+        if len(radii) != balls:
+            raise RecordingError(
+                f"the description of a recording gives {len(radii)} ball_radii for {balls} balls; "
+                "give one per ball, or None"
+            )
+        return cls(race, eccentricity, balls, radii)
 
     def document(self, description: Mapping[str, Any]) -> str:
         """Write the description for people, with its JSON in a fence for `read_recording`."""
@@ -68,7 +77,9 @@ class Drawing:
     def scenery(self) -> Parts:
         """What stays: archetypes, logged once."""
         r, turn = self.race, np.linspace(0, 2 * np.pi, 121)
-        wall_of_race = (r + self.ball) * np.column_stack([np.cos(turn), np.sin(turn)])
+        wall_of_race = (r + max(self.radii, default=0.0)) * np.column_stack(
+            [np.cos(turn), np.sin(turn)]
+        )
         c, mark = 0.1 * r, 0.75 * r
         cross = [[[-c, 0.0], [c, 0.0]], [[0.0, -c], [0.0, c]]]
         arm = [[[0.0, 0.0], [mark, 0.0]]]
@@ -82,7 +93,7 @@ class Drawing:
         )
         if self.balls:
             colors = [_HUES[ball % len(_HUES)] for ball in range(self.balls)]
-            yield "/top/rotor/balls", rr.Points2D.from_fields(colors=colors, radii=self.ball)
+            yield "/top/rotor/balls", rr.Points2D.from_fields(colors=colors, radii=self.radii)
             yield "/plot/balls", lines([f"ball {ball}" for ball in range(self.balls)])
         yield "/plot/whirl", lines(["W/e" if self.eccentricity else "W [mm]"])
 

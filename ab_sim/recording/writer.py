@@ -35,7 +35,8 @@ class Recording:
 
     :param path: the file; its folder must exist.
     :param description: what was run, JSON-able; kept as it is. The pictures use ``race_radius``
-        [m], ``eccentricity`` [m], ``balls`` (how many), ``ball_radius`` [m] (None: one that fits).
+        [m], ``eccentricity`` [m], ``balls`` (how many), ``ball_radii`` [m] (one per ball; None:
+        some that fit).
     """
 
     def __init__(self, path: Path | str, *, description: Mapping[str, Any]) -> None:

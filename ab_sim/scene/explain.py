@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from ab_sim.errors import nearest
 from ab_sim.scene.model import Scene
+from ab_sim.scene.quantities import EACH, ONE
 from ab_sim.scene.registry import effect_classes, effect_parameters
 
 _BOUNDS = {
@@ -44,6 +45,8 @@ def _keys(loc: tuple[Any, ...]) -> list[str]:
     parts = [str(part) for part in loc]
     if len(parts) > 2 and parts[0] == "profile":
         del parts[1]
+    if len(parts) > 2 and parts[2] in (ONE, EACH):
+        del parts[2]
     return parts
 
 
@@ -126,6 +129,8 @@ def _classes(annotation: Any) -> Iterable[type[BaseModel]]:
 
 def _meaning(loc: list[str]) -> str:
     """``; M, total mass [kg]``, or nothing when the key has no description."""
+    if loc[-1].isdecimal():  # an entry of a list
+        loc = loc[:-1]
     if loc[0] == "effects" and len(loc) == 3:
         field = effect_parameters(effect_classes()[loc[1]]).get(loc[2], {})
         description, unit = field.get("description"), field.get("unit")

@@ -5,10 +5,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from ab_sim.scene.quantities import Count, Number, quantity
+from ab_sim.scene.quantities import Count, Number, PerBall, quantity
 from ab_sim.scene.registry import effect_classes
 
 MAX_BALLS = 64
+
+Mass = Annotated[Number, Field(ge=1e-12, le=1e3)]
+Radius = Annotated[Number, Field(gt=0, le=10)]
+Angle = Annotated[Number, Field(ge=-1e10, le=1e10)]
 
 
 class Section(BaseModel):
@@ -53,20 +57,49 @@ class Race(Section):
 
 
 class Balls(Section):
-    """The balls, all equal."""
+    """The balls, all equal or each with a mass and a radius of its own."""
 
     count: Count = quantity("n", "1", ge=0, le=MAX_BALLS)
-    mass: Number | None = quantity("m, mass of one ball", "kg", ge=1e-12, le=1e3, default=None)
-    radius: Number | None = quantity(
-        "a, radius of one ball; only for effects that use it", "m", gt=0, le=10, default=None
+    mass: PerBall[Mass] | None = quantity(
+        "m, mass of a ball: one number for all, or a list with one per ball", "kg", default=None
     )
+    radius: PerBall[Radius] | None = quantity(
+        "a, radius of a ball: one number for all, or a list with one per ball; only for effects "
+        "that use it",
+        "m",
+        default=None,
+    )
+
+    @property
+    def masses(self) -> tuple[float, ...]:
+        """Each ball's mass [kg]; NaN where not given, which no checked scene has."""
+        return self._each(self.mass)
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """Each ball's radius [m]; NaN where not given."""
+        return self._each(self.radius)
+
+    @property
+    def total_mass(self) -> float:
+        """All balls together [kg]."""
+        # Rounded once: of equal balls it is exactly count * mass.
+        return math.fsum(self.masses)
+
+    def _each(self, value: float | tuple[float, ...] | None) -> tuple[float, ...]:
+        if isinstance(value, tuple):
+            return value
+        return (math.nan if value is None else value,) * self.count
 
 
 class Start(Section):
     """The state at t = 0: the deck at rest, the balls at rest on the race."""
 
     speed: Number = quantity("spindle speed", "rad/s", ge=-1e5, le=1e5, default=0.0)
-    ball_angles: tuple[Annotated[Number, Field(ge=-1e6, le=1e6)], ...] | None = quantity(
+    angle: Angle = quantity(
+        "psi, the spindle's angle: direction of the unbalance in space", "rad", default=0.0
+    )
+    ball_angles: tuple[Angle, ...] | None = quantity(
         "theta, each ball's angle from the unbalance; default all 0", "rad", default=None
     )
 
@@ -163,14 +196,14 @@ class Scene(Section):
         if self.rotor.total_mass is not None:
             return self.rotor.total_mass
         assert self.rotor.mass is not None
-        return self.rotor.mass + self.balls.count * (self.balls.mass or 0.0)
+        return self.rotor.mass + self.balls.total_mass
 
     @property
     def eccentric_mass(self) -> float:
         """M0 [kg]: the mass that is eccentric by e."""
         if self.rotor.eccentric_mass is not None:
             return self.rotor.eccentric_mass
-        return self.total_mass - self.balls.count * (self.balls.mass or 0.0)
+        return self.total_mass - self.balls.total_mass
 
     @property
     def ball_angles(self) -> tuple[float, ...]:
@@ -193,9 +226,23 @@ class Scene(Section):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scene":
-        for check in (_check_masses, _check_balls, _check_speeds, _check_profile):
+        for check in (_check_lists, _check_masses, _check_radii, _check_speeds, _check_profile):
             check(self)
         return self
+
+
+def _check_lists(scene: Scene) -> None:
+    balls, angles = scene.balls, scene.start.ball_angles
+    for key, values, what, instead in (
+        ("balls.mass", balls.mass, "masses", "or one number for all"),
+        ("balls.radius", balls.radius, "radii", "or one number for all"),
+        ("start.ball_angles", angles, "angles", "or leave it out to start all at 0"),
+    ):
+        if isinstance(values, tuple) and len(values) != balls.count:
+            raise ValueError(
+                f"{key}: has {len(values)} {what} for {balls.count} balls (balls.count); "
+                f"give one per ball, {instead}"
+            )
 
 
 def _check_masses(scene: Scene) -> None:
@@ -210,11 +257,11 @@ def _check_masses(scene: Scene) -> None:
         )
     if balls.count and balls.mass is None:
         raise ValueError(f"balls.mass: is needed, the scene has {balls.count} balls")
-    rest = scene.total_mass - balls.count * (balls.mass or 0.0)
+    rest = scene.total_mass - balls.total_mass
     if rest <= 0:
         raise ValueError(
             f"rotor.total_mass = {scene.total_mass:g} kg: must be more than the {balls.count} "
-            f"balls' {balls.count * (balls.mass or 0.0):g} kg that it includes"
+            f"balls' {balls.total_mass:g} kg that it includes"
         )
     if scene.eccentric_mass > rest * (1 + 1e-12):
         raise ValueError(
@@ -223,13 +270,9 @@ def _check_masses(scene: Scene) -> None:
         )
 
 
-def _check_balls(scene: Scene) -> None:
-    balls, given = scene.balls, scene.start.ball_angles
-    if given is not None and len(given) != balls.count:
-        raise ValueError(
-            f"start.ball_angles: has {len(given)} angles for {balls.count} balls (balls.count); "
-            "give one per ball, or leave it out to start all at 0"
-        )
+def _check_radii(scene: Scene) -> None:
+    balls, race = scene.balls, scene.race.radius
+    given = balls.radius if isinstance(balls.radius, tuple) else (balls.radius,)
     users = [
         name for name, effect in scene.effects.items() if getattr(effect, "uses_ball_radius", False)
     ]
@@ -237,15 +280,15 @@ def _check_balls(scene: Scene) -> None:
         raise ValueError(f"balls.radius: is needed by the effect {users[0]}")
     if balls.radius is not None and not users:
         known = [name for name, effect in effect_classes().items() if effect.uses_ball_radius]
+        shown = list(given) if given is balls.radius else balls.radius
         raise ValueError(
-            f"balls.radius = {balls.radius:g}: no effect of this scene uses the balls' radius; "
+            f"balls.radius = {shown}: no effect of this scene uses the balls' radius; "
             f"remove it, or name an effect that does ({', '.join(known)})"
         )
-    if balls.radius is not None and balls.radius >= scene.race.radius:
-        raise ValueError(
-            f"balls.radius = {balls.radius:g} m: must be less than race.radius = "
-            f"{scene.race.radius:g} m"
-        )
+    for ball, radius in enumerate(given):
+        if radius is not None and radius >= race:
+            key = f"balls.radius.{ball}" if given is balls.radius else "balls.radius"
+            raise ValueError(f"{key} = {radius:g} m: must be less than race.radius = {race:g} m")
 
 
 def _check_speeds(scene: Scene) -> None:

@@ -1,8 +1,10 @@
 """Checked numbers: finite, of a sane size, with the unit kept beside the field."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+T = TypeVar("T")
 
 
 def _not_a_bool(value: Any) -> Any:
@@ -14,6 +16,20 @@ def _not_a_bool(value: Any) -> Any:
 
 Number = Annotated[float, BeforeValidator(_not_a_bool), Field(allow_inf_nan=False)]
 Count = Annotated[int, BeforeValidator(_not_a_bool)]
+
+ONE, EACH = "<one>", "<each>"
+"""What pydantic puts behind the key of a ``PerBall``; no key of a scene."""
+
+
+def _one_or_each(value: Any) -> str:
+    return EACH if isinstance(value, list | tuple) else ONE
+
+
+# Told apart by hand: of a plain union pydantic reports why each member does not fit.
+PerBall = Annotated[
+    Annotated[T, Tag(ONE)] | Annotated[tuple[T, ...], Tag(EACH)], Discriminator(_one_or_each)
+]
+"""One value for all balls, or one for each."""
 
 
 def quantity(meaning: str, unit: str, **bounds: Any) -> Any:

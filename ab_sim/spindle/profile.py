@@ -79,9 +79,9 @@ class SpeedProfile:
         return piece.start_angle + piece.segment.angle(time - piece.start)
 
     @classmethod
-    def constant(cls, speed: float) -> "SpeedProfile":
-        """A speed [rad/s] held for ever."""
-        return cls((), speed)
+    def constant(cls, speed: float, start_angle: float = 0.0) -> "SpeedProfile":
+        """A speed [rad/s] held for ever; ``start_angle`` [rad] is psi at t = 0."""
+        return cls((), speed, start_angle=start_angle)
 
     @classmethod
     def start_up(
@@ -91,6 +91,7 @@ class SpeedProfile:
         target_speed: float,
         period: tuple[float, float, float] | None = None,
         period_start: float | None = None,
+        start_angle: float = 0.0,
     ) -> "SpeedProfile":
         """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
 
@@ -100,6 +101,7 @@ class SpeedProfile:
             target_speed: rad/s, held at the end.
             period: start speed [rad/s], duration [s] and acceleration [rad/s^2] of the period.
             period_start: its start time [s], where that is what is known exactly.
+            start_angle: psi at t = 0 [rad].
         """
         legs: list[tuple[float, float, float, float | None]]
         legs = [(start_speed, target_speed, acceleration, None)]
@@ -117,24 +119,39 @@ class SpeedProfile:
             (duration if duration is not None else (to - begin) / slope, Ramp(begin, slope))
             for begin, to, slope, duration in legs
         ]
-        return cls(segments, target_speed, variable_speed_period=begins)
+        return cls(segments, target_speed, start_angle=start_angle, variable_speed_period=begins)
 
     @classmethod
     def speed_change(
-        cls, start_speed: float, to_speed: float, start_time: float, duration: float
+        cls,
+        start_speed: float,
+        to_speed: float,
+        start_time: float,
+        duration: float,
+        start_angle: float = 0.0,
     ) -> "SpeedProfile":
-        """A raised-cosine change of speed (relative-stability (25))."""
+        """A raised-cosine change of speed (relative-stability (25)).
+
+        Args:
+            start_speed: rad/s, until ``start_time`` [s].
+            to_speed: rad/s, from ``duration`` [s] later on.
+            start_time: when the change begins.
+            duration: how long it takes.
+            start_angle: psi at t = 0 [rad].
+        """
         change = RaisedCosine(start_speed, to_speed - start_speed, duration)
-        return cls([(start_time, Ramp(start_speed, 0.0)), (duration, change)], to_speed)
+        segments: list[tuple[float, Segment]]
+        segments = [(start_time, Ramp(start_speed, 0.0)), (duration, change)]
+        return cls(segments, to_speed, start_angle=start_angle)
 
     @classmethod
     def of_scene(cls, scene: "Scene") -> "SpeedProfile":
         """The profile that a scene asks for; its start speed, held, if it asks for none."""
-        asked, first = scene.profile, scene.start.speed
+        asked, first, angle = scene.profile, scene.start.speed, scene.start.angle
         if asked is None:
-            return cls.constant(first)
+            return cls.constant(first, angle)
         if asked.kind == "speed_change":
-            return cls.speed_change(first, asked.to_speed, asked.start_time, asked.duration)
+            return cls.speed_change(first, asked.to_speed, asked.start_time, asked.duration, angle)
         period = start = None
         if asked.variable_speed_period is not None:
             p = asked.variable_speed_period
@@ -143,4 +160,4 @@ class SpeedProfile:
                 assert start is not None
                 at = first + asked.acceleration * start
             period = (at, p.duration, p.acceleration)
-        return cls.start_up(first, asked.acceleration, asked.target_speed, period, start)
+        return cls.start_up(first, asked.acceleration, asked.target_speed, period, start, angle)

@@ -37,7 +37,7 @@ def test_table_3(
     name = f"nsc-case-{case}"
     changes = []
     if balls == 1:
-        mass = 2 * (load_scene(name).balls.mass or 0.0)
+        mass = load_scene(name).balls.total_mass
         changes = ["balls.count=1", f"balls.mass={mass!r}", "start.ball_angles=[3.1]"]
     drive = Drive(load_scene(name, changes))
     drive.advance(round(CHANGE / drive.step))

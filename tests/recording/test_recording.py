@@ -24,7 +24,7 @@ STEP = 1e-3
 def describe(balls: int = 2, **changes: Any) -> dict[str, Any]:
     scene = {"effects": {"gravity": {"angle": 0.3}}, "note": 'three "ticks": ``` \n```json'}
     base = {"scene": scene, "race_radius": 0.01, "eccentricity": 1e-4, "balls": balls}
-    return base | {"ball_radius": None, "step": STEP} | changes
+    return base | {"ball_radii": None, "step": STEP} | changes
 
 
 def run(rows: int, balls: int = 2, seed: int = 0) -> tuple[list[str], NDArray[np.float64]]:
@@ -51,6 +51,14 @@ def cells(path: Path, entity: str, component: str) -> list[Any]:
             batch = chunk.to_record_batch()
             rows += zip(batch["step"].to_pylist(), batch[component].to_pylist(), strict=True)
     return [cell for _, cell in sorted(rows, key=lambda row: row[0])]
+
+
+def still(path: Path, entity: str, component: str) -> list[Any]:
+    """The cell of a component that does not change."""
+    for chunk in RrdReader(path).stream().to_chunks():
+        if chunk.entity_path == entity and chunk.is_static:
+            return chunk.to_record_batch()[component].to_pylist()[0]
+    raise AssertionError(f"nothing static at {entity}")
 
 
 @contextmanager
@@ -207,6 +215,16 @@ def test_a_balanced_rotor_has_no_division_by_zero(tmp_path: Path) -> None:
     np.testing.assert_allclose(whirl, 1e3 * np.hypot(samples[:, 5], samples[:, 6]))
 
 
+def test_every_ball_is_drawn_in_its_size_within_the_race(tmp_path: Path) -> None:
+    names, samples = run(3)
+    path = tmp_path / "run.rrd"
+    with Recording(path, description=describe(ball_radii=[1e-3, 2e-3])) as recording:
+        recording.block(names, samples)
+    assert still(path, "/top/rotor/balls", "Points2D:radii") == pytest.approx([1.0, 2.0])
+    wall = np.array(still(path, "/top/rotor/race", "LineStrips2D:strips")[0])
+    np.testing.assert_allclose(np.hypot(*wall.T), 12.0, rtol=1e-6)
+
+
 def test_the_file_carries_its_layout(tmp_path: Path) -> None:
     record(tmp_path / "run.rrd", *run(5))
     assert len(RrdReader(tmp_path / "run.rrd").blueprints()) == 1
@@ -321,6 +339,8 @@ def test_a_file_that_is_deleted_meanwhile_is_reported(tmp_path: Path, folder_too
     [
         ({"race_radius": None}, "race_radius"),
         ({"balls": "many"}, "balls"),
+        ({"ball_radii": 1e-3}, "ball_radii"),
+        ({"ball_radii": [1e-3]}, "1 ball_radii for 2 balls"),
         ({"step": {1, 2}}, "not JSON"),
     ],
 )

@@ -55,10 +55,16 @@ def test_changes() -> None:
     assert load_scene("nsc-case-1", ["balls.mass=0.002"]).total_mass == pytest.approx(0.22)
 
 
+def test_the_start_is_at_rest_at_zero_unless_told_otherwise() -> None:
+    assert load_scene("thesis-hold").start.angle == 0.0
+    far = load_scene("thesis-hold", ["start.angle=-1.0e+10", "start.ball_angles=[1.0e+10, 0]"])
+    assert far.start.angle == -1e10
+    assert far.ball_angles == (1e10, 0.0)
+
+
 def test_case_2_is_exactly_degenerate() -> None:
     scene = load_scene("nsc-case-2")
-    assert scene.balls.mass is not None
-    balls = scene.balls.count * scene.balls.mass * scene.race.radius
+    balls = scene.balls.total_mass * scene.race.radius
     assert balls == pytest.approx(scene.eccentric_mass * scene.rotor.eccentricity, rel=1e-15)
 
 
@@ -108,7 +114,10 @@ def test_case_2_is_exactly_degenerate() -> None:
         ("balls.mass=1e-320", ["balls.mass", "must be at least 1e-12"]),
         ("rotor.eccentricity=1e-320", ["rotor.eccentricity", "0 or at least 1e-12"]),
         ("start.ball_angles=0.5", ["start.ball_angles = 0.5: must be a list"]),
-        ("start.ball_angles=[1e300, 0]", ["start.ball_angles.0", "must be at most"]),
+        ("start.ball_angles=[1e300, 0]", ["start.ball_angles.0", "at most 1e+10", "[rad]"]),
+        ("start.angle=-1.1e10", ["start.angle = '-1.1e10': must be at least -1e+10", "[rad]"]),
+        ("start.angle=.inf", ["start.angle = inf: must be a finite number"]),
+        ("start.angle=[1]", ["start.angle = [1]: must be a number; psi"]),
         ("name=5", ["name = 5: must be a text"]),
         ("effects.suspension=[1000, 0.2]", ["effects.suspension = [1000, 0.2]"]),
         ("effects.suspension=3", ["effects.suspension = 3"]),

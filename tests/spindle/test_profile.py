@@ -1,6 +1,7 @@
 """Speed profiles: exact values, breakpoints, and consistency of angle, speed and acceleration."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -58,6 +59,25 @@ def test_raised_cosine_of_the_relative_stability_report() -> None:
         assert profile.speed(t) == pytest.approx(printed, rel=1e-12)
     assert profile.speed(9.0) == 1000.0
     assert profile.speed(11.0) == 900.0
+
+
+PROFILES: dict[str, Any] = {
+    "no profile": None,
+    "start_up": {"kind": "start_up", "acceleration": 40.0, "target_speed": 200.0},
+    "speed_change": {"kind": "speed_change", "start_time": 1.0, "duration": 0.5, "to_speed": 50.0},
+}
+
+
+@pytest.mark.parametrize("profile", PROFILES.values(), ids=list(PROFILES))
+def test_the_start_angle_is_added_to_every_angle(scene: Any, profile: Any) -> None:
+    plain, turned = (
+        SpeedProfile.of_scene(scene(start={"speed": 10.0, "angle": angle}, profile=profile))
+        for angle in (0.0, -0.75)
+    )
+    assert turned.angle(0.0) == -0.75
+    for t in (0.3, 1.2, 2.0, 9.0):
+        assert turned.angle(t) == pytest.approx(plain.angle(t) - 0.75, rel=1e-14)
+        assert turned.speed(t) == plain.speed(t)
 
 
 @pytest.mark.parametrize("segment", [Ramp(7.0, -3.0), RaisedCosine(7.0, -3.0, 2.0)])
