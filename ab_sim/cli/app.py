@@ -99,11 +99,13 @@ def scenes() -> None:
 
 
 @app.command()
-def effects() -> None:
+def effects(
+    name: Annotated[str | None, typer.Argument(help="Print this effect only.")] = None,
+) -> None:
     """List the effects that a scene can name: meaning, equation, source, parameters."""
     from ab_sim.cli.tables import print_effects
 
-    print_effects()
+    print_effects(name)
 
 
 @app.command()

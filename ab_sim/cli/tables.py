@@ -5,6 +5,7 @@ from rich.table import Table
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import linear_rates
+from ab_sim.errors import InputError, nearest
 from ab_sim.integrate.limits import largest_step
 from ab_sim.scene import find_scene, load_scene, scene_names
 from ab_sim.scene.registry import effect_classes, effect_parameters
@@ -22,15 +23,25 @@ def print_scenes() -> None:
     console.print(table)
 
 
-def print_effects() -> None:
-    """Every effect with its meaning, equation, source and parameters."""
-    for name, effect in effect_classes().items():
+def print_effects(only: str | None = None) -> None:
+    """Every effect, or only one, with its meaning, equation, source and parameters.
+
+    Raises:
+        InputError: there is none of that name; names the known ones and the nearest.
+    """
+    known = effect_classes()
+    if only is not None and only not in known:
+        raise InputError(
+            f"{only!r}: no such effect{nearest(only, known)}; known are: {', '.join(known)}"
+        )
+    for name, effect in known.items() if only is None else [(only, known[only])]:
         table = Table(title=name, title_justify="left", title_style="bold", show_header=False)
         table.add_row("meaning", " ".join((effect.__doc__ or "").split()))
         table.add_row("equation", effect.equation)
         table.add_row("source", effect.source)
         for key, field in effect_parameters(effect).items():
-            table.add_row(key, f"{field['description']} [{field['unit']}]")
+            default = f"; default {field['default']}" if "default" in field else ""
+            table.add_row(key, f"{field['description']} [{field['unit']}]{default}")
         if not effect_parameters(effect):
             table.add_row("parameters", "none")
         if effect.uses_ball_radius:
@@ -50,7 +61,7 @@ def print_check(name: str, changes: list[str]) -> None:
         table.add_row("critical speed", f"{scene.critical_speed:.4g} rad/s")
     unbalance = scene.eccentric_mass * scene.rotor.eccentricity
     if scene.balls.count and unbalance > 0:
-        reach = scene.balls.count * (scene.balls.mass or 0.0) * scene.race.radius / unbalance
+        reach = scene.balls.total_mass * scene.race.radius / unbalance
         table.add_row("balls' unbalance / rotor's", f"{reach:.4g}")
     table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
     table.add_row("stepper", f"{drive.stepper.name} (order {drive.stepper.order})")

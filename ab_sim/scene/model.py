@@ -228,6 +228,10 @@ class Scene(Section):
     def _consistent(self) -> "Scene":
         for check in (_check_lists, _check_masses, _check_radii, _check_speeds, _check_profile):
             check(self)
+        for effect in self.effects.values():
+            check_scene = getattr(effect, "check_scene", None)
+            if check_scene is not None:
+                check_scene(self)
         return self
 
 

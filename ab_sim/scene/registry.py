@@ -2,7 +2,12 @@
 
 An effect is a ``NamedTuple`` class: its fields are its parameters (each a checked number with
 meaning and unit), its docstring says what it does and where it comes from, and its methods are
-its physics (see ``ab_sim.dynamics.effects``). This room only needs the fields.
+its physics (see ``ab_sim.dynamics.effects``). This room only needs the fields, which may have
+defaults, and one optional method:
+
+    check_scene(self, scene) -> None
+        called with a scene that is sound otherwise; raises a ValueError if the effect makes no
+        sense in it, whose text names key, value, what is allowed and what to do
 """
 
 from collections.abc import Callable
@@ -45,7 +50,10 @@ def effect_classes() -> dict[str, type[Any]]:
 
 
 def effect_parameters(effect: type[Any]) -> dict[str, dict[str, Any]]:
-    """An effect's parameters: name to a dict with ``description``, ``unit`` and the bounds."""
+    """An effect's parameters: name to a dict with ``description``, ``unit``, bounds, ``default``.
+
+    A parameter without a ``default`` has to be given.
+    """
     schema = TypeAdapter(effect).json_schema()
     names = getattr(effect, "_fields", ())
     items = schema.get("prefixItems", [])

@@ -84,6 +84,7 @@ def test_json_to_standard_output_is_only_json() -> None:
         (("run", "thesis-hold", "--json", "no/r.json"), "there is no folder"),
         (("run", "thesis-hold", "--rrd", "/"), "is a folder"),
         (("run", "thesis-hold", "--set", "duration=1e5"), "every step is kept"),
+        (("effects", "viscus_drag"), "no such effect; did you mean 'viscous_drag'?; known are:"),
         (("run",), "Missing argument"),
         (("fly",), "No such command"),
         (("check", "missing.yaml"), "no such scene file"),
@@ -115,6 +116,8 @@ def test_lists_and_help() -> None:
     effects = ab_sim("effects").stdout
     for words in ("viscous_drag", "c_b [N s/m]", "thesis (2-8), (2-11)", "-c v - k u"):
         assert words in effects
+    only = ab_sim("effects", "viscous_drag").stdout
+    assert "c_b [N s/m]" in only and "ball_spin" not in only
     assert "is a valid scene" in ab_sim("check", "five-balls-8000-rpm").stdout
     assert __version__ in ab_sim("--version").stdout
     for command in ("run", "scenes", "effects", "check", "demo"):

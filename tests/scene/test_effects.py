@@ -1,0 +1,123 @@
+"""Effects as scenes see them: parameters with and without defaults, and effects that refuse."""
+
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple
+
+import pytest
+from pydantic import TypeAdapter
+
+from ab_sim.cli.tables import print_effects
+from ab_sim.errors import InputError, SceneError
+from ab_sim.scene import Scene, check_scene, load, load_scene, registry
+from ab_sim.scene.quantities import Number, quantity
+from ab_sim.scene.registry import effect_classes, effect_parameters, register
+
+
+class Magnets(NamedTuple):
+    """Attract the balls."""
+
+    strength: Annotated[Number, quantity("B", "T", ge=0, le=5)] = 0.25
+    angle: Annotated[Number, quantity("phi", "rad")] = 0.0
+
+    def check_scene(self, scene: Scene) -> None:
+        if self.strength > 0 and "viscous_drag" not in scene.effects:
+            raise ValueError(
+                f"effects.magnets.strength = {self.strength:g}: must be 0 without the effect "
+                "viscous_drag; add it, or set the strength to 0"
+            )
+
+
+@pytest.fixture
+def magnets(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """An effect all of whose parameters have defaults, and which refuses scenes without drag."""
+    monkeypatch.setattr(registry, "_effects", effect_classes())
+    register("magnets", equation="F = B", source="nowhere (1)")(Magnets)
+    load._effects_model.cache_clear()
+    yield
+    load._effects_model.cache_clear()
+
+
+def with_effects(scene: Any, *more: Any) -> Scene:
+    mapping = scene().as_mapping()
+    effects = [{name: parameters} for name, parameters in mapping["effects"].items()]
+    return check_scene({**mapping, "effects": [*effects, *more]}, "test")
+
+
+def test_a_bare_name_takes_the_defaults(scene: Any, magnets: None) -> None:
+    bare = with_effects(scene, "magnets")
+    assert bare.effects["magnets"] == (0.25, 0.0)
+    assert with_effects(scene, {"magnets": {"angle": 1}}).effects["magnets"] == (0.25, 1.0)
+    assert bare.as_mapping()["effects"]["magnets"] == {"strength": 0.25, "angle": 0.0}
+    assert check_scene(bare.as_mapping(), "again") == bare
+    assert load_scene("thesis-hold", ["effects.magnets.angle=2"]).effects["magnets"].angle == 2.0
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"strength": 6}, "effects.magnets.strength = 6: must be at most 5; B [T]"),
+        ({"strength": "lots"}, "effects.magnets.strength = 'lots': must be a number; B [T]"),
+        (
+            {"strenght": 1},
+            "effects.magnets.strenght = 1: not known here; did you mean 'strength'?; "
+            "allowed here: strength, angle",
+        ),
+    ],
+)
+def test_errors_in_parameters_with_defaults(
+    scene: Any, magnets: None, given: Any, words: str
+) -> None:
+    with pytest.raises(SceneError) as caught:
+        with_effects(scene, {"magnets": given})
+    assert str(caught.value) == f"test: {words}"
+
+
+def test_an_effect_can_refuse_a_scene(scene: Any, magnets: None) -> None:
+    mapping = with_effects(scene, "magnets").as_mapping()
+    del mapping["effects"]["viscous_drag"]
+    with pytest.raises(SceneError) as caught:
+        check_scene(mapping, "test")
+    assert str(caught.value) == (
+        "test: effects.magnets.strength = 0.25: must be 0 without the effect viscous_drag; add "
+        "it, or set the strength to 0"
+    )
+    mapping["effects"]["magnets"]["strength"] = 0.0
+    check_scene(mapping, "test")
+
+
+def test_an_effect_is_not_asked_about_a_scene_that_is_wrong_anyhow(
+    scene: Any, magnets: None
+) -> None:
+    mapping = with_effects(scene, "magnets").as_mapping()
+    del mapping["effects"]["viscous_drag"]
+    mapping["balls"]["mass"] = -1.0
+    with pytest.raises(SceneError) as caught:
+        check_scene(mapping, "test")
+    assert "balls.mass" in str(caught.value) and "magnets" not in str(caught.value)
+
+
+def test_a_printed_effect_shows_its_defaults(
+    magnets: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    print_effects("magnets")
+    printed = capsys.readouterr().out
+    assert "B [T]; default 0.25" in printed and "phi [rad]; default 0.0" in printed
+    assert "suspension" not in printed
+
+
+def test_an_effect_that_is_not_there_is_not_printed() -> None:
+    with pytest.raises(InputError, match=r"'suspensoin': no such effect; did you mean 'suspens"):
+        print_effects("suspensoin")
+
+
+@pytest.mark.parametrize(("name", "effect"), effect_classes().items())
+def test_defaults_are_what_checking_makes_of_them(name: str, effect: Any) -> None:
+    """An int for a float would have a kernel compiled of its own."""
+    defaults = effect._field_defaults
+    assert {key for key, field in effect_parameters(effect).items() if "default" in field} == {
+        *defaults
+    }
+    given = dict.fromkeys(effect._fields, 0.5) | defaults
+    checked = TypeAdapter(effect).validate_python(given)._asdict()
+    for key, default in defaults.items():
+        assert (checked[key], type(checked[key])) == (default, type(default)), key
