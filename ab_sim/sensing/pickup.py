@@ -1,0 +1,170 @@
+"""The accelerometer's signal chain, from specific force at every integration step to readings.
+
+The low-pass is H(s) = w^2 / (s^2 + sqrt(2) w s + w^2), w = 2 pi F_c, with the poles p and p*,
+p = w (-1 + i) / sqrt(2). Of its input g, what it has not followed yet is
+
+    g - H g = Re z + Im z,   z' = p z + g'
+
+and for a g that runs straight over a step h, which is the first-order (triangle) hold of
+Franklin, Powell and Workman, Digital Control of Dynamic Systems, 3rd ed., section 6.3,
+
+    z_k+1 = exp(p h) z_k + (exp(p h) - 1) / (p h) (g_k+1 - g_k)
+
+is exact. It is stable for every bandwidth, a constant passes unchanged to the last bit, and one
+complex number per axis is the whole state.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.dynamics.effects.accelerometer import Accelerometer, steps_per_sample
+from ab_sim.integrate.compile_cache import compiled
+
+NOISE_BLOCK = 1024
+"""Steps whose noise is drawn together; a part of what a seed means."""
+
+_STREAM = 0x616363656C65726F
+"""Half of the generator's key: another sensor with the same seed gets other noise."""
+
+
+class PickupState(NamedTuple):
+    """Everything that later readings depend on, besides the parameters and later forces."""
+
+    mode: np.ndarray
+    """The low-pass' z, per axis [m/s^2], complex, shape (2,)."""
+    force: np.ndarray
+    """Last input of the low-pass, noise included, per axis [m/s^2]."""
+    reading: np.ndarray
+    """The reading that is held, per axis [m/s^2]."""
+
+
+@compiled
+def _low_pass(
+    decay: complex,
+    drive: complex,
+    force: np.ndarray,
+    mode: np.ndarray,
+    last: np.ndarray,
+    passed: np.ndarray,
+) -> None:
+    # One step after the other, axis by axis: the order of operations knows no calls.
+    for k in range(force.shape[0]):
+        for i in range(force.shape[1]):
+            mode[i] = decay * mode[i] + drive * (force[k, i] - last[i])
+            last[i] = force[k, i]
+            passed[k, i] = last[i] - (mode[i].real + mode[i].imag)
+
+
+class Pickup:
+    """Turns specific force into an accelerometer's readings.
+
+    Steps are counted as in ``Trajectory``: the state at t = 0 is step 0. Readings are
+    bit-identical however the steps are grouped into calls, and after going back to a ``state``.
+    The noise of a step depends on the seed and the step's number only.
+
+    Args:
+        accelerometer: its parameters.
+        step: integration step [s].
+
+    Raises:
+        ValueError: there is no whole number of steps between samples.
+    """
+
+    def __init__(self, accelerometer: Accelerometer, step: float) -> None:
+        self.accelerometer = accelerometer
+        self.step = step
+        self.steps_per_sample = steps_per_sample(accelerometer.sample_rate, step)
+        turn = 2.0 * math.pi * accelerometer.bandwidth * step * complex(-1.0, 1.0) / math.sqrt(2.0)
+        self._decay = complex(np.exp(turn))
+        self._drive = complex(np.expm1(turn) / turn)
+        # White up to half the integration rate, with the one-sided spectrum noise_density^2.
+        self._noise_size = accelerometer.noise_density * math.sqrt(0.5 / step)
+        self._block = -1
+        self._block_noise = np.empty((0, 2))
+        self.reset(np.zeros(2))
+        # Compiled here, so that no live drive has to wait for it.
+        nothing = np.empty((0, 2))
+        _low_pass(self._decay, self._drive, nothing, self._mode, self._force, nothing)
+
+    def reset(self, initial: np.ndarray) -> None:
+        """Start anew, as if ``initial`` [m/s^2], on inertial axes, had acted for ever, noiseless.
+
+        The reading that is held until the first sample is that of ``initial``.
+        """
+        force = self._on_axes(np.asarray(initial, dtype=float).reshape(1, 2))[0]
+        self._mode = np.zeros(2, dtype=complex)
+        self._force = force
+        self._reading = self._digits(force)
+
+    @property
+    def reading(self) -> np.ndarray:
+        """The reading that is held [m/s^2], shape (2,)."""
+        return self._reading.copy()
+
+    @property
+    def state(self) -> PickupState:
+        """What to keep for going back to this instant; setting it goes there."""
+        return PickupState(self._mode.copy(), self._force.copy(), self._reading.copy())
+
+    @state.setter
+    def state(self, state: PickupState) -> None:
+        self._mode, self._force, self._reading = (part.copy() for part in state)
+
+    def process(self, first_step: int, specific_force: np.ndarray) -> np.ndarray:
+        """Readings at the end of consecutive integration steps.
+
+        Args:
+            first_step: number of the first of these steps; one more than the last one's of the
+                call before.
+            specific_force: acceleration minus gravity at the end of each step, on inertial axes
+                [m/s^2], shape (steps, 2).
+
+        Returns:
+            What the sensor shows then, on its own axes [m/s^2], shape (steps, 2). It takes a
+            sample at every step whose number is a multiple of ``steps_per_sample``, and holds it.
+        """
+        force = self._on_axes(np.asarray(specific_force, dtype=float))
+        count = len(force)
+        if count == 0:
+            return np.empty((0, 2))
+        if self._noise_size:
+            force += self._noise(first_step, count)
+        passed = np.empty_like(force)
+        _low_pass(self._decay, self._drive, force, self._mode, self._force, passed)
+        every = self.steps_per_sample
+        shown = np.vstack((self._reading, self._digits(passed[-first_step % every :: every])))
+        steps = np.arange(first_step, first_step + count)
+        readings = shown[steps // every - (first_step - 1) // every]
+        self._reading = readings[-1].copy()
+        return readings
+
+    def _on_axes(self, force: np.ndarray) -> np.ndarray:
+        # No matrix product: how those round depends on the number of rows.
+        x, y = force[:, 0], force[:, 1]
+        cosine = math.cos(self.accelerometer.axis_angle)
+        sine = math.sin(self.accelerometer.axis_angle)
+        return np.column_stack((cosine * x + sine * y, cosine * y - sine * x))
+
+    def _noise(self, first_step: int, count: int) -> np.ndarray:
+        start = first_step % NOISE_BLOCK
+        blocks = range(first_step // NOISE_BLOCK, (first_step + count - 1) // NOISE_BLOCK + 1)
+        drawn = [self._noise_of_block(block) for block in blocks]
+        noise = drawn[0] if len(drawn) == 1 else np.concatenate(drawn)
+        return noise[start : start + count]
+
+    def _noise_of_block(self, block: int) -> np.ndarray:
+        if block != self._block:
+            # 2^64 numbers lie between neighbouring blocks.
+            bits = np.random.Philox(
+                key=(_STREAM << 64) | self.accelerometer.seed, counter=block << 64
+            )
+            normal = np.random.Generator(bits).standard_normal((NOISE_BLOCK, 2))
+            self._block, self._block_noise = block, self._noise_size * normal
+        return self._block_noise
+
+    def _digits(self, force: np.ndarray) -> np.ndarray:
+        limit, resolution = self.accelerometer.range, self.accelerometer.resolution
+        clipped = np.clip(force, -limit, limit)
+        return resolution * np.rint(clipped / resolution) if resolution else clipped
