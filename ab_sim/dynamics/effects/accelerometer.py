@@ -1,10 +1,12 @@
 """An accelerometer on the deck."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from ab_sim.scene.model import Scene
 from ab_sim.scene.quantities import Count, Number, quantity
 from ab_sim.scene.registry import register
+
+if TYPE_CHECKING:
+    from ab_sim.scene.model import Scene
 
 RATE_TOLERANCE = 1e-6
 """Relative: a sample rate written with six digits or so counts as the rate that it means."""
@@ -68,7 +70,7 @@ class Accelerometer(NamedTuple):
         Count, quantity("picks the noise; the same seed, the same noise", "1", ge=0, le=10**9)
     ] = 0
 
-    def check_scene(self, scene: Scene) -> None:
+    def check_scene(self, scene: "Scene") -> None:
         """Check what does not follow from the parameters alone.
 
         Raises:
