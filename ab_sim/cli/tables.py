@@ -40,13 +40,17 @@ def print_effects(only: str | None = None) -> None:
         table.add_row("equation", effect.equation)
         table.add_row("source", effect.source)
         for key, field in effect_parameters(effect).items():
-            default = f"; default {field['default']}" if "default" in field else ""
+            default = f"; default {_short(field['default'])}" if "default" in field else ""
             table.add_row(key, f"{field['description']} [{field['unit']}]{default}")
         if not effect_parameters(effect):
             table.add_row("parameters", "none")
         if effect.uses_ball_radius:
             table.add_row("also uses", "balls.radius")
         console.print(table)
+
+
+def _short(value: float | None) -> str:
+    return "none" if value is None else f"{value:g}"
 
 
 def print_check(name: str, changes: list[str]) -> None:

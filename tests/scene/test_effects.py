@@ -17,7 +17,7 @@ class Magnets(NamedTuple):
     """Attract the balls."""
 
     strength: Annotated[Number, quantity("B", "T", ge=0, le=5)] = 0.25
-    angle: Annotated[Number, quantity("phi", "rad")] = 0.0
+    angle: Annotated[Number, quantity("phi", "rad")] = -1.5707963267948966
 
     def check_scene(self, scene: Scene) -> None:
         if self.strength > 0 and "viscous_drag" not in scene.effects:
@@ -45,9 +45,9 @@ def with_effects(scene: Any, *more: Any) -> Scene:
 
 def test_a_bare_name_takes_the_defaults(scene: Any, magnets: None) -> None:
     bare = with_effects(scene, "magnets")
-    assert bare.effects["magnets"] == (0.25, 0.0)
+    assert bare.effects["magnets"] == (0.25, Magnets().angle)
     assert with_effects(scene, {"magnets": {"angle": 1}}).effects["magnets"] == (0.25, 1.0)
-    assert bare.as_mapping()["effects"]["magnets"] == {"strength": 0.25, "angle": 0.0}
+    assert bare.as_mapping()["effects"]["magnets"] == Magnets()._asdict()
     assert check_scene(bare.as_mapping(), "again") == bare
     assert load_scene("thesis-hold", ["effects.magnets.angle=2"]).effects["magnets"].angle == 2.0
 
@@ -101,7 +101,7 @@ def test_a_printed_effect_shows_its_defaults(
 ) -> None:
     print_effects("magnets")
     printed = capsys.readouterr().out
-    assert "B [T]; default 0.25" in printed and "phi [rad]; default 0.0" in printed
+    assert "B [T]; default 0.25" in printed and "phi [rad]; default -1.5708" in printed
     assert "suspension" not in printed
 
 
