@@ -41,6 +41,22 @@ THESIS: dict[str, Any] = {
 }
 """The thesis' drive without friction, accelerating for ten seconds."""
 
+ProfileMaker = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture
+def with_hold() -> ProfileMaker:
+    """Makes a start-up with a variable-speed period, at constant speed unless told otherwise."""
+
+    def make(target_speed: float = 400.0, **period: float) -> dict[str, Any]:
+        return {
+            **THESIS["profile"],
+            "target_speed": target_speed,
+            "variable_speed_period": {"acceleration": 0.0, **period},
+        }
+
+    return make
+
 
 @pytest.fixture
 def scene() -> SceneMaker:

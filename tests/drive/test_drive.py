@@ -160,23 +160,14 @@ def test_commands_that_are_no_numbers(scene: Any, command: Any) -> None:
         Drive(scene()).command(command)
 
 
-def test_breakpoints_next_to_the_grid_and_within_one_step(scene: Any) -> None:
+def test_breakpoints_next_to_the_grid_and_within_one_step(scene: Any, with_hold: Any) -> None:
     """Off by rounding, a period shorter than a step, and several breakpoints in one step."""
 
     def final(step: float, start: float, duration: float) -> np.ndarray:
         drive = Drive(
             scene(
                 start={"ball_angles": [0.3, -0.9]},
-                profile={
-                    "kind": "start_up",
-                    "acceleration": 40.0,
-                    "target_speed": 400.0,
-                    "variable_speed_period": {
-                        "start_time": start,
-                        "duration": duration,
-                        "acceleration": 0.0,
-                    },
-                },
+                profile=with_hold(start_time=start, duration=duration),
                 solver={"step": step},
             )
         )
@@ -220,14 +211,8 @@ def test_command_during_a_raised_cosine(scene: Any) -> None:
     assert np.all(np.abs(steps - 1e-3 * 82.5) < 1e-3 * 8.0), "the angle goes on"
 
 
-def test_observing_across_a_breakpoint(scene: Any) -> None:
-    profile = {
-        "kind": "start_up",
-        "acceleration": 40.0,
-        "target_speed": 400.0,
-        "variable_speed_period": {"start_time": 0.1003, "duration": 1.0, "acceleration": 0.0},
-    }
-    drive = Drive(scene(profile=profile))
+def test_observing_across_a_breakpoint(scene: Any, with_hold: Any) -> None:
+    drive = Drive(scene(profile=with_hold(start_time=0.1003, duration=1.0)))
     drive.advance(100)
     assert drive.observe_at(0.1002).omega == pytest.approx(4.008)
     assert drive.observe_at(0.1008).omega == pytest.approx(4.012)

@@ -149,18 +149,12 @@ def test_friction_dissipates_and_the_balance_closes(scene: Any) -> None:
     assert not math.isclose(dissipated, without, rel_tol=1e-3), "it rubbed"
 
 
-def test_energy_balance_over_a_whole_start_up(scene: Any) -> None:
+def test_energy_balance_over_a_whole_start_up(scene: Any, with_hold: Any) -> None:
     """Friction off: closes to 1e-10 of the energy at every instant looked at."""
-    period = {"start_speed": 100.0, "duration": 0.5}
     drive = Drive(
         scene(
             start={"ball_angles": [0.3, -0.9]},
-            profile={
-                "kind": "start_up",
-                "acceleration": 40.0,
-                "target_speed": 200.0,
-                "variable_speed_period": period,
-            },
+            profile=with_hold(target_speed=200.0, start_speed=100.0, duration=0.5),
         ),
         ledger=True,
     )

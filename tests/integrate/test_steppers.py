@@ -17,21 +17,12 @@ STEPS = {"rk4": (1e-3, 5e-4, 2.5e-4), "tsit5": (2e-3, 1e-3, 5e-4), "rk8": (5e-3,
 """Below the stability limit, above rounding; each divides the time asked for."""
 
 
-def state_at(scene: Any, stepper: str, step: float, time: float = 3.2) -> np.ndarray:
-    """State after the run-up through the critical speed, with a hold that is off the grid."""
+def state_at(scene: Any, profile: Any, stepper: str, step: float, time: float = 3.2) -> np.ndarray:
+    """State after the run-up through the critical speed."""
     drive = Drive(
         scene(
             start={"ball_angles": [0.3, -0.9]},
-            profile={
-                "kind": "start_up",
-                "acceleration": 40.0,
-                "target_speed": 400.0,
-                "variable_speed_period": {
-                    "start_time": 2.51234,
-                    "duration": 0.2,
-                    "acceleration": 0,
-                },
-            },
+            profile=profile,
             solver={"stepper": stepper, "step": step},
         )
     )
@@ -40,10 +31,16 @@ def state_at(scene: Any, stepper: str, step: float, time: float = 3.2) -> np.nda
     return np.concatenate([now.theta, 100 * now.u / 1e-2])
 
 
+@pytest.fixture
+def hold(with_hold: Any) -> Any:
+    """A hold that is off every grid."""
+    return with_hold(start_time=2.51234, duration=0.2)
+
+
 @pytest.mark.parametrize("name", STEPPERS)
-def test_observed_order_is_the_declared_one(name: str, scene: Any) -> None:
-    exact = state_at(scene, "rk8", 5e-4)
-    errors = [np.abs(state_at(scene, name, step) - exact).max() for step in STEPS[name]]
+def test_observed_order_is_the_declared_one(name: str, scene: Any, hold: Any) -> None:
+    exact = state_at(scene, hold, "rk8", 5e-4)
+    errors = [np.abs(state_at(scene, hold, name, step) - exact).max() for step in STEPS[name]]
     order = np.polyfit(np.log(STEPS[name]), np.log(errors), 1)[0]
     assert order == pytest.approx(STEPPERS[name].order, abs=BAND), errors
 
@@ -72,9 +69,9 @@ def test_declared_order_is_not_exceeded(name: str) -> None:
     assert max(missed) > 1e-9
 
 
-def test_breakpoints_restart_the_step(scene: Any) -> None:
-    """The hold above is off every grid: an unrestarted step would be stuck at first order."""
-    fine, coarse = (state_at(scene, "rk8", step) for step in (5e-4, 2e-3))
+def test_breakpoints_restart_the_step(scene: Any, hold: Any) -> None:
+    """The hold is off every grid: an unrestarted step would be stuck at first order."""
+    fine, coarse = (state_at(scene, hold, "rk8", step) for step in (5e-4, 2e-3))
     assert np.abs(fine - coarse).max() < 1e-9
 
 
