@@ -28,6 +28,8 @@ class OfflineRun:
     """One per time asked for, in that order."""
     variable_speed_period: float | None
     """When the variable-speed period starts [s], where the profile has one."""
+    stepper: str
+    """Name of the stepper that ran it, which a scene may leave to be chosen."""
 
     def report(self) -> dict[str, Any]:
         """Everything as JSON-able values, SI units: see ``ab-sim run --help``."""
@@ -40,7 +42,7 @@ class OfflineRun:
             "settling_period": (None if start is None else settling_period(self.trajectory, start)),
             "scene": self.scene.name,
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
-            "stepper": self.scene.solver.stepper,
+            "stepper": self.stepper,
             "step": self.scene.solver.step,
             "duration": float(self.trajectory["time"][-1]),
             "version": ab_sim.__version__,
@@ -97,6 +99,7 @@ def run_scene(
         Trajectory.join(taken),
         tuple(samples[time] for time in times),
         drive.profile.variable_speed_period,
+        drive.stepper.name,
     )
 
 

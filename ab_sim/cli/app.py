@@ -54,7 +54,7 @@ def run(
         typer.Option(metavar="T,T,...", help="When to take samples [s], e.g. 2.5,3,6."),
     ] = None,
     stepper: Annotated[
-        str | None, typer.Option(help="Stepper instead of the scene's: rk4, tsit5 or rk8.")
+        str | None, typer.Option(help="Stepper instead of the scene's: auto, rk4, tsit5 or rk8.")
     ] = None,
     step: Annotated[float | None, typer.Option(help="Step instead of the scene's [s].")] = None,
     json: Annotated[

@@ -157,7 +157,10 @@ class SpeedChange(Section):
 class Solver(Section):
     """The integrator and its fixed step."""
 
-    stepper: str = Field(default="rk8", description="name of a registered stepper")
+    stepper: str = Field(
+        default="auto",
+        description="name of a registered stepper, or auto: chosen for the scene",
+    )
     step: Number = quantity(
         "integration step; a whole number of nanoseconds", "s", gt=0, le=1.0, default=1e-3
     )

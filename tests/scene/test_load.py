@@ -62,6 +62,12 @@ def test_the_start_is_at_rest_at_zero_unless_told_otherwise() -> None:
     assert far.ball_angles == (1e10, 0.0)
 
 
+def test_the_stepper_is_chosen_for_the_scene_unless_it_names_one(scene: Any) -> None:
+    assert scene(solver=None).solver.stepper == "auto"
+    assert {load_scene(name).solver.stepper for name in EXPECTED} == {"auto"}
+    assert load_scene("thesis-hold", ["solver.stepper=rk4"]).solver.stepper == "rk4"
+
+
 def test_case_2_is_exactly_degenerate() -> None:
     scene = load_scene("nsc-case-2")
     balls = scene.balls.total_mass * scene.race.radius
