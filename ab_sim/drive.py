@@ -7,8 +7,7 @@ import numpy as np
 
 import ab_sim
 from ab_sim.dynamics.assemble import (
-    friction_kick,
-    linear_rates,
+    start_modes,
     start_state,
     state_bounds,
     state_names,
@@ -16,19 +15,18 @@ from ab_sim.dynamics.assemble import (
 )
 from ab_sim.dynamics.driving_force import driving_force
 from ab_sim.dynamics.ledger import mechanical_energy
-from ab_sim.dynamics.motion import Deck
-from ab_sim.dynamics.scratch import WIDTH
+from ab_sim.dynamics.motion import Deck, Spindle
+from ab_sim.dynamics.neighbours import reduced
+from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, Place, gravity, has_friction, has_motor
 from ab_sim.errors import DivergedError, SceneError
-from ab_sim.integrate.fixed_step import Workspace, acceleration_at, advance
-from ab_sim.integrate.limits import check_step
-from ab_sim.integrate.registry import stepper_named
+from ab_sim.integrate.choose import choose_stepper
+from ab_sim.integrate.fixed_step import acceleration_at, advance, settle_at
+from ab_sim.integrate.workspace import workspace
 from ab_sim.observation import Energy, Observation, Snapshot
 from ab_sim.scene.model import Scene
+from ab_sim.sensing import Pickup
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
 from ab_sim.trajectory import Trajectory, channels_for
-
-MAX_KICK = 1.0
-"""rad/s that friction may change a ball's speed by in one step."""
 
 
 def describe(scene: Scene) -> dict[str, Any]:
@@ -36,16 +34,17 @@ def describe(scene: Scene) -> dict[str, Any]:
 
     ``check_scene(describe(scene)["scene"], "a recording")`` gives the scene back.
     """
+    radii = scene.balls.radii
     return {
         "version": ab_sim.__version__,
         "scene": scene.as_mapping(),
         "effects": list(scene.effects),
-        "stepper": scene.solver.stepper,
+        "stepper": choose_stepper(scene, system_of(scene)).stepper.name,
         "step": scene.solver.step,
         "race_radius": scene.race.radius,
         "eccentricity": scene.rotor.eccentricity,
         "balls": scene.balls.count,
-        "ball_radius": scene.balls.radius,
+        "ball_radii": None if any(map(math.isnan, radii)) else list(radii),
     }
 
 
@@ -72,20 +71,25 @@ class Drive:
             )
         self.scene = scene
         self.system = system_of(scene, ledger)
-        self.stepper = stepper_named(scene.solver.stepper)
+        self.choice = choose_stepper(scene, self.system)
+        self.stepper = self.choice.stepper
         self.step = scene.solver.step
-        check_step(self.stepper, self.step, linear_rates(self.system, scene.spindle.max_speed))
-        self._check_friction()
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
-        self.channels = channels_for(scene.balls.count)
+        self._has_motor = bool(has_motor(self.system.effects))
+        self._rubs = bool(has_friction(self.system.effects))
+        self._gravity = np.array(gravity(self.system.effects))
+        pickup = scene.effects.get("accelerometer")
+        self._pickup = None if pickup is None else Pickup(pickup, self.step)
+        self.channels = channels_for(scene.balls.count, self._has_motor, pickup is not None)
         self._first_profile = (
-            SpeedProfile.constant(scene.start.speed) if commanded else SpeedProfile.of_scene(scene)
+            SpeedProfile.constant(scene.start.speed, scene.start.angle)
+            if commanded
+            else SpeedProfile.of_scene(scene)
         )
-        balls, states = scene.balls.count, start_state(scene, self.system).size
-        self._work = Workspace(
-            np.zeros((self.stepper.stages, states)),
-            np.zeros(states),
-            np.zeros((balls, WIDTH)),
+        self._work = workspace(
+            self.system,
+            self.stepper.slopes,
+            self.stepper.nodes,
             state_bounds(self.system, self.step),
         )
         self.reset()
@@ -95,13 +99,30 @@ class Drive:
         """Simulated time [s]: whole steps times the step."""
         return self.steps * self.step
 
+    @property
+    def events(self) -> int:
+        """Events located so far: reversals, sticking, release, impacts, limits of the motor."""
+        return int(self._work.counts[0])
+
+    @property
+    def crowded_steps(self) -> int:
+        """Steps so far with too many events to locate them all; their results are less accurate."""
+        return int(self._work.counts[1])
+
     def reset(self) -> None:
         """Back to t = 0 and the scene's start state; commands are forgotten."""
         self.steps = 0
         self.profile = self._first_profile
         self._command: float | None = None
         self._state = start_state(self.scene, self.system)
+        self._modes = start_modes(self.scene, self.system)
+        self._work.counts[:] = 0
+        piece = self._piece_at(0.0)
+        settle_at(self.system, _place(piece), -piece.start, self._state, self._modes, self._work)
         self._start_energy = self._stored_energy(self._state, 0.0)
+        if self._pickup is not None:
+            # As if the drive had hung at rest for ever.
+            self._pickup.reset(-self._gravity)
 
     def command(self, speed: float) -> None:
         """Ask for a spindle speed [rad/s] from the present instant on.
@@ -133,9 +154,9 @@ class Drive:
         """
         if steps < 0:
             raise ValueError(f"steps = {steps}: must be at least 0")
-        rows = np.empty((steps, self._state.size + 2))
-        spindle = np.empty((steps, 2))
-        done = 0
+        rows = np.empty((steps, self._state.size + 3))
+        spindle = np.empty((steps, 3))
+        first, done = self.steps + 1, 0
         while done < steps:
             piece = self._piece_at(self.time)
             whole = self._steps_until(piece.end, steps - done)
@@ -149,7 +170,11 @@ class Drive:
             spindle[done : done + whole, 0] = piece.start_angle + piece.segment.angle(local)
             spindle[done : done + whole, 1] = piece.segment.speed(local)
             done += whole
-        return self._trajectory(rows, spindle)
+        spindle[:, 2] = spindle[:, 1] if self._command is None else self._command
+        if self._has_motor:
+            at = 4 + 2 * self.scene.balls.count
+            spindle[:, :2] = rows[:, at : at + 2]
+        return self._trajectory(first, rows, spindle)
 
     def present(self) -> Trajectory:
         """The present as a trajectory of one sample."""
@@ -157,7 +182,11 @@ class Drive:
         row = np.empty((1, len(self.channels)))
         row[0, :5] = now.steps, now.time, now.psi, now.omega, now.command
         row[0, 5:11] = *now.position, *now.velocity, *now.acceleration
-        row[0, 11::2], row[0, 12::2] = now.theta, now.theta_rate
+        balls = slice(11, 11 + 2 * self.scene.balls.count)
+        row[0, balls] = np.column_stack([now.theta, now.theta_rate]).ravel()
+        extra = [now.motor_torque] if self._has_motor else []
+        extra += [] if now.accelerometer is None else now.accelerometer.tolist()
+        row[0, balls.stop :] = extra
         return Trajectory(self.channels, row)
 
     def observe(self) -> Observation:
@@ -178,13 +207,14 @@ class Drive:
                 f"time = {time} s: must lie within the next step, "
                 f"{self.time} to {self.time + self.step} s"
             )
-        kept = self._state.copy()
+        kept, modes, counts = self._state.copy(), self._modes.copy(), self._work.counts.copy()
         try:
             if time - self.time > self._snap(time):
-                self._split_step(time, np.empty((1, kept.size + 2)))
+                self._split_step(time, np.empty((1, kept.size + 3)))
             return self._observation(time, self._state)
         finally:
-            self._state[:] = kept
+            self._state, self._modes = kept, modes
+            self._work.counts[:] = counts
 
     def energy(self) -> Energy:
         """The energy balance since the start.
@@ -200,7 +230,15 @@ class Drive:
 
     def snapshot(self) -> Snapshot:
         """The present, to return to with ``restore``."""
-        return Snapshot(self.steps, self.step, self._state.copy(), self.profile, self._command)
+        return Snapshot(
+            self.steps,
+            self.step,
+            self._state.copy(),
+            self._modes.copy(),
+            self.profile,
+            self._command,
+            None if self._pickup is None else self._pickup.state,
+        )
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot of this drive or of another one with the same scene."""
@@ -211,19 +249,9 @@ class Drive:
             snapshot.profile,
             snapshot.command,
         )
-        self._state = snapshot.state.copy()
-
-    def _check_friction(self) -> None:
-        # Reversals are not located within a step: friction that turns a ball round at one blow
-        # would only make it chatter.
-        kick = friction_kick(self.system, self.scene.spindle.max_speed)
-        if kick * self.step > MAX_KICK:
-            raise SceneError(
-                f"solver.step = {self.step:g} s: friction changes a ball's speed by "
-                f"{kick * self.step:.3g} rad/s within one step at spindle.max_speed; reversals "
-                f"are not located, so at most {MAX_KICK:g} rad/s can be followed: use a step of "
-                f"at most {MAX_KICK / kick:.2g} s, less friction or a lower spindle.max_speed"
-            )
+        self._state, self._modes = snapshot.state.copy(), snapshot.modes.copy()
+        if self._pickup is not None and snapshot.pickup is not None:
+            self._pickup.state = snapshot.pickup
 
     def _snap(self, time: float) -> float:
         """How far apart two times may be and still be the same instant."""
@@ -260,12 +288,13 @@ class Drive:
         clock = (self.steps, self.step, offset)
         taken = advance(
             self.system,
-            piece.segment,
+            _place(piece),
             self.stepper.weights,
             piece.start,
             clock,
             length,
             self._state,
+            self._modes,
             self._work,
             rows,
         )
@@ -296,49 +325,77 @@ class Drive:
 
     def _stored_energy(self, state: np.ndarray, time: float) -> float:
         n = self.scene.balls.count
-        u1, u2, v1, v2 = state[:4].tolist()
-        deck = Deck(u1, u2, v1, v2, self.profile.speed(time), 0.0)
-        return mechanical_energy(self.system, deck, state[4 : 4 + n], state[4 + n : 4 + 2 * n])
+        psi, omega = self._spindle(state, time)
+        spindle = Spindle(omega, 0.0, math.cos(psi), math.sin(psi), 0.0, 0.0)
+        angles, rates = state[4 : 4 + n], state[4 + n : 4 + 2 * n]
+        return mechanical_energy(self.system, Deck(*state[:4].tolist()), spindle, angles, rates)
 
-    def _trajectory(self, rows: np.ndarray, spindle: np.ndarray) -> Trajectory:
+    def _spindle(self, state: np.ndarray, time: float) -> tuple[float, float]:
+        """psi [rad], unwrapped, and w [rad/s]."""
+        if self._has_motor:
+            at = 4 + 2 * self.scene.balls.count
+            psi, omega = state[at : at + 2].tolist()
+            return psi + 2.0 * math.pi * float(self._modes[-1, TURNS]), omega
+        piece = self._piece_at(time)
+        local = time - piece.start
+        return (
+            float(piece.start_angle + piece.segment.angle(local)),
+            float(piece.segment.speed(local)),
+        )
+
+    def _trajectory(self, first: int, rows: np.ndarray, spindle: np.ndarray) -> Trajectory:
         n = self.scene.balls.count
         samples = np.empty((len(rows), len(self.channels)))
-        samples[:, 0] = np.arange(self.steps - len(rows) + 1, self.steps + 1)
+        samples[:, 0] = np.arange(first, first + len(rows))
         samples[:, 1] = samples[:, 0] * self.step
-        samples[:, 2:4] = spindle
-        samples[:, 4] = spindle[:, 1] if self._command is None else self._command
+        samples[:, 2:5] = spindle
         c, s = np.cos(spindle[:, 0]), np.sin(spindle[:, 0])
-        for column, first in ((5, 0), (7, 2), (9, rows.shape[1] - 2)):
-            one, two = rows[:, first], rows[:, first + 1]
+        for column, at in ((5, 0), (7, 2), (9, rows.shape[1] - 3)):
+            one, two = rows[:, at], rows[:, at + 1]
             samples[:, column] = c * one - s * two
             samples[:, column + 1] = s * one + c * two
-        samples[:, 11::2] = rows[:, 4 : 4 + n]
-        samples[:, 12::2] = rows[:, 4 + n : 4 + 2 * n]
+        after = 11 + 2 * n
+        samples[:, 11:after:2] = rows[:, 4 : 4 + n]
+        samples[:, 12:after:2] = rows[:, 4 + n : 4 + 2 * n]
+        if self._has_motor:
+            samples[:, after] = rows[:, -1]
+        if self._pickup is not None:
+            force = samples[:, 9:11] - self._gravity
+            samples[:, -2:] = self._pickup.process(first, force)
         return Trajectory(self.channels, samples)
 
     def _observation(self, time: float, state: np.ndarray) -> Observation:
         n = self.scene.balls.count
         piece = self._piece_at(time)
-        local = time - piece.start
-        psi = float(piece.start_angle + piece.segment.angle(local))
-        omega = float(piece.segment.speed(local))
+        psi, omega = self._spindle(state, time)
         rotation = np.array([[math.cos(psi), -math.sin(psi)], [math.sin(psi), math.cos(psi)]])
-        A = acceleration_at(self.system, piece.segment, local, state, self._work)
-        position, theta, rate = rotation @ state[:2], state[4 : 4 + n], state[4 + n : 4 + 2 * n]
+        a1, a2, torque = acceleration_at(
+            self.system, _place(piece), time - piece.start, state, self._modes, self._work
+        )
+        theta = state[4 : 4 + n] + 2.0 * math.pi * self._modes[:n, TURNS]
+        position, rate = rotation @ state[:2], state[4 + n : 4 + 2 * n]
+        commanded = float(piece.segment.speed(time - piece.start))
         return Observation(
             time=time,
             steps=self.steps,
             psi=psi,
             omega=omega,
-            command=omega if self._command is None else self._command,
+            command=commanded if self._command is None else self._command,
             u=state[:2].copy(),
             v=state[2:4].copy(),
             position=position,
             velocity=rotation @ state[2:4],
-            acceleration=rotation @ np.array(A),
-            theta=theta.copy(),
+            acceleration=rotation @ np.array([a1, a2]),
+            theta=theta,
             theta_rate=rate.copy(),
+            stuck=(self._modes[:n, DIRECTION] == 0) & (self._modes[:n, LOADED] == 1) & self._rubs,
             driving_force=driving_force(
                 self.scene, position[0], position[1], psi + theta, omega + rate
             ),
+            motor_torque=torque if self._has_motor else math.nan,
+            accelerometer=None if self._pickup is None else self._pickup.reading,
         )
+
+
+def _place(piece: Piece) -> Place:
+    return Place(piece.segment, reduced(piece.start_angle)[0])

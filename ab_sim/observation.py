@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.sensing import PickupState
 from ab_sim.spindle import SpeedProfile
 
 
@@ -36,9 +37,15 @@ class Observation:
     """Ball angles from the unbalance [rad], unwrapped, shape (balls,)."""
     theta_rate: np.ndarray
     """Ball speeds relative to the race [rad/s], shape (balls,)."""
+    stuck: np.ndarray
+    """Whether friction holds a ball on the race, shape (balls,)."""
     driving_force: np.ndarray
     """Driving force on the balls [N], shape (balls,): thesis (2-15), signed; positive
     drives towards falling theta."""
+    motor_torque: float
+    """N m; NaN where the speed is prescribed."""
+    accelerometer: np.ndarray | None
+    """What the accelerometer shows, on its axes [m/s^2], shape (2,); None without one."""
 
     @property
     def whirl(self) -> float:
@@ -66,5 +73,7 @@ class Snapshot(NamedTuple):
     steps: int
     step: float
     state: np.ndarray
+    modes: np.ndarray
     profile: SpeedProfile
     command: float | None
+    pickup: PickupState | None

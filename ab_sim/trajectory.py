@@ -20,10 +20,12 @@ DECK_CHANNELS = (
 )
 
 
-def channels_for(balls: int) -> tuple[str, ...]:
-    """Names of the columns for a number of balls."""
+def channels_for(balls: int, motor: bool = False, accelerometer: bool = False) -> tuple[str, ...]:
+    """Names of the columns for a number of balls, and for what else a scene has."""
     each = (f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate"))
-    return (*DECK_CHANNELS, *each)
+    torque = ("motor_torque",) if motor else ()
+    readings = ("accelerometer_1", "accelerometer_2") if accelerometer else ()
+    return (*DECK_CHANNELS, *each, *torque, *readings)
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,8 @@ class Trajectory:
     ``step`` counts integration steps; ``time`` [s]; ``angle`` and ``speed`` of the spindle [rad,
     rad/s]; ``command`` [rad/s], the speed asked for; ``x``, ``y``, ``vx``, ``vy``, ``ax``, ``ay``
     of the deck on inertial axes [m, m/s, m/s^2]; per ball its ``angle`` from the unbalance,
-    unwrapped [rad], and its ``rate`` relative to the race [rad/s].
+    unwrapped [rad], and its ``rate`` relative to the race [rad/s]; with a motor its
+    ``motor_torque`` [N m]; with an accelerometer its readings ``accelerometer_1`` and ``_2``.
     """
 
     channels: tuple[str, ...]
@@ -55,7 +58,7 @@ class Trajectory:
     @property
     def balls(self) -> int:
         """Number of balls."""
-        return (len(self.channels) - len(DECK_CHANNELS)) // 2
+        return sum(name.startswith("ball_") for name in self.channels) // 2
 
     @property
     def whirl(self) -> np.ndarray:
@@ -65,9 +68,11 @@ class Trajectory:
     @property
     def ball_angles(self) -> np.ndarray:
         """theta_i [rad], shape (samples, balls)."""
-        return self.samples[:, len(DECK_CHANNELS) :: 2]
+        first = len(DECK_CHANNELS)
+        return self.samples[:, first : first + 2 * self.balls : 2]
 
     @property
     def ball_rates(self) -> np.ndarray:
         """theta_i' [rad/s], shape (samples, balls)."""
-        return self.samples[:, len(DECK_CHANNELS) + 1 :: 2]
+        first = len(DECK_CHANNELS) + 1
+        return self.samples[:, first : first + 2 * self.balls : 2]

@@ -1,4 +1,4 @@
-"""Sums over a scene's effects that numba resolves while it compiles.
+"""Choices over a scene's effects that numba makes while it compiles.
 
 The *types* of a scene's effects say which code its kernel holds: an effect without the method
 in question adds nothing, not even a zero, and numba's cache keys on exactly these types.
@@ -11,24 +11,31 @@ from numba.extending import overload, register_jitable
 
 COMPILED = {"error_model": "numpy"}
 
+_methods_of: dict[Callable[[Any], bool], tuple[str, ...]] = {}
+
 
 def sum_over_effects(method: str, zero: Any) -> Callable[..., Any]:
     """A function ``total(effects, *arguments)`` that sums ``effect.method(*arguments)``.
 
     Args:
         method: name of the method; effects that lack it are left out.
-        zero: the sum over none; a float, or a pair of floats for a vector.
+        zero: the sum over none; a float, or a tuple of two or four floats for a vector.
 
     Returns:
         A function that serves in compiled code and in plain Python alike.
     """
-    pair = isinstance(zero, tuple)
+    add = {1: _add_numbers, 2: _add_pairs, 4: _add_fours}[
+        len(zero) if isinstance(zero, tuple) else 1
+    ]
 
     def total(effects: Any, *arguments: Any) -> Any:
-        terms = [getattr(e, method)(*arguments) for e in effects if hasattr(e, method)]
-        if pair:
-            return tuple(sum(part) for part in zip(*terms, strict=True)) if terms else zero
-        return sum(terms, zero)
+        present = [effect for effect in effects if hasattr(effect, method)]
+        if not present:
+            return zero
+        value = getattr(present[0], method)(*arguments)
+        for effect in present[1:]:
+            value = add(value, getattr(effect, method)(*arguments))
+        return value
 
     @overload(total, jit_options=COMPILED, strict=False)
     def resolve(effects: Any, *arguments: Any) -> Any:
@@ -41,33 +48,73 @@ def sum_over_effects(method: str, zero: Any) -> Callable[..., Any]:
         first = register_jitable(**COMPILED)(head)
         if not any(hasattr(cls, method) for cls in classes[1:]):
             return lambda effects, *arguments: first(effects[0], *arguments)
-        if pair:
-
-            def add_pairs(effects: Any, *arguments: Any) -> Any:
-                f, g = first(effects[0], *arguments), total(effects[1:], *arguments)
-                return (f[0] + g[0], f[1] + g[1])
-
-            return add_pairs
-        return lambda effects, *arguments: (
-            first(effects[0], *arguments) + total(effects[1:], *arguments)
+        plus = register_jitable(**COMPILED)(add)
+        return lambda effects, *arguments: plus(
+            first(effects[0], *arguments), total(effects[1:], *arguments)
         )
 
     return total
 
 
-def any_effect_has(method: str) -> Callable[[Any], bool]:
-    """A function of a scene's effects: whether one has the method; a constant when compiled."""
+def _add_numbers(f: Any, g: Any) -> Any:
+    return f + g
+
+
+def _add_pairs(f: Any, g: Any) -> Any:
+    return (f[0] + g[0], f[1] + g[1])
+
+
+def _add_fours(f: Any, g: Any) -> Any:
+    return (f[0] + g[0], f[1] + g[1], f[2] + g[2], f[3] + g[3])
+
+
+def any_effect_has(*methods: str) -> Callable[[Any], bool]:
+    """A function of a scene's effects: whether one has one of the methods.
+
+    Compiled, it is a constant, so that the branch not taken is not in the kernel.
+    """
 
     def present(effects: Any) -> bool:
-        return any(hasattr(effect, method) for effect in effects)
+        return any(hasattr(effect, method) for effect in effects for method in methods)
 
     @overload(present, jit_options=COMPILED, strict=False)
     def resolve(effects: Any) -> Any:
-        if any(hasattr(effect_class(kind), method) for kind in effects):
+        classes = [effect_class(kind) for kind in effects]
+        if any(hasattr(cls, method) for cls in classes for method in methods):
             return lambda effects: True
         return lambda effects: False
 
+    _methods_of[present] = methods
     return present
+
+
+def chosen_by(
+    present: Callable[[Any], bool], yes: Callable[..., Any], no: Callable[..., Any]
+) -> Callable[..., Any]:
+    """A function ``call(system, *arguments)``: ``yes`` or ``no``, as the system's effects ask.
+
+    Unlike an ``if``, it keeps the other one from being compiled at all.
+
+    Args:
+        present: made by ``any_effect_has``.
+        yes, no: functions of the system and further arguments.
+    """
+    methods = _methods_of[present]
+
+    def call(system: Any, *arguments: Any) -> Any:
+        return (yes if present(system.effects) else no)(system, *arguments)
+
+    @overload(call, jit_options=COMPILED, strict=False)
+    def resolve(system: Any, *arguments: Any) -> Any:
+        kinds = system.types[system.fields.index("effects")]
+        classes = [effect_class(kind) for kind in kinds]
+        found = any(hasattr(cls, method) for cls in classes for method in methods)
+        body = yes if found else no
+        if not hasattr(body, "py_func"):
+            body = register_jitable(**COMPILED)(body)
+        return lambda system, *arguments: body(system, *arguments)
+
+    return call
 
 
 def forward(method: str) -> Callable[..., Any]:

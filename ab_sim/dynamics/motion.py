@@ -18,6 +18,9 @@ class Body(NamedTuple):
     """e [m]."""
     race_radius: float
     """R [m]."""
+    sag_x: float
+    sag_y: float
+    """[m], where the deck hangs at rest, from the unloaded suspension, on axes fixed in space."""
 
 
 class Ball(NamedTuple):
@@ -30,36 +33,27 @@ class Ball(NamedTuple):
 
 
 class Deck(NamedTuple):
-    """Motion of the deck on the rotating axes, and of the spindle."""
+    """Motion of the deck, on the rotating axes or on axes fixed in space, as is said there."""
 
-    u1: float
-    u2: float
-    """u [m], displacement."""
-    v1: float
-    v2: float
-    """v [m/s], inertial velocity."""
+    x: float
+    y: float
+    """[m], displacement from the unloaded suspension."""
+    vx: float
+    vy: float
+    """[m/s], inertial velocity."""
+
+
+class Spindle(NamedTuple):
+    """Motion of the spindle."""
+
     speed: float
-    """w [rad/s], spindle speed."""
+    """w [rad/s]."""
     acceleration: float
-    """al [rad/s^2], spindle acceleration as far as the scene calls for it."""
-
-
-class BallMotion(NamedTuple):
-    """Motion of one ball."""
-
+    """al [rad/s^2], as far as the scene calls for it; 0 where the equations of motion give it."""
     cos: float
     sin: float
-    """of theta, the angle from the unbalance."""
-    rate: float
-    """Om = theta' [rad/s], along the race."""
-    speed: float
-    """p = w + Om [rad/s], absolute."""
-
-
-class Reaction(NamedTuple):
-    """What the solved equations of motion say of one ball."""
-
-    acceleration: float
-    """q = al + theta'' [rad/s^2], absolute."""
-    normal_force: float
-    """N [N], of the race on the ball; negative where the race would have to pull."""
+    """of psi; 1 and 0 in a scene whose effects do not need it."""
+    torque: float
+    """Motor torque [N m]; 0 where the speed is prescribed."""
+    error: float
+    """Commanded minus actual speed, for the speed loop [rad/s]; 0 where the speed is prescribed."""

@@ -1,156 +1,367 @@
 """The planar model in the corotating frame: EQUATIONS.md section 1, for any number of balls.
 
-State, a flat array: u1, u2, v1, v2, theta_0 .. theta_n-1, theta_0' .. theta_n-1', and, only if
-the system keeps a ledger, the motor's work and the energy dissipated so far.
+State, a flat array: u1, u2, v1, v2, theta_0 .. theta_n-1, theta_0' .. theta_n-1'; with a motor
+psi, w and the speed loop's integral; with a ledger the motor's work and the energy dissipated.
 
-    u' = v - w J u                  v' = A - w J v
-    M A = f + M0 e (w^2, -al) + sum_i m R [ p_i^2 r_i - q_i t_i ]
-    mu_i R q_i + m A.t_i = F_i - f_i N_i,     N_i = m (R p_i^2 - A.r_i)
+A is the deck's *specific force* on the rotating axes: its acceleration less gravity, what an
+accelerometer on it reads. The race is given by its outward normal n_i = (cos theta_i, sin theta_i)
+and tangent t_i at ball i, the ball's centre lies at h n_i + x t_i from the shaft, l is the race's
+radius of curvature there, s' = l theta_i' and g = s'' are path speed and acceleration. Newton, and
+the balls' spins, then say (a round race on the shaft axis has h = l = R and x = 0)
 
-with q_i = al + theta_i'', mu_i = m + I/a^2, f the effects' force on the deck, F_i theirs on ball
-i and f_i their coefficient of friction, signed against theta_i'. Each ball is eliminated, which
-leaves two equations for A: O(n), no linear-algebra library (the arrowhead of EQUATIONS.md).
+    u' = v - w J u                  v' = A + gravity - w J v
+    M A = f + M0 e (w^2, -al) + sum_i m [ (h w^2 + 2 w s' + l theta_i'^2 + x al) n_i
+                                          + (x w^2 - h al - g) t_i ]
+    mu g = F - f_i N - m A.t_i - (h m - (I/a^2) a) al + m x w^2,    mu = m + I/a^2
+    N = m (h w^2 + 2 w s' + l theta_i'^2 + x al - A.n_i)
+
+with f the suspension's force, F the effects' force along the race, N the race's normal force, and
+f_i the coefficient of friction, signed as theta_i'. With a motor al is unknown as well and
+
+    (I_r + M0 e^2) al + M0 e A2 + sum_i [ (m r x ball's specific force)_i + (I/a) (a al - g) ] = T.
+
+Each ball, or each row of balls in contact, is eliminated, which leaves two or three equations:
+O(n), no linear-algebra library (the arrowhead of EQUATIONS.md).
 """
 
 from math import cos, sin
-from typing import Any, NamedTuple
 
 import numba
-import numpy as np
 
-from ab_sim.dynamics.dispatch import COMPILED, forward, sum_over_effects
-from ab_sim.dynamics.ledger import book, has_friction
-from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck
-from ab_sim.dynamics.scratch import ACCELERATION, COS, FORCE, FRICTION, INERTIA, LOAD, SIN
-
-deck_force = sum_over_effects("deck_force", (0.0, 0.0))
-ball_inertia = sum_over_effects("ball_inertia", 0.0)
-ball_force = sum_over_effects("ball_force", 0.0)
-friction_coefficient = sum_over_effects("friction_coefficient", 0.0)
-felt_acceleration = sum_over_effects("spindle_acceleration", 0.0)
-segment_speed = forward("speed")
-segment_acceleration = forward("acceleration")
-
-
-class System(NamedTuple):
-    """What a kernel is compiled for (its types) and runs with (its values)."""
-
-    body: Body
-    ball_masses: np.ndarray
-    """m_i [kg], shape (n,)."""
-    ball_radii: np.ndarray
-    """a_i [m], shape (n,)."""
-    effects: tuple[Any, ...]
-    ledger: tuple[Any, ...]
-    """(Ledger(),) to keep one, else empty."""
+from ab_sim.dynamics.dispatch import COMPILED, chosen_by
+from ab_sim.dynamics.ledger import book
+from ab_sim.dynamics.motion import Ball, Deck, Spindle
+from ab_sim.dynamics.rows import eliminate
+from ab_sim.dynamics.scratch import (
+    ACROSS,
+    BEND,
+    COS,
+    CURVE,
+    FRICTION,
+    GAIN0,
+    GAIN1,
+    GAIN2,
+    GAIN3,
+    INERTIA,
+    LEVER,
+    LOAD,
+    NORMAL,
+    PATH,
+    PATH_ACCELERATION,
+    PULL,
+    ROW1,
+    ROW2,
+    ROW3,
+    SIN,
+)
+from ab_sim.dynamics.system import (
+    DIRECTION,
+    LOADED,
+    MASS,
+    RADIUS,
+    back_torque,
+    ball_drag,
+    ball_inertia,
+    deck_force,
+    felt_acceleration,
+    friction_coefficient,
+    gravity,
+    has_drag,
+    has_friction,
+    has_gravity,
+    has_motor,
+    has_runout,
+    has_space_force,
+    has_spin,
+    has_spindle_angle,
+    loop_torque,
+    race_shape,
+    rotor_moment,
+    segment_acceleration,
+    segment_angle,
+    segment_speed,
+    space_force,
+    torque_limit,
+)
 
 
 @numba.njit(**COMPILED)
-def derivatives(system, segment, time, state, slope, scratch):  # type: ignore[no-untyped-def]
+def derivatives(system, place, time, state, modes, slope, scratch):  # type: ignore[no-untyped-def]
     """Time derivative of the state.
 
     Args:
         system: the System.
-        segment: spindle-speed segment in force.
-        time: local time in the segment [s].
+        place: Place along the speed profile.
+        time: local time in its segment [s].
         state: the state, see the module.
-        slope: where its derivative goes, same shape.
+        modes: the Modes in force.
+        slope: where the state's derivative goes, same shape.
         scratch: shape (n, WIDTH), see scratch.py, overwritten.
+
+    Returns:
+        A1, A2 [m/s^2], the deck's specific force, and al [rad/s^2], the spindle's acceleration.
     """
+    effects = system.effects
+    n = system.balls.shape[0]
+    spindle = spindle_motion(system, place, time, state, modes)
+    w = spindle.speed
+    u1, u2, v1, v2 = state[0], state[1], state[2], state[3]
+
+    place_balls(system, state, scratch)
+    f1, f2 = suspension_force(system, state, spindle)
+    p1, p2, torque = load_balls(system, spindle, state, modes, scratch)
+    eliminate(system, modes, scratch)
+    A1, A2, al = accelerations(system, spindle.acceleration, f1 + p1, f2 + p2, torque, scratch)
+
+    slope[0] = v1 + w * u2
+    slope[1] = v2 - w * u1
+    g1, g2 = gravity_on_rotating_axes(system, spindle)
+    slope[2] = (A1 + g1) + w * v2
+    slope[3] = (A2 + g2) - w * v1
+    move_balls(system, A1, A2, al, state, slope, scratch)
+    if has_motor(effects):
+        slope[4 + 2 * n] = w
+        slope[5 + 2 * n] = al
+        # The speed loop's integral stands still while the motor gives all it can.
+        slope[6 + 2 * n] = spindle.error if modes[system.balls.shape[0], DIRECTION] == 0 else 0.0
+    book(system.ledger, system, spindle, A1, A2, al, state, modes, slope, scratch)
+    return A1, A2, al
+
+
+def _prescribed(system, place, time, state, modes):  # type: ignore[no-untyped-def]
+    speed = segment_speed(place.segment, time)
+    acceleration = felt_acceleration(system.effects, segment_acceleration(place.segment, time))
+    if has_spindle_angle(system.effects):
+        psi = place.phase + segment_angle(place.segment, time)
+        return Spindle(speed, acceleration, cos(psi), sin(psi), 0.0, 0.0)
+    return Spindle(speed, acceleration, 1.0, 0.0, 0.0, 0.0)
+
+
+def _driven(system, place, time, state, modes):  # type: ignore[no-untyped-def]
+    effects = system.effects
+    n = system.balls.shape[0]
+    psi, speed, integral = state[4 + 2 * n], state[5 + 2 * n], state[6 + 2 * n]
+    error = segment_speed(place.segment, time) - speed
+    torque = loop_torque(effects, error, integral)
+    if modes[system.balls.shape[0], DIRECTION] != 0:
+        torque = modes[system.balls.shape[0], DIRECTION] * torque_limit(effects)
+    torque -= back_torque(effects, speed)
+    if has_spindle_angle(effects):
+        return Spindle(speed, 0.0, cos(psi), sin(psi), torque, error)
+    return Spindle(speed, 0.0, 1.0, 0.0, torque, error)
+
+
+spindle_motion = chosen_by(has_motor, _driven, _prescribed)
+"""The Spindle at a state; ``(system, place, time, state, modes)``."""
+
+
+@numba.njit(**COMPILED)
+def gravity_on_rotating_axes(system, spindle):  # type: ignore[no-untyped-def]
+    """Gravity across the shaft [m/s^2], (0, 0) without the effect."""
+    if has_gravity(system.effects):
+        gx, gy = gravity(system.effects)
+        c, s = spindle.cos, spindle.sin
+        return c * gx + s * gy, c * gy - s * gx
+    return 0.0, 0.0
+
+
+@numba.njit(**COMPILED)
+def suspension_force(system, state, spindle):  # type: ignore[no-untyped-def]
+    """Force of the suspension on the deck, on the rotating axes [N]."""
     body, effects = system.body, system.effects
-    n = system.ball_masses.size
-    w = segment_speed(segment, time)
-    al = felt_acceleration(effects, segment_acceleration(segment, time))
-    deck = Deck(state[0], state[1], state[2], state[3], w, al)
-    R = body.race_radius
+    u1, u2, v1, v2 = state[0], state[1], state[2], state[3]
+    c, s = spindle.cos, spindle.sin
+    if has_gravity(effects):
+        # The state counts from where the deck hangs at rest, the springs from their free length.
+        u1 += c * body.sag_x + s * body.sag_y
+        u2 += c * body.sag_y - s * body.sag_x
+    f1, f2 = deck_force(effects, Deck(u1, u2, v1, v2))
+    if has_space_force(effects):
+        fixed = Deck(c * u1 - s * u2, s * u1 + c * u2, c * v1 - s * v2, s * v1 + c * v2)
+        fx, fy = space_force(effects, fixed)
+        f1 += c * fx + s * fy
+        f2 += c * fy - s * fx
+    return f1, f2
 
-    f1, f2 = deck_force(effects, body, deck)
-    f1 += body.unbalance * w * w
-    f2 -= body.unbalance * al
 
+@numba.njit(**COMPILED)
+def place_balls(system, state, scratch):  # type: ignore[no-untyped-def]
+    """What follows from the balls' angles alone: normals, the race's shape, inertias."""
+    effects, R = system.effects, system.body.race_radius
+    n = system.balls.shape[0]
     for i in range(n):
-        ball = Ball(system.ball_masses[i], system.ball_radii[i])
-        theta, rate = state[4 + i], state[4 + n + i]
-        c, s, p = cos(theta), sin(theta), w + rate
-        motion = BallMotion(c, s, rate, p)
+        ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
+        c, s = cos(state[4 + i]), sin(state[4 + i])
         scratch[i, COS] = c
         scratch[i, SIN] = s
-        scratch[i, LOAD] = ball.mass * R * p * p
-        scratch[i, FORCE] = ball_force(effects, body, ball, motion, deck)
-        scratch[i, INERTIA] = ball.mass + ball_inertia(effects, ball)
-        if has_friction(effects):
-            scratch[i, FRICTION] = np.sign(rate) * friction_coefficient(effects, ball)
-        f1 += scratch[i, LOAD] * c
-        f2 += scratch[i, LOAD] * s
-
-    A1, A2 = deck_acceleration(system, f1, f2, scratch)
-    if has_friction(effects):
-        # The race cannot pull: drop friction where the normal force would be negative, and solve
-        # again. Each round drops at least one ball's, so n rounds are enough.
-        for _ in range(n):
-            if not drop_unloaded(system, A1, A2, scratch):
-                break
-            A1, A2 = deck_acceleration(system, f1, f2, scratch)
-
-    slope[0] = deck.v1 + w * deck.u2
-    slope[1] = deck.v2 - w * deck.u1
-    slope[2] = A1 + w * deck.v2
-    slope[3] = A2 - w * deck.v1
-    for i in range(n):
-        m, c, s = system.ball_masses[i], scratch[i, COS], scratch[i, SIN]
-        force = scratch[i, FORCE] - m * (A2 * c - A1 * s)
-        if has_friction(effects):
-            normal = scratch[i, LOAD] - m * (A1 * c + A2 * s)
-            force -= scratch[i, FRICTION] * normal
-        q = force / (scratch[i, INERTIA] * R)
-        scratch[i, ACCELERATION] = q
-        slope[4 + i] = state[4 + n + i]
-        slope[4 + n + i] = q - al
-    book(system.ledger, system, deck, A1, A2, state, slope, scratch)
+        inertia = ball.mass
+        lever = ball.mass * R
+        if has_runout(effects):
+            beyond, across, curve, bend = race_shape(effects, c, s)
+            scratch[i, NORMAL] = R + beyond
+            scratch[i, ACROSS] = across
+            scratch[i, CURVE] = R + curve
+            scratch[i, BEND] = bend
+            lever = ball.mass * (R + beyond)
+        if has_spin(effects):
+            rolling = ball_inertia(effects, ball)
+            inertia += rolling
+            lever -= rolling * ball.radius
+        scratch[i, INERTIA] = inertia
+        scratch[i, LEVER] = lever
 
 
 @numba.njit(**COMPILED)
-def deck_acceleration(system, f1, f2, scratch):  # type: ignore[no-untyped-def]
-    """A [m/s^2] on the rotating axes, the balls' accelerations eliminated.
+def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyped-def]
+    """Each ball's own equation; the balls' pull on the deck and their torque on the spindle."""
+    body, effects = system.body, system.effects
+    n = system.balls.shape[0]
+    w, al, R = spindle.speed, spindle.acceleration, body.race_radius
+    f1 = body.unbalance * w * w
+    f2 = -body.unbalance * al
+    torque = spindle.torque
+    for i in range(n):
+        ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
+        m, rate = ball.mass, state[4 + n + i]
+        c, s = scratch[i, COS], scratch[i, SIN]
+        if has_runout(effects):
+            h, x, path = scratch[i, NORMAL], scratch[i, ACROSS], scratch[i, CURVE] * rate
+            relative = (2.0 * w + rate) * path
+            load = m * (w * w * h + relative)
+            carried = m * x * w * w
+            pull = carried
+            torque -= m * x * relative
+            f1 -= carried * s
+            f2 += carried * c
+            f1 += m * al * (h * s + x * c)
+            f2 -= m * al * (h * c - x * s)
+        else:
+            path = R * rate
+            load = m * R * (w + rate) * (w + rate)
+            pull = 0.0
+            f1 += m * R * al * s
+            f2 -= m * R * al * c
+        f1 += load * c
+        f2 += load * s
+        if has_drag(effects):
+            pull -= ball_drag(effects, ball) * path
+        if has_friction(effects):
+            friction = modes[i, DIRECTION] * modes[i, LOADED] * friction_coefficient(effects, ball)
+            scratch[i, FRICTION] = friction
+        row3 = -scratch[i, LEVER]
+        if has_runout(effects) and has_friction(effects):
+            row3 -= scratch[i, FRICTION] * m * scratch[i, ACROSS]
+        scratch[i, LOAD] = load
+        scratch[i, PATH] = path
+        scratch[i, PULL] = pull + row3 * al
+        scratch[i, ROW1] = m * s
+        scratch[i, ROW2] = -m * c
+        scratch[i, ROW3] = row3
+        if has_friction(effects):
+            friction = scratch[i, FRICTION]
+            scratch[i, PULL] -= friction * load
+            scratch[i, ROW1] += friction * m * c
+            scratch[i, ROW2] += friction * m * s
+    return f1, f2, torque
 
-    D A = b with D = M 1 + sum_i (m/mu) t_i (m f_i r_i - m t_i)^T: symmetric but for friction.
+
+@numba.njit(**COMPILED)
+def accelerations(system, al, f1, f2, torque, scratch):  # type: ignore[no-untyped-def]
+    """Specific force A of the deck [m/s^2] and acceleration of the spindle [rad/s^2].
+
+    Args:
+        system: the System.
+        al: the spindle's acceleration where it is prescribed; else of no account.
+        f1, f2: force on the deck [N], all that does not depend on what is solved for.
+        torque: torque on the spindle [N m], likewise.
+        scratch: eliminated balls (GAIN).
     """
+    effects = system.effects
     d11 = d22 = system.body.total_mass
     d12 = d21 = 0.0
-    for i in range(system.ball_masses.size):
-        m, c, s = system.ball_masses[i], scratch[i, COS], scratch[i, SIN]
-        share = m / scratch[i, INERTIA]
-        drive = share * scratch[i, FORCE]
-        g1, g2 = share * m * s, -share * m * c
-        if has_friction(system.effects):
-            friction = scratch[i, FRICTION]
-            drive -= share * friction * scratch[i, LOAD]
-            g1 += share * m * friction * c
-            g2 += share * m * friction * s
-        f1 += drive * s
-        f2 -= drive * c
-        d11 -= s * g1
-        d12 -= s * g2
-        d21 += c * g1
-        d22 += c * g2
+    d13 = d31 = 0.0
+    d23 = d32 = system.body.unbalance
+    d33 = rotor_inertia(system, scratch) if has_motor(effects) else 1.0
+    for i in range(system.balls.shape[0]):
+        m, c, s = system.balls[i, MASS], scratch[i, COS], scratch[i, SIN]
+        d11 -= m * s * scratch[i, GAIN1]
+        d12 -= m * s * scratch[i, GAIN2]
+        d21 += m * c * scratch[i, GAIN1]
+        d22 += m * c * scratch[i, GAIN2]
+        f1 += m * s * scratch[i, GAIN0]
+        f2 -= m * c * scratch[i, GAIN0]
+        if has_motor(effects):
+            r1, r2 = rigid_lever(system, i, scratch)
+            lever = scratch[i, LEVER]
+            d13 += r1 - m * s * scratch[i, GAIN3]
+            d23 += r2 + m * c * scratch[i, GAIN3]
+            d31 += r1 + lever * scratch[i, GAIN1]
+            d32 += r2 + lever * scratch[i, GAIN2]
+            d33 += lever * scratch[i, GAIN3]
+            torque -= lever * scratch[i, GAIN0]
+    if has_motor(effects):
+        # The spindle's row is eliminated first.
+        d11 -= d13 * d31 / d33
+        d12 -= d13 * d32 / d33
+        d21 -= d23 * d31 / d33
+        d22 -= d23 * d32 / d33
+        f1 -= d13 * torque / d33
+        f2 -= d23 * torque / d33
     determinant = d11 * d22 - d12 * d21
-    return (f1 * d22 - f2 * d12) / determinant, (f2 * d11 - f1 * d21) / determinant
+    A1 = (f1 * d22 - f2 * d12) / determinant
+    A2 = (f2 * d11 - f1 * d21) / determinant
+    if has_motor(effects):
+        al = (torque - d31 * A1 - d32 * A2) / d33
+    return A1, A2, al
 
 
 @numba.njit(**COMPILED)
-def drop_unloaded(system, A1, A2, scratch):  # type: ignore[no-untyped-def]
-    """Take the friction off balls whose normal force is negative; whether there was one."""
-    dropped = False
-    for i in range(system.ball_masses.size):
-        pull = system.ball_masses[i] * (A1 * scratch[i, COS] + A2 * scratch[i, SIN])
-        if scratch[i, FRICTION] != 0.0 and scratch[i, LOAD] < pull:
-            scratch[i, FRICTION] = 0.0
-            dropped = True
-    return dropped
+def move_balls(system, A1, A2, al, state, slope, scratch):  # type: ignore[no-untyped-def]
+    """The balls' part of the state's derivative, once A and al are known."""
+    effects, R = system.effects, system.body.race_radius
+    n = system.balls.shape[0]
+    for i in range(n):
+        rate = state[4 + n + i]
+        g = path_acceleration(system, i, A1, A2, al, scratch)
+        scratch[i, PATH_ACCELERATION] = g
+        slope[4 + i] = rate
+        if has_runout(effects):
+            slope[4 + n + i] = (g - scratch[i, BEND] * rate * rate) / scratch[i, CURVE]
+        else:
+            slope[4 + n + i] = g / R
 
 
 @numba.njit(**COMPILED)
-def deck_acceleration_of(segment, time, state, slope):  # type: ignore[no-untyped-def]
-    """A [m/s^2] on the rotating axes, read back from the state's derivative: A = v' + w J v."""
-    w = segment_speed(segment, time)
-    return slope[2] - w * state[3], slope[3] + w * state[2]
+def path_acceleration(system, i, A1, A2, al, scratch):  # type: ignore[no-untyped-def]
+    """g of ball i [m/s^2], or its path speed after an impact, from the eliminated equations."""
+    g = scratch[i, GAIN0] + scratch[i, GAIN1] * A1 + scratch[i, GAIN2] * A2
+    if has_motor(system.effects):
+        g += scratch[i, GAIN3] * al
+    return g
+
+
+@numba.njit(**COMPILED)
+def rigid_lever(system, i, scratch):  # type: ignore[no-untyped-def]
+    """m J r of ball i on the rotating axes [kg m], r its place from the shaft."""
+    m, c, s = system.balls[i, MASS], scratch[i, COS], scratch[i, SIN]
+    if has_runout(system.effects):
+        h, x = scratch[i, NORMAL], scratch[i, ACROSS]
+        return -m * (h * s + x * c), m * (h * c - x * s)
+    return -m * system.body.race_radius * s, m * system.body.race_radius * c
+
+
+@numba.njit(**COMPILED)
+def rotor_inertia(system, scratch):  # type: ignore[no-untyped-def]
+    """Inertia of rotor and balls about the shaft, the balls at rest on the race [kg m^2]."""
+    effects, R = system.effects, system.body.race_radius
+    total = rotor_moment(effects) + system.body.unbalance * system.body.eccentricity
+    for i in range(system.balls.shape[0]):
+        ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
+        if has_runout(effects):
+            h, x = scratch[i, NORMAL], scratch[i, ACROSS]
+            total += ball.mass * (h * h + x * x)
+        else:
+            total += ball.mass * R * R
+        if has_spin(effects):
+            total += ball_inertia(effects, ball) * ball.radius * ball.radius
+    return total

@@ -1,93 +1,153 @@
-"""Fixed steps of an explicit Runge-Kutta method over one segment of the speed profile."""
+"""Fixed steps over one segment of the speed profile."""
 
-from typing import NamedTuple
+from math import pi
 
-import numpy as np
+import numba
 
-from ab_sim.dynamics.planar import deck_acceleration_of, derivatives
+from ab_sim.dynamics.dispatch import COMPILED, chosen_by
+from ab_sim.dynamics.planar import derivatives, gravity_on_rotating_axes, spindle_motion
+from ab_sim.dynamics.settle import settle
+from ab_sim.dynamics.switches import margins
+from ab_sim.dynamics.system import TURNS, has_events, has_motor
 from ab_sim.integrate.compile_cache import compiled
+from ab_sim.integrate.events import step_over_events, within_bounds
 
-
-class Workspace(NamedTuple):
-    """Arrays that a run reuses."""
-
-    slopes: np.ndarray
-    """Shape (stages, states)."""
-    trial: np.ndarray
-    """Shape (states,)."""
-    scratch: np.ndarray
-    """Shape (balls, WIDTH)."""
-    bounds: np.ndarray
-    """Shape (states,): magnitudes that no sound run reaches."""
+TWO_PI_REST = 2.4492935982947064e-16
+"""2 pi less the floating-point number nearest to it."""
 
 
 @compiled
-def advance(system, segment, weights, start, clock, length, state, work, rows):  # type: ignore[no-untyped-def]
+def advance(system, place, weights, start, clock, length, state, modes, work, rows):  # type: ignore[no-untyped-def]
     """Take steps within one segment, recording every one.
 
     Args:
-        system, segment: what moves, and the spindle-speed segment in force.
-        weights: the tableau's Weights.
+        system, place: what moves, and where it is along the speed profile.
+        weights: the stepper's.
         start: time [s] at which the segment begins.
         clock: (number of the first step, nominal step [s], offset into it [s]). Times are
             products of these, not sums, so that they do not depend on how a run is cut up.
         length: step to take [s]: the nominal one, or a part of it next to a breakpoint.
         state: the state; holds the last good one at the end.
+        modes: the Modes in force; changed at events.
         work: a Workspace.
-        rows: shape (steps, states + 2): the state after each step, and the deck's acceleration.
+        rows: shape (steps, states + 3): the state after each step, angles with all their turns,
+            the deck's acceleration, and the motor's torque.
 
     Returns:
         How many steps were taken; fewer than asked for if the state left its bounds.
     """
     first, step, offset = clock
-    slopes, trial, scratch, bounds = work
-    stages, states = weights.b.size, state.size
+    slopes, trial, scratch = work.slopes, work.trial, work.scratch
+    states = state.size
     for k in range(rows.shape[0]):
         begin = ((first + k) * step + offset) - start
         if k == 0:
-            derivatives(system, segment, begin, state, slopes[0], scratch)
-        for stage in range(1, stages):
-            for j in range(states):
-                trial[j] = 0.0
-            for earlier in range(stage):
-                weight = weights.a[stage, earlier]
-                if weight != 0.0:
-                    for j in range(states):
-                        trial[j] += weight * slopes[earlier, j]
-            for j in range(states):
-                trial[j] = state[j] + length * trial[j]
-            derivatives(
-                system, segment, begin + weights.c[stage] * length, trial, slopes[stage], scratch
-            )
-        for j in range(states):
-            trial[j] = 0.0
-        for stage in range(stages):
-            for j in range(states):
-                trial[j] += weights.b[stage] * slopes[stage, j]
-        finite = True
-        for j in range(states):
-            trial[j] = state[j] + length * trial[j]
-            # Written so that a NaN fails too.
-            if not abs(trial[j]) < bounds[j]:
-                finite = False
-        if not finite:
+            enter(system, place, begin, state, modes, work)
+        step_over_events(system, weights, place, begin, length, state, modes, work)
+        if not within_bounds(trial, work.bounds):
             for j in range(states):
                 rows[k, j] = trial[j]
             return k
         for j in range(states):
             state[j] = trial[j]
-            rows[k, j] = trial[j]
+        take_out_turns(system, state, modes)
         # The slope at the end of this step is the first stage of the next.
         end = ((first + k + 1) * step + offset) - start if length == step else begin + length
-        derivatives(system, segment, end, state, slopes[0], scratch)
-        A1, A2 = deck_acceleration_of(segment, end, state, slopes[0])
-        rows[k, states] = A1
-        rows[k, states + 1] = A2
+        A1, A2, al = derivatives(system, place, end, state, modes, slopes[0], scratch)
+        look(system, place, end, state, modes, A1, A2, al, work)
+        record(system, place, end, state, modes, A1, A2, rows[k])
     return rows.shape[0]
 
 
 @compiled
-def acceleration_at(system, segment, time, state, work):  # type: ignore[no-untyped-def]
-    """The deck's acceleration A [m/s^2] on the rotating axes at local ``time`` in the segment."""
-    derivatives(system, segment, time, state, work.slopes[0], work.scratch)
-    return deck_acceleration_of(segment, time, state, work.slopes[0])
+def acceleration_at(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
+    """What an Observation needs beyond the state, at local ``time`` in the segment.
+
+    Returns:
+        The deck's acceleration [m/s^2] on the rotating axes, and the motor's torque [N m].
+    """
+    A1, A2, _ = derivatives(system, place, time, state, modes, work.slopes[0], work.scratch)
+    spindle = spindle_motion(system, place, time, state, modes)
+    g1, g2 = gravity_on_rotating_axes(system, spindle)
+    return A1 + g1, A2 + g2, spindle.torque
+
+
+@compiled
+def settle_at(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
+    """Find the branches of the set-valued laws at a state, from those at hand."""
+    enter(system, place, time, state, modes, work)
+
+
+@numba.njit(**COMPILED)
+def _enter(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
+    derivatives(system, place, time, state, modes, work.slopes[0], work.scratch)
+
+
+@numba.njit(**COMPILED)
+def _enter_with_events(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
+    # Where the spindle's acceleration jumps, what held so far may not hold any more.
+    settle(
+        system,
+        place,
+        time,
+        state,
+        modes,
+        -1,
+        work.slopes[0],
+        work.scratch,
+        work.margin,
+        work.grain,
+        work.changes,
+    )
+
+
+enter = chosen_by(has_events, _enter_with_events, _enter)
+"""Slope, branches and margins at the beginning of steps; ``(system, place, time, state, modes,
+work)``."""
+
+
+@numba.njit(**COMPILED)
+def _look(system, place, time, state, modes, A1, A2, al, work):  # type: ignore[no-untyped-def]
+    margins(system, place, time, state, modes, A1, A2, al, work.scratch, work.margin, work.grain)
+
+
+look = chosen_by(
+    has_events, _look, lambda system, place, time, state, modes, A1, A2, al, work: None
+)
+"""Margins after ``derivatives``; ``(system, place, time, state, modes, A1, A2, al, work)``."""
+
+
+@numba.njit(**COMPILED)
+def take_out_turns(system, state, modes):  # type: ignore[no-untyped-def]
+    """Count whole turns of balls and spindle apart: an angle keeps its digits for ever."""
+    n = system.balls.shape[0]
+    for i in range(n):
+        unwind(state, 4 + i, modes, i)
+    if has_motor(system.effects):
+        unwind(state, 4 + 2 * n, modes, n)
+
+
+@numba.njit(**COMPILED)
+def unwind(state, at, modes, i):  # type: ignore[no-untyped-def]
+    """Bring one angle back into -2 pi .. 2 pi."""
+    while abs(state[at]) > 2.0 * pi:
+        turn = 1.0 if state[at] > 0.0 else -1.0
+        state[at] = (state[at] - turn * 2.0 * pi) - turn * TWO_PI_REST
+        modes[i, TURNS] += int(turn)
+
+
+@numba.njit(**COMPILED)
+def record(system, place, time, state, modes, A1, A2, row):  # type: ignore[no-untyped-def]
+    """One row of a run's samples."""
+    n, states = system.balls.shape[0], state.size
+    for j in range(states):
+        row[j] = state[j]
+    for i in range(n):
+        row[4 + i] += 2.0 * pi * modes[i, TURNS]
+    if has_motor(system.effects):
+        row[4 + 2 * n] += 2.0 * pi * modes[n, TURNS]
+    spindle = spindle_motion(system, place, time, state, modes)
+    g1, g2 = gravity_on_rotating_axes(system, spindle)
+    row[states] = A1 + g1
+    row[states + 1] = A2 + g2
+    row[states + 2] = spindle.torque

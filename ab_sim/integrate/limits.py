@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping
 
 from ab_sim.errors import SceneError
-from ab_sim.integrate.registry import stepper_named
-from ab_sim.integrate.tableau import Tableau
+from ab_sim.integrate.registry import Stepper, stepper_named
 
 TOLERANCE = 1e-3
 """Growth per step that still counts as stable: methods amplify undamped motion a little."""
@@ -44,7 +43,7 @@ def stability_limit(name: str, direction: complex = -1.0) -> float:
     return inside
 
 
-def largest_step(tableau: Tableau, rates: Mapping[str, complex]) -> tuple[float, str]:
+def largest_step(tableau: Stepper, rates: Mapping[str, complex]) -> tuple[float, str]:
     """The longest stable step [s], rounded down to three digits, and what limits it.
 
     Args:
@@ -63,7 +62,7 @@ def largest_step(tableau: Tableau, rates: Mapping[str, complex]) -> tuple[float,
     return math.floor(steps[what] * 10.0**digits) / 10.0**digits, what
 
 
-def check_step(tableau: Tableau, step: float, rates: Mapping[str, complex]) -> None:
+def check_step(tableau: Stepper, step: float, rates: Mapping[str, complex]) -> None:
     """Refuse a step that is beyond the stability limit.
 
     Raises:

@@ -30,6 +30,16 @@ class Tableau(NamedTuple):
         """Evaluations of the right-hand side per step."""
         return self.weights.b.size
 
+    @property
+    def slopes(self) -> int:
+        """Slopes that a step keeps: rows of the workspace."""
+        return self.stages
+
+    @property
+    def nodes(self) -> int:
+        """Sets of balls that a step keeps beside the one at hand."""
+        return 0
+
     def growth(self, z: complex) -> complex:
         """R(z): what one step makes of y' = lambda y, with z = step times lambda."""
         a, b, _ = self.weights

@@ -21,7 +21,12 @@ _effects: dict[str, type[Any]] = {}
 
 
 def register(
-    name: str, *, equation: str, source: str, uses_ball_radius: bool = False
+    name: str,
+    *,
+    equation: str,
+    source: str,
+    uses_ball_radius: bool = False,
+    acts: bool = True,
 ) -> Callable[[EffectClass], EffectClass]:
     """Class decorator: make an effect known to scenes.
 
@@ -30,6 +35,7 @@ def register(
         equation: its equation, one line, symbols as in EQUATIONS.md.
         source: where that is from, with the equation's number there.
         uses_ball_radius: whether a scene with it has to give ``balls.radius``.
+        acts: whether it acts on the motion; a sensor only looks, and no kernel contains it.
     """
 
     def add(effect: EffectClass) -> EffectClass:
@@ -38,6 +44,7 @@ def register(
         effect.equation = equation
         effect.source = source
         effect.uses_ball_radius = uses_ball_radius
+        effect.acts = acts
         _effects[name] = effect
         return effect
 

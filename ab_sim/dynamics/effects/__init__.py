@@ -4,30 +4,67 @@ An effect is a ``NamedTuple``: its fields are its parameters, its docstring its 
 has the methods, of those below, that it needs. A method that no effect of a scene has is not in
 that scene's kernel. Methods are plain Python, compiled by numba; ``self`` is the effect.
 
-    deck_force(self, body, deck) -> (f1, f2)
-        force on the deck on the rotating axes [N]
+    deck_force(self, deck) -> (f1, f2)
+        force on the deck [N], rotating axes in and out; for what is equal in every direction
+    space_force(self, deck) -> (fx, fy)
+        force on the deck [N], axes fixed in space
+    gravity(self) -> (gx, gy)
+        acceleration of gravity across the shaft [m/s^2], axes fixed in space
     ball_inertia(self, ball) -> kg
-        inertia that the ball's tangential motion has beyond its mass
-    ball_force(self, body, ball, motion, deck) -> N
-        force on a ball along the race, in the direction of growing theta
+        inertia that a ball's motion along the race has beyond its mass, from its spin
+    ball_drag(self, ball) -> N s/m
+        force against a ball's speed along the race, per that speed
     friction_coefficient(self, ball) -> 1
-        friction along the race per normal force of the race on the ball
+        largest friction along the race per normal force of the race on the ball
+    restitution(self, approach) -> 1
+        speed at which two balls part per speed at which they have met [m/s]
+    race_shape(self, c, s) -> (m, m, m, m)
+        race at outward normal (c, s): h - R, place across the normal, l - R, dl/dtheta (planar.py)
+    race_arc(self, theta) -> m
+        length along the race up to theta, less R theta
     spindle_acceleration(self, acceleration) -> rad/s^2
         how much of the spindle's acceleration the bodies feel
-    motor_torque(self, body, ball, motion, deck, reaction) -> N m
-        what the spindle motor has to supply for one ball's sake
-    deck_energy(self, deck) -> J, ball_energy(self, body, ball, motion, deck) -> J
-        energy stored
-    deck_loss(self, deck) -> W, ball_loss(self, body, ball, motion, reaction) -> W
+    rotor_moment(self) -> kg m^2, loop_torque(self, error, integral) -> N m,
+    largest_torque(self) -> N m, back_torque(self, speed) -> N m
+        a motor: inertia of the rotor, torque that the speed loop asks for, its limit, and what
+        is lost of it
+    deck_energy(self, deck) -> J, space_energy(self, deck) -> J
+        energy stored, for deck_force and space_force
+    deck_loss(self, deck) -> W, space_loss(self, deck) -> W
         power dissipated
+    check_scene(self, scene)
+        raises ValueError for a scene in which the effect makes no sense
 
-``register`` adds the equation, its source, and whether the balls' radius matters.
+``register`` adds the equation, its source, whether the balls' radius matters, and whether the
+effect acts on the motion at all.
 """
 
+from ab_sim.dynamics.effects.accelerometer import Accelerometer
+from ab_sim.dynamics.effects.ball_contact import BallContact
 from ab_sim.dynamics.effects.ball_spin import BallSpin
+from ab_sim.dynamics.effects.gravity import Gravity
+from ab_sim.dynamics.effects.hardening_suspension import HardeningSuspension
+from ab_sim.dynamics.effects.motor import Motor
+from ab_sim.dynamics.effects.race_friction import RaceFriction
+from ab_sim.dynamics.effects.race_runout import RaceRunout
 from ab_sim.dynamics.effects.rolling_friction import RollingFriction
 from ab_sim.dynamics.effects.spindle_acceleration import SpindleAcceleration
 from ab_sim.dynamics.effects.suspension import Suspension
+from ab_sim.dynamics.effects.unequal_suspension import UnequalSuspension
 from ab_sim.dynamics.effects.viscous_drag import ViscousDrag
 
-__all__ = ["BallSpin", "RollingFriction", "SpindleAcceleration", "Suspension", "ViscousDrag"]
+__all__ = [
+    "Accelerometer",
+    "BallContact",
+    "BallSpin",
+    "Gravity",
+    "HardeningSuspension",
+    "Motor",
+    "RaceFriction",
+    "RaceRunout",
+    "RollingFriction",
+    "SpindleAcceleration",
+    "Suspension",
+    "UnequalSuspension",
+    "ViscousDrag",
+]

@@ -22,6 +22,7 @@ RATE_TOLERANCE = 1e-6
         "parameters as in IEEE Std 2700 and MEMS data sheets; the standard sampled-data chain; "
         "defaults of range, noise and resolution: TDK DS-000347 (ICM-42688-P, 16 g, 16 bits)"
     ),
+    acts=False,
 )
 class Accelerometer(NamedTuple):
     """Two-axis accelerometer on the deck; it reads, and does not act on the dynamics.

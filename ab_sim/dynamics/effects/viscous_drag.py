@@ -2,14 +2,14 @@
 
 from typing import Annotated, NamedTuple
 
-from ab_sim.dynamics.motion import Ball, BallMotion, Body, Deck, Reaction
+from ab_sim.dynamics.motion import Ball
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 
 
 @register(
     "viscous_drag",
-    equation="F_i = -c_b R theta_i'",
+    equation="F_i = -c_b s_i', s_i' the ball's speed along the race: R theta_i' on a round one",
     source="thesis (2-4), (2-11); relative-stability (9), (10)",
 )
 class ViscousDrag(NamedTuple):
@@ -17,15 +17,5 @@ class ViscousDrag(NamedTuple):
 
     coefficient: Annotated[Number, quantity("c_b", "N s/m", ge=0, le=1e9)]
 
-    def ball_force(self, body: Body, ball: Ball, motion: BallMotion, deck: Deck) -> float:
-        return -self.coefficient * body.race_radius * motion.rate
-
-    def motor_torque(
-        self, body: Body, ball: Ball, motion: BallMotion, deck: Deck, reaction: Reaction
-    ) -> float:
-        # The race drags the ball along; the motor holds the race's speed against the reaction.
-        return -self.coefficient * body.race_radius * body.race_radius * motion.rate
-
-    def ball_loss(self, body: Body, ball: Ball, motion: BallMotion, reaction: Reaction) -> float:
-        speed = body.race_radius * motion.rate
-        return self.coefficient * speed * speed
+    def ball_drag(self, ball: Ball) -> float:
+        return self.coefficient

@@ -1,0 +1,179 @@
+"""How deck, balls and spindle accelerate under the race's drag alone: the stiff, linear part."""
+
+import numba
+import numpy as np
+
+from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.motion import Ball
+from ab_sim.dynamics.planar import accelerations, path_acceleration, rigid_lever, rotor_inertia
+from ab_sim.dynamics.rows import eliminate, lead
+from ab_sim.dynamics.scratch import (
+    ACROSS,
+    COS,
+    CURVE,
+    DRAG,
+    FRICTION,
+    INERTIA,
+    LEADER,
+    LEVER,
+    PULL,
+    ROW1,
+    ROW2,
+    ROW3,
+    SIN,
+    WEIGHT,
+)
+from ab_sim.dynamics.system import (
+    DIRECTION,
+    LOADED,
+    MASS,
+    RADIUS,
+    ball_drag,
+    friction_coefficient,
+    has_drag,
+    has_friction,
+    has_motor,
+    has_runout,
+)
+
+
+@numba.njit(**COMPILED)
+def drag_response(system, state, modes, slope, scratch):  # type: ignore[no-untyped-def]
+    """The drag's part f_I of ``derivatives``; linear in the velocities.
+
+    Args:
+        system, modes: as for ``derivatives``.
+        state: a state; only its velocities are meant.
+        slope: where f_I goes; zero but for the velocities' part.
+        scratch: as ``place_balls`` has left it at the state's angles.
+    """
+    n = system.balls.shape[0]
+    drag_on_balls(system, state, modes, scratch)
+    eliminate(system, modes, scratch)
+    A1, A2, al = accelerations(system, 0.0, 0.0, 0.0, 0.0, scratch)
+    slope[:] = 0.0
+    slope[2] = A1
+    slope[3] = A2
+    for i in range(n):
+        g = path_acceleration(system, i, A1, A2, al, scratch)
+        slope[4 + n + i] = g / curve_at(system, i, scratch)
+    if has_motor(system.effects):
+        slope[5 + 2 * n] = al
+
+
+@numba.njit(**COMPILED)
+def drag_responses(system, modes, hq, states, slopes, scratch):  # type: ignore[no-untyped-def]
+    """The f_m that solve f_m = f_I(state_m + sum_j hq_mj f_j), on all nodes m at once.
+
+    The elimination of ``derivatives`` with each ball's inertia mu replaced by the matrix
+    mu 1 + c_b hq: it couples the nodes, and leaves two or three equations for each.
+
+    Args:
+        system, modes: as for ``derivatives``.
+        hq: step times the integration matrix [s], shape (m, m).
+        states: the states, shape (m, states); only their velocities are meant.
+        slopes: where the f go, shape (m, states).
+        scratch: for each node, as ``place_balls`` has left it, one behind the other.
+    """
+    effects = system.effects
+    n, m = system.balls.shape[0], hq.shape[0]
+    unknowns = 3 if has_motor(effects) else 2
+    inertia, force = np.zeros((n, m, m)), np.zeros((n, m))
+    rows = np.zeros((n, 3, m))
+    for a in range(m):
+        here = scratch[a * n : (a + 1) * n]
+        drag_on_balls(system, states[a], modes, here)
+        lead(system, modes, here)
+        for i in range(n):
+            at, weight = int(here[i, LEADER]), here[i, WEIGHT]
+            if at < 0:
+                continue
+            inertia[at, a, a] += weight * here[i, INERTIA]
+            force[at, a] += weight * here[i, PULL]
+            for b in range(unknowns):
+                rows[at, b, a] += weight * here[i, ROW1 + b]
+            for b in range(m):
+                there = scratch[b * n : (b + 1) * n]
+                curved = curve_at(system, i, here) / curve_at(system, i, there)
+                inertia[at, a, b] += weight * here[i, DRAG] * hq[a, b] * curved
+    matrix, right = np.zeros((unknowns * m, unknowns * m)), np.zeros(unknowns * m)
+    for a in range(m):
+        matrix[a, a] += system.body.total_mass
+        matrix[m + a, m + a] += system.body.total_mass
+        if has_motor(effects):
+            matrix[m + a, 2 * m + a] += system.body.unbalance
+            matrix[2 * m + a, m + a] += system.body.unbalance
+            matrix[2 * m + a, 2 * m + a] += rotor_inertia(system, scratch[a * n : (a + 1) * n])
+    for i in range(n):
+        if int(scratch[i, LEADER]) == i:
+            inertia[i] = np.linalg.inv(inertia[i])
+    pushed = np.zeros(unknowns)
+    for i in range(n):
+        at, mass = int(scratch[i, LEADER]), system.balls[i, MASS]
+        for a in range(m):
+            here = scratch[a * n : (a + 1) * n]
+            pushed[0], pushed[1] = -mass * here[i, SIN], mass * here[i, COS]
+            if has_motor(effects):
+                pushed[2] = here[i, LEVER]
+                d1, d2 = rigid_lever(system, i, here)
+                matrix[a, 2 * m + a] += d1
+                matrix[m + a, 2 * m + a] += d2
+                matrix[2 * m + a, a] += d1
+                matrix[2 * m + a, m + a] += d2
+            if at < 0:
+                continue
+            for b in range(m):
+                mobility = inertia[at, a, b]
+                for p in range(unknowns):
+                    right[p * m + a] -= pushed[p] * mobility * force[at, b]
+                    for q in range(unknowns):
+                        matrix[p * m + a, q * m + b] += pushed[p] * mobility * rows[at, q, b]
+    solved = np.linalg.solve(matrix, right)
+    for a in range(m):
+        here = scratch[a * n : (a + 1) * n]
+        slopes[a] = 0.0
+        slopes[a, 2] = solved[a]
+        slopes[a, 3] = solved[m + a]
+        if has_motor(effects):
+            slopes[a, 5 + 2 * n] = solved[2 * m + a]
+        for i in range(n):
+            at, g = int(here[i, LEADER]), 0.0
+            if at >= 0:
+                for b in range(m):
+                    pull = force[at, b]
+                    for q in range(unknowns):
+                        pull += rows[at, q, b] * solved[q * m + b]
+                    g += inertia[at, a, b] * pull
+            slopes[a, 4 + n + i] = g / curve_at(system, i, here)
+
+
+@numba.njit(**COMPILED)
+def drag_on_balls(system, state, modes, scratch):  # type: ignore[no-untyped-def]
+    """Each ball's own equation if nothing but drag acts on it."""
+    effects = system.effects
+    n = system.balls.shape[0]
+    for i in range(n):
+        ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
+        m, c, s, drag = ball.mass, scratch[i, COS], scratch[i, SIN], 0.0
+        if has_drag(effects):
+            drag = ball_drag(effects, ball)
+        scratch[i, DRAG] = drag
+        scratch[i, PULL] = -drag * curve_at(system, i, scratch) * state[4 + n + i]
+        scratch[i, ROW1] = m * s
+        scratch[i, ROW2] = -m * c
+        scratch[i, ROW3] = -scratch[i, LEVER]
+        if has_friction(effects):
+            friction = modes[i, DIRECTION] * modes[i, LOADED] * friction_coefficient(effects, ball)
+            scratch[i, FRICTION] = friction
+            scratch[i, ROW1] += friction * m * c
+            scratch[i, ROW2] += friction * m * s
+            if has_runout(effects):
+                scratch[i, ROW3] -= friction * m * scratch[i, ACROSS]
+
+
+@numba.njit(**COMPILED)
+def curve_at(system, i, scratch):  # type: ignore[no-untyped-def]
+    """Radius of curvature of the race at ball i [m]."""
+    if has_runout(system.effects):
+        return scratch[i, CURVE]
+    return system.body.race_radius

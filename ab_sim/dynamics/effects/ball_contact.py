@@ -1,0 +1,41 @@
+"""Balls that cannot pass each other."""
+
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+from ab_sim.dynamics.neighbours import check_row
+from ab_sim.scene.quantities import Number, quantity
+from ab_sim.scene.registry import register
+
+if TYPE_CHECKING:
+    from ab_sim.scene.model import Scene
+
+
+@register(
+    "ball_contact",
+    equation="s_i+1 - s_i >= D along the race, D from a_i + a_i+1; after an impact the balls part "
+    "with restitution times the speed of approach",
+    source="Newton's law of impact; Brogliato, Nonsmooth Mechanics (2016), ch. 4",
+    uses_ball_radius=True,
+)
+class BallContact(NamedTuple):
+    """Balls have a size: they collide, and can rest against each other in a packed row.
+
+    Impacts are located within a step and pass on momentum, to the deck as well; they never add
+    energy. Friction is not part of an impact, and balls do not rub against each other. On an oval
+    race the distance is measured along the race.
+    """
+
+    restitution_coefficient: Annotated[
+        Number, quantity("speed of parting over speed of approach", "1", ge=0, le=1)
+    ]
+    rest_speed: Annotated[
+        Number,
+        quantity("a slower approach does not bounce, the balls stay together", "m/s", gt=0, le=1.0),
+    ] = 1e-6
+
+    def restitution(self, approach: float) -> float:
+        return self.restitution_coefficient if approach > self.rest_speed else 0.0
+
+    def check_scene(self, scene: "Scene") -> None:
+        """Refuse balls that do not fit on the race, or that overlap at the start."""
+        check_row(scene)

@@ -1,0 +1,60 @@
+"""Gravity across the shaft, for any mounting angle of the drive."""
+
+from math import cos, sin
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+from ab_sim.scene.quantities import Number, quantity
+from ab_sim.scene.registry import register
+
+if TYPE_CHECKING:
+    from ab_sim.scene.model import Scene
+
+
+@register(
+    "gravity",
+    equation="g sin(tilt) (cos direction, sin direction) on all that moves",
+    source="Newton; the equations keep A less gravity, which is what an accelerometer reads",
+)
+class Gravity(NamedTuple):
+    """Weight of deck, unbalance and balls in the plane of the disc.
+
+    The weight's part along the shaft presses on bearings that the planar model does not have, and
+    is left out. Displacements count from where the drive hangs at rest in its suspension.
+    """
+
+    tilt: Annotated[
+        Number,
+        quantity(
+            "angle between shaft and vertical: 0 the disc lies flat, pi/2 the drive stands on edge",
+            "rad",
+            ge=-6.3,
+            le=6.3,
+        ),
+    ]
+    direction: Annotated[
+        Number,
+        quantity("where down is in the plane of the disc, from the x axis", "rad", ge=-6.3, le=6.3),
+    ] = -1.5707963267948966
+    acceleration: Annotated[Number, quantity("g, of free fall", "m/s^2", ge=0, le=1e3)] = 9.80665
+
+    def gravity(self) -> tuple[float, float]:
+        across = self.acceleration * sin(self.tilt)
+        return (across * cos(self.direction), across * sin(self.direction))
+
+    def check_scene(self, scene: "Scene") -> None:
+        """Refuse a deck that nothing holds."""
+        held = (
+            ("suspension", "stiffness"),
+            ("unequal_suspension", "stiffness_1"),
+            ("hardening_suspension", "cubic_stiffness"),
+        )
+        stiff = [
+            name
+            for name, key in held
+            if name in scene.effects and getattr(scene.effects[name], key) > 0
+        ]
+        if not stiff:
+            raise ValueError(
+                "effects.gravity: pulls the deck away for ever, no suspension with a stiffness "
+                "holds it; name the effect suspension, or leave out gravity"
+            )

@@ -1,0 +1,26 @@
+"""Suspension that stiffens with displacement."""
+
+from typing import Annotated, NamedTuple
+
+from ab_sim.dynamics.motion import Deck
+from ab_sim.scene.quantities import Number, quantity
+from ab_sim.scene.registry import register
+
+
+@register(
+    "hardening_suspension",
+    equation="f = -k_3 |u|^2 u",
+    source="Duffing's spring, isotropic; Genta, Dynamics of Rotating Systems (2005), ch. 8",
+)
+class HardeningSuspension(NamedTuple):
+    """Cubic spring beside the linear suspension, equal in every direction: rubber mounts."""
+
+    cubic_stiffness: Annotated[Number, quantity("k_3", "N/m^3", ge=0, le=1e18)]
+
+    def deck_force(self, deck: Deck) -> tuple[float, float]:
+        stiffness = self.cubic_stiffness * (deck.x * deck.x + deck.y * deck.y)
+        return (-stiffness * deck.x, -stiffness * deck.y)
+
+    def deck_energy(self, deck: Deck) -> float:
+        square = deck.x * deck.x + deck.y * deck.y
+        return 0.25 * self.cubic_stiffness * square * square

@@ -1,0 +1,53 @@
+"""A motor of finite torque: the spindle speed follows from the equations of motion."""
+
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+from ab_sim.scene.quantities import Number, quantity
+from ab_sim.scene.registry import register
+
+if TYPE_CHECKING:
+    from ab_sim.scene.model import Scene
+
+
+@register(
+    "motor",
+    equation="T = clip(k_p (w_c - w) + k_i int (w_c - w) dt, +-T_max) - b w",
+    source="Sommerfeld effect: Dimentberg et al. (1997), Shock and Vibration 4; direct-current "
+    "motor at limited voltage; integral held while the limit acts",
+)
+class Motor(NamedTuple):
+    """Speed loop with torque limit and back-EMF; unbalance and balls react on the rotor.
+
+    The profile and live commands give the commanded speed w_c. A motor that is too weak is caught
+    at the critical speed. The limit's onset and end are located within a step.
+    """
+
+    rotor_inertia: Annotated[
+        Number, quantity("I_r of rotor and disc about the shaft, M0 e^2 left out", "kg m^2", gt=0)
+    ]
+    torque_limit: Annotated[Number, quantity("T_max, at standstill", "N m", ge=0, le=1e6)]
+    proportional_gain: Annotated[Number, quantity("k_p", "N m s/rad", ge=0, le=1e6)]
+    integral_gain: Annotated[Number, quantity("k_i", "N m/rad", ge=0, le=1e6)] = 0.0
+    back_emf_slope: Annotated[
+        Number, quantity("b, torque lost per speed", "N m s/rad", ge=0, le=1e6)
+    ] = 0.0
+
+    def rotor_moment(self) -> float:
+        return self.rotor_inertia
+
+    def loop_torque(self, error: float, integral: float) -> float:
+        return self.proportional_gain * error + self.integral_gain * integral
+
+    def largest_torque(self) -> float:
+        return self.torque_limit
+
+    def back_torque(self, speed: float) -> float:
+        return self.back_emf_slope * speed
+
+    def check_scene(self, scene: "Scene") -> None:
+        """Refuse a motor whose acceleration nobody would feel."""
+        if "spindle_acceleration" not in scene.effects:
+            raise ValueError(
+                "effects.motor: needs the effect spindle_acceleration too, because the spindle's "
+                "acceleration follows from what unbalance and balls feel of it; name both"
+            )

@@ -1,0 +1,98 @@
+"""Forces that the equations of motion leave out: race on ball, ball on ball."""
+
+from typing import Any
+
+from numba.extending import register_jitable
+
+from ab_sim.dynamics.dispatch import COMPILED, chosen_by
+from ab_sim.dynamics.rows import moves_along, row_start
+from ab_sim.dynamics.scratch import (
+    ACROSS,
+    COS,
+    FORCE,
+    FRICTION,
+    INERTIA,
+    LOAD,
+    PATH_ACCELERATION,
+    PULL,
+    PUSH,
+    ROW1,
+    ROW2,
+    ROW3,
+    SIN,
+)
+from ab_sim.dynamics.system import (
+    MASS,
+    SLANT,
+    ball_at,
+    has_contact,
+    has_friction,
+    has_motor,
+    has_runout,
+)
+
+
+def _reactions(
+    system: Any, A1: float, A2: float, al: float, state: Any, modes: Any, scratch: Any
+) -> None:
+    for i in range(system.balls.shape[0]):
+        m = system.balls[i, MASS]
+        outwards = A1 * scratch[i, COS] + A2 * scratch[i, SIN]
+        force = scratch[i, LOAD] - m * outwards
+        if has_runout(system.effects):
+            force += m * al * scratch[i, ACROSS]
+        scratch[i, FORCE] = force
+    add_pushes(system, A1, A2, al, modes, scratch)
+
+
+def _pushes(system: Any, A1: float, A2: float, al: float, modes: Any, scratch: Any) -> None:
+    n = system.contacts.shape[0]
+    begin = row_start(system, modes)
+    push, lean = 0.0, 0.0
+    for place in range(n):
+        k = (begin + place) % n
+        i = ball_at(system, k)
+        scratch[k, PUSH] = 0.0
+        ahead = moves_along(system, modes, k)
+        before = push
+        if ahead:
+            surplus = pull_at(system, i, A1, A2, al, scratch)
+            surplus -= scratch[i, INERTIA] * scratch[i, PATH_ACCELERATION]
+            arrives, leaves = push, 1.0
+            if has_friction(system.effects):
+                arrives *= 1.0 - scratch[i, FRICTION] * lean
+                leaves += scratch[i, FRICTION] * system.contacts[k, SLANT]
+            push = (arrives + surplus) / leaves
+        else:
+            push = 0.0
+        scratch[k, PUSH] = push
+        scratch[i, FORCE] += before * lean + push * system.contacts[k, SLANT]
+        lean = system.contacts[k, SLANT]
+
+
+add_pushes = chosen_by(has_contact, _pushes, lambda system, A1, A2, al, modes, scratch: None)
+
+reactions = chosen_by(
+    has_friction,
+    _reactions,
+    chosen_by(
+        has_contact,
+        lambda system, A1, A2, al, state, modes, scratch: add_pushes(
+            system, A1, A2, al, modes, scratch
+        ),
+        lambda system, A1, A2, al, state, modes, scratch: None,
+    ),
+)
+"""Fill in FORCE, the race's normal forces, and PUSH, as far as the effects need them.
+
+``(system, A1, A2, al, state, modes, scratch)``, right after ``derivatives`` at that state.
+"""
+
+
+@register_jitable(**COMPILED)
+def pull_at(system: Any, i: int, A1: float, A2: float, al: float, scratch: Any) -> float:
+    """Force along the race on ball i but for its neighbours' pushes and a holding friction [N]."""
+    pull = scratch[i, PULL] + scratch[i, ROW1] * A1 + scratch[i, ROW2] * A2
+    if has_motor(system.effects):
+        pull += scratch[i, ROW3] * al
+    return float(pull)

@@ -1,0 +1,156 @@
+"""Elimination of the balls: one by one, or as rows of balls in contact.
+
+Along the race the pushes between the balls of a row cancel out of a weighted sum of their
+equations, and all have one path acceleration; so a row is eliminated as if it were one ball.
+A push along the line of centres also presses both balls outwards, by PUSH times the slant, and
+with friction that counts: hence the weights.
+"""
+
+from typing import Any
+
+from numba.extending import register_jitable
+
+from ab_sim.dynamics.dispatch import COMPILED, chosen_by
+from ab_sim.dynamics.scratch import (
+    FRICTION,
+    GAIN0,
+    GAIN1,
+    GAIN2,
+    GAIN3,
+    INERTIA,
+    LEADER,
+    PULL,
+    ROW1,
+    ROW2,
+    ROW3,
+    TOTAL,
+    WEIGHT,
+)
+from ab_sim.dynamics.system import (
+    DIRECTION,
+    JOINED,
+    LOADED,
+    SLANT,
+    ball_at,
+    has_contact,
+    has_friction,
+    has_motor,
+)
+
+
+def _sticks(system: Any, modes: Any, i: int) -> bool:
+    return bool(modes[i, LOADED] == 1 and modes[i, DIRECTION] == 0)
+
+
+sticks = chosen_by(has_friction, _sticks, lambda system, modes, i: False)
+"""Whether friction holds ball i on the race; ``(system, modes, i)``."""
+
+
+def _one_by_one(system: Any, modes: Any, scratch: Any) -> None:
+    for i in range(system.balls.shape[0]):
+        if sticks(system, modes, i):
+            _set_gain(system, scratch, i, 0.0, 0.0, 0.0, 0.0)
+        else:
+            mobility = 1.0 / scratch[i, INERTIA]
+            scratch[i, GAIN0] = scratch[i, PULL] * mobility
+            scratch[i, GAIN1] = scratch[i, ROW1] * mobility
+            scratch[i, GAIN2] = scratch[i, ROW2] * mobility
+            if has_motor(system.effects):
+                scratch[i, GAIN3] = scratch[i, ROW3] * mobility
+
+
+@register_jitable(**COMPILED)
+def _rows_lead(system: Any, modes: Any, scratch: Any) -> None:
+    n = system.contacts.shape[0]
+    begin = row_start(system, modes)
+    leader, weight = -1, 1.0
+    for place in range(n):
+        k = (begin + place) % n
+        i = ball_at(system, k)
+        behind = (k - 1) % n
+        if sticks(system, modes, i):
+            leader = -1
+        elif place > 0 and moves_along(system, modes, behind):
+            if has_friction(system.effects):
+                before = ball_at(system, behind)
+                weight *= 1.0 + scratch[before, FRICTION] * system.contacts[behind, SLANT]
+                weight /= 1.0 - scratch[i, FRICTION] * system.contacts[behind, SLANT]
+        else:
+            leader, weight = i, 1.0
+        scratch[i, LEADER] = leader
+        scratch[i, WEIGHT] = weight
+
+
+@register_jitable(**COMPILED)
+def _each_leads(system: Any, modes: Any, scratch: Any) -> None:
+    for i in range(system.balls.shape[0]):
+        scratch[i, LEADER] = -1 if sticks(system, modes, i) else i
+        scratch[i, WEIGHT] = 1.0
+
+
+lead = chosen_by(has_contact, _rows_lead, _each_leads)
+"""Fill in LEADER and WEIGHT; ``(system, modes, scratch)``."""
+
+
+@register_jitable(**COMPILED)
+def _row_by_row(system: Any, modes: Any, scratch: Any) -> None:
+    n = system.contacts.shape[0]
+    lead(system, modes, scratch)
+    for i in range(n):
+        scratch[i, TOTAL] = 0.0
+        _set_gain(system, scratch, i, 0.0, 0.0, 0.0, 0.0)
+    for i in range(n):
+        at, weight = int(scratch[i, LEADER]), scratch[i, WEIGHT]
+        if at >= 0:
+            scratch[at, TOTAL] += weight * scratch[i, INERTIA]
+            scratch[at, GAIN0] += weight * scratch[i, PULL]
+            scratch[at, GAIN1] += weight * scratch[i, ROW1]
+            scratch[at, GAIN2] += weight * scratch[i, ROW2]
+            if has_motor(system.effects):
+                scratch[at, GAIN3] += weight * scratch[i, ROW3]
+    for i in range(n):
+        if int(scratch[i, LEADER]) == i:
+            mobility = 1.0 / scratch[i, TOTAL]
+            for column in (GAIN0, GAIN1, GAIN2, GAIN3):
+                scratch[i, column] *= mobility
+    for i in range(n):
+        at = int(scratch[i, LEADER])
+        if at >= 0 and at != i:
+            for column in (GAIN0, GAIN1, GAIN2, GAIN3):
+                scratch[i, column] = scratch[at, column]
+
+
+eliminate = chosen_by(has_contact, _row_by_row, _one_by_one)
+"""Solve each ball's or row's equation for its path acceleration; ``(system, modes, scratch)``."""
+
+
+@register_jitable(**COMPILED)
+def _set_gain(
+    system: Any, scratch: Any, i: int, gain0: float, gain1: float, gain2: float, gain3: float
+) -> None:
+    scratch[i, GAIN0] = gain0
+    scratch[i, GAIN1] = gain1
+    scratch[i, GAIN2] = gain2
+    if has_motor(system.effects):
+        scratch[i, GAIN3] = gain3
+
+
+@register_jitable(**COMPILED)
+def row_start(system: Any, modes: Any) -> int:
+    """A place in the order of balls at which a row begins: no more than n - 1 contacts close."""
+    n = system.contacts.shape[0]
+    for k in range(n):
+        if modes[k - 1, JOINED] == 0:
+            return k
+    return 0
+
+
+@register_jitable(**COMPILED)
+def moves_along(system: Any, modes: Any, k: int) -> bool:
+    """Whether the balls at contact k touch and move together (a stuck ball does not move)."""
+    if modes[k, JOINED] == 0:
+        return False
+    return not (
+        sticks(system, modes, ball_at(system, k))
+        or sticks(system, modes, ball_at(system, (k + 1) % system.contacts.shape[0]))
+    )

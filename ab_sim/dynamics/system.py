@@ -1,0 +1,84 @@
+"""What a kernel is compiled for (types) and runs with (values)."""
+
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from ab_sim.dynamics.dispatch import COMPILED, any_effect_has, forward, sum_over_effects
+from ab_sim.dynamics.motion import Body
+
+# Few arrays with columns, not many arrays: compiled code passes seven words for each.
+MASS, RADIUS, FIRST_TURNS = 0, 1, 2
+"""Columns of System.balls: m_i [kg]; a_i [m]; whole turns in the ball's angle at the start."""
+ORDER, SPACING, SLANT = 0, 1, 2
+"""Columns of System.contacts: the ball at this place of the row; the distance along the race from
+it to the next one in contact [m]; the tangent of the angle between line of centres and race."""
+DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
+"""Columns of modes, the branches of set-valued laws that hold between two events.
+
+DIRECTION: +1 or -1, in which a ball slides along the race; 0, it sticks. Of the last row: +1 or
+-1 while the motor gives all it can in that direction, else 0. LOADED: 1 where the race carries the
+ball. JOINED: 1 where the two balls at a contact touch and stay so. TURNS: whole turns taken out of
+a ball's angle; of the last row, out of the spindle's."""
+MODES = 4
+
+
+class System(NamedTuple):
+    """Constants of a scene. An effect that is not in ``effects`` is not in the kernel."""
+
+    body: Body
+    balls: np.ndarray
+    """Shape (n, 3), columns as above."""
+    contacts: np.ndarray
+    """Neighbours along the race, shape (n, 3), columns as above; contact k lies between the balls
+    at places k and k + 1 of the row, cyclic. Shape (0, 3) if balls may pass each other."""
+    effects: tuple[Any, ...]
+    ledger: tuple[Any, ...]
+    """(Ledger(),) to keep one, else empty."""
+
+
+@numba.njit(**COMPILED)
+def ball_at(system, place):  # type: ignore[no-untyped-def]
+    """Which ball is at a place of the row."""
+    return int(system.contacts[place, ORDER])
+
+
+class Place(NamedTuple):
+    """Where a run is along the speed profile."""
+
+    segment: Any
+    """Speed segment in force."""
+    phase: float
+    """Spindle angle at the segment's beginning [rad], whole turns left out."""
+
+
+deck_force = sum_over_effects("deck_force", (0.0, 0.0))
+space_force = sum_over_effects("space_force", (0.0, 0.0))
+gravity = sum_over_effects("gravity", (0.0, 0.0))
+ball_inertia = sum_over_effects("ball_inertia", 0.0)
+ball_drag = sum_over_effects("ball_drag", 0.0)
+friction_coefficient = sum_over_effects("friction_coefficient", 0.0)
+race_shape = sum_over_effects("race_shape", (0.0, 0.0, 0.0, 0.0))
+race_arc = sum_over_effects("race_arc", 0.0)
+restitution = sum_over_effects("restitution", 0.0)
+felt_acceleration = sum_over_effects("spindle_acceleration", 0.0)
+loop_torque = sum_over_effects("loop_torque", 0.0)
+torque_limit = sum_over_effects("largest_torque", 0.0)
+back_torque = sum_over_effects("back_torque", 0.0)
+rotor_moment = sum_over_effects("rotor_moment", 0.0)
+
+has_drag = any_effect_has("ball_drag")
+has_spin = any_effect_has("ball_inertia")
+has_friction = any_effect_has("friction_coefficient")
+has_contact = any_effect_has("restitution")
+has_runout = any_effect_has("race_shape")
+has_gravity = any_effect_has("gravity")
+has_space_force = any_effect_has("space_force")
+has_spindle_angle = any_effect_has("space_force", "gravity")
+has_motor = any_effect_has("rotor_moment")
+has_events = any_effect_has("friction_coefficient", "restitution", "rotor_moment")
+
+segment_speed = forward("speed")
+segment_acceleration = forward("acceleration")
+segment_angle = forward("angle")

@@ -1,0 +1,52 @@
+"""Which stepper a scene is run with, and why."""
+
+from typing import NamedTuple
+
+from ab_sim.dynamics.assemble import DRAG, linear_rates
+from ab_sim.dynamics.system import System
+from ab_sim.errors import SceneError
+from ab_sim.integrate.limits import check_step, largest_step
+from ab_sim.integrate.registry import AUTO, Stepper, stepper_named
+from ab_sim.integrate.rk8 import RK8
+from ab_sim.integrate.sweeps import SWEEPS, Sweeps
+from ab_sim.scene.model import Scene
+
+
+class Choice(NamedTuple):
+    """A stepper, why it was taken, and the longest step that it may take here."""
+
+    stepper: Stepper
+    reason: str
+    longest: float
+    """s; infinite where nothing limits the step."""
+    limited_by: str
+
+
+def choose_stepper(scene: Scene, system: System) -> Choice:
+    """The stepper that a scene names, or the one that its drag calls for if it leaves that open.
+
+    Raises:
+        SceneError: unknown stepper, or the step is beyond its stability limit.
+    """
+    step, name = scene.solver.step, scene.solver.stepper
+    rates = linear_rates(system, scene.spindle.max_speed)
+    beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
+    if name != AUTO:
+        stepper, reason = stepper_named(name), "named by the scene"
+    else:
+        most, what = largest_step(RK8, rates)
+        stepper, reason = RK8, "auto: stable at this step"
+        if step > most and what == DRAG:
+            stepper = SWEEPS
+            reason = (
+                f"auto: rk8 would need steps of at most {most:g} s for {DRAG}, whose rate is "
+                f"{abs(rates[DRAG]):.4g} 1/s"
+            )
+    limits = beside_drag if isinstance(stepper, Sweeps) else rates
+    try:
+        check_step(stepper, step, limits)
+    except SceneError as error:
+        if largest_step(stepper, limits)[1] == DRAG:
+            raise SceneError(f"{error}; or leave solver.stepper to auto, or name sweeps") from None
+        raise
+    return Choice(stepper, reason, *largest_step(stepper, limits))

@@ -1,0 +1,209 @@
+"""Events located within a step: the step is cut where a set-valued law takes another branch.
+
+Between two events the equations are smooth, so a stepper keeps its order if it never steps across
+one. A trial step that ends with a negative margin contains an event; its time is found by taking
+shorter trial steps, each of full order, until the margin is zero. Shampine, Gladwell and Brankin
+(1991), ACM TOMS 17, put it that way, but interpolate; a step here costs a microsecond or two.
+"""
+
+from math import sqrt
+
+import numba
+
+from ab_sim.dynamics.dispatch import COMPILED, chosen_by
+from ab_sim.dynamics.planar import derivatives
+from ab_sim.dynamics.settle import settle
+from ab_sim.dynamics.switches import margin_rate, margins
+from ab_sim.dynamics.system import has_events
+from ab_sim.integrate.one_step import one_step
+
+MOST_EVENTS = 50
+"""Per step, and 10 more per ball; a step with more goes on without locating the rest."""
+CLOSE = 1e-13
+"""An event's time is known to this part of a step."""
+
+
+@numba.njit(**COMPILED)
+def _plain(system, weights, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
+    one_step(weights, system, place, begin, length, state, modes, work)
+
+
+@numba.njit(**COMPILED)
+def _with_events(system, weights, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
+    slopes, trial, scratch = work.slopes, work.trial, work.scratch
+    margin, grain = work.margin, work.grain
+    most = MOST_EVENTS + 10 * system.balls.shape[0]
+    now, rest = begin, length
+    for count in range(most + 1):
+        slot = trial_step(system, weights, place, now, rest, state, modes, work)
+        if not within_bounds(trial, work.bounds):
+            return
+        taken = rest
+        if slot < 0:
+            slot, taken = dip(system, weights, place, now, rest, state, modes, work)
+        if slot < 0:
+            return
+        if count == most:
+            work.counts[1] += 1
+            trial_step(system, weights, place, now, rest, state, modes, work)
+            return
+        taken, slot = locate(system, weights, place, now, taken, slot, state, modes, work)
+        if taken > 0.0:
+            for j in range(state.size):
+                state[j] = trial[j]
+        work.counts[0] += 1
+        now += taken
+        rest -= taken
+        settle(
+            system, place, now, state, modes, slot, slopes[0], scratch, margin, grain, work.changes
+        )
+        if rest <= CLOSE * length:
+            for j in range(state.size):
+                trial[j] = state[j]
+            return
+
+
+step_over_events = chosen_by(has_events, _with_events, _plain)
+"""One step, cut at every event; ``(system, weights, place, begin, length, state, modes, work)``.
+
+The result is in ``work.trial``. At events state and modes change.
+"""
+
+
+@numba.njit(**COMPILED)
+def within_bounds(trial, bounds):  # type: ignore[no-untyped-def]
+    """Whether the state is finite and sound; written so that a NaN is not."""
+    for j in range(trial.size):
+        if not abs(trial[j]) < bounds[j]:
+            return False
+    return True
+
+
+@numba.njit(**COMPILED)
+def trial_step(system, weights, place, now, length, state, modes, work):  # type: ignore[no-untyped-def]
+    """Step, and look at the margins at its end; the slot most below its grain, or -1."""
+    one_step(weights, system, place, now, length, state, modes, work)
+    A1, A2, al = derivatives(
+        system, place, now + length, work.trial, modes, work.ahead, work.scratch
+    )
+    margins(
+        system,
+        place,
+        now + length,
+        work.trial,
+        modes,
+        A1,
+        A2,
+        al,
+        work.scratch,
+        work.margin_ahead,
+        work.grain,
+    )
+    return first_below(work.margin, work.margin_ahead, work.grain)
+
+
+@numba.njit(**COMPILED)
+def first_below(margin, ahead, grain):  # type: ignore[no-untyped-def]
+    """The slot whose margin, drawn as a straight line, is the first to reach zero; -1 if none."""
+    found, first = -1, 2.0
+    for slot in range(margin.size):
+        if ahead[slot] < -grain[slot]:
+            start = max(margin[slot], 0.0)
+            reaches = start / (start - ahead[slot])
+            if reaches < first:
+                found, first = slot, reaches
+    return found
+
+
+@numba.njit(**COMPILED)
+def dip(system, weights, place, now, length, state, modes, work):  # type: ignore[no-untyped-def]
+    """A margin that is negative within the step but not at its end: slot and where, or (-1, ..).
+
+    Distances and speeds are drawn as cubics through both ends; only where one dips is the step
+    taken to its lowest point to see.
+    """
+    margin, ahead = work.margin, work.margin_ahead
+    for slot in range(margin.size):
+        if margin[slot] > 1e200 or ahead[slot] > 1e200:
+            continue
+        g0, g1 = margin[slot], ahead[slot]
+        r0 = length * margin_rate(system, state, work.slopes[0], modes, slot, work.scratch)
+        if r0 >= 0.0:
+            continue
+        r1 = length * margin_rate(system, work.trial, work.ahead, modes, slot, work.scratch)
+        if r1 <= 0.0:
+            continue
+        # Cubic g0 + r0 x + p x^2 + q x^3 on 0..1; its minimum is where the derivative rises
+        # through zero.
+        p = 3.0 * (g1 - g0) - 2.0 * r0 - r1
+        q = 2.0 * (g0 - g1) + r0 + r1
+        root = p * p - 3.0 * q * r0
+        if root < 0.0:
+            continue
+        x = -r0 / (p + sqrt(root))
+        if not 0.0 < x < 1.0 or g0 + x * (r0 + x * (p + x * q)) >= -work.grain[slot]:
+            continue
+        lowest = x * length
+        trial_step(system, weights, place, now, lowest, state, modes, work)
+        if work.margin_ahead[slot] < -work.grain[slot]:
+            return slot, lowest
+        trial_step(system, weights, place, now, length, state, modes, work)
+    return -1, length
+
+
+@numba.njit(**COMPILED)
+def locate(system, weights, place, now, length, slot, state, modes, work):  # type: ignore[no-untyped-def]
+    """The first event of a step, given that ``slot`` is negative at ``length``.
+
+    Returns:
+        How far into the step it is [s], with the state there in ``work.trial``, and its slot.
+    """
+    low, high = 0.0, length
+    at_low, at_high = work.margin[slot], work.margin_ahead[slot]
+    if at_low <= 0.0:
+        # It starts at zero: find where it has risen, to have the crossing between.
+        probe = length
+        for _ in range(12):
+            probe *= 0.25
+            other = trial_step(system, weights, place, now, probe, state, modes, work)
+            if work.margin_ahead[slot] > work.grain[slot]:
+                low, at_low = probe, work.margin_ahead[slot]
+                break
+            if other >= 0:
+                slot, high, at_high = other, probe, work.margin_ahead[other]
+        else:
+            return 0.0, slot
+    side = 0
+    for attempt in range(100):
+        if high - low <= CLOSE * length:
+            break
+        # Illinois' regula falsi, with a bisection now and then against a stubborn end.
+        x = (low * at_high - high * at_low) / (at_high - at_low)
+        if attempt % 8 == 7 or not low < x < high:
+            x = 0.5 * (low + high)
+        other = trial_step(system, weights, place, now, x, state, modes, work)
+        here = work.margin_ahead[slot]
+        if other >= 0 and here >= -work.grain[slot]:
+            # Another margin was negative before: go for that one.
+            slot, high, at_high = other, x, work.margin_ahead[other]
+            at_low = max(work.margin[slot], 0.0) if low == 0.0 else at_low
+            if low > 0.0:
+                trial_step(system, weights, place, now, low, state, modes, work)
+                at_low = max(work.margin_ahead[slot], 0.0)
+            side = 0
+            continue
+        if abs(here) <= work.grain[slot]:
+            high = x
+            break
+        if here < 0.0:
+            high, at_high = x, here
+            if side == -1:
+                at_low *= 0.5
+            side = -1
+        else:
+            low, at_low = x, here
+            if side == 1:
+                at_high *= 0.5
+            side = 1
+    trial_step(system, weights, place, now, high, state, modes, work)
+    return high, slot

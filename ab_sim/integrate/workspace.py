@@ -1,0 +1,51 @@
+"""Arrays that a run reuses, so that no step allocates."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.dynamics.scratch import WIDTH
+from ab_sim.dynamics.switches import slots
+from ab_sim.dynamics.system import System
+
+
+class Workspace(NamedTuple):
+    """What one step writes to."""
+
+    slopes: np.ndarray
+    """The stepper's stages, shape (rows, states); row 0 is the slope at the step's start."""
+    trial: np.ndarray
+    """The state at the step's end, shape (states,)."""
+    ahead: np.ndarray
+    """The slope there, shape (states,)."""
+    scratch: np.ndarray
+    """Shape (balls, WIDTH), and as much again for each node of a stepper that asks for it."""
+    bounds: np.ndarray
+    """Magnitudes that no sound run reaches, shape (states,)."""
+    margin: np.ndarray
+    """Margins at the step's start, shape (slots,)."""
+    margin_ahead: np.ndarray
+    """Margins at its end, shape (slots,)."""
+    grain: np.ndarray
+    """What of a margin may be rounding, shape (slots,)."""
+    changes: np.ndarray
+    """How often branches changed, shape (2 slots,); see settle."""
+    counts: np.ndarray
+    """Events met; events too many for one step, which were not located. Shape (2,)."""
+
+
+def workspace(system: System, slopes: int, nodes: int, bounds: np.ndarray) -> Workspace:
+    """A workspace for a system and a stepper that keeps ``slopes``, and balls at ``nodes``."""
+    states, margins = bounds.size, slots(system)
+    return Workspace(
+        np.zeros((slopes, states)),
+        np.zeros(states),
+        np.zeros(states),
+        np.zeros(((1 + nodes) * system.balls.shape[0], WIDTH)),
+        bounds,
+        np.zeros(margins),
+        np.zeros(margins),
+        np.zeros(margins),
+        np.zeros(2 * margins, np.int64),
+        np.zeros(2, np.int64),
+    )

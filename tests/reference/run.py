@@ -1,0 +1,296 @@
+"""Run the reference: one solve_ivp for every mode, events located by scipy."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from . import friction, motor
+from .contact import chain_of, impact
+from .dynamics import STUCK, Forces, Mode, solve
+from .friction import Guard
+from .model import Array, Model
+from .params import Params
+
+
+class Event(NamedTuple):
+    """What happened at ``time`` [s].
+
+    To a ball: stick, reverse, release, load, unload; to a contact: impact, part; or motor, where
+    its regime changes. For contacts, ``ball`` is the one behind; ``loss`` is the energy [J] that
+    an impact takes.
+    """
+
+    time: float
+    kind: str
+    ball: int
+    loss: float = 0.0
+
+
+@dataclass(frozen=True)
+class Start:
+    """State at t = 0, deck relative to its static equilibrium, balls relative to the race."""
+
+    x: float = 0.0
+    y: float = 0.0
+    vx: float = 0.0
+    vy: float = 0.0
+    rates: tuple[float, ...] = ()
+    """theta_i'; zero unless given."""
+    speed: float | None = None
+    """w with a motor; the command's unless given."""
+    z: float = 0.0
+
+
+@dataclass(frozen=True)
+class Result:
+    """The motion at ``times``; arrays have one row per time. Energies are integrals from t = 0."""
+
+    params: Params
+    times: Array
+    q: Array
+    """x, y, psi, psi_1, ..."""
+    rates: Array
+    """q'."""
+    z: Array
+    work: Array
+    """J, of the torque from outside on the rotor."""
+    losses: Array
+    """J, of suspension, drag, friction and impacts, four columns."""
+    events: tuple[Event, ...]
+
+    @property
+    def x(self) -> Array:
+        """Deck from its static equilibrium [m], inertial."""
+        return self.q[:, 0]
+
+    @property
+    def y(self) -> Array:
+        """As x."""
+        return self.q[:, 1]
+
+    @property
+    def vx(self) -> Array:
+        """Deck's velocity [m/s], inertial."""
+        return self.rates[:, 0]
+
+    @property
+    def vy(self) -> Array:
+        """As vx."""
+        return self.rates[:, 1]
+
+    @property
+    def psi(self) -> Array:
+        """Spindle angle [rad]."""
+        return self.q[:, 2]
+
+    @property
+    def w(self) -> Array:
+        """Spindle speed [rad/s]."""
+        return self.rates[:, 2]
+
+    @property
+    def theta(self) -> Array:
+        """Ball angles from the unbalance [rad], unwrapped, a column for each ball."""
+        return self.q[:, 3:] - self.q[:, 2:3]
+
+    @property
+    def theta_rate(self) -> Array:
+        """theta_i' [rad/s]."""
+        return self.rates[:, 3:] - self.rates[:, 2:3]
+
+    def energy(self) -> Array:
+        """Kinetic energy, springs and gravity [J]."""
+        model = Model(self.params)
+        return np.array([model.energy(q, v) for q, v in zip(self.q, self.rates, strict=True)])
+
+    def imbalance(self) -> Array:
+        """E - E(0) - work + losses [J]: zero if nothing is forgotten."""
+        e = self.energy()
+        return e - e[0] - self.work + self.losses.sum(axis=1)
+
+
+class Problem:
+    """The state vector (q, q', z, work, three losses) and its derivative in a mode.
+
+    Scipy asks several events for values at one state, so the last forces are remembered.
+    """
+
+    def __init__(self, p: Params, angles: Array) -> None:
+        self.p, self.model, self.size = p, Model(p), 3 + p.count
+        self.chain = chain_of(self.model, angles)
+        self._key: tuple[float, bytes] | None = None
+        self._guards: list[Guard] = []
+
+    def split(self, y: Array) -> tuple[Array, Array, float]:
+        """q, q' and z."""
+        return y[: self.size], y[self.size : 2 * self.size], float(y[2 * self.size])
+
+    def forces(self, start: float, t: float, y: Array, mode: Mode) -> Forces:
+        """Forces in a mode, on the command's segment that holds after ``start``."""
+        asked = motor.command(self.p, start, t)
+        return solve(self.model, self.chain, mode, asked, *self.split(y))
+
+    def derivative(self, start: float, mode: Mode, t: float, y: Array) -> Array:
+        """Of the state vector."""
+        p, forces = self.p, self.forces(start, t, y, mode)
+        _, rates, _ = self.split(y)
+        slip = forces.path * (rates[3:] - rates[2])
+        damping = self.model.damping @ rates[:2]
+        powers = [
+            forces.integrator,
+            forces.torque * rates[2],
+            rates[:2] @ damping,
+            p.drag * slip @ slip,
+            -forces.friction @ slip,
+        ]
+        return np.concatenate([rates, forces.accelerations, powers])
+
+    def guards(self, start: float, t: float, y: Array, mode: Mode) -> list[Guard]:
+        """What can end the mode."""
+        key = (t, y.tobytes())
+        if key != self._key:
+            asked = motor.command(self.p, start, t)
+            forces = self.forces(start, t, y, mode)
+            state = self.split(y)
+            self._guards = friction.guards(self.model, self.chain, mode, asked, forces, *state)
+            self._key = key
+        return self._guards
+
+    def events(self, start: float, y: Array, mode: Mode) -> list[Callable[[float, Array], float]]:
+        """One function for each guard, as scipy wants them."""
+        self._key = None
+
+        def event(index: int) -> Callable[[float, Array], float]:
+            def value(t: float, y: Array) -> float:
+                return self.guards(start, t, y, mode)[index].value
+
+            value.terminal, value.direction = True, -1  # type: ignore[attr-defined]
+            return value
+
+        return [event(i) for i in range(len(self.guards(start, start, y, mode)))]
+
+
+def tolerances(p: Params, rtol: float, implicit: bool) -> tuple[Array | float, Array]:
+    """Rtol and atol of the state vector; angles and speeds grow, so theirs are absolute.
+
+    Scipy's implicit methods take no rtol by component: there all are absolute.
+    """
+    n, floor = p.count, 2.3e-14
+    turns = np.concatenate([np.full(1 + n, 1.0), [1e-3] * 2, np.full(1 + n, 10.0), [1.0]])
+    scales = np.concatenate([[1e-5] * 2, turns, [1e-3] * 4])
+    if implicit:
+        scales[:2], scales[3 + n : 5 + n] = 3e-5, 3e-3
+        return max(rtol * 1e-4, 1e-13), rtol * scales
+    relative = [rtol] * 2 + [floor] * (1 + n) + [rtol] * 2 + [floor] * (1 + n) + [rtol] * 5
+    return np.array(relative), rtol * scales
+
+
+def simulate(
+    params: Params,
+    theta0: Sequence[float],
+    times: Sequence[float] | Array,
+    *,
+    start: Start | None = None,
+    method: str = "DOP853",
+    rtol: float = 1e-12,
+    max_step: float = np.inf,
+    max_events: int = 100_000,
+) -> Result:
+    """The motion from rest at the static equilibrium.
+
+    Args:
+        params: the rotor.
+        theta0: ball angles from the unbalance [rad].
+        times: rising, from 0 or later [s].
+        start: another start than rest.
+        method: of solve_ivp; "Radau" for a stiff race.
+        rtol: relative tolerance; the absolute ones follow from it.
+        max_step: longest step [s], where an event could hide within one.
+        max_events: how many before it gives up.
+    """
+    p, s = params, start or Start()
+    theta = np.array(theta0, float)
+    if theta.shape != (p.count,):
+        raise ValueError(f"{p.count} ball angles, please")
+    problem = Problem(p, theta)
+    asked = motor.command(p, 0.0, 0.0)
+    w = asked.speed if s.speed is None or p.motor is None else s.speed
+    slide = np.array(s.rates or np.zeros(p.count), float)
+    places: Array = np.concatenate([[s.x, s.y, asked.angle], asked.angle + theta])
+    y: Array = np.concatenate([places, [s.vx, s.vy, w], w + slide, [s.z], np.zeros(4)])
+    out = np.asarray(times, float)
+    stops = [b for b in motor.breakpoints(p) if 0.0 < b < out[-1]] + [float(out[-1])]
+    relative, absolute = tolerances(p, rtol, method in ("Radau", "BDF", "LSODA"))
+    states = [np.append(y, 0.0)] * int(out[0] <= 0.0)
+    events: list[Event] = []
+    now, knocked = 0.0, 0.0
+    y, mode = fresh(problem, now, y)
+    while now < out[-1]:
+        stop = next(b for b in stops if b > now)
+        within = set(out[(out > now) & (out <= stop)])
+        solution = solve_ivp(
+            partial(problem.derivative, now, mode), (now, stop), y, method=method,
+            t_eval=sorted(within | {stop}), rtol=relative, atol=absolute, max_step=max_step,
+            events=problem.events(now, y, mode),
+        )  # fmt: skip
+        if solution.status < 0:
+            raise RuntimeError(solution.message)
+        for t, state in zip(solution.t, np.transpose(solution.y), strict=True):
+            if t in within:
+                states.append(np.append(state, knocked))
+        if solution.status == 0:
+            now, y = stop, solution.y[:, -1]
+            y, mode = fresh(problem, now, y)
+            continue
+        which = next(i for i, hits in enumerate(solution.t_events) if hits.size)
+        begin, now, y = now, float(solution.t_events[which][0]), solution.y_events[which][0]
+        guard = problem.guards(begin, now, y, mode)[which]
+        event, y = happen(problem, guard, now, y)
+        knocked += event.loss
+        y, mode = fresh(problem, now, y)
+        if event.kind == "stop":
+            stuck = mode.balls[event.ball] == STUCK
+            event = event._replace(kind="stick" if stuck else "reverse")
+        events.append(event)
+        if len(events) > max_events:
+            raise RuntimeError(f"more than {max_events} events by t = {now}")
+    table, size = np.array(states), problem.size
+    tail = table[:, 2 * size :]
+    return Result(
+        p, out, table[:, :size], table[:, size : 2 * size], tail[:, 0], tail[:, 1], tail[:, 2:],
+        tuple(events),
+    )  # fmt: skip
+
+
+def fresh(problem: Problem, now: float, y: Array) -> tuple[Array, Mode]:
+    """The mode just after ``now``, and the state with what it holds held exactly."""
+    asked = motor.command(problem.p, now, now)
+    q, rates, z = problem.split(y)
+    mode = friction.choose_mode(problem.model, problem.chain, asked, q, rates, z)
+    q, rates = friction.settled(problem.model, problem.chain, mode, q, rates)
+    rest = y[2 * problem.size :].copy()
+    m, regime = problem.p.motor, mode.regime
+    if m is not None and regime.kind == motor.SLIDING:
+        rest[0] = (regime.side * m.limit - m.kp * (asked.speed - rates[2])) / m.ki
+    return np.concatenate([q, rates, rest]), mode
+
+
+def happen(problem: Problem, guard: Guard, now: float, y: Array) -> tuple[Event, Array]:
+    """What the event is, and the state after it: only an impact changes it."""
+    chain, size = problem.chain, problem.size
+    ball = int(chain.behind[guard.which]) if guard.kind in ("impact", "part") else guard.which
+    if guard.kind != "impact":
+        return Event(now, guard.kind, ball), y
+    q, rates, _ = problem.split(y)
+    after = impact(problem.model, chain, guard.which, q, rates)
+    gained = problem.model.energy(q, after) - problem.model.energy(q, rates)
+    after_y = np.concatenate([q, after, y[2 * size :]])
+    if problem.p.motor is None:  # what holds the spindle's speed gives an impulse, too
+        kick = problem.model.kinematics(q, rates).mass[2] @ (after - rates) * rates[2]
+        after_y[2 * size + 1] += kick
+        gained -= kick
+    return Event(now, "impact", ball, -gained), after_y
