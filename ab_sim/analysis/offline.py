@@ -30,6 +30,10 @@ class OfflineRun:
     """When the variable-speed period starts [s], where the profile has one."""
     stepper: str
     """Name of the stepper that ran it, which a scene may leave to be chosen."""
+    events: int
+    """Events located: reversals, sticking, release, impacts, limits of the motor."""
+    crowded_steps: int
+    """Steps with too many events to locate them all."""
 
     def report(self) -> dict[str, Any]:
         """Everything as JSON-able values, SI units: see ``ab-sim run --help``."""
@@ -44,6 +48,8 @@ class OfflineRun:
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
             "stepper": self.stepper,
             "step": self.scene.solver.step,
+            "events": self.events,
+            "crowded_steps": self.crowded_steps,
             "duration": float(self.trajectory["time"][-1]),
             "version": ab_sim.__version__,
         }
@@ -100,12 +106,14 @@ def run_scene(
         tuple(samples[time] for time in times),
         drive.profile.variable_speed_period,
         drive.stepper.name,
+        drive.events,
+        drive.crowded_steps,
     )
 
 
 def _sample(observation: Observation) -> dict[str, Any]:
     (x, y), (vx, vy) = observation.position.tolist(), observation.velocity.tolist()
-    return {
+    sample = {
         "t": observation.time,
         "psi": observation.psi,
         "omega": observation.omega,
@@ -118,4 +126,10 @@ def _sample(observation: Observation) -> dict[str, Any]:
         "whirl": observation.whirl,
         "theta": observation.theta.tolist(),
         "ball_rate": observation.ball_rate.tolist(),
+        "stuck": observation.stuck.tolist(),
     }
+    if not math.isnan(observation.motor_torque):
+        sample["motor_torque"] = observation.motor_torque
+    if observation.accelerometer is not None:
+        sample["accelerometer"] = observation.accelerometer.tolist()
+    return sample

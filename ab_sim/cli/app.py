@@ -16,6 +16,9 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 
+STEPPERS = "auto, rk4, tsit5, rk8 or sweeps"
+"""Written out: the registry takes a second to import, and help should not. A test compares."""
+
 SceneArgument = Annotated[
     str, typer.Argument(help="Name of a scene (see `ab-sim scenes`) or path of a YAML file.")
 ]
@@ -54,7 +57,7 @@ def run(
         typer.Option(metavar="T,T,...", help="When to take samples [s], e.g. 2.5,3,6."),
     ] = None,
     stepper: Annotated[
-        str | None, typer.Option(help="Stepper instead of the scene's: auto, rk4, tsit5 or rk8.")
+        str | None, typer.Option(help=f"Stepper instead of the scene's: {STEPPERS}.")
     ] = None,
     step: Annotated[float | None, typer.Option(help="Step instead of the scene's [s].")] = None,
     json: Annotated[
@@ -66,7 +69,9 @@ def run(
     ] = None,
     plot: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Draw speed, W/e, driving force and ball angles."),
+        typer.Option(
+            metavar="FILE", help="Draw speed, W/e, driving force, ball angles, motor torque."
+        ),
     ] = None,
     rrd: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a Rerun recording of every step.")
@@ -75,7 +80,8 @@ def run(
     """Run a scene without ROS, as fast as it goes.
 
     The JSON has `samples` (one per requested time, each with t, psi, omega, u, v, x, y, vx, vy,
-    whirl, theta, ball_rate), peak_whirl_over_e, peak_time, settling_period, and what was run.
+    whirl, theta, ball_rate, stuck, and where the scene has them motor_torque, accelerometer),
+    peak_whirl_over_e, peak_time, settling_period, events, crowded_steps, and what was run.
     Exit codes: 0 done, 2 bad input, 3 diverged.
     """
     from json import dumps as quoted

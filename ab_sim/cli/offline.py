@@ -121,7 +121,13 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
     if len(angles):
         text = ", ".join(f"{math.degrees(angle):.1f}" for angle in angles)
         table.add_row("final ball angles", f"{text} deg")
-    table.add_row("final speed", f"{result.trajectory['speed'][-1]:.4g} rad/s")
+    speed, command = (result.trajectory[name][-1] for name in ("speed", "command"))
+    asked = f" of {command:.4g} commanded" if "motor" in result.scene.effects else ""
+    table.add_row("final speed", f"{speed:.4g}{asked} rad/s")
     table.add_row("stepper", f"{report['stepper']}, {report['step']:g} s")
+    if result.events:
+        crowded = result.crowded_steps
+        lost = f"; too many to locate them all in {crowded} steps" if crowded else ""
+        table.add_row("events", f"{result.events} located{lost}")
     table.add_row("effects", ", ".join(report["effects"]) or "none")
     return table

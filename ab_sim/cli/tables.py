@@ -1,13 +1,14 @@
 """`ab-sim scenes`, `ab-sim effects`, `ab-sim check`."""
 
+from collections.abc import Iterator
+
 from rich.console import Console
 from rich.table import Table
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import linear_rates
+from ab_sim.dynamics.effects.accelerometer import steps_per_sample
 from ab_sim.errors import InputError, nearest
-from ab_sim.integrate.limits import largest_step
-from ab_sim.scene import find_scene, load_scene, scene_names
+from ab_sim.scene import Scene, find_scene, load_scene, scene_names
 from ab_sim.scene.registry import effect_classes, effect_parameters
 
 # Scenes hold other people's text, and units stand in brackets: nothing here is markup.
@@ -59,7 +60,7 @@ def print_check(name: str, changes: list[str]) -> None:
     drive = Drive(scene)
     table = Table(title=f"{scene.name} is a valid scene", show_header=False)
     table.add_row("file", str(find_scene(name)))
-    table.add_row("balls", str(scene.balls.count))
+    table.add_row("balls", _balls(scene))
     table.add_row("effects", ", ".join(scene.effects) or "none")
     if scene.critical_speed is not None:
         table.add_row("critical speed", f"{scene.critical_speed:.4g} rad/s")
@@ -67,12 +68,57 @@ def print_check(name: str, changes: list[str]) -> None:
     if scene.balls.count and unbalance > 0:
         reach = scene.balls.total_mass * scene.race.radius / unbalance
         table.add_row("balls' unbalance / rotor's", f"{reach:.4g}")
+    body = drive.system.body
+    if "gravity" in scene.effects:
+        table.add_row("deck hangs at rest", f"x = {body.sag_x:.4g} m, y = {body.sag_y:.4g} m")
+    for row in (*_motor(scene), *_accelerometer(scene)):
+        table.add_row(*row)
     table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
-    table.add_row("stepper", f"{drive.stepper.name} (order {drive.stepper.order})")
-    rates = linear_rates(drive.system, scene.spindle.max_speed)
-    most, what = largest_step(drive.stepper, rates)
-    limit = f", at most {most:g} s for {what}" if what else ""
+    stepper, reason, longest, limited_by = drive.choice
+    table.add_row("stepper", f"{stepper.name} (order {stepper.order}), {reason}")
+    limit = f", at most {longest:g} s for {limited_by}" if limited_by else ""
     table.add_row("step", f"{drive.step:g} s{limit}")
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)
     console.print(table)
+
+
+def _balls(scene: Scene) -> str:
+    masses = scene.balls.masses
+    if not masses:
+        return "0"
+    if len(set(masses)) == 1:
+        return f"{len(masses)} of {masses[0]:g} kg"
+    return f"{len(masses)} of " + ", ".join(f"{mass:g}" for mass in masses) + " kg"
+
+
+def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
+    """What the motor can give, and what the profile and the whirl ask of it."""
+    motor = scene.effects.get("motor")
+    if motor is None:
+        return
+    limit = f"at most {motor.torque_limit:g} N m at standstill"
+    if motor.back_emf_slope > 0:
+        top = motor.torque_limit / motor.back_emf_slope
+        limit += f", none left at {top:.4g} rad/s"
+    yield "motor", limit
+    unbalance = scene.eccentric_mass * scene.rotor.eccentricity
+    moment = motor.rotor_inertia + unbalance * scene.rotor.eccentricity
+    moment += scene.balls.total_mass * scene.race.radius**2
+    acceleration = getattr(scene.profile, "acceleration", scene.spindle.max_acceleration)
+    needs = f"{moment * acceleration:.3g} N m to accelerate at {acceleration:g} rad/s^2"
+    yield "motor needs", f"{needs}, the balls at rest on the race"
+    suspension, critical = scene.effects.get("suspension"), scene.critical_speed
+    if suspension is not None and critical is not None and suspension.damping > 0:
+        # The damper's power c (W w)^2 at resonance, where W = M0 e w / c.
+        whirling = unbalance**2 * critical**3 / suspension.damping
+        yield "", f"{whirling:.3g} N m to whirl at the critical speed, without balls"
+
+
+def _accelerometer(scene: Scene) -> Iterator[tuple[str, str]]:
+    sensor = scene.effects.get("accelerometer")
+    if sensor is not None:
+        steps = steps_per_sample(sensor.sample_rate, scene.solver.step)
+        every = "every step" if steps == 1 else f"every {steps} steps"
+        rates = f"{sensor.sample_rate:g} samples/s, one {every}; low-pass {sensor.bandwidth:g} Hz"
+        yield "accelerometer", rates

@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 
 from ab_sim import __version__
+from ab_sim.cli.app import STEPPERS
+from ab_sim.integrate import registry
+from ab_sim.integrate.registry import AUTO
 from ab_sim.recording import read_recording
-from ab_sim.scene import scene_names
+from ab_sim.scene import find_scene, scene_names
 
 PNG = b"\x89PNG\r\n"
 
@@ -37,7 +40,7 @@ def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "r.json").read_text())
     assert [sample["t"] for sample in report["samples"]] == [2.5, 3.0, 5.0]
-    keys = "t psi omega u v x y vx vy whirl theta ball_rate".split()
+    keys = "t psi omega u v x y vx vy whirl theta ball_rate stuck".split()
     assert list(report["samples"][0]) == keys
     first = report["samples"][0]
     assert first["omega"] == 100.0 and first["psi"] == 125.0
@@ -49,6 +52,8 @@ def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
     assert report["scene"] == "thesis-hold"
     assert report["effects"]["suspension"] == {"stiffness": 1000.0, "damping": 0.2}
     assert (report["stepper"], report["step"]) == ("rk8", 0.001)
+    assert report["events"] > 0 and report["crowded_steps"] == 0
+    assert first["stuck"] == [False, False]
     assert report["version"] == __version__
     assert (tmp_path / "p.png").read_bytes().startswith(PNG)
     recorded = read_recording(tmp_path / "r.rrd")
@@ -98,6 +103,51 @@ def test_bad_input_exits_with_2_and_leaves_nothing(
     assert words in done.stderr
     assert "Traceback" not in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+MOTOR = "rotor_inertia: 2.9e-5, torque_limit: 1.5e-3, proportional_gain: 1.0e-3"
+
+
+def test_motor_and_accelerometer_are_in_the_json() -> None:
+    done = ab_sim(
+        "run", "thesis-hold", "--set", f"effects.motor={{{MOTOR}}}", "--set",
+        "effects.accelerometer={}", "--times", "0.5", "--set", "duration=0.5", "--json", "-",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    (sample,) = json.loads(done.stdout)["samples"]
+    assert 1e-4 < sample["motor_torque"] < 1.5e-3
+    assert len(sample["accelerometer"]) == 2
+    assert 10.0 < sample["omega"] < 20.0
+    assert "of 20 commanded rad/s" in done.stderr
+
+
+def test_steppers_in_the_help_are_the_registered_ones() -> None:
+    *others, last = STEPPERS.split(" or ")
+    assert {*", ".join(others).split(", "), last} == {AUTO, *registry.STEPPERS}
+
+
+def test_check_says_what_would_be_simulated(tmp_path: Path) -> None:
+    text = find_scene("thesis-hold").read_text()
+    for old, new in (
+        ("mass: 1.0e-3,", "mass: [1.0e-3, 2.0e-3],"),
+        ("arm: 1.0e-6}", "arm: 0}\n  - gravity: {tilt: 1.5707963}\n  - accelerometer"),
+        ("coefficient: 1.0}", f"coefficient: 30.0}}\n  - motor: {{{MOTOR}}}"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "mine.yaml").write_text(text)
+    done = ab_sim("check", "mine.yaml", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for words in (
+        "2 of 0.001, 0.002 kg",
+        "y = -0.0009807 m",
+        "at most 0.0015 N m at standstill",
+        "0.00118 N m to accelerate at 40 rad/s^2",
+        "1000 samples/s, one every step",
+        "sweeps (order 7), auto: rk8 would need steps of at most",
+        "s for the deck's whirl at spindle.max_speed",
+    ):
+        assert words in done.stdout, words
 
 
 def test_divergence_exits_with_3(tmp_path: Path) -> None:
