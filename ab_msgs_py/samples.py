@@ -16,6 +16,8 @@ from ab_msgs_py.errors import MalformedMessage
 
 FRAME = "drive_housing"
 """Inertial axes at the shaft's rest position, x and y across the shaft (REP-103)."""
+ACCELEROMETER = "accelerometer"
+"""The axes of the deck's accelerometer: x is its first one, y its second."""
 
 
 def stamp(nanoseconds: int) -> Time:
@@ -96,16 +98,19 @@ class JointSample:
     """Relative to the race [rad/s]."""
     ball_torques: tuple[float, ...]
     """Driving torque about the shaft, in the direction of growing angle [N m]."""
+    spindle_torque: float | None = None
+    """The motor's torque [N m]; None where no motor is modelled."""
 
     def message(self) -> JointState:
-        """As JointState; the spindle's effort is NaN, its motor is not modelled."""
+        """As JointState; the spindle's effort is NaN where no motor is modelled."""
         message = JointState()
         message.header.stamp = stamp(self.time)
         message.header.frame_id = FRAME
         message.name = ["spindle", *(f"ball_{i}" for i in range(len(self.ball_angles)))]
         message.position = [self.spindle_angle, *self.ball_angles]
         message.velocity = [self.spindle_speed, *self.ball_rates]
-        message.effort = [math.nan, *self.ball_torques]
+        torque = math.nan if self.spindle_torque is None else self.spindle_torque
+        message.effort = [torque, *self.ball_torques]
         return message
 
     @classmethod
@@ -128,23 +133,26 @@ class JointSample:
             tuple(message.position[1:]),
             tuple(message.velocity[1:]),
             tuple(message.effort[1:]),
+            None if math.isnan(message.effort[0]) else message.effort[0],
         )
 
 
 @dataclass(frozen=True)
 class VectorSample:
-    """A vector across the shaft at one instant: the deck's displacement or acceleration."""
+    """A vector across the shaft at one instant: displacement, acceleration, or a reading."""
 
     time: int
     """Simulated time [ns]."""
     x: float
     y: float
+    frame: str = FRAME
+    """Its axes: FRAME, or ACCELEROMETER for what the accelerometer shows."""
 
     def whirl_message(self) -> PointStamped:
         """As ``whirl`` [m]."""
         message = PointStamped()
         message.header.stamp = stamp(self.time)
-        message.header.frame_id = FRAME
+        message.header.frame_id = self.frame
         message.point.x, message.point.y = self.x, self.y
         return message
 
@@ -152,17 +160,18 @@ class VectorSample:
         """As ``vibration`` [m/s^2]."""
         message = AccelStamped()
         message.header.stamp = stamp(self.time)
-        message.header.frame_id = FRAME
+        message.header.frame_id = self.frame
         message.accel.linear.x, message.accel.linear.y = self.x, self.y
         return message
 
     @classmethod
     def of_whirl(cls, message: PointStamped) -> "VectorSample":
         """Out of ``whirl``."""
-        return cls(nanoseconds_of(message.header.stamp), message.point.x, message.point.y)
+        header = message.header
+        return cls(nanoseconds_of(header.stamp), message.point.x, message.point.y, header.frame_id)
 
     @classmethod
     def of_vibration(cls, message: AccelStamped) -> "VectorSample":
         """Out of ``vibration``."""
-        linear = message.accel.linear
-        return cls(nanoseconds_of(message.header.stamp), linear.x, linear.y)
+        header, linear = message.header, message.accel.linear
+        return cls(nanoseconds_of(header.stamp), linear.x, linear.y, header.frame_id)

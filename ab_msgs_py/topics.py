@@ -62,7 +62,8 @@ COMMAND = Topic("spindle/command", Float64, _DEEP)
 JOINT_STATES = Topic("joint_states", JointState, _STREAM)
 """Spindle and balls: angle, rate, effort."""
 VIBRATION = Topic("vibration", AccelStamped, _STREAM)
-"""Deck acceleration at the pick-up, inertial axes [m/s^2]."""
+"""Reading of the deck's accelerometer on its axes, or the deck's acceleration on inertial ones
+[m/s^2]; the message's frame says which."""
 WHIRL = Topic("whirl", PointStamped, _STREAM)
 """Deck displacement, inertial axes [m]."""
 BLOCK = Topic("vibration/block", Float64MultiArray, _DEEP)

@@ -2,6 +2,7 @@
 
 import collections
 import contextlib
+import math
 import threading
 import time
 
@@ -11,10 +12,11 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 
 from ab_msgs_py import ENDED, Block, Health, JointSample, Level, VectorSample, topics
-from ab_msgs_py.samples import clock_message, command_of, description_message
+from ab_msgs_py.samples import ACCELEROMETER, clock_message, command_of, description_message
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
 from ab_sim.drive import Drive, describe
 from ab_sim.errors import CommandError, DivergedError
+from ab_sim.integrate.registry import AUTO
 from ab_sim.nodes.pacing import Pacer
 from ab_sim.nodes.parameters import declare, whole_ratio
 from ab_sim.nodes.process import run_node
@@ -62,7 +64,7 @@ class DriveSim(Node):
         self._trouble = ""
         self._report_at = (time.monotonic(), 0)
         self._factor = 0.0
-        self._dropped = 0
+        self._dropped = self._crowded = 0
 
         self._joints = topics.JOINT_STATES.publisher(self)
         self._vibration = topics.VIBRATION.publisher(self)
@@ -80,9 +82,11 @@ class DriveSim(Node):
         self._warm_up()
         # Latched, and only now: who has read it knows that the drive is ready.
         self._description.publish(description_message(describe(scene)))
+        reason = f" ({self.drive.choice.reason})" if scene.solver.stepper == AUTO else ""
         self.get_logger().info(
             f"{scene.name}: {scene.balls.count} balls, {', '.join(scene.effects)}; "
-            f"{self.drive.stepper.name} at {step:g} s" + (", paused" if self._paused else "")
+            f"{self.drive.stepper.name} at {step:g} s{reason}"
+            + (", paused" if self._paused else "")
         )
 
     def run(self, stopping: threading.Event) -> None:
@@ -131,6 +135,7 @@ class DriveSim(Node):
             self.drive.reset()
             self._command.clear()
             self._trouble = ""
+            self._crowded = 0
             self._pending = [self.drive.present()]
             self._publish()
             self._restart_clock()
@@ -193,10 +198,15 @@ class DriveSim(Node):
             tuple(now.theta.tolist()),
             tuple(now.theta_rate.tolist()),
             tuple((-now.driving_force * self.drive.scene.race.radius).tolist()),
+            None if math.isnan(now.motor_torque) else now.motor_torque,
         )
         self._joints.publish(joints.message())
-        x, y = now.acceleration.tolist()
-        self._vibration.publish(VectorSample(time_ns, x, y).vibration_message())
+        if now.accelerometer is None:
+            vibration = VectorSample(time_ns, *now.acceleration.tolist())
+        else:
+            x, y = now.accelerometer.tolist()
+            vibration = VectorSample(time_ns, x, y, ACCELEROMETER)
+        self._vibration.publish(vibration.vibration_message())
         x, y = now.position.tolist()
         self._whirl.publish(VectorSample(time_ns, x, y).whirl_message())
         self._clock_topic.publish(clock_message(time_ns))
@@ -220,27 +230,38 @@ class DriveSim(Node):
         self._sources = self._subscription.get_publisher_count()
         self._report()
 
+    def _news(self) -> list[str]:
+        """What has gone less than well since the last report."""
+        dropped = self._pacer.total.dropped - self._dropped
+        crowded = self.drive.crowded_steps - self._crowded
+        news = [f"fell behind: {dropped} steps were dropped"] if dropped > 0 else []
+        if crowded > 0:
+            news.append(
+                f"{crowded} steps had too many events to locate them all; a shorter solver.step "
+                "would be more accurate"
+            )
+        return news
+
     def _report(self, ended: bool = False) -> None:
-        pacing, scene = self._pacer.total, self.drive.scene
+        pacing, drive, scene = self._pacer.total, self.drive, self.drive.scene
         level, text = Level.OK, "paused" if self._paused else "running in real time"
         if self._trouble:
             level, text = Level.ERROR, self._trouble
         elif self.count_publishers(topics.CLOCK.name) > 1:
             level = Level.ERROR
             text = "another simulator publishes /clock: remap one of them, or use another domain"
-        elif pacing.dropped > self._dropped:
-            level = Level.WARN
-            text = f"fell behind: {pacing.dropped - self._dropped} steps were dropped"
+        elif news := self._news():
+            level, text = Level.WARN, "; ".join(news)
         if ended:
             text = ENDED
-        self._dropped = pacing.dropped
+        self._dropped, self._crowded = pacing.dropped, drive.crowded_steps
         health = Health(
             self.get_fully_qualified_name(),
             level,
             text,
             {
                 "real-time factor": f"{self._factor:.4f}",
-                "simulated time [s]": f"{self.drive.time:.9g}",
+                "simulated time [s]": f"{drive.time:.9g}",
                 "overruns": str(pacing.overruns),
                 "steps dropped": str(pacing.dropped),
                 "worst lateness [s]": f"{pacing.worst_lateness:.6f}",
@@ -248,12 +269,15 @@ class DriveSim(Node):
                 "commands accepted": str(self._accepted),
                 "commands rejected": str(self._rejected),
                 "scene": scene.name,
-                "stepper": self.drive.stepper.name,
-                "step [s]": f"{self.drive.step:g}",
+                "stepper": drive.stepper.name,
+                "stepper chosen": drive.choice.reason,
+                "step [s]": f"{drive.step:g}",
+                "events": str(drive.events),
+                "crowded steps": str(drive.crowded_steps),
                 "effects": ", ".join(scene.effects),
             },
         )
-        self._diagnostics.publish(health.message_at(self.drive.steps * self._step_ns))
+        self._diagnostics.publish(health.message_at(drive.steps * self._step_ns))
 
 
 def main() -> None:

@@ -129,9 +129,7 @@ class Recorder(Node):
         block = Block.of(message)
         if self._recording is None or len(block.samples) == 0:
             return
-        if self._description is not None and block.channels != channels_for(
-            int(self._description["balls"])
-        ):
+        if self._description is not None and block.channels != _channels_of(self._description):
             raise MalformedMessage(f"vibration/block has the channels {block.channels}")
         first, last = block.samples[0, 0], block.samples[-1, 0]
         if self._last_step is not None and first <= self._last_step:
@@ -212,6 +210,12 @@ class Recorder(Node):
             },
         )
         self._diagnostics.publish(health.message_at(round(self._time * 1e9)))
+
+
+def _channels_of(description: dict[str, Any]) -> tuple[str, ...]:
+    """The channels of the drive that describes itself so."""
+    effects = description.get("effects") or ()
+    return channels_for(int(description["balls"]), "motor" in effects, "accelerometer" in effects)
 
 
 def main() -> None:

@@ -10,9 +10,12 @@ entity                      contents                                    shown as
 ``/clock/time``             time [s] (the timeline is rounded to ns)
 ``/spindle/angle``          angle psi [rad, unwrapped]
 ``/spindle/speed``          speed, command [rad/s]                      plot
+``/spindle/torque``         motor_torque [N m], with a motor            plot
 ``/deck/displacement``      x, y [m], inertial axes
 ``/deck/velocity``          vx, vy [m/s]
 ``/deck/acceleration``      ax, ay [m/s^2]                              plot
+``/deck/accelerometer``     accelerometer_1, accelerometer_2 [m/s^2],
+                            on its axes, with an accelerometer          plot
 ``/balls/angle``            ball_0_angle, ... [rad, from the
                             unbalance, unwrapped]
 ``/balls/rate``             ball_0_rate, ... [rad/s]

@@ -37,6 +37,8 @@ class Drawing:
     eccentricity: float
     balls: int
     radii: tuple[float, ...]  # of the balls
+    motor: bool = False  # whether there is a torque to plot
+    accelerometer: bool = False  # whether there are readings to plot
 
     @classmethod
     def of(cls, description: Mapping[str, Any]) -> Drawing:
@@ -59,7 +61,8 @@ class Drawing:
                 f"the description of a recording gives {len(radii)} ball_radii for {balls} balls; "
                 "give one per ball, or None"
             )
-        return cls(race, eccentricity, balls, radii)
+        effects = description.get("effects") or ()
+        return cls(race, eccentricity, balls, radii, "motor" in effects, "accelerometer" in effects)
 
     def document(self, description: Mapping[str, Any]) -> str:
         """Write the description for people, with its JSON in a fence for `read_recording`."""
@@ -128,6 +131,11 @@ class Drawing:
         if self.balls:
             name = "Balls: angle from the unbalance [deg]"
             middle.insert(2, _plot(name, "/plot/balls", legend=self.balls <= 8))
+        if self.motor:
+            middle.insert(1, _plot("Motor: torque [N m]", "/spindle/torque"))
+        if self.accelerometer:
+            title = "Accelerometer: readings on its axes [m/s²]"
+            middle.append(_plot(title, "/deck/accelerometer"))
         columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body", "EntityPath"])
         right = [
             rrb.TextDocumentView(origin="/description", name="This run"),

@@ -16,9 +16,11 @@ _GROUPS = {
     "/clock/time": ("time",),
     "/spindle/angle": ("angle",),
     "/spindle/speed": ("speed", "command"),
+    "/spindle/torque": ("motor_torque",),
     "/deck/displacement": ("x", "y"),
     "/deck/velocity": ("vx", "vy"),
     "/deck/acceleration": ("ax", "ay"),
+    "/deck/accelerometer": ("accelerometer_1", "accelerometer_2"),
 }
 _ENTITY = {name: entity for entity, names in _GROUPS.items() for name in names}
 _BALL_CHANNEL = re.compile(r"ball_\d+_(angle|rate)")

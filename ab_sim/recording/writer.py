@@ -36,7 +36,7 @@ class Recording:
     :param path: the file; its folder must exist.
     :param description: what was run, JSON-able; kept as it is. The pictures use ``race_radius``
         [m], ``eccentricity`` [m], ``balls`` (how many), ``ball_radii`` [m] (one per ball; None:
-        some that fit).
+        some that fit), and of ``effects`` whether there is a motor or an accelerometer.
     """
 
     def __init__(self, path: Path | str, *, description: Mapping[str, Any]) -> None:

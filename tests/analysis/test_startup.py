@@ -2,14 +2,17 @@
 
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from ab_sim.analysis import peak_whirl, replay, run_scene, settling_period, time_of_speed
-from ab_sim.drive import Drive
+from ab_sim.drive import Drive, describe
 from ab_sim.errors import InputError
+from ab_sim.recording import Recording, read_recording
+from ab_sim.scene import check_scene
 from ab_sim.trajectory import Trajectory, channels_for
 
 
@@ -118,6 +121,37 @@ def test_replay_is_bit_exact(scene: Any) -> None:
         parts.append(drive.advance(int(random.integers(1, 9))))
     recorded = Trajectory.join(parts)
     again = replay(drive.scene, recorded)
+    assert again.samples.tobytes() == recorded.samples.tobytes()
+
+
+def test_replay_with_motor_and_accelerometer_is_bit_exact(scene: Any, tmp_path: Path) -> None:
+    """Through a recording's file, whose description gives the scene back."""
+    made = scene(
+        effects={
+            "motor": {
+                "rotor_inertia": 2.9e-5,
+                "torque_limit": 1e-3,
+                "proportional_gain": 1e-3,
+                "integral_gain": 2e-3,
+            },
+            "accelerometer": {"seed": 3},
+        }
+    )
+    drive = Drive(made, commanded=True)
+    random = np.random.default_rng(1)
+    with Recording(tmp_path / "run.rrd", description=describe(made)) as recording:
+        recording.block(drive.channels, drive.present().samples)
+        for _ in range(100):
+            if random.random() < 0.3:
+                drive.command(random.uniform(0, 200))
+            recording.block(drive.channels, drive.advance(int(random.integers(1, 9))).samples)
+    back = read_recording(tmp_path / "run.rrd")
+    assert back.channels[-3:] == ("motor_torque", "accelerometer_1", "accelerometer_2")
+    recorded = Trajectory(back.channels, back.samples)
+    assert np.abs(recorded["motor_torque"]).max() == 1e-3, "at its limit"
+    assert np.ptp(recorded["accelerometer_1"]) > 0
+    assert np.any(recorded["command"] != recorded["speed"])
+    again = replay(check_scene(back.description["scene"], "the recording"), recorded)
     assert again.samples.tobytes() == recorded.samples.tobytes()
 
 

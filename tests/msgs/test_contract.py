@@ -12,6 +12,7 @@ from std_msgs.msg import Float64MultiArray, String  # noqa: E402
 
 from ab_msgs_py import Block, Health, JointSample, Level, MalformedMessage, VectorSample  # noqa: E402
 from ab_msgs_py.samples import (  # noqa: E402
+    ACCELEROMETER,
     clock_message,
     command_message,
     command_of,
@@ -63,6 +64,12 @@ def test_joints() -> None:
     assert JointSample.of(over_the_wire(message)) == sample  # type: ignore[arg-type]
 
 
+def test_the_motors_torque_is_the_spindles_effort() -> None:
+    sample = JointSample(TIME, 1.0, 2.0, (), (), (), -1.5e-3)
+    assert sample.message().effort[0] == -1.5e-3
+    assert JointSample.of(over_the_wire(sample.message())) == sample  # type: ignore[arg-type]
+
+
 def test_joints_without_balls() -> None:
     sample = JointSample(0, 0.0, 0.0, (), (), ())
     assert JointSample.of(sample.message()) == sample
@@ -79,6 +86,13 @@ def test_malformed_joints(field: str) -> None:
 def test_vectors() -> None:
     sample = VectorSample(TIME, 1e-4, -2e-3)
     assert VectorSample.of_whirl(sample.whirl_message()) == sample
+    assert VectorSample.of_vibration(sample.vibration_message()) == sample
+    assert sample.vibration_message().header.frame_id == "drive_housing"
+
+
+def test_a_reading_names_its_own_axes() -> None:
+    sample = VectorSample(TIME, 1e-4, -2e-3, ACCELEROMETER)
+    assert sample.vibration_message().header.frame_id == "accelerometer"
     assert VectorSample.of_vibration(sample.vibration_message()) == sample
 
 

@@ -18,7 +18,7 @@ from ab_msgs_py import Health, topics
 from ab_msgs_py.samples import command_message
 from ab_msgs_py.services import Answer, answer_of, switch_request, trigger_request
 
-DEADLINE = 60.0
+DEADLINE = 120.0
 """s; generous: a node may have to compile its kernel first."""
 
 

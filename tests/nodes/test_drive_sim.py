@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_msgs_py import ENDED, Block, JointSample, Level, topics
+from ab_msgs_py import ENDED, Block, JointSample, Level, VectorSample, topics
 from ab_msgs_py.samples import description_of, nanoseconds_of
 from tests.nodes.fleet import Fleet
 
@@ -177,6 +177,30 @@ def test_description_is_latched(fleet: Fleet) -> None:
     description = description_of(described[0])
     assert description["scene"]["name"] == "nsc-case-1"
     assert description["race_radius"] == 0.0165
+
+
+def test_motor_and_accelerometer_are_published(fleet: Fleet) -> None:
+    joints, blocks = fleet.listen(topics.JOINT_STATES), fleet.listen(topics.BLOCK)
+    vibration = fleet.listen(topics.VIBRATION)
+    fleet.start("drive_sim", scene="weak-motor", changes="['effects.accelerometer={}']")
+    fleet.command(100.0)
+    fleet.until(lambda: joints and JointSample.of(joints[-1]).spindle_speed > 62.0, "62 rad/s")
+    assert fleet.call("drive_sim/reset")[0]
+    fleet.until(lambda: JointSample.of(joints[-1]).spindle_speed == 60.0, "it begins again")
+    assert fleet.stop("drive_sim") == 0
+    torques = [JointSample.of(message).spindle_torque for message in joints]
+    assert all(torque is not None for torque in torques)
+    assert max(filter(None, torques)) == pytest.approx(4.4e-4, rel=0.01), "all that it can give"
+    assert {message.header.frame_id for message in vibration} == {"accelerometer"}
+    channels, samples = Block.of(blocks[0]).channels, rows(blocks)
+    assert channels[-3:] == ("motor_torque", "accelerometer_1", "accelerometer_2")
+    shown = {(s.x, s.y) for s in map(VectorSample.of_vibration, vibration)}
+    assert shown <= {tuple(reading) for reading in samples[:, -2:].tolist()}
+    health = fleet.health("drive_sim")
+    assert health is not None
+    assert health.values["stepper chosen"] == "auto: stable at this step"
+    assert health.values["crowded steps"] == "0" and "events" in health.values
+    assert "rk8 at 0.001 s (auto: stable at this step)" in fleet.log("drive_sim")
 
 
 @pytest.mark.parametrize(

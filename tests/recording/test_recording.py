@@ -61,6 +61,14 @@ def still(path: Path, entity: str, component: str) -> list[Any]:
     raise AssertionError(f"nothing static at {entity}")
 
 
+def views(path: Path) -> list[str]:
+    """Names of the views that the file lays out."""
+    reader, names = RrdReader(path), "ViewBlueprint:display_name"
+    (blueprint,) = reader.blueprints()
+    batches = [c.to_record_batch() for c in reader.stream(store=blueprint).to_chunks()]
+    return [b[names].to_pylist()[0][0] for b in batches if names in b.schema.names]
+
+
 @contextmanager
 def files_limited_to(size: int) -> Iterator[None]:
     """A real write error without a full disk: the kernel refuses to let files grow further."""
@@ -111,6 +119,22 @@ def test_other_channels_and_another_order_are_kept(tmp_path: Path) -> None:
     back = read_recording(tmp_path / "run.rrd")
     assert back.channels == tuple(odd)
     assert back.samples.tobytes() == wide.tobytes()
+
+
+def test_motor_and_accelerometer_have_places_of_their_own(tmp_path: Path) -> None:
+    names, samples = run(50)
+    more = [*names, "motor_torque", "accelerometer_1", "accelerometer_2"]
+    wide = np.column_stack([samples, np.random.default_rng(1).normal(size=(50, 3))])
+    path = tmp_path / "run.rrd"
+    with Recording(path, description=describe(effects=["motor", "accelerometer"])) as recording:
+        recording.block(more, wide)
+    assert read_recording(path).samples.tobytes() == wide.tobytes()
+    torque = np.array(cells(path, "/spindle/torque", "Scalars:scalars"))
+    readings = np.array(cells(path, "/deck/accelerometer", "Scalars:scalars"))
+    assert np.array_equal(np.column_stack([torque, readings]), wide[:, -3:])
+    record(tmp_path / "plain.rrd", names, samples)
+    extra = set(views(path)) - set(views(tmp_path / "plain.rrd"))
+    assert extra == {"Motor: torque [N m]", "Accelerometer: readings on its axes [m/s²]"}
 
 
 def test_the_callers_buffer_may_be_reused(tmp_path: Path) -> None:
