@@ -26,6 +26,8 @@ def startup_figure(
 ) -> None:
     """Draw speed and W/e, driving force and ball angle over time, and write them to a file.
 
+    With a motor, the speed that it is commanded is drawn too, and its torque.
+
     Args:
         trajectory: consecutive samples.
         scene: what was run.
@@ -34,9 +36,12 @@ def startup_figure(
         title: default: the scene's name.
     """
     time, e = trajectory["time"], scene.rotor.eccentricity
-    figure, (top, middle, bottom) = plt.subplots(
-        3, 1, sharex=True, figsize=(9, 9.5), constrained_layout=True
+    motor = scene.effects.get("motor")
+    rows = 3 if motor is None else 4
+    figure, axes_of = plt.subplots(
+        rows, 1, sharex=True, figsize=(9, 9.5 * rows / 3), constrained_layout=True
     )
+    top, middle, bottom = axes_of[0], axes_of[-2], axes_of[-1]
     figure.suptitle(title or f"Start-up of {scene.name}", fontsize=14)
 
     scale, unit = (1 / e, "W/e [1]") if e > 0 else (1e3, "W [mm]")
@@ -49,13 +54,18 @@ def startup_figure(
             (at, peak * scale),
             xytext=(0, 6),
             textcoords="offset points",
-            ha="center",
+            ha=_towards_the_middle(at, time),
             color=WHIRL,
         )
         top.set_ylim(0, 1.15 * peak * scale)
     speed = top.twinx()
-    speed.plot(time, trajectory["speed"], color=SPEED, lw=1.5)
+    if motor is not None:
+        speed.plot(time, trajectory["command"], color="k", lw=0.8, ls="--", label="commanded")
+        _draw_torque(axes_of[1], trajectory, motor.torque_limit)
+    speed.plot(time, trajectory["speed"], color=SPEED, lw=1.5, label="actual")
     speed.set_ylabel("spindle speed [rad/s]", color=SPEED)
+    if motor is not None:
+        speed.legend(loc="lower right", title="speed")
     if scene.critical_speed is not None:
         speed.axhline(scene.critical_speed, color=SPEED, lw=0.8, ls=":")
         speed.annotate(
@@ -89,13 +99,35 @@ def startup_figure(
     if 0 < trajectory.balls <= 8:
         bottom.legend(loc="upper right")
     if period_start is not None:
-        _mark_period(trajectory, scene, period_start, (top, middle, bottom))
-    for axes in (top, middle, bottom):
+        _mark_period(trajectory, scene, period_start, axes_of)
+    for axes in axes_of:
         axes.grid(alpha=0.3)
     try:
         figure.savefig(path, dpi=120)
     finally:
         plt.close(figure)
+
+
+def _towards_the_middle(at: float, time: np.ndarray) -> str:
+    """How to align a text at a time, so that it stays within the axes."""
+    part = (at - time[0]) / (time[-1] - time[0])
+    return "left" if part < 0.15 else "right" if part > 0.85 else "center"
+
+
+def _draw_torque(axes: Axes, trajectory: Trajectory, limit: float) -> None:
+    axes.plot(trajectory["time"], trajectory["motor_torque"], color=SPEED, lw=1.2)
+    axes.set_ylabel("motor torque [N m]")
+    for bound in (limit, -limit):
+        # The lower one only where the motor brakes that hard; it would squeeze the rest.
+        if bound > 0 or np.min(trajectory["motor_torque"]) < 0.5 * bound:
+            axes.axhline(bound, color="k", lw=0.8, ls=":")
+    axes.annotate(
+        "torque limit at standstill",
+        (trajectory["time"][0], limit),
+        xytext=(4, 3),
+        textcoords="offset points",
+        fontsize=8,
+    )
 
 
 def _mark_period(trajectory: Trajectory, scene: Scene, start: float, rows: Sequence[Axes]) -> None:
@@ -105,7 +137,7 @@ def _mark_period(trajectory: Trajectory, scene: Scene, start: float, rows: Seque
     end = start + profile.variable_speed_period.duration
     for axes in rows:
         axes.axvspan(start, end, color="tab:blue", alpha=0.12, lw=0)
-    rows[1].annotate(
+    rows[-2].annotate(
         "variable-speed period",
         (start, 0),
         xycoords=("data", "axes fraction"),
@@ -116,8 +148,8 @@ def _mark_period(trajectory: Trajectory, scene: Scene, start: float, rows: Seque
     )
     settled = settling_period(trajectory, start)
     if settled is not None:
-        rows[2].plot(start + settled, -180, "ko", ms=5)
-        rows[2].annotate(
+        rows[-1].plot(start + settled, -180, "ko", ms=5)
+        rows[-1].annotate(
             f"settling period {settled:.3f} s",
             (start + settled, -180),
             xytext=(8, 6),

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import matplotlib
 import pytest
 from matplotlib import image
 
@@ -18,6 +19,17 @@ def test_every_kind_of_scene(name: str, tmp_path: Path) -> None:
     file = tmp_path / "figure.png"
     startup_figure(result.trajectory, scene, file, result.variable_speed_period)
     assert image.imread(file)[..., :3].std() > 0.05
+
+
+def test_a_motor_shows_commanded_and_actual_speed_and_torque(scene: Any, tmp_path: Path) -> None:
+    motor = {"rotor_inertia": 2.9e-5, "torque_limit": 1e-3, "proportional_gain": 1e-3}
+    made = scene(effects={"motor": motor}, duration=0.5)
+    file = tmp_path / "figure.svg"
+    # Text as text, not as outlines.
+    with matplotlib.rc_context({"svg.fonttype": "none"}):
+        startup_figure(run_scene(made).trajectory, made, file)
+    for words in ("commanded", "actual", "motor torque [N m]", "torque limit"):
+        assert words in file.read_text()
 
 
 def test_many_balls_and_no_eccentricity(scene: Any, tmp_path: Path) -> None:
