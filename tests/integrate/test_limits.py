@@ -12,6 +12,10 @@ from ab_sim.dynamics.assemble import drag_rate, linear_rates
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate import STEPPERS
 from ab_sim.integrate.limits import largest_step, stability_limit
+from ab_sim.integrate.sweeps import Sweeps
+
+EXPLICIT = [name for name, stepper in STEPPERS.items() if not isinstance(stepper, Sweeps)]
+"""Those that the race's drag limits."""
 
 
 def test_rk4_has_its_textbook_limits() -> None:
@@ -33,19 +37,30 @@ def test_rates_of_the_thesis_deck(scene: Any) -> None:
     assert abs(rate.imag) == pytest.approx(whirl + 500.0)
 
 
-@pytest.mark.parametrize("name", STEPPERS)
-@pytest.mark.parametrize("factor", [0.99, 1.01])
-def test_the_limit_is_where_the_balls_go_unstable(name: str, factor: float, scene: Any) -> None:
+def growth(drive: Drive) -> float:
     """Two balls side by side on a deck at rest, disturbed: they calm down, or they do not."""
-    drive = Drive(scene(profile=None, solver={"stepper": name, "step": 1e-4}))
-    # Past the refusal, which is what is being tested here.
-    drive.step = factor * stability_limit(name) / drag_rate(drive.system)
     start = drive.snapshot()
     start.state[6:] = 1e-6
     drive.restore(start)
     rates = drive.advance(100).ball_rates[:, 0]
-    grown = np.abs(rates[-20:]).max() / np.abs(rates[:20]).max()
-    assert (grown < 1) == (factor < 1)
+    return float(np.abs(rates[-20:]).max() / np.abs(rates[:20]).max())
+
+
+@pytest.mark.parametrize("name", EXPLICIT)
+@pytest.mark.parametrize("factor", [0.99, 1.01])
+def test_the_limit_is_where_the_balls_go_unstable(name: str, factor: float, scene: Any) -> None:
+    drive = Drive(scene(profile=None, solver={"stepper": name, "step": 1e-4}))
+    # Past the refusal, which is what is being tested here.
+    drive.step = factor * stability_limit(name) / drag_rate(drive.system)
+    assert (growth(drive) < 1) == (factor < 1)
+
+
+@pytest.mark.parametrize("coefficient", [1.0, 1e2, 1e4, 1e6])
+def test_no_drag_is_too_stiff_for_sweeps(coefficient: float, scene: Any) -> None:
+    """Drag rates times step from 0.7 to 7e5."""
+    drag = {"viscous_drag": {"coefficient": coefficient}}
+    drive = Drive(scene(profile=None, effects=drag, solver={"stepper": "sweeps"}))
+    assert growth(drive) < 1
 
 
 @pytest.mark.parametrize("name", STEPPERS)
@@ -98,11 +113,36 @@ def test_hopeless_drag_is_told_apart(scene: Any) -> None:
         Drive(scene(effects={"viscous_drag": {"coefficient": 1e9}}))
 
 
-def test_friction_that_one_step_cannot_follow_is_refused(scene: Any) -> None:
-    friction = {"rolling_friction": {"arm": 5e-4}}
-    with pytest.raises(SceneError, match="use a step of at most"):
-        Drive(scene(effects=friction))
-    Drive(scene(effects={"rolling_friction": {"arm": 1e-6}}))
+def test_refusal_of_stiff_drag_names_what_follows_it(scene: Any) -> None:
+    stiff = {"viscous_drag": {"coefficient": 100.0}}
+    with pytest.raises(SceneError, match="leave solver.stepper to auto, or name sweeps"):
+        Drive(scene(effects=stiff, solver={"stepper": "rk8"}))
+    assert Drive(scene(effects=stiff, solver={"stepper": "sweeps"})).choice.longest > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("coefficient", "chosen", "reason"),
+    [(1.0, "rk8", "auto: stable at this step"), (100.0, "sweeps", "rk8 would need steps of at")],
+)
+def test_auto_asks_the_drag(coefficient: float, chosen: str, reason: str, scene: Any) -> None:
+    effects = {"viscous_drag": {"coefficient": coefficient}}
+    choice = Drive(scene(effects=effects, solver={"stepper": "auto"})).choice
+    assert choice.stepper.name == chosen and reason in choice.reason
+
+
+def test_auto_does_not_help_a_deck_that_whirls_too_fast(scene: Any) -> None:
+    with pytest.raises(SceneError, match="limit of the deck's whirl at spindle.max_speed") as told:
+        Drive(scene(balls={"count": 0}, solver={"stepper": "auto", "step": 0.05}))
+    assert "sweeps" not in str(told.value)
+
+
+@pytest.mark.parametrize("arm", [1e-6, 5e-4, 1e-2])
+def test_friction_of_any_size_is_followed(arm: float, scene: Any) -> None:
+    """A small one gives way to the whirl at the critical speed; the others hold the balls."""
+    drive = Drive(scene(effects={"rolling_friction": {"arm": arm}}))
+    run = drive.advance(3000)
+    assert np.isfinite(run.samples).all() and drive.crowded_steps == 0
+    assert drive.observe().stuck.all() == (arm > 1e-4)
 
 
 def test_nothing_that_limits(scene: Any) -> None:

@@ -9,11 +9,20 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.errors import SceneError
 from ab_sim.integrate import STEPPERS, stepper_named
+from ab_sim.integrate.sweeps import SWEEPS, integration, radau_right
+from ab_sim.integrate.tableau import Tableau
+
+TABLEAUX = {name: s for name, s in STEPPERS.items() if isinstance(s, Tableau)}
 
 BAND = 0.3
 """How far the observed order may be from the declared one."""
 
-STEPS = {"rk4": (1e-3, 5e-4, 2.5e-4), "tsit5": (2e-3, 1e-3, 5e-4), "rk8": (5e-3, 4e-3, 2.5e-3)}
+STEPS = {
+    "rk4": (1e-3, 5e-4, 2.5e-4),
+    "tsit5": (2e-3, 1e-3, 5e-4),
+    "rk8": (5e-3, 4e-3, 2.5e-3),
+    "sweeps": (3.2e-3, 2.5e-3, 2e-3),
+}
 """Below the stability limit, above rounding; each divides the time asked for."""
 
 
@@ -45,11 +54,11 @@ def test_observed_order_is_the_declared_one(name: str, scene: Any, hold: Any) ->
     assert order == pytest.approx(STEPPERS[name].order, abs=BAND), errors
 
 
-@pytest.mark.parametrize("name", STEPPERS)
+@pytest.mark.parametrize("name", TABLEAUX)
 def test_rooted_tree_conditions(name: str) -> None:
     """Butcher's conditions up to order 4, and the quadrature and tall-tree ones up to the order."""
-    a, b, c = STEPPERS[name].weights
-    order = STEPPERS[name].order
+    a, b, c = TABLEAUX[name].weights
+    order = TABLEAUX[name].order
     assert np.array_equal(a, np.tril(a, -1)), "explicit"
     for q in range(1, order + 1):
         assert b @ c ** (q - 1) == pytest.approx(1 / q, rel=1e-12)
@@ -59,14 +68,38 @@ def test_rooted_tree_conditions(name: str) -> None:
     assert b @ (a @ c**2) == pytest.approx(1 / 12, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", STEPPERS)
+@pytest.mark.parametrize("name", TABLEAUX)
 def test_declared_order_is_not_exceeded(name: str) -> None:
     """A declared order that is too low would make the order test above pass for a while."""
-    a, b, c = STEPPERS[name].weights
-    p = STEPPERS[name].order
+    a, b, c = TABLEAUX[name].weights
+    p = TABLEAUX[name].order
     tall = b @ np.linalg.matrix_power(a, p) @ np.ones(len(b))
     missed = [abs(b @ c**p - 1 / (p + 1)), abs(tall - 1 / np.prod(np.arange(1, p + 2)))]
     assert max(missed) > 1e-9
+
+
+@pytest.mark.parametrize("m", range(1, 6))
+def test_sweeps_integrate_polynomials_exactly(m: int) -> None:
+    """Radau's right-hand quadrature: degree m - 1 on every node, 2 m - 2 over the step."""
+    c = radau_right(m)
+    q = integration(c)
+    for degree in range(m):
+        np.testing.assert_allclose(q @ c**degree, c ** (degree + 1) / (degree + 1), rtol=1e-10)
+    for degree in range(2 * m - 1):
+        assert q[-1] @ c**degree == pytest.approx(1 / (degree + 1), rel=1e-10)
+    assert abs(q[-1] @ c ** (2 * m - 1) - 1 / (2 * m)) > 1e-7, "and no further"
+    assert c[-1] == 1.0
+
+
+def test_nodes_of_radau() -> None:
+    """Hairer and Wanner, Solving Ordinary Differential Equations II, (5.14)."""
+    np.testing.assert_allclose(radau_right(2), [1 / 3, 1])
+    np.testing.assert_allclose(radau_right(3), [(4 - 6**0.5) / 10, (4 + 6**0.5) / 10, 1])
+
+
+def test_every_sweep_gains_an_order() -> None:
+    assert len(SWEEPS.weights.sizes) == SWEEPS.order
+    assert 2 * SWEEPS.nodes - 1 >= SWEEPS.order, "what its nodes allow"
 
 
 def test_breakpoints_restart_the_step(scene: Any, hold: Any) -> None:
@@ -86,5 +119,7 @@ def test_result_does_not_depend_on_how_steps_are_grouped(name: str, scene: Any) 
 
 
 def test_unknown_stepper() -> None:
-    with pytest.raises(SceneError, match=r"did you mean 'rk8'.*known are: rk4, tsit5, rk8"):
+    with pytest.raises(
+        SceneError, match=r"did you mean 'rk8'.*known are: rk4, tsit5, rk8, sweeps, auto"
+    ):
         stepper_named("rk88")
