@@ -5,9 +5,10 @@ from collections.abc import Iterator
 from rich.console import Console
 from rich.table import Table
 
-from ab_sim.drive import Drive
+from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.effects.accelerometer import steps_per_sample
 from ab_sim.errors import InputError, nearest
+from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, find_scene, load_scene, scene_names
 from ab_sim.scene.registry import effect_classes, effect_parameters
 
@@ -57,7 +58,9 @@ def _short(value: float | None) -> str:
 def print_check(name: str, changes: list[str]) -> None:
     """What a scene would simulate."""
     scene = load_scene(name, changes)
-    drive = Drive(scene)
+    # Not a Drive: making one compiles its kernel, which takes half a minute the first time.
+    system = system_of(scene)
+    choice = choose_stepper(scene, system)
     table = Table(title=f"{scene.name} is a valid scene", show_header=False)
     table.add_row("file", str(find_scene(name)))
     table.add_row("balls", _balls(scene))
@@ -68,16 +71,19 @@ def print_check(name: str, changes: list[str]) -> None:
     if scene.balls.count and unbalance > 0:
         reach = scene.balls.total_mass * scene.race.radius / unbalance
         table.add_row("balls' unbalance / rotor's", f"{reach:.4g}")
-    body = drive.system.body
+    body = system.body
     if "gravity" in scene.effects:
-        table.add_row("deck hangs at rest", f"x = {body.sag_x:.4g} m, y = {body.sag_y:.4g} m")
+        table.add_row(
+            "deck hangs at rest",
+            f"x = {round(body.sag_x, 12):.4g} m, y = {round(body.sag_y, 12):.4g} m",
+        )
     for row in (*_motor(scene), *_accelerometer(scene)):
         table.add_row(*row)
     table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
-    stepper, reason, longest, limited_by = drive.choice
+    stepper, reason, longest, limited_by = choice
     table.add_row("stepper", f"{stepper.name} (order {stepper.order}), {reason}")
     limit = f", at most {longest:g} s for {limited_by}" if limited_by else ""
-    table.add_row("step", f"{drive.step:g} s{limit}")
+    table.add_row("step", f"{scene.solver.step:g} s{limit}")
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)
     console.print(table)
