@@ -1,0 +1,137 @@
+"""The thesis' drive as one would write it by hand: what the package's assembly is measured against.
+
+Suspension, drag, spindle acceleration and spin, prescribed speed, no friction: that and nothing
+else, the equations written out (ab_sim/dynamics/planar.py has them). The same algorithm, tableau
+loop, bounds, counting of turns and rows as the package, on the package's own arrays, so that only
+what the assembly of effects leaves behind differs. Compiled with the options that serve it best:
+no reference counts, as it allocates nothing, and everything inlined.
+"""
+
+from math import cos, pi, sin
+from typing import NamedTuple
+
+import numba
+
+from ab_sim.integrate.fixed_step import TWO_PI_REST
+
+HAND_COMPILED = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+
+
+class ThesisDrive(NamedTuple):
+    """Constants of the scene."""
+
+    total_mass: float
+    unbalance: float
+    race_radius: float
+    stiffness: float
+    damping: float
+    drag: float
+    start_speed: float
+    """rad/s, at the segment's beginning."""
+    slope: float
+    """Spindle acceleration in the segment [rad/s^2]."""
+
+
+@numba.njit(**HAND_COMPILED)
+def thesis_derivatives(drive, balls, time, state, slope, scratch):  # type: ignore[no-untyped-def]
+    """Slope of the state; returns the deck's acceleration A1, A2.
+
+    Args:
+        drive: a ThesisDrive.
+        balls: columns mass and radius.
+        time: local time in the segment [s].
+        state, slope: u1, u2, v1, v2, angles, rates.
+        scratch: shape (n, 3) or wider, overwritten.
+    """
+    n = balls.shape[0]
+    R = drive.race_radius
+    w, al = drive.start_speed + drive.slope * time, drive.slope
+    u1, u2, v1, v2 = state[0], state[1], state[2], state[3]
+    f1 = -drive.damping * v1 - drive.stiffness * u1 + drive.unbalance * w * w
+    f2 = -drive.damping * v2 - drive.stiffness * u2 - drive.unbalance * al
+    d11 = d22 = drive.total_mass
+    d12 = d21 = 0.0
+    for i in range(n):
+        m, a, rate = balls[i, 0], balls[i, 1], state[4 + n + i]
+        c, s = cos(state[4 + i]), sin(state[4 + i])
+        rolling = 0.4 * m
+        mobility = 1.0 / (m + rolling)
+        load = m * R * (w + rate) * (w + rate)
+        lever = m * R - rolling * a
+        g0 = (-drive.drag * (R * rate) - lever * al) * mobility
+        g1 = m * s * mobility
+        g2 = -m * c * mobility
+        f1 += load * c + m * R * al * s + m * s * g0
+        f2 += load * s - m * R * al * c - m * c * g0
+        d11 -= m * s * g1
+        d12 -= m * s * g2
+        d21 += m * c * g1
+        d22 += m * c * g2
+        scratch[i, 0] = g0
+        scratch[i, 1] = g1
+        scratch[i, 2] = g2
+    determinant = d11 * d22 - d12 * d21
+    A1 = (f1 * d22 - f2 * d12) / determinant
+    A2 = (f2 * d11 - f1 * d21) / determinant
+    slope[0] = v1 + w * u2
+    slope[1] = v2 - w * u1
+    slope[2] = A1 + w * v2
+    slope[3] = A2 - w * v1
+    for i in range(n):
+        slope[4 + i] = state[4 + n + i]
+        slope[4 + n + i] = (scratch[i, 0] + scratch[i, 1] * A1 + scratch[i, 2] * A2) / R
+    return A1, A2
+
+
+@numba.njit(error_model="numpy", nogil=True, _nrt=False)
+def thesis_advance(drive, balls, weights, start, first, step, state, modes, work, rows):  # type: ignore[no-untyped-def]
+    """``ab_sim.integrate.fixed_step.advance`` for this drive; the arguments mean the same.
+
+    Args:
+        first: number of the first step.
+        modes: only the turns, its last column, are used.
+    """
+    slopes, trial, bounds, scratch = work.slopes, work.trial, work.bounds, work.scratch
+    n, states, stages = balls.shape[0], state.size, weights.b.size
+    thesis_derivatives(drive, balls, first * step - start, state, slopes[0], scratch)
+    for k in range(rows.shape[0]):
+        begin = (first + k) * step - start
+        for stage in range(1, stages):
+            for j in range(states):
+                trial[j] = 0.0
+            for earlier in range(stage):
+                weight = weights.a[stage, earlier]
+                if weight != 0.0:
+                    for j in range(states):
+                        trial[j] += weight * slopes[earlier, j]
+            for j in range(states):
+                trial[j] = state[j] + step * trial[j]
+            time = begin + weights.c[stage] * step
+            thesis_derivatives(drive, balls, time, trial, slopes[stage], scratch)
+        for j in range(states):
+            trial[j] = 0.0
+        for stage in range(stages):
+            for j in range(states):
+                trial[j] += weights.b[stage] * slopes[stage, j]
+        for j in range(states):
+            trial[j] = state[j] + step * trial[j]
+        for j in range(states):
+            if not abs(trial[j]) < bounds[j]:
+                return k
+        for j in range(states):
+            state[j] = trial[j]
+        for i in range(n):
+            while abs(state[4 + i]) > 2.0 * pi:
+                turn = 1.0 if state[4 + i] > 0.0 else -1.0
+                state[4 + i] = (state[4 + i] - turn * 2.0 * pi) - turn * TWO_PI_REST
+                modes[i, 3] += int(turn)
+        end = (first + k + 1) * step - start
+        A1, A2 = thesis_derivatives(drive, balls, end, state, slopes[0], scratch)
+        for j in range(states):
+            rows[k, j] = state[j]
+        for i in range(n):
+            rows[k, 4 + i] = state[4 + i] + 2.0 * pi * modes[i, 3]
+        rows[k, states] = A1
+        rows[k, states + 1] = A2
+        rows[k, states + 2] = 0.0
+    return rows.shape[0]
