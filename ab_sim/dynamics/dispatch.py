@@ -9,7 +9,7 @@ from typing import Any
 
 from numba.extending import overload, register_jitable
 
-COMPILED = {"error_model": "numpy"}
+COMPILED = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 _methods_of: dict[Callable[[Any], bool], tuple[str, ...]] = {}
 
@@ -40,20 +40,25 @@ def sum_over_effects(method: str, zero: Any) -> Callable[..., Any]:
     @overload(total, jit_options=COMPILED, strict=False)
     def resolve(effects: Any, *arguments: Any) -> Any:
         classes = [effect_class(kind) for kind in effects]
-        if not classes:
+        terms = [(i, getattr(cls, method)) for i, cls in enumerate(classes) if hasattr(cls, method)]
+        if not terms:
             return lambda effects, *arguments: zero
-        head = getattr(classes[0], method, None)
-        if head is None:
-            return lambda effects, *arguments: total(effects[1:], *arguments)
-        first = register_jitable(**COMPILED)(head)
-        if not any(hasattr(cls, method) for cls in classes[1:]):
-            return lambda effects, *arguments: first(effects[0], *arguments)
-        plus = register_jitable(**COMPILED)(add)
-        return lambda effects, *arguments: plus(
-            first(effects[0], *arguments), total(effects[1:], *arguments)
-        )
+        return _sum_of(terms, add)
 
     return total
+
+
+def _sum_of(terms: list[tuple[int, Callable[..., Any]]], add: Callable[..., Any]) -> Any:
+    """``total`` for these effects, each given by its place among the effects and its method."""
+    place, method = terms[0]
+    first = register_jitable(**COMPILED)(method)
+    if len(terms) == 1:
+        return lambda effects, *arguments: first(effects[place], *arguments)
+    plus = register_jitable(**COMPILED)(add)
+    others = register_jitable(**COMPILED)(_sum_of(terms[1:], add))
+    return lambda effects, *arguments: plus(
+        first(effects[place], *arguments), others(effects, *arguments)
+    )
 
 
 def _add_numbers(f: Any, g: Any) -> Any:

@@ -43,7 +43,7 @@ from ab_sim.dynamics.system import (
 
 
 @numba.njit(**COMPILED)
-def collide(system, w, state, modes, struck, scratch):  # type: ignore[no-untyped-def]
+def collide(system, w, state, modes, struck, plastic, scratch):  # type: ignore[no-untyped-def]
     """Let the balls at contact ``struck`` collide, and all that touch them in turn.
 
     Contacts that stay closed are joined afterwards, others are not; stuck balls come loose.
@@ -53,6 +53,7 @@ def collide(system, w, state, modes, struck, scratch):  # type: ignore[no-untype
         w: spindle speed [rad/s].
         state, modes: as for ``derivatives``; both are changed.
         struck: the contact that has just closed.
+        plastic: whether nothing bounces any more.
         scratch: as for ``derivatives``.
     """
     n = system.contacts.shape[0]
@@ -61,17 +62,20 @@ def collide(system, w, state, modes, struck, scratch):  # type: ignore[no-untype
     for i in range(n):
         speed = max(speed, abs(scratch[i, PATH]))
     tiny = 1e-14 * speed
+    # A bounce too low to be told from rounding has ended before it began.
+    rests = parting_speed(system, state, struck) > tiny
     # Bounces pass through a long row many times; what is left after this many is slow.
     for _ in range(20 * n + 20):
         k = fastest_approach(system, state, modes, struck)
         approach = -parting_speed(system, state, k)
-        bounce = restitution(system.effects, approach)
+        bounce = 0.0 if plastic else restitution(system.effects, approach)
         if bounce == 0.0 or approach <= tiny:
             break
         bounce_apart(system, w, state, k, (1.0 + bounce) * approach, scratch)
     for k in range(n):
         touches = modes[k, JOINED] == 1 or k == struck
-        modes[k, JOINED] = 1 if touches and parting_speed(system, state, k) <= tiny else 0
+        closes = parting_speed(system, state, k) <= tiny or (rests and k == struck)
+        modes[k, JOINED] = 1 if touches and closes else 0
     # No more than n - 1 contacts can be closed.
     move_as_rows(system, w, state, modes, scratch)
     if has_friction(system.effects):

@@ -72,17 +72,14 @@ def _pushes(system: Any, A1: float, A2: float, al: float, modes: Any, scratch: A
 
 add_pushes = chosen_by(has_contact, _pushes, lambda system, A1, A2, al, modes, scratch: None)
 
-reactions = chosen_by(
-    has_friction,
-    _reactions,
-    chosen_by(
-        has_contact,
-        lambda system, A1, A2, al, state, modes, scratch: add_pushes(
-            system, A1, A2, al, modes, scratch
-        ),
-        lambda system, A1, A2, al, state, modes, scratch: None,
-    ),
-)
+
+def _only_pushes(
+    system: Any, A1: float, A2: float, al: float, state: Any, modes: Any, scratch: Any
+) -> None:
+    add_pushes(system, A1, A2, al, modes, scratch)
+
+
+reactions = chosen_by(has_friction, _reactions, _only_pushes)
 """Fill in FORCE, the race's normal forces, and PUSH, as far as the effects need them.
 
 ``(system, A1, A2, al, state, modes, scratch)``, right after ``derivatives`` at that state.

@@ -111,13 +111,19 @@ def _row_by_row(system: Any, modes: Any, scratch: Any) -> None:
     for i in range(n):
         if int(scratch[i, LEADER]) == i:
             mobility = 1.0 / scratch[i, TOTAL]
-            for column in (GAIN0, GAIN1, GAIN2, GAIN3):
-                scratch[i, column] *= mobility
+            scratch[i, GAIN0] *= mobility
+            scratch[i, GAIN1] *= mobility
+            scratch[i, GAIN2] *= mobility
+            if has_motor(system.effects):
+                scratch[i, GAIN3] *= mobility
     for i in range(n):
         at = int(scratch[i, LEADER])
         if at >= 0 and at != i:
-            for column in (GAIN0, GAIN1, GAIN2, GAIN3):
-                scratch[i, column] = scratch[at, column]
+            scratch[i, GAIN0] = scratch[at, GAIN0]
+            scratch[i, GAIN1] = scratch[at, GAIN1]
+            scratch[i, GAIN2] = scratch[at, GAIN2]
+            if has_motor(system.effects):
+                scratch[i, GAIN3] = scratch[at, GAIN3]
 
 
 eliminate = chosen_by(has_contact, _row_by_row, _one_by_one)
@@ -140,7 +146,7 @@ def row_start(system: Any, modes: Any) -> int:
     """A place in the order of balls at which a row begins: no more than n - 1 contacts close."""
     n = system.contacts.shape[0]
     for k in range(n):
-        if modes[k - 1, JOINED] == 0:
+        if modes[(k - 1) % n, JOINED] == 0:
             return k
     return 0
 

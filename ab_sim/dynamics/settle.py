@@ -30,13 +30,16 @@ PATIENCE = 3
 
 
 @numba.njit(**COMPILED)
-def settle(system, place, time, state, modes, slot, slope, scratch, margin, grain, changes):  # type: ignore[no-untyped-def]
+def settle(
+    system, place, time, state, modes, slot, plastic, slope, scratch, margin, grain, changes
+):  # type: ignore[no-untyped-def]
     """Change the branch of ``slot`` (-1: none), then all that this makes wrong.
 
     Args:
         system, place, time, state, modes, slope, scratch: as for ``derivatives``; state and modes
             are changed, and slope and scratch hold what ``derivatives`` says of them at the end.
         slot: the margin that has reached zero, or -1 to look at all of them.
+        plastic: whether balls that meet no longer bounce.
         margin, grain: as for ``margins``; hold the margins at the end.
         changes: shape (2 slots,), overwritten.
     """
@@ -48,13 +51,13 @@ def settle(system, place, time, state, modes, slot, slope, scratch, margin, grai
         for k in range(n):
             changes[slots + k] = modes[k, JOINED]
     if slot >= 0:
-        change(system, place, time, state, modes, slot, scratch, changes)
+        change(system, place, time, state, modes, slot, plastic, scratch, changes)
     for _ in range(10 + 10 * n):
         A1, A2, al = derivatives(system, place, time, state, modes, slope, scratch)
         margins(system, place, time, state, modes, A1, A2, al, scratch, margin, grain)
         slot = wrong_branch(system, modes, margin, grain, changes)
         if slot >= 0:
-            change(system, place, time, state, modes, slot, scratch, changes)
+            change(system, place, time, state, modes, slot, plastic, scratch, changes)
             continue
         again = False
         if has_friction(system.effects):
@@ -80,7 +83,7 @@ def wrong_branch(system, modes, margin, grain, changes):  # type: ignore[no-unty
 
 
 @numba.njit(**COMPILED)
-def change(system, place, time, state, modes, slot, scratch, changes):  # type: ignore[no-untyped-def]
+def change(system, place, time, state, modes, slot, plastic, scratch, changes):  # type: ignore[no-untyped-def]
     """Give the law behind a slot its other branch."""
     n = system.balls.shape[0]
     changes[slot] += 1
@@ -104,7 +107,7 @@ def change(system, place, time, state, modes, slot, scratch, changes):  # type: 
             modes[i, JOINED] = 0
         else:
             spindle = spindle_motion(system, place, time, state, modes)
-            collide(system, spindle.speed, state, modes, i, scratch)
+            collide(system, spindle.speed, state, modes, i, plastic, scratch)
             for k in range(n):
                 changes[changes.size // 2 + k] = modes[k, JOINED]
 
@@ -156,7 +159,7 @@ def let_go(system, modes, i, direction, changes):  # type: ignore[no-untyped-def
                 at = (at - 1) % n
         else:
             if leans(system, modes, (at - 1) % n):
-                modes[at - 1, JOINED] = 0
+                modes[(at - 1) % n, JOINED] = 0
             while leans(system, modes, at):
                 modes[ball_at(system, at), DIRECTION] = direction
                 at = (at + 1) % n

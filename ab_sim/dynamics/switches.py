@@ -47,6 +47,8 @@ SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
 """Slot = kind times n + ball (TOUCH: contact); the motor's two come last."""
 NEVER = 1e300
 """Margin of what cannot happen."""
+TOUCHING = 1e-9
+"""Part of the distance between two centres that counts as none: a picometre or two."""
 ROUNDING = 1e-12
 """Relative size of a margin that may be rounding."""
 
@@ -136,7 +138,7 @@ def contact_margins(system, state, modes, A1, A2, scratch, margin, grain):  # ty
         slot = TOUCH * n + k
         if modes[k, JOINED] == 0:
             margin[slot] = gap(system, state, modes, k)
-            grain[slot] = 1e-14 * system.body.race_radius
+            grain[slot] = TOUCHING * system.contacts[k, SPACING]
         elif moves_along(system, modes, k):
             margin[slot] = scratch[k, PUSH]
             m = system.balls[ball_at(system, k), MASS]

@@ -17,8 +17,6 @@ import llvmlite
 import numba
 import numpy as np
 
-from ab_sim.dynamics.dispatch import COMPILED
-
 
 def cache_folder() -> Path:
     """Where compiled kernels of exactly these sources are kept; made if need be."""
@@ -46,6 +44,6 @@ def compiled(function: Callable[..., Any]) -> Any:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_folder())
     try:
-        return numba.njit(cache=True, nogil=True, **COMPILED)(function)
+        return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     finally:
         numba.config.CACHE_DIR = before

@@ -17,8 +17,10 @@ from ab_sim.dynamics.switches import margin_rate, margins
 from ab_sim.dynamics.system import has_events
 from ab_sim.integrate.one_step import one_step
 
-MOST_EVENTS = 50
-"""Per step, and 10 more per ball; a step with more goes on without locating the rest."""
+BOUNCES = 60
+"""Events per step, and 20 more per ball, after which balls that meet stay together."""
+MOST_EVENTS = 120
+"""Events per step, and 40 more per ball, after which the rest is not located."""
 CLOSE = 1e-13
 """An event's time is known to this part of a step."""
 
@@ -32,7 +34,8 @@ def _plain(system, weights, place, begin, length, state, modes, work):  # type: 
 def _with_events(system, weights, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
     slopes, trial, scratch = work.slopes, work.trial, work.scratch
     margin, grain = work.margin, work.grain
-    most = MOST_EVENTS + 10 * system.balls.shape[0]
+    most = MOST_EVENTS + 40 * system.balls.shape[0]
+    bounces = BOUNCES + 20 * system.balls.shape[0]
     now, rest = begin, length
     for count in range(most + 1):
         slot = trial_step(system, weights, place, now, rest, state, modes, work)
@@ -43,8 +46,9 @@ def _with_events(system, weights, place, begin, length, state, modes, work):  # 
             slot, taken = dip(system, weights, place, now, rest, state, modes, work)
         if slot < 0:
             return
-        if count == most:
+        if count == bounces:
             work.counts[1] += 1
+        if count == most:
             trial_step(system, weights, place, now, rest, state, modes, work)
             return
         taken, slot = locate(system, weights, place, now, taken, slot, state, modes, work)
@@ -55,7 +59,18 @@ def _with_events(system, weights, place, begin, length, state, modes, work):  # 
         now += taken
         rest -= taken
         settle(
-            system, place, now, state, modes, slot, slopes[0], scratch, margin, grain, work.changes
+            system,
+            place,
+            now,
+            state,
+            modes,
+            slot,
+            count >= bounces,
+            slopes[0],
+            scratch,
+            margin,
+            grain,
+            work.changes,
         )
         if rest <= CLOSE * length:
             for j in range(state.size):
@@ -160,8 +175,8 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
     """
     low, high = 0.0, length
     at_low, at_high = work.margin[slot], work.margin_ahead[slot]
-    if at_low <= 0.0:
-        # It starts at zero: find where it has risen, to have the crossing between.
+    if at_low <= work.grain[slot]:
+        # It starts at zero: find where it has risen, to have the crossing behind that.
         probe = length
         for _ in range(12):
             probe *= 0.25
@@ -174,28 +189,24 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
         else:
             return 0.0, slot
     side = 0
-    for attempt in range(100):
-        if high - low <= CLOSE * length:
-            break
-        # Illinois' regula falsi, with a bisection now and then against a stubborn end.
-        x = (low * at_high - high * at_low) / (at_high - at_low)
-        if attempt % 8 == 7 or not low < x < high:
-            x = 0.5 * (low + high)
-        other = trial_step(system, weights, place, now, x, state, modes, work)
+    for attempt in range(200):
+        x = high
+        if high - low > CLOSE * length:
+            # Illinois' regula falsi, with a bisection now and then against a stubborn end.
+            x = (low * at_high - high * at_low) / (at_high - at_low)
+            if attempt % 8 == 7 or not low < x < high:
+                x = 0.5 * (low + high)
+        trial_step(system, weights, place, now, x, state, modes, work)
+        earlier = other_below(work.margin_ahead, work.grain, slot)
         here = work.margin_ahead[slot]
-        if other >= 0 and here >= -work.grain[slot]:
-            # Another margin was negative before: go for that one.
-            slot, high, at_high = other, x, work.margin_ahead[other]
-            at_low = max(work.margin[slot], 0.0) if low == 0.0 else at_low
-            if low > 0.0:
-                trial_step(system, weights, place, now, low, state, modes, work)
-                at_low = max(work.margin_ahead[slot], 0.0)
+        if earlier >= 0 and (x == high or here >= 0.0):
+            # Another margin was negative before: go for that one, from the start.
+            slot, low, high = earlier, 0.0, x
+            at_low, at_high = max(work.margin[slot], 0.0), work.margin_ahead[slot]
             side = 0
-            continue
-        if abs(here) <= work.grain[slot]:
-            high = x
+        elif x == high:
             break
-        if here < 0.0:
+        elif here < 0.0:
             high, at_high = x, here
             if side == -1:
                 at_low *= 0.5
@@ -205,5 +216,13 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
             if side == 1:
                 at_high *= 0.5
             side = 1
-    trial_step(system, weights, place, now, high, state, modes, work)
     return high, slot
+
+
+@numba.njit(**COMPILED)
+def other_below(ahead, grain, slot):  # type: ignore[no-untyped-def]
+    """A slot other than ``slot`` whose margin is negative, or -1."""
+    for other in range(ahead.size):
+        if other != slot and ahead[other] < -grain[other]:
+            return other
+    return -1

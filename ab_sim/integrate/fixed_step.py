@@ -93,6 +93,7 @@ def _enter_with_events(system, place, time, state, modes, work):  # type: ignore
         state,
         modes,
         -1,
+        False,
         work.slopes[0],
         work.scratch,
         work.margin,

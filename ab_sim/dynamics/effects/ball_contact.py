@@ -21,8 +21,9 @@ class BallContact(NamedTuple):
     """Balls have a size: they collide, and can rest against each other in a packed row.
 
     Impacts are located within a step and pass on momentum, to the deck as well; they never add
-    energy. Friction is not part of an impact, and balls do not rub against each other. On an oval
-    race the distance is measured along the race.
+    energy. A ball that hits a row hits its balls one after the other, as in Newton's cradle. Friction
+    is not part of an impact, and balls do not rub against each other. On an oval race the distance
+    is measured along the race.
     """
 
     restitution_coefficient: Annotated[
@@ -31,7 +32,7 @@ class BallContact(NamedTuple):
     rest_speed: Annotated[
         Number,
         quantity("a slower approach does not bounce, the balls stay together", "m/s", gt=0, le=1.0),
-    ] = 1e-6
+    ] = 1e-5
 
     def restitution(self, approach: float) -> float:
         return self.restitution_coefficient if approach > self.rest_speed else 0.0
