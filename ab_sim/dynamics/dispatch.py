@@ -115,9 +115,7 @@ def chosen_by(
         classes = [effect_class(kind) for kind in kinds]
         found = any(hasattr(cls, method) for cls in classes for method in methods)
         body = yes if found else no
-        if not hasattr(body, "py_func"):
-            body = register_jitable(**COMPILED)(body)
-        return lambda system, *arguments: body(system, *arguments)
+        return getattr(body, "py_func", body)
 
     return call
 
@@ -130,8 +128,7 @@ def forward(method: str) -> Callable[..., Any]:
 
     @overload(call, jit_options=COMPILED, strict=False)
     def resolve(thing: Any, *arguments: Any) -> Any:
-        body = register_jitable(**COMPILED)(getattr(effect_class(thing), method))
-        return lambda thing, *arguments: body(thing, *arguments)
+        return getattr(effect_class(thing), method)
 
     return call
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ab_sim.dynamics.motion import Ball
+from ab_sim.dynamics.system import friction_coefficient
 from ab_sim.scene.model import Scene
 
 
@@ -15,8 +17,8 @@ def driving_force(
 
     f_d,i = m psi_i'^2 (W sin gamma_i - mu (R - W cos gamma_i)) with gamma_i = pi - phi - theta_i
     (thesis (2-15), (2-16)), *signed*: the print has abs(sin gamma), but its figures' values are
-    the signed form's first forward peak. mu is beta_b/a (beta_b is a length), 0 without rolling
-    friction.
+    the signed form's first forward peak. mu is the coefficient of
+    friction, beta_b/a where the balls roll (beta_b is a length).
 
     Args:
         scene: what is simulated.
@@ -27,7 +29,8 @@ def driving_force(
     # sin gamma = sin(psi_i - delta), cos gamma = -cos(psi_i - delta), delta the whirl's direction.
     across = x * np.sin(angle) - y * np.cos(angle)
     along = x * np.cos(angle) + y * np.sin(angle)
-    friction = scene.effects.get("rolling_friction")
-    coefficient = friction.arm / scene.balls.radius if friction is not None else 0.0
-    mass = scene.balls.mass or 0.0
-    return mass * speed**2 * (across - coefficient * (scene.race.radius + along))
+    effects = tuple(scene.effects.values())
+    masses = np.array(scene.balls.masses)
+    balls = map(Ball, scene.balls.masses, scene.balls.radii)
+    coefficient = np.array([friction_coefficient(effects, ball) for ball in balls])
+    return masses * speed**2 * (across - coefficient * (scene.race.radius + along))

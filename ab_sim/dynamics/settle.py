@@ -30,9 +30,9 @@ PATIENCE = 3
 
 
 @numba.njit(**COMPILED)
-def settle(
+def settle(  # type: ignore[no-untyped-def]
     system, place, time, state, modes, slot, plastic, slope, scratch, margin, grain, changes
-):  # type: ignore[no-untyped-def]
+):
     """Change the branch of ``slot`` (-1: none), then all that this makes wrong.
 
     Args:

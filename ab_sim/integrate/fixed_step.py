@@ -3,6 +3,7 @@
 from math import pi
 
 import numba
+import numpy as np
 
 from ab_sim.dynamics.dispatch import COMPILED, chosen_by
 from ab_sim.dynamics.planar import derivatives, gravity_on_rotating_axes, spindle_motion
@@ -85,15 +86,17 @@ def _enter(system, place, time, state, modes, work):  # type: ignore[no-untyped-
 
 @numba.njit(**COMPILED)
 def _enter_with_events(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
-    # Where the spindle's acceleration jumps, what held so far may not hold any more.
+    # Where the spindle's acceleration jumps, what held so far may not hold any more. Variables,
+    # because numba would compile all of it once more for literals.
+    slot, plastic = np.int64(-1), work.counts[0] < 0
     settle(
         system,
         place,
         time,
         state,
         modes,
-        -1,
-        False,
+        slot,
+        plastic,
         work.slopes[0],
         work.scratch,
         work.margin,

@@ -21,9 +21,9 @@ class BallContact(NamedTuple):
     """Balls have a size: they collide, and can rest against each other in a packed row.
 
     Impacts are located within a step and pass on momentum, to the deck as well; they never add
-    energy. A ball that hits a row hits its balls one after the other, as in Newton's cradle. Friction
-    is not part of an impact, and balls do not rub against each other. On an oval race the distance
-    is measured along the race.
+    energy. A ball that hits a row hits its balls one after the other, as in Newton's cradle.
+    Friction is not part of an impact, and balls do not rub against each other. On an oval race the
+    distance is measured along the race.
     """
 
     restitution_coefficient: Annotated[
