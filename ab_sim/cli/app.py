@@ -123,6 +123,32 @@ def check(scene: SceneArgument, change: SetOption = None) -> None:
 
 
 @app.command()
+def cost(
+    scene: SceneArgument,
+    change: SetOption = None,
+    repeats: Annotated[int, typer.Option(help="Interleaved repeats.")] = 15,
+    leave_one_out: Annotated[
+        bool, typer.Option("--leave-one-out", help="Also the scene's set less each effect.")
+    ] = False,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the times with their spread.")
+    ] = None,
+) -> None:
+    """Measure what each effect of a scene costs: time per step, and to get its kernel.
+
+    With no effects, with each alone, with the scene's set. The first time takes some seconds per
+    effect, and more for friction and contact, to compile the kernels.
+    """
+    from ab_sim.cli.cost import cost_command
+
+    cost_command(scene, change or [], repeats, leave_one_out, json, plot)
+
+
+@app.command()
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for startup.rrd and startup.png.")] = Path(
         "out"

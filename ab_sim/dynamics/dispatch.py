@@ -120,6 +120,17 @@ def chosen_by(
     return call
 
 
+def only_if(present: Callable[[Any], bool], body: Callable[..., Any]) -> Callable[..., Any]:
+    """A function ``call(system, *arguments)``: ``body``, or nothing at all where no effect asks.
+
+    Args:
+        present: made by ``any_effect_has``.
+        body: function of the system and further arguments; one that returns something returns a
+            bool, and False is returned in its place.
+    """
+    return chosen_by(present, body, lambda system, *arguments: False)
+
+
 def forward(method: str) -> Callable[..., Any]:
     """A function ``call(thing, *arguments)`` that is ``thing.method(*arguments)``."""
 

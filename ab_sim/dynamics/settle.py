@@ -8,7 +8,7 @@ pose (Leine and Nijmeijer, ch. 5), at O(n) a round.
 
 import numba
 
-from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.dispatch import COMPILED, only_if
 from ab_sim.dynamics.impact import collide
 from ab_sim.dynamics.planar import derivatives, spindle_motion
 from ab_sim.dynamics.rows import moves_along, sticks
@@ -59,12 +59,9 @@ def settle(  # type: ignore[no-untyped-def]
         if slot >= 0:
             change(system, place, time, state, modes, slot, plastic, scratch, changes)
             continue
-        again = False
-        if has_friction(system.effects):
-            again = stop_the_wrong_way(system, state, modes, A1, A2, scratch, changes)
-        if has_contact(system.effects) and not again:
-            again = join_approaching(system, state, modes, A1, A2, scratch, changes)
-        if not again:
+        if friction_corrects(system, state, modes, A1, A2, scratch, changes):
+            continue
+        if not contact_corrects(system, state, modes, A1, A2, scratch, changes):
             break
 
 
@@ -94,22 +91,39 @@ def change(system, place, time, state, modes, slot, plastic, scratch, changes): 
             modes[system.balls.shape[0], DIRECTION] = -1 if slot == MOTOR * n else 1
         return
     kind, i = slot // n, slot % n
-    if has_friction(system.effects):
-        if kind == LOAD:
-            modes[i, LOADED] = 1 - modes[i, LOADED]
-            modes[i, DIRECTION] = sign(state[4 + n + i])
-        elif kind == SLIDE and modes[i, DIRECTION] != 0:
-            stop(system, state, modes, i)
-        elif kind in (SLIDE, HOLD):
-            let_go(system, modes, i, -1 if kind == SLIDE else 1, changes)
-    if has_contact(system.effects) and kind == TOUCH:
-        if modes[i, JOINED] == 1:
-            modes[i, JOINED] = 0
-        else:
-            spindle = spindle_motion(system, place, time, state, modes)
-            collide(system, spindle.speed, state, modes, i, plastic, scratch)
-            for k in range(n):
-                changes[changes.size // 2 + k] = modes[k, JOINED]
+    if kind == TOUCH:
+        touch_or_part(system, place, time, state, modes, i, plastic, scratch, changes)
+    else:
+        stick_or_slide(system, state, modes, kind, i, changes)
+
+
+@numba.njit(**COMPILED)
+def change_friction(system, state, modes, kind, i, changes):  # type: ignore[no-untyped-def]
+    """Give ball i's friction its other branch."""
+    n = system.balls.shape[0]
+    if kind == LOAD:
+        modes[i, LOADED] = 1 - modes[i, LOADED]
+        modes[i, DIRECTION] = sign(state[4 + n + i])
+    elif kind == SLIDE and modes[i, DIRECTION] != 0:
+        stop(system, state, modes, i)
+    else:
+        let_go(system, modes, i, -1 if kind == SLIDE else 1, changes)
+
+
+@numba.njit(**COMPILED)
+def change_contact(system, place, time, state, modes, k, plastic, scratch, changes):  # type: ignore[no-untyped-def]
+    """Open contact k, or let its balls collide."""
+    if modes[k, JOINED] == 1:
+        modes[k, JOINED] = 0
+        return
+    spindle = spindle_motion(system, place, time, state, modes)
+    collide(system, spindle.speed, state, modes, k, plastic, scratch)
+    for other in range(system.contacts.shape[0]):
+        changes[changes.size // 2 + other] = modes[other, JOINED]
+
+
+stick_or_slide = only_if(has_friction, change_friction)
+touch_or_part = only_if(has_contact, change_contact)
 
 
 @numba.njit(**COMPILED)
@@ -206,10 +220,5 @@ def join_approaching(system, state, modes, A1, A2, scratch, changes):  # type: i
     return False
 
 
-@numba.njit(**COMPILED)
-def loads_at_start(system, state, modes):  # type: ignore[no-untyped-def]
-    """Branches to begin with: every ball carried by the race, sliding as its rate says."""
-    n = system.balls.shape[0]
-    for i in range(n):
-        modes[i, LOADED] = 1
-        modes[i, DIRECTION] = sign(state[4 + n + i])
+friction_corrects = only_if(has_friction, stop_the_wrong_way)
+contact_corrects = only_if(has_contact, join_approaching)

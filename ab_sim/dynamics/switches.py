@@ -16,7 +16,7 @@ from typing import Any
 
 import numba
 
-from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.dispatch import COMPILED, only_if
 from ab_sim.dynamics.motion import Ball
 from ab_sim.dynamics.reactions import pull_at, reactions
 from ab_sim.dynamics.rows import moves_along, row_start, sticks
@@ -56,36 +56,6 @@ ROUNDING = 1e-12
 def slots(system: Any) -> int:
     """How many margins a system has."""
     return 4 * system.balls.shape[0] + 2
-
-
-@numba.njit(**COMPILED)
-def margins(system, place, time, state, modes, A1, A2, al, scratch, margin, grain):  # type: ignore[no-untyped-def]
-    """All margins at a state, right after ``derivatives`` there.
-
-    Args:
-        system, place, time, state, modes, scratch: as for ``derivatives``.
-        A1, A2, al: what it returned.
-        margin: where the margins go, shape (slots,).
-        grain: where it goes what rounding may make of each, same shape.
-    """
-    n = system.balls.shape[0]
-    effects = system.effects
-    margin[:] = NEVER
-    grain[:] = 0.0
-    reactions(system, A1, A2, al, state, modes, scratch)
-    if has_friction(effects):
-        friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain)
-    if has_contact(effects):
-        contact_margins(system, state, modes, A1, A2, scratch, margin, grain)
-    if has_motor(effects):
-        error = segment_speed(place.segment, time) - state[5 + 2 * n]
-        asked, most = loop_torque(effects, error, state[6 + 2 * n]), torque_limit(effects)
-        if modes[system.balls.shape[0], DIRECTION] == 0:
-            margin[MOTOR * n] = most + asked
-            margin[MOTOR * n + 1] = most - asked
-        else:
-            margin[MOTOR * n] = modes[system.balls.shape[0], DIRECTION] * asked - most
-        grain[MOTOR * n] = grain[MOTOR * n + 1] = ROUNDING * (most + abs(asked))
 
 
 @numba.njit(**COMPILED)
@@ -178,6 +148,38 @@ def gap(system, state, modes, k):  # type: ignore[no-untyped-def]
     if has_runout(system.effects):
         apart += race_arc(system.effects, state[4 + j]) - race_arc(system.effects, state[4 + i])
     return apart - system.contacts[k, SPACING]
+
+
+add_friction_margins = only_if(has_friction, friction_margins)
+add_contact_margins = only_if(has_contact, contact_margins)
+
+
+@numba.njit(**COMPILED)
+def margins(system, place, time, state, modes, A1, A2, al, scratch, margin, grain):  # type: ignore[no-untyped-def]
+    """All margins at a state, right after ``derivatives`` there.
+
+    Args:
+        system, place, time, state, modes, scratch: as for ``derivatives``.
+        A1, A2, al: what it returned.
+        margin: where the margins go, shape (slots,).
+        grain: where it goes what rounding may make of each, same shape.
+    """
+    n = system.balls.shape[0]
+    effects = system.effects
+    margin[:] = NEVER
+    grain[:] = 0.0
+    reactions(system, A1, A2, al, state, modes, scratch)
+    add_friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain)
+    add_contact_margins(system, state, modes, A1, A2, scratch, margin, grain)
+    if has_motor(effects):
+        error = segment_speed(place.segment, time) - state[5 + 2 * n]
+        asked, most = loop_torque(effects, error, state[6 + 2 * n]), torque_limit(effects)
+        if modes[system.balls.shape[0], DIRECTION] == 0:
+            margin[MOTOR * n] = most + asked
+            margin[MOTOR * n + 1] = most - asked
+        else:
+            margin[MOTOR * n] = modes[system.balls.shape[0], DIRECTION] * asked - most
+        grain[MOTOR * n] = grain[MOTOR * n + 1] = ROUNDING * (most + abs(asked))
 
 
 @numba.njit(**COMPILED)

@@ -1,0 +1,98 @@
+"""`ab-sim cost`."""
+
+import json as json_format
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ab_sim.analysis.effect_cost import EffectCost, Row, measure
+from ab_sim.cli.outputs import check_picture, check_writable
+from ab_sim.errors import InputError
+from ab_sim.scene import Scene, load_scene
+
+# Results may go to standard output; everything that is only for people goes here.
+people = Console(stderr=True, markup=False)
+
+
+def cost_command(
+    scene_name: str,
+    changes: list[str],
+    repeats: int,
+    leave_one_out: bool,
+    json: str | None,
+    plot: Path | None,
+) -> None:
+    """Measure, print, and write what was asked for; outputs are tried first."""
+    if repeats < 1:
+        raise InputError(f"--repeats {repeats}: must be at least 1")
+    scene = load_scene(scene_name, changes)
+    files = [path for path in (None if json in (None, "-") else Path(str(json)), plot) if path]
+    for file in files:
+        check_writable(file)
+    if plot is not None:
+        check_picture(plot)
+    cost = measure_with_progress(scene, repeats, leave_one_out)
+    if json is not None:
+        text = json_format.dumps(cost.report(), indent=1, allow_nan=False)
+        if json == "-":
+            print(text)
+        else:
+            Path(json).write_text(text + "\n", encoding="utf-8")
+    if plot is not None:
+        from ab_sim.cost_figure import cost_figure
+
+        cost_figure([cost], plot)
+    (people if json == "-" else Console(markup=False)).print(cost_table(cost))
+    for file in files:
+        people.print(f"wrote {file}")
+
+
+def measure_with_progress(scene: Scene, repeats: int, leave_one_out: bool = False) -> EffectCost:
+    """``measure``, which takes a while when kernels have to be compiled, with a bar."""
+    columns = (
+        TextColumn(scene.name),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed} of {task.total}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=people, transient=True) as bar:
+        task = bar.add_task("")
+
+        def update(what: str, done: int, total: int) -> None:
+            bar.update(task, description=what, completed=done, total=total)
+
+        return measure(scene, repeats, leave_one_out, update)
+
+
+def cost_table(cost: EffectCost) -> Table:
+    """The table for people."""
+    table = Table(
+        title=f"{cost.scene}: {cost.balls} balls, {cost.stepper} at {cost.step:g} s, "
+        f"{cost.steps_per_run} steps, {cost.repeats} interleaved repeats",
+        caption="time: median (quartiles), CPU time of the thread; kernel: first use in this "
+        "process, * compiled, else from the cache or there already; load: from the cache",
+    )
+    for name in ("effects", "ns per step", "of base", "events per 1000", "kernel [s]", "load [s]"):
+        table.add_column(name, justify="left" if name == "effects" else "right")
+    for row in cost.rows:
+        table.add_row(*_cells(row))
+    return table
+
+
+def _cells(row: Row) -> list[str]:
+    name = row.name + (f" (with {', '.join(row.added)})" if row.added else "")
+    kernel = f"{row.first_seconds:.2f}" + ("*" if row.compiled_kernels else "")
+    if row.ns_per_step is None or row.ratio is None:
+        return [f"{name}: cannot run: {row.failure}", "", "", "", kernel, ""]
+    time = row.ns_per_step
+    return [
+        name,
+        f"{time.median:.0f} ({time.lower:.0f} .. {time.upper:.0f})",
+        f"{row.ratio.median:.3f}",
+        f"{row.events_per_1000_steps:.1f}",
+        kernel,
+        f"{row.load_seconds:.2f}",
+    ]
