@@ -1,0 +1,251 @@
+"""Measure what effects cost, and the package beside a hand-specialised kernel; write it down.
+
+    python benchmarks/effect_cost.py [--out docs] [--repeats 31]
+
+writes effect-cost.json, effect-cost.png and effect-cost.md. The first time takes minutes, to
+compile a kernel for each of some twenty sets of effects.
+"""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from hand_kernels import ThesisDrive, thesis_advance  # noqa: E402
+
+from ab_sim.analysis.effect_cost import EffectCost, Spread, conditions  # noqa: E402
+from ab_sim.cli.cost import cost_table, measure_with_progress  # noqa: E402
+from ab_sim.cost_figure import cost_figure  # noqa: E402
+from ab_sim.drive import Drive  # noqa: E402
+from ab_sim.dynamics.assemble import state_bounds  # noqa: E402
+from ab_sim.dynamics.neighbours import reduced  # noqa: E402
+from ab_sim.dynamics.system import Place  # noqa: E402
+from ab_sim.integrate.fixed_step import advance  # noqa: E402
+from ab_sim.integrate.workspace import workspace  # noqa: E402
+from ab_sim.scene import load_scene  # noqa: E402
+
+SCENES = ("thesis-hold", "everything")
+HAND_SCENE, HAND_CHANGES = "thesis-hold", ["effects.rolling_friction="]
+FIRST, STEPS, RUNS = 2600, 300, 10
+"""The package and the hand kernel take these steps, in the hold at the critical speed."""
+GOAL, AGREE = 1.05, 1e-12
+
+
+class Both:
+    """The package's kernel and the hand-specialised one, from the same state on the same arrays."""
+
+    def __init__(self) -> None:
+        scene = load_scene(HAND_SCENE, HAND_CHANGES)
+        drive = Drive(scene)
+        drive.advance(FIRST)
+        self.drive, self.start = drive, drive.snapshot()
+        self.work = workspace(
+            drive.system,
+            drive.stepper.slopes,
+            drive.stepper.nodes,
+            state_bounds(drive.system, drive.step),
+        )
+        self.piece = drive.profile.piece_at(drive.time)
+        self.place = Place(self.piece.segment, reduced(self.piece.start_angle)[0])
+        body, effects = drive.system.body, scene.effects
+        self.by_hand = ThesisDrive(
+            body.total_mass,
+            body.unbalance,
+            body.race_radius,
+            effects["suspension"].stiffness,
+            effects["suspension"].damping,
+            effects["viscous_drag"].coefficient,
+            self.piece.segment.start_speed,
+            self.piece.segment.acceleration(0.0),
+        )
+        self.state, self.modes = self.start.state.copy(), self.start.modes.copy()
+        self.rows = np.empty((STEPS, self.state.size + 3))
+
+    def _rewind(self) -> None:
+        self.state[:], self.modes[:] = self.start.state, self.start.modes
+
+    def package(self) -> None:
+        """Take the steps with the package's kernel."""
+        self._rewind()
+        drive = self.drive
+        taken = advance(
+            drive.system,
+            self.place,
+            drive.stepper.weights,
+            self.piece.start,
+            (FIRST, drive.step, 0.0),
+            drive.step,
+            self.state,
+            self.modes,
+            self.work,
+            self.rows,
+        )
+        assert taken == STEPS
+
+    def hand(self) -> None:
+        """Take the same steps with the hand-specialised kernel."""
+        self._rewind()
+        drive = self.drive
+        taken = thesis_advance(
+            self.by_hand,
+            drive.system.balls,
+            drive.stepper.weights,
+            self.piece.start,
+            FIRST,
+            drive.step,
+            self.state,
+            self.modes,
+            self.work,
+            self.rows,
+        )
+        assert taken == STEPS
+
+    def disagreement(self) -> float:
+        """Largest difference of the rows, relative to each column's largest magnitude."""
+        self.package()
+        package = self.rows.copy()
+        self.hand()
+        size = np.abs(package).max(axis=0)
+        return float((np.abs(self.rows - package) / np.where(size > 0, size, 1.0)).max())
+
+    def compare(self, repeats: int) -> dict[str, Any]:
+        """Interleaved times of both [ns per step] and their ratio, repeat by repeat."""
+        off = self.disagreement()
+        if not off <= AGREE:
+            raise SystemExit(f"hand kernel and package differ by {off:.2g}: nothing to compare")
+        times = np.array([[_time(self.package), _time(self.hand)] for _ in range(repeats)])
+        ratio = Spread.of(times[:, 0] / times[:, 1])
+        return {
+            "scene": HAND_SCENE,
+            "changes": HAND_CHANGES,
+            "stepper": self.drive.stepper.name,
+            "steps": STEPS * RUNS,
+            "repeats": repeats,
+            "disagreement": off,
+            "package_ns_per_step": Spread.of(times[:, 0])._asdict(),
+            "hand_ns_per_step": Spread.of(times[:, 1])._asdict(),
+            "ratio": ratio._asdict(),
+            "goal": GOAL,
+            "within_goal": ratio.median <= GOAL,
+        }
+
+
+def _time(run: Any) -> float:
+    begin = time.thread_time_ns()
+    for _ in range(RUNS):
+        run()
+    return (time.thread_time_ns() - begin) / (STEPS * RUNS)
+
+
+def page(report: dict[str, Any], costs: list[EffectCost]) -> str:
+    """effect-cost.md."""
+    hand, machine, versions = report["hand"], report["machine"], report["versions"]
+    package, by_hand, ratio = hand["package_ns_per_step"], hand["hand_ns_per_step"], hand["ratio"]
+    verdict = "met" if hand["within_goal"] else "not met"
+    lines = [
+        "# What effects cost",
+        "",
+        "Written by `python benchmarks/effect_cost.py`; do not edit. All numbers are in",
+        "[effect-cost.json](effect-cost.json).",
+        "",
+        "![Time per step of every variant](effect-cost.png)",
+        "",
+        "Each scene is run without effects, with each effect alone, and with its set, always with",
+        "the stepper and step of the scene. An effect that is refused alone comes with what it",
+        "needs (`+`). All variants take turns, so that what the machine does besides hits them",
+        "alike; a time is the CPU time of the thread in `Drive.advance` per step, over the scene's",
+        "run from its start, at most 10,000 steps; bars are medians, whiskers quartiles. Runs",
+        "differ in their events (reversals, impacts), each of which costs some ten further steps.",
+        "Where a scene starts a ball at exactly 0, all balls start 2.5 rad further: cosines of 0",
+        "are quick, and without effects it would stay there.",
+        "",
+        "## An effect that is not called for costs nothing",
+        "",
+        f"`{hand['scene']}` without rolling friction, beside a kernel written by hand for just",
+        "these effects ([hand_kernels.py](../benchmarks/hand_kernels.py)): same algorithm, same",
+        "arrays, fully inlined; the compiled loops alone are timed.",
+        "",
+        "| ns per step | median | quartiles | least |",
+        "| --- | --- | --- | --- |",
+        f"| package | {_numbers(package)} |",
+        f"| by hand | {_numbers(by_hand)} |",
+        f"| ratio | {_numbers(ratio, 3)} |",
+        "",
+        f"The goal, at most {GOAL}, is {verdict}. Both give the same rows to "
+        f"{hand['disagreement']:.1g}.",
+        "",
+    ]
+    for cost in costs:
+        lines += [
+            f"## {cost.scene}",
+            "",
+            f"{cost.balls} balls, {cost.stepper} at {cost.step:g} s, {cost.steps_per_run} steps, "
+            f"{cost.repeats} repeats.",
+            "",
+            "| effects | ns per step | quartiles | of base | events per 1000 steps "
+            "| kernel, from the cache [s] |",
+            "| --- | --- | --- | --- | --- | --- |",
+        ]
+        for row in cost.rows:
+            name = row.name + "".join(f" + {other}" for other in row.added)
+            if row.ns_per_step is None or row.ratio is None:
+                lines.append(f"| {name} | cannot run: {row.failure} | | | | |")
+                continue
+            at = row.ns_per_step
+            lines.append(
+                f"| {name} | {at.median:.0f} | {at.lower:.0f} to {at.upper:.0f} "
+                f"| {row.ratio.median:.2f} | {row.events_per_1000_steps:.1f} "
+                f"| {row.load_seconds:.2f} |"
+            )
+        lines.append("")
+    load = ", ".join(f"{value:.2f}" for value in machine["load_average"])
+    lines += [
+        "## Conditions",
+        "",
+        f"{report['date']}; {machine['processor']}, {machine['cores']} cores, load average {load};",
+        f"{machine['system']}; Python {versions['python']}, numba {versions['numba']}, llvmlite",
+        f"{versions['llvmlite']}, NumPy {versions['numpy']}; ab_sim {report['version']}.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _numbers(spread: dict[str, float], digits: int = 0) -> str:
+    median, lower, upper, least = (
+        f"{spread[key]:.{digits}f}" for key in ("median", "lower", "upper", "least")
+    )
+    return f"{median} | {lower} to {upper} | {least}"
+
+
+def main() -> None:
+    """Measure everything and write the three files."""
+    parser = argparse.ArgumentParser(description="What effects cost.")
+    parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parents[1] / "docs")
+    parser.add_argument("--repeats", type=int, default=31)
+    parser.add_argument("--scenes", nargs="*", default=SCENES)
+    arguments = parser.parse_args()
+    console = Console(markup=False)
+    hand = Both().compare(arguments.repeats)
+    console.print("package / hand:", hand["ratio"])
+    costs = [
+        measure_with_progress(load_scene(name), arguments.repeats) for name in arguments.scenes
+    ]
+    for cost in costs:
+        console.print(cost_table(cost))
+    report = {**conditions(), "hand": hand, "scenes": [cost.table() for cost in costs]}
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(report, indent=1, allow_nan=False) + "\n"
+    (arguments.out / "effect-cost.json").write_text(text, encoding="utf-8")
+    (arguments.out / "effect-cost.md").write_text(page(report, costs), encoding="utf-8")
+    cost_figure(costs, arguments.out / "effect-cost.png")
+
+
+if __name__ == "__main__":
+    main()
