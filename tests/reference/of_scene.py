@@ -14,13 +14,18 @@ from tests.reference.params import (
 )
 
 
-def params_of(scene: Any) -> Params:
-    """The parameters of a scene whose profile is a start-up, or none."""
+def params_of(scene: Any, contact: bool = True) -> Params:
+    """The parameters of a scene whose profile is a start-up, or none.
+
+    Args:
+        scene: the scene.
+        contact: whether its balls may not pass each other, if it says so.
+    """
     effects = scene.effects
     gravity = effects.get("gravity")
     runout = effects.get("race_runout")
     rolling, dry = effects.get("rolling_friction"), effects.get("race_friction")
-    contact, motor = effects.get("ball_contact"), effects.get("motor")
+    touch, motor = effects.get("ball_contact") if contact else None, effects.get("motor")
     n = scene.balls.count
     return Params(
         mass=scene.total_mass,
@@ -55,8 +60,8 @@ def params_of(scene: Any) -> Params:
             motor.back_emf_slope,
         ),
         contact=None
-        if contact is None or n < 2
-        else Contact(contact.restitution_coefficient, contact.rest_speed),
+        if touch is None or n < 2
+        else Contact(touch.restitution_coefficient, touch.rest_speed),
     )
 
 

@@ -1,0 +1,49 @@
+"""Everything falls, and the suspension holds the deck."""
+
+import numpy as np
+import pytest
+
+from tests.effects.parts import Changes, FiveParts, Run
+
+DOWN: Changes = {
+    "start": {"speed": 0.0, "ball_angles": [0.0, np.pi]},
+    "profile": None,
+}
+IDLE: Changes = {"gravity": {"tilt": 0.0}}
+
+
+class Gravity(FiveParts):
+    name = "gravity"
+    company = "smooth"
+    changes = {"effects": {"gravity": {"tilt": 1.2, "direction": 0.7}}}
+    dissipates = False
+
+    def strength(self, run: Run) -> float:
+        """Over a ball's centrifugal acceleration."""
+        return float(np.hypot(*run.effect("gravity").gravity()) / (0.01 * 1e4))
+
+    def direction(self) -> None:
+        """On edge, down is -y: balls at the sides roll down; the drive hangs, and stays there."""
+        on_edge = {"gravity": {"tilt": np.pi / 2, "direction": -np.pi / 2}}
+        added = self.adds(IDLE, DOWN, {"effects": on_edge})
+        assert added[6] == pytest.approx(-9.80665 / 0.014, rel=0.03)
+        assert added[7] == pytest.approx(9.80665 / 0.014, rel=0.03)
+        low = {"start": {"ball_angles": [-np.pi / 2, -np.pi / 2]}, "rotor": {"eccentricity": 0.0}}
+        seen = self.watch(DOWN, low, {"effects": on_edge})
+        assert seen.trajectory.whirl.max() < 1e-12, "at rest, balls at the bottom"
+        assert np.abs(seen.trajectory.ball_angles + np.pi / 2).max() < 1e-12
+        flat = self.slope(DOWN, {"effects": {"gravity": {"tilt": 0.0}}})
+        assert np.all(flat[4:8] == 0.0), "lying flat, nothing falls"
+
+    def rotation(self) -> None:
+        """With where down is; turned alone, the drive moves differently."""
+        super().rotation()
+        one, other = self.watch(), self.watch({"start": {"angle": 0.7}})
+        balls = one.trajectory.ball_angles - other.trajectory.ball_angles
+        assert np.abs(balls).max() > 1e-3
+
+    def limit(self) -> None:
+        self.vanishes(lambda size: {"effects": {"gravity": {"tilt": 1e-3 * size}}}, without={})
+
+
+PARTS = Gravity()

@@ -1,0 +1,36 @@
+"""The cubic spring pulls back the harder the further."""
+
+import numpy as np
+
+from tests.effects.parts import Changes, FiveParts, Run
+
+HARD = 1e9
+IDLE: Changes = {"hardening_suspension": {"cubic_stiffness": 0.0}}
+BARE: Changes = {"balls": {"count": 0}, "start": {"ball_angles": [], "speed": 0.0}, "profile": None}
+
+
+class HardeningSuspension(FiveParts):
+    name = "hardening_suspension"
+    company = "smooth"
+    changes = {"effects": {"hardening_suspension": {"cubic_stiffness": HARD}}}
+    dissipates = False
+
+    def strength(self, run: Run) -> float:
+        """Over the linear spring."""
+        cubic = run.effect("hardening_suspension").cubic_stiffness
+        return float(cubic * run.trajectory.whirl.max() ** 2 / 1000.0)
+
+    def direction(self) -> None:
+        for u in ([1e-3, 0.0], [0.0, -2e-3], [1e-3, 2e-3]):
+            added = self.adds(IDLE, BARE, state=[*u, 0.0, 0.0])
+            force = -HARD * (u[0] ** 2 + u[1] ** 2) * np.array(u)
+            np.testing.assert_allclose(added[2:4], force / 0.1, rtol=1e-4, atol=1e-3)
+
+    def limit(self) -> None:
+        self.vanishes(
+            lambda size: {"effects": {"hardening_suspension": {"cubic_stiffness": 1e6 * size}}},
+            without={},
+        )
+
+
+PARTS = HardeningSuspension()

@@ -1,0 +1,66 @@
+"""A motor drives the spindle towards the command, as hard as it can."""
+
+import numpy as np
+import pytest
+
+from tests.effects.parts import NO_LOSSES, Changes, FiveParts, Run, closes
+
+BARE: Changes = {
+    "balls": {"count": 0},
+    "rotor": {"eccentricity": 0.0},
+    "start": {"speed": 50.0, "ball_angles": []},
+    "profile": None,
+}
+SPEED = 4 + 1
+"""Place of the spindle's speed in the state without balls."""
+
+
+class Motor(FiveParts):
+    name = "motor"
+    company = "motor"
+    dissipates = False
+    least = 5e-3
+
+    def strength(self, run: Run) -> float:
+        """How far the speed is from the one commanded, relative."""
+        out = run.trajectory
+        assert np.abs(out["motor_torque"]).max() > 0
+        return float(np.abs(out["speed"] / out["command"] - 1.0).max())
+
+    def activity(self) -> None:
+        """The speed lags; a weak motor gives all it can and falls further behind."""
+        self.watch()
+        weak = self.watch({"effects": {"motor": {"torque_limit": 8e-4}}})
+        assert weak.modes[:, 2, 0].max() == 1 and weak.drive.events > 0
+        given = weak.trajectory["motor_torque"] + 1e-6 * weak.trajectory["speed"]
+        assert given.max() == pytest.approx(8e-4, rel=1e-12)
+
+    def direction(self) -> None:
+        """Towards the command, no harder than the limit, and less the back-EMF."""
+        for behind in (4.0, -4.0, 40.0, -40.0):
+            speed = 50.0 - behind
+            asked = np.clip(1e-3 * behind, -1e-2, 1e-2) - 1e-6 * speed
+            gained = self.slope(BARE, turned={SPEED: speed})[SPEED]
+            assert gained == pytest.approx(asked / 2e-5, rel=1e-4)
+        self.watch()
+
+    def power(self) -> None:
+        """What it puts in is torque times speed, and is stored if nothing is lost."""
+        super().power()
+        seen = self.watch({"effects": NO_LOSSES["motor"]})
+        closes(seen)
+        out = seen.trajectory
+        work = seen.integral(out["motor_torque"] * out["speed"])
+        assert seen.energies[-1].motor_work == pytest.approx(work, rel=0.01)
+
+    def limit(self) -> None:
+        """The stiffer its loop, the closer to a speed that is prescribed."""
+
+        def stiff(size: float) -> Changes:
+            gain = {"proportional_gain": 0.1 / size, "integral_gain": 0.0, "torque_limit": 1e3}
+            return {"effects": {"motor": gain}}
+
+        self.vanishes(stiff, {"solver": {"step": 2e-5}}, without={}, steps=10000)
+
+
+PARTS = Motor()
