@@ -55,5 +55,5 @@ class Spindle(NamedTuple):
     """of psi; 1 and 0 in a scene whose effects do not need it."""
     torque: float
     """Motor torque [N m]; 0 where the speed is prescribed."""
-    error: float
-    """Commanded minus actual speed, for the speed loop [rad/s]; 0 where the speed is prescribed."""
+    integral_rate: float
+    """Rate of change of the speed loop's integral [rad/s]; 0 where the speed is prescribed."""

@@ -74,6 +74,7 @@ from ab_sim.dynamics.system import (
     has_space_force,
     has_spin,
     has_spindle_angle,
+    integral_rate,
     loop_torque,
     race_shape,
     rotor_moment,
@@ -122,8 +123,7 @@ def derivatives(system, place, time, state, modes, slope, scratch):  # type: ign
     if has_motor(effects):
         slope[4 + 2 * n] = w
         slope[5 + 2 * n] = al
-        # The speed loop's integral stands still while the motor gives all it can.
-        slope[6 + 2 * n] = spindle.error if modes[system.balls.shape[0], DIRECTION] == 0 else 0.0
+        slope[6 + 2 * n] = spindle.integral_rate
     book(system.ledger, system, spindle, A1, A2, al, state, modes, slope, scratch)
     return A1, A2, al
 
@@ -142,13 +142,14 @@ def _driven(system, place, time, state, modes):  # type: ignore[no-untyped-def]
     n = system.balls.shape[0]
     psi, speed, integral = state[4 + 2 * n], state[5 + 2 * n], state[6 + 2 * n]
     error = segment_speed(place.segment, time) - speed
-    torque = loop_torque(effects, error, integral)
-    if modes[system.balls.shape[0], DIRECTION] != 0:
-        torque = modes[system.balls.shape[0], DIRECTION] * torque_limit(effects)
-    torque -= back_torque(effects, speed)
+    asked = given = loop_torque(effects, error, integral)
+    if modes[n, DIRECTION] != 0:
+        given = modes[n, DIRECTION] * torque_limit(effects)
+    rate = integral_rate(effects, error, asked - given)
+    torque = given - back_torque(effects, speed)
     if has_spindle_angle(effects):
-        return Spindle(speed, 0.0, cos(psi), sin(psi), torque, error)
-    return Spindle(speed, 0.0, 1.0, 0.0, torque, error)
+        return Spindle(speed, 0.0, cos(psi), sin(psi), torque, rate)
+    return Spindle(speed, 0.0, 1.0, 0.0, torque, rate)
 
 
 spindle_motion = chosen_by(has_motor, _driven, _prescribed)

@@ -107,6 +107,6 @@ def solve(
         integrator = 0.0
     else:
         torque = motors.torque(p.motor, mode.regime, raw, rates[2])
-        integrator = motors.integrator_rate(p.motor, mode.regime, asked, rates[2], accelerations[2])
+        integrator = motors.integrator_rate(p.motor, mode.regime, asked, rates[2], z)
     friction, contact = unknowns[size : size + n], unknowns[size + n :]
     return Forces(accelerations, friction, normal, contact, torque, integrator, k.path)

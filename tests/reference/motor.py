@@ -1,24 +1,18 @@
-"""Spindle command and the motor's clipped PI law with its frozen integrator.
+"""Spindle command and the motor's clipped PI law, its integral tracking the clipped torque.
 
 With raw = kp (w_cmd - w) + ki z and a limit L the regimes are
 
-    LINEAR        T = raw,  z' = w_cmd - w       while |raw| < L
-    SATURATED +-  T = +-L,  z' = 0               while +-raw > L
-    SLIDING +-    T = +-L,  raw' = 0             where both neighbours drive raw back to +-L
-
-SLIDING is Filippov's solution where freezing the integrator would at once unfreeze it: z' is the
-fraction 0 <= share <= 1 of w_cmd - w that holds raw at the limit, ki z' = -kp (w_cmd' - w').
+    LINEAR        T = raw,   z' = w_cmd - w                       while |raw| < L
+    SATURATED +-  T = +-L,   z' = w_cmd - w - (raw - T) / kp      while +-raw > L
 """
 
 from typing import NamedTuple
 
 from .params import Motor, Params
 
-LINEAR, SATURATED, SLIDING = 0, 1, 2
+LINEAR, SATURATED = 0, 1
 SLACK = 1e-12
 """Relative to the limit: how far raw passes it before the regime changes."""
-SHARE_SLACK = 1e-9
-"""How far the share may leave 0 .. 1; more than what SLACK makes of w'."""
 
 
 class Regime(NamedTuple):
@@ -72,32 +66,22 @@ def torque(motor: Motor, regime: Regime, raw: float, speed: float) -> float:
     return (raw if regime.kind == LINEAR else regime.side * motor.limit) - motor.slope * speed
 
 
-def share(motor: Motor, asked: Command, speed: float, acceleration: float) -> float:
-    """z' / (w_cmd - w) that keeps raw constant."""
-    return -motor.kp * (asked.acceleration - acceleration) / (motor.ki * (asked.speed - speed))
-
-
-def integrator_rate(
-    motor: Motor, regime: Regime, asked: Command, speed: float, acceleration: float
-) -> float:
+def integrator_rate(motor: Motor, regime: Regime, asked: Command, speed: float, z: float) -> float:
     """z'."""
-    if regime.kind == SLIDING:
-        return -motor.kp * (asked.acceleration - acceleration) / motor.ki
-    return 0.0 if regime.kind == SATURATED else asked.speed - speed
+    raw = raw_torque(motor, asked, speed, z)
+    excess = raw - regime.side * motor.limit if regime.kind == SATURATED else 0.0
+    return asked.speed - speed - (excess / motor.kp if excess else 0.0)
 
 
 def choose(motor: Motor, asked: Command, speed: float, acceleration: float, z: float) -> Regime:
-    """The regime just after an instant; T, and so w', are the same in all that meet there."""
+    """The regime just after an instant; T and z', and so raw', are the same in all that meet."""
     raw = raw_torque(motor, asked, speed, z)
     side = 1 if raw >= 0.0 else -1
     beyond = abs(raw) - motor.limit
     if abs(beyond) > 3.0 * SLACK * motor.limit:
         return Regime(SATURATED, side) if beyond > 0.0 else Regime()
-    frozen = side * motor.kp * (asked.acceleration - acceleration)
-    running = frozen + side * motor.ki * (asked.speed - speed)
-    if frozen < 0.0 < running:
-        return Regime(SLIDING, side)
-    return Regime(SATURATED, side) if frozen > 0.0 and running > 0.0 else Regime()
+    rising = motor.kp * (asked.acceleration - acceleration) + motor.ki * (asked.speed - speed)
+    return Regime(SATURATED, side) if side * rising > 0.0 else Regime()
 
 
 def guards(
@@ -108,7 +92,4 @@ def guards(
     slack = SLACK * motor.limit
     if regime.kind == LINEAR:
         return [motor.limit - raw + slack, motor.limit + raw + slack]
-    if regime.kind == SATURATED:
-        return [regime.side * raw - motor.limit + slack, 1.0]
-    part = share(motor, asked, speed, acceleration)
-    return [part + SHARE_SLACK, 1.0 - part + SHARE_SLACK]
+    return [regime.side * raw - motor.limit + slack, 1.0]

@@ -61,8 +61,8 @@ class Contact:
 class Motor:
     """Speed controller and rotor: the spindle speed is a state.
 
-    T = clip(kp (w_cmd - w) + ki z, -limit, limit) - slope w and z' = w_cmd - w, or 0 where
-    the clip acts. The spindle's segments are the command w_cmd.
+    T = clip(raw, -limit, limit) - slope w with raw = kp (w_cmd - w) + ki z, and
+    z' = w_cmd - w - (raw - clip(raw)) / kp. The spindle's segments are the command w_cmd.
     """
 
     inertia: float

@@ -273,9 +273,6 @@ def fresh(problem: Problem, now: float, y: Array) -> tuple[Array, Mode]:
     mode = friction.choose_mode(problem.model, problem.chain, asked, q, rates, z)
     q, rates = friction.settled(problem.model, problem.chain, mode, q, rates)
     rest = y[2 * problem.size :].copy()
-    m, regime = problem.p.motor, mode.regime
-    if m is not None and regime.kind == motor.SLIDING:
-        rest[0] = (regime.side * m.limit - m.kp * (asked.speed - rates[2])) / m.ki
     return np.concatenate([q, rates, rest]), mode
 
 

@@ -25,9 +25,10 @@ that scene's kernel. Methods are plain Python, compiled by numba; ``self`` is th
     spindle_acceleration(self, acceleration) -> rad/s^2
         how much of the spindle's acceleration the bodies feel
     rotor_moment(self) -> kg m^2, loop_torque(self, error, integral) -> N m,
-    largest_torque(self) -> N m, back_torque(self, speed) -> N m
-        a motor: inertia of the rotor, torque that the speed loop asks for, its limit, and what
-        is lost of it
+    integral_rate(self, error, excess) -> rad/s, largest_torque(self) -> N m,
+    back_torque(self, speed) -> N m
+        a motor: inertia of the rotor, torque that the speed loop asks for, rate of the loop's
+        integral, the torque's limit, and what is lost of it
     deck_energy(self, deck) -> J, space_energy(self, deck) -> J
         energy stored, for deck_force and space_force
     deck_loss(self, deck) -> W, space_loss(self, deck) -> W

@@ -11,9 +11,11 @@ if TYPE_CHECKING:
 
 @register(
     "motor",
-    equation="T = clip(k_p (w_c - w) + k_i int (w_c - w) dt, +-T_max) - b w",
+    equation="T = clip(T_a, +-T_max) - b w, T_a = k_p (w_c - w) + k_i z, z' = w_c - w - (T_a - "
+    "clip(T_a)) / k_p",
     source="Sommerfeld effect: Dimentberg et al. (1997), Shock and Vibration 4; direct-current "
-    "motor at limited voltage; integral held while the limit acts",
+    "motor at limited voltage; anti-windup by back-calculation: Astrom and Murray, Feedback "
+    "Systems (2008), 10.4",
 )
 class Motor(NamedTuple):
     """Speed loop with torque limit and back-EMF; unbalance and balls react on the rotor.
@@ -26,7 +28,7 @@ class Motor(NamedTuple):
         Number, quantity("I_r of rotor and disc about the shaft, M0 e^2 left out", "kg m^2", gt=0)
     ]
     torque_limit: Annotated[Number, quantity("T_max, at standstill", "N m", ge=0, le=1e6)]
-    proportional_gain: Annotated[Number, quantity("k_p", "N m s/rad", ge=0, le=1e6)]
+    proportional_gain: Annotated[Number, quantity("k_p", "N m s/rad", gt=0, le=1e6)]
     integral_gain: Annotated[Number, quantity("k_i", "N m/rad", ge=0, le=1e6)] = 0.0
     back_emf_slope: Annotated[
         Number, quantity("b, torque lost per speed", "N m s/rad", ge=0, le=1e6)
@@ -37,6 +39,10 @@ class Motor(NamedTuple):
 
     def loop_torque(self, error: float, integral: float) -> float:
         return self.proportional_gain * error + self.integral_gain * integral
+
+    def integral_rate(self, error: float, excess: float) -> float:
+        # The integral follows what the motor gives, so it does not wind up at the limit.
+        return error - excess / self.proportional_gain
 
     def largest_torque(self) -> float:
         return self.torque_limit
