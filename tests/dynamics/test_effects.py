@@ -1,6 +1,6 @@
 """What holds for every registered effect, whatever it does, and what a kernel is made of."""
 
-import math
+import re
 from typing import Any
 
 import numba
@@ -8,24 +8,24 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
+from ab_sim.dynamics import effects
+from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
 from ab_sim.dynamics.dispatch import COMPILED, any_effect_has, sum_over_effects
 from ab_sim.dynamics.effects import RollingFriction, Suspension, ViscousDrag
 from ab_sim.dynamics.motion import Ball
+from ab_sim.dynamics.planar import derivatives
+from ab_sim.dynamics.system import Place, has_events
 from ab_sim.integrate.fixed_step import advance
+from ab_sim.integrate.rk8 import RK8
+from ab_sim.integrate.workspace import workspace
+from ab_sim.scene import check_scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
+from ab_sim.spindle import Ramp
+from tests.conftest import THESIS, merge
+from tests.effects.parts import NO_LOSSES, scene_of
 
-METHODS = {
-    "deck_force",
-    "ball_inertia",
-    "ball_force",
-    "friction_coefficient",
-    "spindle_acceleration",
-    "motor_torque",
-    "deck_energy",
-    "ball_energy",
-    "deck_loss",
-    "ball_loss",
-}
+METHODS = set(re.findall(r"(\w+)\(self", effects.__doc__ or "")) - {"check_scene"}
+"""What an effect may have; the folder's documentation is the list."""
 
 
 @pytest.mark.parametrize(("name", "effect"), effect_classes().items())
@@ -34,8 +34,15 @@ def test_effects_are_documented(name: str, effect: Any) -> None:
     for key, field in effect_parameters(effect).items():
         assert field["description"] and field["unit"], key
     own = {key for key in vars(effect) if callable(vars(effect)[key]) and not key.startswith("_")}
-    assert own & METHODS, "it does something"
+    own -= {"check_scene"}
+    assert bool(own) == effect.acts, "it does something, if it is said to act"
     assert own <= METHODS, "and nothing that no kernel would call"
+
+
+def test_every_documented_method_is_of_some_effect() -> None:
+    assert len(METHODS) > 15
+    found = {key for effect in effect_classes().values() for key in vars(effect)}
+    assert METHODS <= found
 
 
 def test_sums_leave_out_effects_without_the_method() -> None:
@@ -44,71 +51,81 @@ def test_sums_leave_out_effects_without_the_method() -> None:
     friction = sum_over_effects("friction_coefficient", 0.0)
     both = (RollingFriction(0.1), Suspension(1.0, 1.0), RollingFriction(0.2))
     assert friction(both, Ball(1.0, 1.0)) == pytest.approx(0.3)
-    assert any_effect_has("ball_force")(both) is False
+    assert any_effect_has("ball_drag")(both) is False
 
 
-def kernel_of(scene: Any) -> tuple[str, str]:
-    """Typed names and machine code of the kernel compiled for a scene."""
-    drive = Drive(scene)
-    drive.advance(1)
-    effects = drive.system.effects
-    for signature in advance.signatures:
-        system = dict(zip(signature[0].fields, signature[0].types, strict=True))
-        classes = [kind.instance_class for kind in system["effects"]]
-        if classes == [type(effect) for effect in effects] and not len(system["ledger"]):
-            # Compiled again: code that came from the disk cache cannot be inspected.
+HALVES: tuple[dict[str, Any], ...] = (
+    {
+        "suspension": {"stiffness": 1000.0, "damping": 0.2},
+        "viscous_drag": {"coefficient": 1.0},
+        "ball_spin": {},
+        "hardening_suspension": {"cubic_stiffness": 1e8},
+        "gravity": {"tilt": 1.0},
+        "race_runout": {"lobe": 1e-5},
+        "accelerometer": {},
+    },
+    {
+        "spindle_acceleration": {},
+        "unequal_suspension": {
+            "stiffness_1": 1000.0,
+            "stiffness_2": 1000.0,
+            "damping_1": 0.2,
+            "damping_2": 0.2,
+        },
+        "rolling_friction": {"arm": 1e-6},
+        "race_friction": {"coefficient": 0.01},
+        "ball_contact": {"restitution_coefficient": 0.5},
+        "motor": {"rotor_inertia": 2e-5, "torque_limit": 1e-2, "proportional_gain": 1e-3},
+        "accelerometer": {},
+    },
+)
+"""Each effect that acts is in one of them and not in the other; the first has no events."""
+
+
+@pytest.fixture(scope="module")
+def kernels() -> list[tuple[str, str]]:
+    """Of both halves, the types that the kernel is compiled for, and its code."""
+    made = []
+    for half in HALVES:
+        scene = check_scene({**THESIS, "effects": half}, "test")
+        system = system_of(scene)
+        state, modes = start_state(scene, system), start_modes(scene, system)
+        work = workspace(system, RK8.slopes, RK8.nodes, state_bounds(system, 1e-3))
+        place = Place(Ramp(0.0, 40.0), 0.0)
+        # Compiled afresh: code that came from the disk cache cannot be inspected.
+        if has_events(system.effects):
+            # The equations of motion alone: with events it takes a minute.
+            fresh = numba.njit(**COMPILED)(derivatives.py_func)
+            arguments = (system, place, 0.0, state, modes, work.ahead, work.scratch)
+        else:
             fresh = numba.njit(**COMPILED)(advance.py_func)
-            fresh.compile(signature)
-            return str(signature[0]), fresh.inspect_llvm(signature)
-    raise AssertionError("no kernel for these effects")
+            clock, rows = (0, 1e-3, 0.0), np.empty((1, state.size + 3))
+            arguments = (system, place, RK8.weights, 0.0, clock, 1e-3, state, modes, work, rows)
+        signature = tuple(numba.typeof(argument) for argument in arguments)
+        fresh.compile(signature)
+        made.append((str(signature[0]), fresh.inspect_llvm(signature)))
+    return made
 
 
-@pytest.mark.parametrize(
-    "left_out",
-    ["suspension", "viscous_drag", "spindle_acceleration", "ball_spin", "rolling_friction"],
-)
-def test_what_a_scene_does_not_name_is_not_in_its_kernel(left_out: str, scene: Any) -> None:
+@pytest.mark.parametrize("name", effect_classes())
+def test_what_a_scene_does_not_name_is_not_in_its_kernel(
+    name: str, kernels: list[tuple[str, str]]
+) -> None:
     """Its class is not among the types that the kernel is compiled for, nor in its code."""
-    all_of_them = {"rolling_friction": {"arm": 1e-6}}
-    without = {**all_of_them, left_out: None}
-    class_name = effect_classes()[left_out].__name__
-    radius = 1e-3
-    full, code = kernel_of(scene(effects=all_of_them, balls={"radius": radius}))
-    assert class_name in code
-    # Without the balls' spin their drag is faster than RK8 can follow at 1 ms.
-    fewer, lean = kernel_of(scene(effects=without, solver={"step": 1e-4}))
-    assert class_name not in fewer
-    assert class_name not in lean
+    effect = effect_classes()[name]
+    word = re.compile(rf"(?<![A-Za-z]){effect.__name__}(?![A-Za-z])")
+    assert sum(name in half for half in HALVES) == (1 if effect.acts else 2)
+    for half, (types, code) in zip(HALVES, kernels, strict=True):
+        named = name in half and effect.acts
+        assert bool(word.search(types)) == named
+        assert (effect.__name__ in types) == (effect.__name__ in code)
 
 
-def test_kernel_without_friction_is_shorter(scene: Any) -> None:
-    _, plain = kernel_of(scene())
-    _, rubbing = kernel_of(scene(effects={"rolling_friction": {"arm": 1e-6}}))
-    assert len(plain) < len(rubbing)
-
-
-@pytest.mark.parametrize(
-    ("change", "limit"),
-    [
-        (
-            {"effects": {"viscous_drag": {"coefficient": 1e-12}}},
-            {"effects": {"viscous_drag": None}},
-        ),
-        (
-            {"effects": {"rolling_friction": {"arm": 1e-15}}},
-            {"effects": {"rolling_friction": None}},
-        ),
-        (
-            {"effects": {"suspension": {"stiffness": 1e-9, "damping": 1e-12}}},
-            {"effects": {"suspension": None}},
-        ),
-    ],
-)
-def test_limit_is_the_model_without_the_effect(scene: Any, change: Any, limit: Any) -> None:
-    one, other = (Drive(scene(**changes)).advance(1000) for changes in (change, limit))
-    assert np.abs(one.ball_angles[-1]).max() > 1e-4, "something moved"
-    np.testing.assert_allclose(one.ball_angles, other.ball_angles, atol=1e-6)
-    np.testing.assert_allclose(one.whirl, other.whirl, atol=1e-9)
+def test_kernel_without_events_does_not_look_for_any(kernels: list[tuple[str, str]]) -> None:
+    code = kernels[0][1]
+    assert "derivatives" in code
+    for what in ("settle", "collide", "margins", "locate"):
+        assert what not in code
 
 
 def test_without_spindle_acceleration_only_its_terms_are_missing(scene: Any) -> None:
@@ -129,24 +146,29 @@ def test_without_spindle_acceleration_only_its_terms_are_missing(scene: Any) -> 
     assert np.abs(without).max() < 0.1 * lag
 
 
-def test_friction_dissipates_and_the_balance_closes(scene: Any) -> None:
-    """With friction the force jumps within steps: the balance closes with the first order."""
-
-    def balance(step: float, effects: Any) -> tuple[float, float]:
-        start = {"ball_angles": [0.3, -0.9]}
-        drive = Drive(scene(effects=effects, start=start, solver={"step": step}), ledger=True)
-        drive.advance(round(3.0 / step))
+def test_balance_with_friction_closes_over_a_whole_start_up(with_hold: Any) -> None:
+    """Events are located: it closes as closely as without friction."""
+    scene = scene_of(
+        "friction",
+        {
+            "start": {"speed": 0.0},
+            "profile": with_hold(target_speed=200.0, start_speed=100.0, duration=0.5),
+            "effects": {"rolling_friction": {"arm": 5e-6}},
+        },
+    )
+    drive = Drive(scene, ledger=True)
+    for _ in range(60):
+        drive.advance(100)
         energy = drive.energy()
         residual = energy.stored - energy.at_start - energy.motor_work + energy.dissipated
-        return abs(residual) / energy.stored, energy.dissipated
+        assert abs(residual) < 1e-10 * energy.stored
+    assert drive.events > 5 and drive.crowded_steps == 0
+    drag_only = Drive(check_scene(merge(scene.as_mapping(), NO_FRICTION), "test"), ledger=True)
+    drag_only.advance(6000)
+    assert abs(energy.dissipated / drag_only.energy().dissipated - 1) > 1e-3, "it rubbed"
 
-    friction = {"rolling_friction": {"arm": 5e-6}}
-    coarse, dissipated = balance(1e-3, friction)
-    fine, _ = balance(1e-4, friction)
-    assert coarse < 1e-3
-    assert fine < 0.3 * coarse
-    _, without = balance(1e-3, {})
-    assert not math.isclose(dissipated, without, rel_tol=1e-3), "it rubbed"
+
+NO_FRICTION = {"effects": {"rolling_friction": {"arm": 0.0}}}
 
 
 def test_energy_balance_over_a_whole_start_up(scene: Any, with_hold: Any) -> None:
@@ -170,7 +192,7 @@ def test_undamped_drive_conserves_energy_at_constant_speed(scene: Any) -> None:
     """No drag, no damping, constant speed: only the motor's work changes the energy."""
     drive = Drive(
         scene(
-            effects={"suspension": {"damping": 0.0}, "viscous_drag": None},
+            effects=NO_LOSSES["thesis"],
             start={"speed": 120.0, "ball_angles": [0.3, -0.9]},
             profile=None,
         ),

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,6 +12,7 @@ from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.scratch import WIDTH
+from ab_sim.dynamics.system import DIRECTION, LOADED, MODES, Place
 from ab_sim.spindle import Ramp
 from tests.dynamics.inertial import Thesis, accelerations
 
@@ -23,11 +25,22 @@ def rotation(angle: float) -> np.ndarray:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-def slope_of(scene: Any, state: np.ndarray, speed: float, slope: float) -> np.ndarray:
-    system = system_of(scene)
-    result = np.empty_like(state)
-    scratch = np.empty((scene.balls.count, WIDTH))
-    derivatives(system, Ramp(speed, slope), 0.0, state, result, scratch)
+@numba.njit(error_model="numpy")
+def compiled_derivatives(system, place, time, state, modes, slope, scratch):  # type: ignore[no-untyped-def]
+    """What is compiled for the kernel cannot be called from Python."""
+    derivatives(system, place, time, state, modes, slope, scratch)
+
+
+def slope_of(
+    scene: Any, state: np.ndarray, speed: float, slope: float, loaded: np.ndarray
+) -> np.ndarray:
+    """The state's derivative; balls slide as their rates say where they are loaded."""
+    n = scene.balls.count
+    modes = np.zeros((n + 1, MODES), np.int64)
+    modes[:n, DIRECTION], modes[:n, LOADED] = np.sign(state[4 + n :]), loaded
+    result, scratch = np.empty_like(state), np.empty((n, WIDTH))
+    place = Place(Ramp(speed, slope), 0.0)
+    compiled_derivatives(system_of(scene), place, 0.0, state, modes, result, scratch)
     return result
 
 
@@ -46,7 +59,6 @@ def test_same_accelerations_as_the_printed_equations(
         psi, w, al = random.uniform(0, 6), random.uniform(-5, 200), random.uniform(-50, 50)
         u, v = random.normal(0, 5e-3, 2), random.normal(0, 0.5, 2)
         theta, rate = random.uniform(-9, 9, balls), random.normal(0, 20, balls)
-        got = slope_of(made, np.concatenate([u, v, theta, rate]), w, al)
         turn = rotation(psi)
         deck = np.concatenate([turn @ u, turn @ v])
         rubbing = np.ones(balls)
@@ -58,6 +70,8 @@ def test_same_accelerations_as_the_printed_equations(
                 break
             rubbing = rubbing * loaded
         clipped += int(np.sum(rubbing == 0))
+        state = np.concatenate([u, v, theta, rate])
+        got = slope_of(made, state, w, al, rubbing)
         J = np.array([[0.0, -1.0], [1.0, 0.0]])
         np.testing.assert_allclose(turn @ (got[2:4] + w * J @ v), want[:2], rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(got[4 + balls :] + al, want[2:], rtol=1e-9, atol=1e-9)
@@ -78,7 +92,9 @@ def test_mirror_image(seed: int) -> None:
     state = random.normal(0, [5e-3, 5e-3, 0.5, 0.5, 3, 3, 20, 20])
     mirror = np.array([1, -1, 1, -1, -1, -1, -1, -1])
     w, al = random.uniform(-200, 200), random.uniform(-50, 50)
-    got, image = slope_of(scene, state, w, al), slope_of(scene, mirror * state, -w, -al)
+    loaded = np.ones(2)
+    got = slope_of(scene, state, w, al, loaded)
+    image = slope_of(scene, mirror * state, -w, -al, loaded)
     np.testing.assert_allclose(image, mirror * got, rtol=1e-9, atol=1e-9)
 
 

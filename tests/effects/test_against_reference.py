@@ -27,7 +27,7 @@ class Case(NamedTuple):
     others: Changes = {}
     kinds: frozenset[str] = frozenset()
     events: int = 0
-    time: float = 0.5
+    time: float = 0.35
 
 
 CASES = {
