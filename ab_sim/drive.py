@@ -21,7 +21,7 @@ from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, Place, gravity, has
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.fixed_step import acceleration_at, advance, settle_at
-from ab_sim.integrate.workspace import workspace
+from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.observation import Energy, Observation, Snapshot
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
@@ -114,7 +114,8 @@ class Drive:
         self.steps = 0
         self.profile = self._first_profile
         self._command: float | None = None
-        self._state = start_state(self.scene, self.system)
+        self._state = aligned((len(self._work.trial),))
+        self._state[:] = start_state(self.scene, self.system)
         self._modes = start_modes(self.scene, self.system)
         self._work.counts[:] = 0
         piece = self._piece_at(0.0)
@@ -154,7 +155,7 @@ class Drive:
         """
         if steps < 0:
             raise ValueError(f"steps = {steps}: must be at least 0")
-        rows = np.empty((steps, self._state.size + 3))
+        rows = aligned((steps, self._state.size + 3))
         spindle = np.empty((steps, 3))
         first, done = self.steps + 1, 0
         while done < steps:
@@ -213,7 +214,8 @@ class Drive:
                 self._split_step(time, np.empty((1, kept.size + 3)))
             return self._observation(time, self._state)
         finally:
-            self._state, self._modes = kept, modes
+            self._state[:] = kept
+            self._modes = modes
             self._work.counts[:] = counts
 
     def energy(self) -> Energy:
@@ -249,7 +251,8 @@ class Drive:
             snapshot.profile,
             snapshot.command,
         )
-        self._state, self._modes = snapshot.state.copy(), snapshot.modes.copy()
+        self._state[:] = snapshot.state
+        self._modes = snapshot.modes.copy()
         if self._pickup is not None and snapshot.pickup is not None:
             self._pickup.state = snapshot.pickup
 

@@ -9,7 +9,16 @@ from typing import Any
 
 from numba.extending import overload, register_jitable
 
-COMPILED = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+COMPILED = {
+    "error_model": "numpy",
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    # No reference counts: the arrays belong to the caller for as long as a kernel runs, and a
+    # locked count per array and call cost as much as the equations of motion.
+    "_nrt": False,
+}
+INLINED = {**COMPILED, "forceinline": True}
+"""For what is called at each step with many arguments, from one place."""
 
 _methods_of: dict[Callable[[Any], bool], tuple[str, ...]] = {}
 
@@ -109,7 +118,7 @@ def chosen_by(
     def call(system: Any, *arguments: Any) -> Any:
         return (yes if present(system.effects) else no)(system, *arguments)
 
-    @overload(call, jit_options=COMPILED, strict=False)
+    @overload(call, jit_options=INLINED, strict=False)
     def resolve(system: Any, *arguments: Any) -> Any:
         kinds = system.types[system.fields.index("effects")]
         classes = [effect_class(kind) for kind in kinds]

@@ -61,22 +61,24 @@ def drag_response(system, state, modes, slope, scratch):  # type: ignore[no-unty
         slope[5 + 2 * n] = al
 
 
-@numba.njit(**COMPILED)
-def drag_responses(system, modes, hq, states, slopes, scratch):  # type: ignore[no-untyped-def]
-    """The f_m that solve f_m = f_I(state_m + sum_j hq_mj f_j), on all nodes m at once.
+# It makes arrays of its own, and so counts references.
+@numba.njit(**{**COMPILED, "_nrt": True})
+def drag_responses(system, modes, step, q, states, slopes, scratch):  # type: ignore[no-untyped-def]
+    """The f_m that solve f_m = f_I(state_m + step sum_j q_mj f_j), on all nodes m at once.
 
     The elimination of ``derivatives`` with each ball's inertia mu replaced by the matrix
-    mu 1 + c_b hq: it couples the nodes, and leaves two or three equations for each.
+    mu 1 + c_b step q: it couples the nodes, and leaves two or three equations for each.
 
     Args:
         system, modes: as for ``derivatives``.
-        hq: step times the integration matrix [s], shape (m, m).
+        step: of the stepper [s].
+        q: its integration matrix, shape (m, m).
         states: the states, shape (m, states); only their velocities are meant.
         slopes: where the f go, shape (m, states).
         scratch: for each node, as ``place_balls`` has left it, one behind the other.
     """
     effects = system.effects
-    n, m = system.balls.shape[0], hq.shape[0]
+    n, m = system.balls.shape[0], q.shape[0]
     unknowns = 3 if has_motor(effects) else 2
     inertia, force = np.zeros((n, m, m)), np.zeros((n, m))
     rows = np.zeros((n, 3, m))
@@ -95,7 +97,7 @@ def drag_responses(system, modes, hq, states, slopes, scratch):  # type: ignore[
             for b in range(m):
                 there = scratch[b * n : (b + 1) * n]
                 curved = curve_at(system, i, here) / curve_at(system, i, there)
-                inertia[at, a, b] += weight * here[i, DRAG] * hq[a, b] * curved
+                inertia[at, a, b] += weight * here[i, DRAG] * step * q[a, b] * curved
     matrix, right = np.zeros((unknowns * m, unknowns * m)), np.zeros(unknowns * m)
     for a in range(m):
         matrix[a, a] += system.body.total_mass
@@ -126,8 +128,8 @@ def drag_responses(system, modes, hq, states, slopes, scratch):  # type: ignore[
                 mobility = inertia[at, a, b]
                 for p in range(unknowns):
                     right[p * m + a] -= pushed[p] * mobility * force[at, b]
-                    for q in range(unknowns):
-                        matrix[p * m + a, q * m + b] += pushed[p] * mobility * rows[at, q, b]
+                    for r in range(unknowns):
+                        matrix[p * m + a, r * m + b] += pushed[p] * mobility * rows[at, r, b]
     solved = np.linalg.solve(matrix, right)
     for a in range(m):
         here = scratch[a * n : (a + 1) * n]
@@ -141,8 +143,8 @@ def drag_responses(system, modes, hq, states, slopes, scratch):  # type: ignore[
             if at >= 0:
                 for b in range(m):
                     pull = force[at, b]
-                    for q in range(unknowns):
-                        pull += rows[at, q, b] * solved[q * m + b]
+                    for r in range(unknowns):
+                        pull += rows[at, r, b] * solved[r * m + b]
                     g += inertia[at, a, b] * pull
             slopes[a, 4 + n + i] = g / curve_at(system, i, here)
 

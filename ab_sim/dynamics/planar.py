@@ -31,7 +31,7 @@ import numba
 from ab_sim.dynamics.dispatch import COMPILED, chosen_by
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.motion import Ball, Deck, Spindle
-from ab_sim.dynamics.rows import eliminate
+from ab_sim.dynamics.rows import eliminate_ball, eliminate_rows
 from ab_sim.dynamics.scratch import (
     ACROSS,
     BEND,
@@ -66,6 +66,7 @@ from ab_sim.dynamics.system import (
     felt_acceleration,
     friction_coefficient,
     gravity,
+    has_contact,
     has_drag,
     has_friction,
     has_gravity,
@@ -108,17 +109,19 @@ def derivatives(system, place, time, state, modes, slope, scratch):  # type: ign
     w = spindle.speed
     u1, u2, v1, v2 = state[0], state[1], state[2], state[3]
 
-    place_balls(system, state, scratch)
     f1, f2 = suspension_force(system, state, spindle)
     p1, p2, torque = load_balls(system, spindle, state, modes, scratch)
-    eliminate(system, modes, scratch)
+    eliminate_rows(system, modes, scratch)
     A1, A2, al = accelerations(system, spindle.acceleration, f1 + p1, f2 + p2, torque, scratch)
 
     slope[0] = v1 + w * u2
     slope[1] = v2 - w * u1
-    g1, g2 = gravity_on_rotating_axes(system, spindle)
-    slope[2] = (A1 + g1) + w * v2
-    slope[3] = (A2 + g2) - w * v1
+    slope[2] = A1 + w * v2
+    slope[3] = A2 - w * v1
+    if has_gravity(effects):
+        g1, g2 = gravity_on_rotating_axes(system, spindle)
+        slope[2] += g1
+        slope[3] += g2
     move_balls(system, A1, A2, al, state, slope, scratch)
     if has_motor(effects):
         slope[4 + 2 * n] = w
@@ -188,33 +191,38 @@ def suspension_force(system, state, spindle):  # type: ignore[no-untyped-def]
 @numba.njit(**COMPILED)
 def place_balls(system, state, scratch):  # type: ignore[no-untyped-def]
     """What follows from the balls' angles alone: normals, the race's shape, inertias."""
+    for i in range(system.balls.shape[0]):
+        place_ball(system, i, state, scratch)
+
+
+@numba.njit(**COMPILED)
+def place_ball(system, i, state, scratch):  # type: ignore[no-untyped-def]
+    """``place_balls`` for ball i."""
     effects, R = system.effects, system.body.race_radius
-    n = system.balls.shape[0]
-    for i in range(n):
-        ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
-        c, s = cos(state[4 + i]), sin(state[4 + i])
-        scratch[i, COS] = c
-        scratch[i, SIN] = s
-        inertia = ball.mass
-        lever = ball.mass * R
-        if has_runout(effects):
-            beyond, across, curve, bend = race_shape(effects, c, s)
-            scratch[i, NORMAL] = R + beyond
-            scratch[i, ACROSS] = across
-            scratch[i, CURVE] = R + curve
-            scratch[i, BEND] = bend
-            lever = ball.mass * (R + beyond)
-        if has_spin(effects):
-            rolling = ball_inertia(effects, ball)
-            inertia += rolling
-            lever -= rolling * ball.radius
-        scratch[i, INERTIA] = inertia
-        scratch[i, LEVER] = lever
+    ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
+    c, s = cos(state[4 + i]), sin(state[4 + i])
+    scratch[i, COS] = c
+    scratch[i, SIN] = s
+    inertia = ball.mass
+    lever = ball.mass * R
+    if has_runout(effects):
+        beyond, across, curve, bend = race_shape(effects, c, s)
+        scratch[i, NORMAL] = R + beyond
+        scratch[i, ACROSS] = across
+        scratch[i, CURVE] = R + curve
+        scratch[i, BEND] = bend
+        lever = ball.mass * (R + beyond)
+    if has_spin(effects):
+        rolling = ball_inertia(effects, ball)
+        inertia += rolling
+        lever -= rolling * ball.radius
+    scratch[i, INERTIA] = inertia
+    scratch[i, LEVER] = lever
 
 
 @numba.njit(**COMPILED)
 def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyped-def]
-    """Each ball's own equation; the balls' pull on the deck and their torque on the spindle."""
+    """Each ball's equation; the balls' pull on the deck and their torque on the spindle."""
     body, effects = system.body, system.effects
     n = system.balls.shape[0]
     w, al, R = spindle.speed, spindle.acceleration, body.race_radius
@@ -222,6 +230,7 @@ def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyp
     f2 = -body.unbalance * al
     torque = spindle.torque
     for i in range(n):
+        place_ball(system, i, state, scratch)
         ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
         m, rate = ball.mass, state[4 + n + i]
         c, s = scratch[i, COS], scratch[i, SIN]
@@ -263,6 +272,8 @@ def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyp
             scratch[i, PULL] -= friction * load
             scratch[i, ROW1] += friction * m * c
             scratch[i, ROW2] += friction * m * s
+        if not has_contact(effects):
+            eliminate_ball(system, modes, scratch, i)
     return f1, f2, torque
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import COMPILED, chosen_by
+from ab_sim.dynamics.dispatch import COMPILED, chosen_by, only_if
 from ab_sim.dynamics.scratch import (
     FRICTION,
     GAIN0,
@@ -46,17 +46,18 @@ sticks = chosen_by(has_friction, _sticks, lambda system, modes, i: False)
 """Whether friction holds ball i on the race; ``(system, modes, i)``."""
 
 
-def _one_by_one(system: Any, modes: Any, scratch: Any) -> None:
-    for i in range(system.balls.shape[0]):
-        if sticks(system, modes, i):
-            _set_gain(system, scratch, i, 0.0, 0.0, 0.0, 0.0)
-        else:
-            mobility = 1.0 / scratch[i, INERTIA]
-            scratch[i, GAIN0] = scratch[i, PULL] * mobility
-            scratch[i, GAIN1] = scratch[i, ROW1] * mobility
-            scratch[i, GAIN2] = scratch[i, ROW2] * mobility
-            if has_motor(system.effects):
-                scratch[i, GAIN3] = scratch[i, ROW3] * mobility
+@register_jitable(**COMPILED)
+def eliminate_ball(system: Any, modes: Any, scratch: Any, i: int) -> None:
+    """Solve the equation of a ball that no other touches for its path acceleration."""
+    if sticks(system, modes, i):
+        _set_gain(system, scratch, i, 0.0, 0.0, 0.0, 0.0)
+    else:
+        mobility = 1.0 / scratch[i, INERTIA]
+        scratch[i, GAIN0] = scratch[i, PULL] * mobility
+        scratch[i, GAIN1] = scratch[i, ROW1] * mobility
+        scratch[i, GAIN2] = scratch[i, ROW2] * mobility
+        if has_motor(system.effects):
+            scratch[i, GAIN3] = scratch[i, ROW3] * mobility
 
 
 @register_jitable(**COMPILED)
@@ -126,8 +127,15 @@ def _row_by_row(system: Any, modes: Any, scratch: Any) -> None:
                 scratch[i, GAIN3] = scratch[at, GAIN3]
 
 
+def _one_by_one(system: Any, modes: Any, scratch: Any) -> None:
+    for i in range(system.balls.shape[0]):
+        eliminate_ball(system, modes, scratch, i)
+
+
 eliminate = chosen_by(has_contact, _row_by_row, _one_by_one)
 """Solve each ball's or row's equation for its path acceleration; ``(system, modes, scratch)``."""
+eliminate_rows = only_if(has_contact, _row_by_row)
+"""The same, where ``eliminate_ball`` has done it for balls that cannot touch."""
 
 
 @register_jitable(**COMPILED)

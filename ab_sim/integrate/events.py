@@ -10,7 +10,7 @@ from math import sqrt
 
 import numba
 
-from ab_sim.dynamics.dispatch import COMPILED, chosen_by
+from ab_sim.dynamics.dispatch import COMPILED, INLINED, chosen_by
 from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.settle import settle
 from ab_sim.dynamics.switches import margin_rate, margins
@@ -25,7 +25,7 @@ CLOSE = 1e-13
 """An event's time is known to this part of a step."""
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def _plain(system, weights, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
     one_step(weights, system, place, begin, length, state, modes, work)
 

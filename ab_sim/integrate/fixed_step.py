@@ -5,13 +5,14 @@ from math import pi
 import numba
 import numpy as np
 
-from ab_sim.dynamics.dispatch import COMPILED, chosen_by
+from ab_sim.dynamics.dispatch import COMPILED, INLINED, chosen_by
 from ab_sim.dynamics.planar import derivatives, gravity_on_rotating_axes, spindle_motion
 from ab_sim.dynamics.settle import settle
 from ab_sim.dynamics.switches import margins
-from ab_sim.dynamics.system import TURNS, has_events, has_motor
+from ab_sim.dynamics.system import TURNS, has_events, has_gravity, has_motor
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.events import step_over_events, within_bounds
+from ab_sim.integrate.one_step import inlined_derivatives
 
 TWO_PI_REST = 2.4492935982947064e-16
 """2 pi less the floating-point number nearest to it."""
@@ -54,7 +55,7 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
         take_out_turns(system, state, modes)
         # The slope at the end of this step is the first stage of the next.
         end = ((first + k + 1) * step + offset) - start if length == step else begin + length
-        A1, A2, al = derivatives(system, place, end, state, modes, slopes[0], scratch)
+        A1, A2, al = inlined_derivatives(system, place, end, state, modes, slopes[0], scratch)
         look(system, place, end, state, modes, A1, A2, al, work)
         record(system, place, end, state, modes, A1, A2, rows[k])
     return rows.shape[0]
@@ -121,7 +122,7 @@ look = chosen_by(
 """Margins after ``derivatives``; ``(system, place, time, state, modes, A1, A2, al, work)``."""
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def take_out_turns(system, state, modes):  # type: ignore[no-untyped-def]
     """Count whole turns of balls and spindle apart: an angle keeps its digits for ever."""
     n = system.balls.shape[0]
@@ -140,18 +141,21 @@ def unwind(state, at, modes, i):  # type: ignore[no-untyped-def]
         modes[i, TURNS] += int(turn)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def record(system, place, time, state, modes, A1, A2, row):  # type: ignore[no-untyped-def]
     """One row of a run's samples."""
     n, states = system.balls.shape[0], state.size
     for j in range(states):
         row[j] = state[j]
     for i in range(n):
-        row[4 + i] += 2.0 * pi * modes[i, TURNS]
+        row[4 + i] = state[4 + i] + 2.0 * pi * modes[i, TURNS]
     if has_motor(system.effects):
         row[4 + 2 * n] += 2.0 * pi * modes[n, TURNS]
     spindle = spindle_motion(system, place, time, state, modes)
-    g1, g2 = gravity_on_rotating_axes(system, spindle)
-    row[states] = A1 + g1
-    row[states + 1] = A2 + g2
+    row[states] = A1
+    row[states + 1] = A2
+    if has_gravity(system.effects):
+        g1, g2 = gravity_on_rotating_axes(system, spindle)
+        row[states] += g1
+        row[states + 1] += g2
     row[states + 2] = spindle.torque

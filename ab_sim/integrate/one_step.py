@@ -5,7 +5,7 @@ from typing import Any
 import numba
 from numba.extending import overload
 
-from ab_sim.dynamics.dispatch import COMPILED, effect_class
+from ab_sim.dynamics.dispatch import INLINED, effect_class
 from ab_sim.dynamics.planar import derivatives
 from ab_sim.integrate.sweeps import sweep_step
 from ab_sim.integrate.tableau import Weights
@@ -28,7 +28,7 @@ def one_step(
     raise TypeError(f"no stepper has the weights {type(weights)}")
 
 
-@overload(one_step, jit_options=COMPILED, strict=False)
+@overload(one_step, jit_options=INLINED, strict=False)
 def _one_step(weights, system, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
     body = explicit_step if effect_class(weights) is Weights else sweep_step
     return lambda weights, system, place, begin, length, state, modes, work: body(
@@ -36,7 +36,11 @@ def _one_step(weights, system, place, begin, length, state, modes, work):  # typ
     )
 
 
-@numba.njit(**COMPILED)
+inlined_derivatives = numba.njit(**INLINED)(derivatives.py_func)
+"""``derivatives`` for the two places where nearly all of the time is spent."""
+
+
+@numba.njit(**INLINED)
 def explicit_step(weights, system, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
     """An explicit Runge-Kutta step."""
     slopes, trial, scratch = work.slopes, work.trial, work.scratch
@@ -52,7 +56,7 @@ def explicit_step(weights, system, place, begin, length, state, modes, work):  #
         for j in range(states):
             trial[j] = state[j] + length * trial[j]
         time = begin + weights.c[stage] * length
-        derivatives(system, place, time, trial, modes, slopes[stage], scratch)
+        inlined_derivatives(system, place, time, trial, modes, slopes[stage], scratch)
     for j in range(states):
         trial[j] = 0.0
     for stage in range(stages):

@@ -151,7 +151,8 @@ def sweep_step(weights, system, place, begin, length, state, modes, work):  # ty
         drag_responses(
             system,
             modes,
-            length * weights.integrate[k, :size, :size],
+            length,
+            weights.integrate[k, :size, :size],
             slopes[bare : bare + size],
             slopes[response : response + size],
             scratch[n:],
