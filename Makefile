@@ -27,8 +27,11 @@ help:
 demo: $(VENV)/run.stamp
 	$(BIN)/ab-sim demo
 
+# Most of the time goes into compiling kernels, which two processes share; what runs in real time
+# comes alone.
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -m 'not ros' -n 2 --dist loadfile
+	$(BIN)/python -m pytest -m ros
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check

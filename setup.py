@@ -57,6 +57,7 @@ setup(
             "pre-commit",
             "pytest",
             "pytest-timeout",
+            "pytest-xdist",
             "ruff",
             "scipy-stubs; python_version >= '3.11'",
             "types-PyYAML",
