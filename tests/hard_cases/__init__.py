@@ -1,0 +1,1 @@
+"""Scenes at the edges: what breaks a naive simulator, family by family."""

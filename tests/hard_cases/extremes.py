@@ -1,0 +1,72 @@
+"""Scenes and checks that the families share; four sets of effects in all, each one kernel."""
+
+from typing import Any
+
+import numpy as np
+
+from ab_sim.drive import Drive
+from ab_sim.scene import Scene, check_scene
+from tests.conftest import THESIS, merge
+from tests.reference import simulate
+from tests.reference.of_scene import params_of
+
+APART = (0.3, -0.9)
+RUBBING: dict[str, Any] = {
+    "rolling_friction": {"arm": 5e-6},
+    "gravity": {"tilt": 0.0},
+    "ball_contact": {"restitution_coefficient": 0.5},
+}
+"""Beside the thesis' effects."""
+MOTOR: dict[str, Any] = {
+    "rotor_inertia": 2e-5,
+    "torque_limit": 1e-3,
+    "proportional_gain": 1e-3,
+    "integral_gain": 0.01,
+}
+EVERYTHING: dict[str, Any] = {
+    **RUBBING,
+    "hardening_suspension": {"cubic_stiffness": 0.0},
+    "race_friction": {"coefficient": 0.0},
+    "race_runout": {},
+    "motor": MOTOR,
+}
+
+
+def scene_of(**changes: Any) -> Scene:
+    """The thesis' scene with automatic choice of the stepper, and changes."""
+    return check_scene(merge(merge(THESIS, {"solver": {"stepper": "auto"}}), changes), "test")
+
+
+def fast(**changes: Any) -> Scene:
+    """At 120 rad/s, a little above the critical speed, the deck starting from rest."""
+    held = {"start": {"speed": 120.0, "ball_angles": list(APART)}, "profile": None}
+    return scene_of(**merge(held, changes))
+
+
+def run(scene: Scene, time: float) -> Drive:
+    """A drive advanced by ``time`` in pieces; every sample finite, every step within its means."""
+    drive = Drive(scene, ledger=True)
+    left = round(time / drive.step)
+    while left:
+        part = drive.advance(min(left, 5000))
+        assert np.isfinite(part.samples).all()
+        left -= len(part)
+    assert drive.crowded_steps == 0
+    return drive
+
+
+def imbalance(drive: Drive) -> float:
+    """What the energy balance leaves open, relative to the largest entry."""
+    e = drive.energy()
+    assert e.dissipated >= -1e-12 * abs(e.stored)
+    largest = max(abs(e.stored), abs(e.at_start), abs(e.motor_work), e.dissipated, 1e-300)
+    return abs(e.stored - e.at_start - e.motor_work + e.dissipated) / largest
+
+
+def errors(drive: Drive, method: str = "DOP853") -> tuple[float, float]:
+    """Distance from the independent simulator: ball angles [rad], deck relative to its whirl."""
+    scene, now = drive.scene, drive.observe()
+    begin = Drive(scene).observe().theta
+    ref = simulate(params_of(scene), begin, [drive.time], method=method, rtol=1e-11)
+    off = np.hypot(ref.x[0] - now.position[0], ref.y[0] - now.position[1])
+    return float(np.abs(ref.theta[0] - now.theta).max()), float(off / max(now.whirl, 1e-300))

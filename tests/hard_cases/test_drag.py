@@ -1,0 +1,52 @@
+"""Drag times 0, 10, 100 and 1000: its rate reaches 7e5 1/s, where explicit steppers blow up.
+
+A naive fixed-step simulator needs steps of microseconds or is unstable, and one that treats drag
+by plain splitting is stable but falls to first order. Asserted: the stepper is chosen for the drag
+and says why, the energy balance closes, the independent simulator (Radau) agrees, and the error
+falls at the stepper's order; naming rk8 is refused with the settings that work, and they do.
+"""
+
+import re
+
+import numpy as np
+import pytest
+
+from ab_sim.drive import Drive
+from ab_sim.errors import SceneError
+from tests.hard_cases.extremes import errors, fast, imbalance, run
+
+
+@pytest.mark.parametrize(
+    ("factor", "stepper"), [(0, "rk8"), (10, "sweeps"), (100, "sweeps"), (1000, "sweeps")]
+)
+def test_drag_of_any_size(factor: float, stepper: str) -> None:
+    drive = run(fast(effects={"viscous_drag": {"coefficient": float(factor)}}), 0.1)
+    assert drive.stepper.name == stepper
+    assert ("rk8 would need steps of at most" in drive.choice.reason) == (stepper == "sweeps")
+    assert imbalance(drive) < 1e-8
+    balls, deck = errors(drive, "Radau" if factor else "DOP853")
+    assert balls < 1e-8 and deck < 1e-8
+
+
+@pytest.mark.parametrize("factor", [10.0, 1000.0])
+def test_order_does_not_fall_where_drag_is_stiff(factor: float) -> None:
+    effects = {"viscous_drag": {"coefficient": factor}}
+    steps = [2.5e-3, 2e-3, 1.25e-3]
+    names = [*steps, 2e-4]
+    runs = [run(fast(effects=effects, solver={"step": h, "stepper": "sweeps"}), 0.5) for h in names]
+    last = [np.append(d.observe().theta, 100 * d.observe().u) for d in runs]
+    missed = [np.abs(x - last[-1]).max() for x in last[:-1]]
+    assert np.polyfit(np.log(steps), np.log(missed), 1)[0] > 6.0, missed
+
+
+def test_refusal_names_settings_that_work() -> None:
+    effects = {"viscous_drag": {"coefficient": 10.0}}
+    with pytest.raises(SceneError, match="leave solver.stepper to auto, or name sweeps") as told:
+        Drive(fast(effects=effects, solver={"stepper": "rk8"}))
+    found = re.search(r"use at most (\S+) s", str(told.value))
+    assert found is not None
+    step = float(found.group(1))
+    small = run(fast(effects=effects, solver={"stepper": "rk8", "step": step}), 2000 * step)
+    auto = run(fast(effects=effects), 0.1)
+    # At the stability limit itself the first milliseconds are stable, not accurate.
+    assert imbalance(small) < 1e-5 and imbalance(auto) < 1e-8
