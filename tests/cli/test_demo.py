@@ -15,6 +15,8 @@ from ab_sim.recording import read_recording  # noqa: E402
 from ab_sim.scene import check_scene  # noqa: E402
 from ab_sim.trajectory import Trajectory  # noqa: E402
 
+pytestmark = pytest.mark.ros
+
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:

@@ -12,6 +12,8 @@ from ab_msgs_py import ENDED, Block, JointSample, Level, VectorSample, topics
 from ab_msgs_py.samples import description_of, nanoseconds_of
 from tests.nodes.fleet import Fleet
 
+pytestmark = pytest.mark.ros
+
 STEP_NS = 1_000_000
 WAKE_NS = 4 * STEP_NS
 

@@ -14,6 +14,8 @@ from ab_sim.scene import check_scene, find_scene
 from ab_sim.trajectory import Trajectory
 from tests.nodes.fleet import Fleet
 
+pytestmark = pytest.mark.ros
+
 
 @pytest.fixture
 def brisk(tmp_path: Path) -> Path:
