@@ -1,4 +1,4 @@
-"""Scenes and checks that the families share; four sets of effects in all, each one kernel."""
+"""Scenes and checks that the families share; few sets of effects, each is one kernel."""
 
 from typing import Any
 
@@ -17,19 +17,6 @@ RUBBING: dict[str, Any] = {
     "ball_contact": {"restitution_coefficient": 0.5},
 }
 """Beside the thesis' effects."""
-MOTOR: dict[str, Any] = {
-    "rotor_inertia": 2e-5,
-    "torque_limit": 1e-3,
-    "proportional_gain": 1e-3,
-    "integral_gain": 0.01,
-}
-EVERYTHING: dict[str, Any] = {
-    **RUBBING,
-    "hardening_suspension": {"cubic_stiffness": 0.0},
-    "race_friction": {"coefficient": 0.0},
-    "race_runout": {},
-    "motor": MOTOR,
-}
 
 
 def scene_of(**changes: Any) -> Scene:
