@@ -21,7 +21,6 @@ from ab_sim.dynamics.scratch import (
     ROW2,
     ROW3,
     SIN,
-    WEIGHT,
 )
 from ab_sim.dynamics.system import (
     DIRECTION,
@@ -87,17 +86,17 @@ def drag_responses(system, modes, step, q, states, slopes, scratch):  # type: ig
         drag_on_balls(system, states[a], modes, here)
         lead(system, modes, here)
         for i in range(n):
-            at, weight = int(here[i, LEADER]), here[i, WEIGHT]
+            at = int(here[i, LEADER])
             if at < 0:
                 continue
-            inertia[at, a, a] += weight * here[i, INERTIA]
-            force[at, a] += weight * here[i, PULL]
+            inertia[at, a, a] += here[i, INERTIA]
+            force[at, a] += here[i, PULL]
             for b in range(unknowns):
-                rows[at, b, a] += weight * here[i, ROW1 + b]
+                rows[at, b, a] += here[i, ROW1 + b]
             for b in range(m):
                 there = scratch[b * n : (b + 1) * n]
                 curved = curve_at(system, i, here) / curve_at(system, i, there)
-                inertia[at, a, b] += weight * here[i, DRAG] * step * q[a, b] * curved
+                inertia[at, a, b] += here[i, DRAG] * step * q[a, b] * curved
     matrix, right = np.zeros((unknowns * m, unknowns * m)), np.zeros(unknowns * m)
     for a in range(m):
         matrix[a, a] += system.body.total_mass

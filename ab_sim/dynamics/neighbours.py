@@ -10,14 +10,14 @@ from ab_sim.scene.model import Scene
 def contacts_of(scene: Scene) -> np.ndarray:
     """``System.contacts``: the row of balls of a scene whose balls cannot pass each other."""
     if "ball_contact" not in scene.effects:
-        return np.zeros((0, 3))
+        return np.zeros((0, 2))
     R, radii = scene.race.radius, scene.balls.radii
     angles = [reduced(angle)[0] for angle in start_angles(scene)]
     order = sorted(range(len(angles)), key=lambda i: (angles[i], i))
     after = [*order[1:], *order[:1]]
     half = [math.asin((radii[i] + radii[j]) / (2 * R)) for i, j in zip(order, after, strict=True)]
-    rows = [(i, 2 * R * angle, math.tan(angle)) for i, angle in zip(order, half, strict=True)]
-    return np.array(rows, dtype=float).reshape(-1, 3)
+    rows = [(i, 2 * R * angle) for i, angle in zip(order, half, strict=True)]
+    return np.array(rows, dtype=float).reshape(-1, 2)
 
 
 def start_angles(scene: Scene) -> tuple[float, ...]:

@@ -10,7 +10,6 @@ from ab_sim.dynamics.scratch import (
     ACROSS,
     COS,
     FORCE,
-    FRICTION,
     INERTIA,
     LOAD,
     PATH_ACCELERATION,
@@ -23,7 +22,6 @@ from ab_sim.dynamics.scratch import (
 )
 from ab_sim.dynamics.system import (
     MASS,
-    SLANT,
     ball_at,
     has_contact,
     has_friction,
@@ -48,26 +46,17 @@ def _reactions(
 def _pushes(system: Any, A1: float, A2: float, al: float, modes: Any, scratch: Any) -> None:
     n = system.contacts.shape[0]
     begin = row_start(system, modes)
-    push, lean = 0.0, 0.0
+    push = 0.0
     for place in range(n):
         k = (begin + place) % n
-        i = ball_at(system, k)
-        scratch[k, PUSH] = 0.0
-        ahead = moves_along(system, modes, k)
-        before = push
-        if ahead:
-            surplus = pull_at(system, i, A1, A2, al, scratch)
-            surplus -= scratch[i, INERTIA] * scratch[i, PATH_ACCELERATION]
-            arrives, leaves = push, 1.0
-            if has_friction(system.effects):
-                arrives *= 1.0 - scratch[i, FRICTION] * lean
-                leaves += scratch[i, FRICTION] * system.contacts[k, SLANT]
-            push = (arrives + surplus) / leaves
+        if moves_along(system, modes, k):
+            i = ball_at(system, k)
+            # What arrives from behind, and what the ball itself does not need.
+            push += pull_at(system, i, A1, A2, al, scratch)
+            push -= scratch[i, INERTIA] * scratch[i, PATH_ACCELERATION]
         else:
             push = 0.0
         scratch[k, PUSH] = push
-        scratch[i, FORCE] += before * lean + push * system.contacts[k, SLANT]
-        lean = system.contacts[k, SLANT]
 
 
 add_pushes = chosen_by(has_contact, _pushes, lambda system, A1, A2, al, modes, scratch: None)

@@ -1,9 +1,7 @@
 """Elimination of the balls: one by one, or as rows of balls in contact.
 
-Along the race the pushes between the balls of a row cancel out of a weighted sum of their
-equations, and all have one path acceleration; so a row is eliminated as if it were one ball.
-A push along the line of centres also presses both balls outwards, by PUSH times the slant, and
-with friction that counts: hence the weights.
+Along the race the pushes between the balls of a row cancel out of the sum of their equations, and
+all have one path acceleration; so a row is eliminated as if it were one ball.
 """
 
 from typing import Any
@@ -12,7 +10,6 @@ from numba.extending import register_jitable
 
 from ab_sim.dynamics.dispatch import COMPILED, chosen_by, only_if
 from ab_sim.dynamics.scratch import (
-    FRICTION,
     GAIN0,
     GAIN1,
     GAIN2,
@@ -24,13 +21,11 @@ from ab_sim.dynamics.scratch import (
     ROW2,
     ROW3,
     TOTAL,
-    WEIGHT,
 )
 from ab_sim.dynamics.system import (
     DIRECTION,
     JOINED,
     LOADED,
-    SLANT,
     ball_at,
     has_contact,
     has_friction,
@@ -64,33 +59,26 @@ def eliminate_ball(system: Any, modes: Any, scratch: Any, i: int) -> None:
 def _rows_lead(system: Any, modes: Any, scratch: Any) -> None:
     n = system.contacts.shape[0]
     begin = row_start(system, modes)
-    leader, weight = -1, 1.0
+    leader = -1
     for place in range(n):
         k = (begin + place) % n
         i = ball_at(system, k)
         behind = (k - 1) % n
         if sticks(system, modes, i):
             leader = -1
-        elif place > 0 and moves_along(system, modes, behind):
-            if has_friction(system.effects):
-                before = ball_at(system, behind)
-                weight *= 1.0 + scratch[before, FRICTION] * system.contacts[behind, SLANT]
-                weight /= 1.0 - scratch[i, FRICTION] * system.contacts[behind, SLANT]
-        else:
-            leader, weight = i, 1.0
+        elif place == 0 or not moves_along(system, modes, behind):
+            leader = i
         scratch[i, LEADER] = leader
-        scratch[i, WEIGHT] = weight
 
 
 @register_jitable(**COMPILED)
 def _each_leads(system: Any, modes: Any, scratch: Any) -> None:
     for i in range(system.balls.shape[0]):
         scratch[i, LEADER] = -1 if sticks(system, modes, i) else i
-        scratch[i, WEIGHT] = 1.0
 
 
 lead = chosen_by(has_contact, _rows_lead, _each_leads)
-"""Fill in LEADER and WEIGHT; ``(system, modes, scratch)``."""
+"""Fill in LEADER; ``(system, modes, scratch)``."""
 
 
 @register_jitable(**COMPILED)
@@ -101,14 +89,14 @@ def _row_by_row(system: Any, modes: Any, scratch: Any) -> None:
         scratch[i, TOTAL] = 0.0
         _set_gain(system, scratch, i, 0.0, 0.0, 0.0, 0.0)
     for i in range(n):
-        at, weight = int(scratch[i, LEADER]), scratch[i, WEIGHT]
+        at = int(scratch[i, LEADER])
         if at >= 0:
-            scratch[at, TOTAL] += weight * scratch[i, INERTIA]
-            scratch[at, GAIN0] += weight * scratch[i, PULL]
-            scratch[at, GAIN1] += weight * scratch[i, ROW1]
-            scratch[at, GAIN2] += weight * scratch[i, ROW2]
+            scratch[at, TOTAL] += scratch[i, INERTIA]
+            scratch[at, GAIN0] += scratch[i, PULL]
+            scratch[at, GAIN1] += scratch[i, ROW1]
+            scratch[at, GAIN2] += scratch[i, ROW2]
             if has_motor(system.effects):
-                scratch[at, GAIN3] += weight * scratch[i, ROW3]
+                scratch[at, GAIN3] += scratch[i, ROW3]
     for i in range(n):
         if int(scratch[i, LEADER]) == i:
             mobility = 1.0 / scratch[i, TOTAL]

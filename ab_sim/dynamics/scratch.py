@@ -35,8 +35,8 @@ PUSH = 21
 """Force along the race between the ball at this place of the row and the next [N]."""
 LEADER = 22
 """The ball that leads the row that this one moves with, itself if alone; -1 if it sticks."""
-WEIGHT, TOTAL = 23, 24
-"""Weight of its equation in the row's, and of a leader the row's weighted inertia [kg]."""
-DRAG = 25
+TOTAL = 23
+"""Of a leader, the row's inertia [kg]."""
+DRAG = 24
 """Force along the race per path speed [N s/m]: drag_response only."""
-WIDTH = 26
+WIDTH = 25

@@ -83,19 +83,15 @@ def friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain): 
         # Stuck balls that touch lean on each other: a push on one is a push on the next.
         begin = row_start(system, modes)
         for place in range(1, n):
-            before, here = (
-                ball_at(system, (begin + place - 1) % n),
-                ball_at(system, (begin + place) % n),
-            )
-            if leans(system, modes, (begin + place - 1) % n):
+            k = (begin + place - 1) % n
+            before, here = ball_at(system, k), ball_at(system, (k + 1) % n)
+            if leans(system, modes, k):
                 margin[SLIDE * n + here] += margin[SLIDE * n + before]
                 grain[SLIDE * n + here] += grain[SLIDE * n + before]
         for place in range(n - 2, -1, -1):
-            here, ahead = (
-                ball_at(system, (begin + place) % n),
-                ball_at(system, (begin + place + 1) % n),
-            )
-            if leans(system, modes, (begin + place) % n):
+            k = (begin + place) % n
+            here, ahead = ball_at(system, k), ball_at(system, (k + 1) % n)
+            if leans(system, modes, k):
                 margin[HOLD * n + here] += margin[HOLD * n + ahead]
                 grain[HOLD * n + here] += grain[HOLD * n + ahead]
 

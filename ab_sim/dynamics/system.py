@@ -11,9 +11,9 @@ from ab_sim.dynamics.motion import Body
 # Few arrays with columns, not many arrays: compiled code passes seven words for each.
 MASS, RADIUS, FIRST_TURNS = 0, 1, 2
 """Columns of System.balls: m_i [kg]; a_i [m]; whole turns in the ball's angle at the start."""
-ORDER, SPACING, SLANT = 0, 1, 2
+ORDER, SPACING = 0, 1
 """Columns of System.contacts: the ball at this place of the row; the distance along the race from
-it to the next one in contact [m]; the tangent of the angle between line of centres and race."""
+it to the next one in contact [m]."""
 DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
 """Columns of modes, the branches of set-valued laws that hold between two events.
 
@@ -31,8 +31,8 @@ class System(NamedTuple):
     balls: np.ndarray
     """Shape (n, 3), columns as above."""
     contacts: np.ndarray
-    """Neighbours along the race, shape (n, 3), columns as above; contact k lies between the balls
-    at places k and k + 1 of the row, cyclic. Shape (0, 3) if balls may pass each other."""
+    """Neighbours along the race, shape (n, 2), columns as above; contact k lies between the balls
+    at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""
     effects: tuple[Any, ...]
     ledger: tuple[Any, ...]
     """(Ledger(),) to keep one, else empty."""

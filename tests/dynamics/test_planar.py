@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,10 +9,10 @@ from hypothesis import strategies as st
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.system import DIRECTION, LOADED, MODES, Place
 from ab_sim.spindle import Ramp
+from tests.dynamics.calls import compiled_derivatives
 from tests.dynamics.inertial import Thesis, accelerations
 
 FRICTION = {"rolling_friction": {"arm": 2e-4}}
@@ -23,12 +22,6 @@ seeds = st.integers(0, 2**32 - 1)
 
 def rotation(angle: float) -> np.ndarray:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-
-
-@numba.njit(error_model="numpy")
-def compiled_derivatives(system, place, time, state, modes, slope, scratch):  # type: ignore[no-untyped-def]
-    """What is compiled for the kernel cannot be called from Python."""
-    derivatives(system, place, time, state, modes, slope, scratch)
 
 
 def slope_of(

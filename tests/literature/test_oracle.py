@@ -19,11 +19,11 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.system import Place
 from ab_sim.scene import check_scene
 from ab_sim.spindle import Ramp
+from tests.dynamics.calls import compiled_derivatives
 
 CASES = {
     case["id"]: case
@@ -186,7 +186,7 @@ def jacobian_at(drive: Drive, place: Place) -> np.ndarray:
 
     def slope(state: np.ndarray) -> np.ndarray:
         out = np.empty(size)
-        derivatives(drive.system, place, 0.0, state, kept.modes, out, scratch)
+        compiled_derivatives(drive.system, place, 0.0, state, kept.modes, out, scratch)
         return out
 
     columns = []

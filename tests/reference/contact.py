@@ -1,8 +1,8 @@
 """Which balls can touch, how far apart they are, and what an impact does.
 
 Neighbours i, j in cyclic order keep theta_j - theta_i >= Delta = 2 asin((a_i + a_j) / (2 R)).
-A contact force with tangential component lambda pushes i back, j forward and both outwards, with
-lambda tan(Delta / 2); the line of centres makes the angle Delta / 2 with the tangents.
+A contact force with tangential component lambda pushes i back and j forward; that it also presses
+both on the race is left out, as in what this is the reference of.
 """
 
 from itertools import combinations
@@ -31,8 +31,6 @@ class Chain(NamedTuple):
     """What unwraps theta_j - theta_i - Delta to the gap: a multiple of 2 pi."""
     directions: Array
     """Rows c of gap' = c q'."""
-    outward: Array
-    """Outward normal force on each ball for a unit lambda: tan(Delta / 2), balls x contacts."""
 
     @property
     def size(self) -> int:
@@ -58,11 +56,10 @@ def chain_of(model: Model, angles: Array) -> Chain:
     closest = 2.0 * np.arcsin(reach / (2.0 * model.p.race_radius))
     apart = angles[ahead] - angles[behind]
     each = np.arange(len(behind))
-    directions, outward = np.zeros((len(each), model.size)), np.zeros((n, len(each)))
+    directions = np.zeros((len(each), model.size))
     directions[each, 3 + ahead], directions[each, 3 + behind] = 1.0, -1.0
-    outward[ahead, each] = outward[behind, each] = np.tan(0.5 * closest)
     turns = np.mod(apart, 2.0 * np.pi) - apart
-    chain = Chain(behind, ahead, closest, turns, directions, outward)
+    chain = Chain(behind, ahead, closest, turns, directions)
     if (chain.gaps(angles) < -TOUCHING).any():
         raise ValueError("balls overlap at the start")
     return chain

@@ -4,7 +4,7 @@ Unknowns (q'', F, lambda), for every ball and every contact, from
 
     M q'' - B^T F - C^T lambda = Q - V^T W b   (row psi: psi'' prescribed, unless a motor turns it)
     ball free:    F = 0
-    ball slips:   F + s f N = 0,  N = -m (P'' - g) . n + sum lambda tan(Delta / 2),  s = +-1
+    ball slips:   F + s f N = 0,  N = -m (P'' - g) . n,  s = +-1
     ball sticks:  psi_i'' - psi'' = 0
     contact closed:  psi_j'' - psi_i'' = 0,   open:  lambda = 0
 
@@ -74,7 +74,6 @@ def solve(
     normal_rows = np.zeros((n, total))
     pull_x, pull_y = -model.masses * k.cosines, -model.masses * k.sines
     normal_rows[:, :size] = pull_x[:, None] * k.rows[in_x] + pull_y[:, None] * k.rows[in_y]
-    normal_rows[:, size + n :] = chain.outward
     normal_known = pull_x * (k.bias[in_x] - gx) + pull_y * (k.bias[in_y] - gy)
 
     for i, state in enumerate(mode.balls):

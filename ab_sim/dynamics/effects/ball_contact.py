@@ -22,8 +22,9 @@ class BallContact(NamedTuple):
 
     Impacts are located within a step and pass on momentum, to the deck as well; they never add
     energy. A ball that hits a row hits its balls one after the other, as in Newton's cradle.
-    Friction is not part of an impact, and balls do not rub against each other. On an oval race the
-    distance is measured along the race.
+    Friction is not part of an impact, and balls do not rub against each other. A push acts along
+    the race: that its line leans outwards, and so presses both balls on the race, is left out. On
+    an oval race the distance is measured along the race.
     """
 
     restitution_coefficient: Annotated[
