@@ -18,10 +18,11 @@ import numpy as np
 import ab_sim
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
+from ab_sim.dynamics.neighbours import start_angles
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.fixed_step import acceleration_at, advance, settle_at
+from ab_sim.integrate.fixed_step import acceleration_at, advance
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
@@ -33,7 +34,7 @@ REPEATS = 15
 OFF_AXIS = 2.5
 """rad. The cosine of exactly 0 takes less time than others, and where nothing moves a ball that
 starts there it stays: all balls are turned, or effects would seem to cost what cosines do."""
-_KERNELS = (settle_at, advance, acceleration_at)
+_KERNELS = (advance, acceleration_at)
 Progress = Callable[[str, int, int], None]
 """Called with what is being done, how much is done, and of how much."""
 
@@ -144,10 +145,11 @@ def _processor() -> str:
 
 def off_axis(scene: Scene) -> tuple[Scene, float]:
     """The scene with no ball starting at exactly 0, and by how much all are turned for that."""
-    if all(scene.ball_angles):
+    starts = start_angles(scene)
+    if all(starts):
         return scene, 0.0
     raw = scene.as_mapping()
-    angles = [angle + OFF_AXIS for angle in scene.ball_angles]
+    angles = [angle + OFF_AXIS for angle in starts]
     raw["start"] = {**raw["start"], "ball_angles": angles}
     try:
         return check_scene(raw, scene.name), OFF_AXIS

@@ -3,37 +3,20 @@
 import numba
 import numpy as np
 
+from ab_sim.dynamics.balls import (
+    curve_at,
+    path_acceleration,
+    rigid_lever,
+    rotor_inertia,
+    set_rows,
+    sliding_friction,
+)
 from ab_sim.dynamics.dispatch import COMPILED
 from ab_sim.dynamics.motion import Ball
-from ab_sim.dynamics.planar import accelerations, path_acceleration, rigid_lever, rotor_inertia
+from ab_sim.dynamics.planar import accelerations
 from ab_sim.dynamics.rows import eliminate, lead
-from ab_sim.dynamics.scratch import (
-    ACROSS,
-    COS,
-    CURVE,
-    DRAG,
-    FRICTION,
-    INERTIA,
-    LEADER,
-    LEVER,
-    PULL,
-    ROW1,
-    ROW2,
-    ROW3,
-    SIN,
-)
-from ab_sim.dynamics.system import (
-    DIRECTION,
-    LOADED,
-    MASS,
-    RADIUS,
-    ball_drag,
-    friction_coefficient,
-    has_drag,
-    has_friction,
-    has_motor,
-    has_runout,
-)
+from ab_sim.dynamics.scratch import COS, DRAG, INERTIA, LEADER, LEVER, PULL, ROW1, SIN
+from ab_sim.dynamics.system import MASS, RADIUS, ball_drag, has_drag, has_motor
 
 
 @numba.njit(**COMPILED)
@@ -151,30 +134,11 @@ def drag_responses(system, modes, step, q, states, slopes, scratch):  # type: ig
 @numba.njit(**COMPILED)
 def drag_on_balls(system, state, modes, scratch):  # type: ignore[no-untyped-def]
     """Each ball's own equation if nothing but drag acts on it."""
-    effects = system.effects
     n = system.balls.shape[0]
     for i in range(n):
-        ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
-        m, c, s, drag = ball.mass, scratch[i, COS], scratch[i, SIN], 0.0
-        if has_drag(effects):
-            drag = ball_drag(effects, ball)
+        drag = 0.0
+        if has_drag(system.effects):
+            drag = ball_drag(system.effects, Ball(system.balls[i, MASS], system.balls[i, RADIUS]))
         scratch[i, DRAG] = drag
         scratch[i, PULL] = -drag * curve_at(system, i, scratch) * state[4 + n + i]
-        scratch[i, ROW1] = m * s
-        scratch[i, ROW2] = -m * c
-        scratch[i, ROW3] = -scratch[i, LEVER]
-        if has_friction(effects):
-            friction = modes[i, DIRECTION] * modes[i, LOADED] * friction_coefficient(effects, ball)
-            scratch[i, FRICTION] = friction
-            scratch[i, ROW1] += friction * m * c
-            scratch[i, ROW2] += friction * m * s
-            if has_runout(effects):
-                scratch[i, ROW3] -= friction * m * scratch[i, ACROSS]
-
-
-@numba.njit(**COMPILED)
-def curve_at(system, i, scratch):  # type: ignore[no-untyped-def]
-    """Radius of curvature of the race at ball i [m]."""
-    if has_runout(system.effects):
-        return scratch[i, CURVE]
-    return system.body.race_radius
+        set_rows(system, i, sliding_friction(system, i, modes), scratch)

@@ -8,20 +8,18 @@ approaches, too slowly to bounce, goes on as a row. Energy lost: -sum_i P_i (s_i
 
 import numba
 
+from ab_sim.dynamics.balls import path_acceleration, place_balls, rigid_lever, set_rows
 from ab_sim.dynamics.dispatch import COMPILED
-from ab_sim.dynamics.planar import accelerations, path_acceleration, place_balls
-from ab_sim.dynamics.rows import eliminate
+from ab_sim.dynamics.planar import accelerations
+from ab_sim.dynamics.rows import eliminate, sign
 from ab_sim.dynamics.scratch import (
-    ACROSS,
     COS,
-    FRICTION,
     GAIN0,
     GAIN1,
     GAIN2,
     GAIN3,
     INERTIA,
     LEVER,
-    NORMAL,
     PATH,
     PULL,
     ROW1,
@@ -37,7 +35,6 @@ from ab_sim.dynamics.system import (
     ball_at,
     has_friction,
     has_motor,
-    has_runout,
     restitution,
 )
 
@@ -80,8 +77,7 @@ def collide(system, w, state, modes, struck, plastic, scratch):  # type: ignore[
     move_as_rows(system, w, state, modes, scratch)
     if has_friction(system.effects):
         for i in range(n):
-            rate = state[4 + n + i]
-            modes[i, DIRECTION] = 0 if rate == 0.0 else (1 if rate > 0.0 else -1)
+            modes[i, DIRECTION] = sign(state[4 + n + i])
 
 
 @numba.njit(**COMPILED)
@@ -89,12 +85,8 @@ def free_all(system, state, modes, scratch):  # type: ignore[no-untyped-def]
     """Take friction out of the balls' equations: an impact is over before it could act."""
     place_balls(system, state, scratch)
     for i in range(system.balls.shape[0]):
-        m = system.balls[i, MASS]
         scratch[i, PATH] = path_speed(system, state, i)
-        scratch[i, FRICTION] = 0.0
-        scratch[i, ROW1] = m * scratch[i, SIN]
-        scratch[i, ROW2] = -m * scratch[i, COS]
-        scratch[i, ROW3] = -scratch[i, LEVER]
+        set_rows(system, i, 0.0, scratch)
         if has_friction(system.effects) and modes[i, DIRECTION] == 0:
             modes[i, DIRECTION] = 1
 
@@ -172,16 +164,13 @@ def jump(system, w, state, d1, d2, dw, scratch):  # type: ignore[no-untyped-def]
     turned = system.body.unbalance * d2
     lost = 0.0
     for i in range(n):
-        m, c, s = system.balls[i, MASS], scratch[i, COS], scratch[i, SIN]
         gain = scratch[i, PULL]
         impulse = scratch[i, INERTIA] * gain - scratch[i, ROW1] * d1 - scratch[i, ROW2] * d2
         if has_motor(system.effects):
             impulse -= scratch[i, ROW3] * dw
         lost -= impulse * (path_speed(system, state, i) + 0.5 * gain)
-        h, x = system.body.race_radius, 0.0
-        if has_runout(system.effects):
-            h, x = scratch[i, NORMAL], scratch[i, ACROSS]
-        turned += m * ((h * c - x * s) * d2 - (h * s + x * c) * d1) + scratch[i, LEVER] * gain
+        r1, r2 = rigid_lever(system, i, scratch)
+        turned += r1 * d1 + r2 * d2 + scratch[i, LEVER] * gain
         state[4 + n + i] += gain / path_radius(system, state, i)
     state[2] += d1
     state[3] += d2

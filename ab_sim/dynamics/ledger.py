@@ -9,16 +9,15 @@ from typing import Any, NamedTuple
 
 from numba.extending import overload
 
+from ab_sim.dynamics.balls import place_from_shaft
 from ab_sim.dynamics.dispatch import COMPILED, sum_over_effects
 from ab_sim.dynamics.motion import Ball, Body, Deck, Spindle
 from ab_sim.dynamics.reactions import reactions
 from ab_sim.dynamics.scratch import (
-    ACROSS,
     COS,
     FORCE,
     FRICTION,
     LEVER,
-    NORMAL,
     PATH,
     PATH_ACCELERATION,
     SIN,
@@ -33,7 +32,6 @@ from ab_sim.dynamics.system import (
     has_friction,
     has_gravity,
     has_motor,
-    has_runout,
     has_spin,
     race_shape,
     rotor_moment,
@@ -74,15 +72,14 @@ def book(
     c, s = spindle.cos, spindle.sin
     v1, v2 = state[2], state[3]
     if has_friction(effects):
-        reactions(system, A1, A2, al, state, modes, scratch)
+        reactions(system, A1, A2, al, modes, scratch)
     torque = body.unbalance * (A2 + body.eccentricity * al)
     loss = deck_loss(effects, Deck(state[0], state[1], v1, v2))
     loss += space_loss(effects, Deck(0.0, 0.0, c * v1 - s * v2, s * v1 + c * v2))
     for i in range(n):
         ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
-        h, x, rate = body.race_radius, 0.0, state[4 + n + i]
-        if has_runout(effects):
-            h, x = scratch[i, NORMAL], scratch[i, ACROSS]
+        rate = state[4 + n + i]
+        h, x = place_from_shaft(system, i, scratch)
         path = scratch[i, PATH]
         along = A2 * scratch[i, COS] - A1 * scratch[i, SIN]
         outwards = A1 * scratch[i, COS] + A2 * scratch[i, SIN]

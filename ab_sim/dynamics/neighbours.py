@@ -11,12 +11,7 @@ def contacts_of(scene: Scene) -> np.ndarray:
     """``System.contacts``: the row of balls of a scene whose balls cannot pass each other."""
     if "ball_contact" not in scene.effects:
         return np.zeros((0, 2))
-    R, radii = scene.race.radius, scene.balls.radii
-    angles = [reduced(angle)[0] for angle in start_angles(scene)]
-    order = sorted(range(len(angles)), key=lambda i: (angles[i], i))
-    after = [*order[1:], *order[:1]]
-    half = [math.asin((radii[i] + radii[j]) / (2 * R)) for i, j in zip(order, after, strict=True)]
-    rows = [(i, 2 * R * angle) for i, angle in zip(order, half, strict=True)]
+    rows = [(i, scene.race.radius * _apart(scene, i, j)) for i, j, _ in _neighbours(scene)]
     return np.array(rows, dtype=float).reshape(-1, 2)
 
 
@@ -46,16 +41,13 @@ def check_row(scene: Scene) -> None:
             f"balls.radius = {max(scene.balls.radii):g} m: with ball_contact it must be less than "
             f"half of race.radius = {R:g} m"
         )
-    angles = [reduced(angle)[0] for angle in start_angles(scene)]
-    order = sorted(range(n), key=lambda i: (angles[i], i))
-    room = sum(_apart(scene, i, j) for i, j in zip(order, [*order[1:], *order[:1]], strict=True))
+    room = sum(_apart(scene, i, j) for i, j, _ in _neighbours(scene))
     if n > 2 and room >= 2 * math.pi * (1 - 1e-9):
         raise ValueError(
             f"balls.count = {n}: with ball_contact the balls need {room:.4g} rad of the race's "
             f"{2 * math.pi:.4g} rad, and some room to move; use fewer or smaller balls"
         )
-    for i, j in zip(order, [*order[1:], *order[:1]], strict=True):
-        gap = (angles[j] - angles[i]) % (2 * math.pi)
+    for i, j, gap in _neighbours(scene):
         need = _apart(scene, i, j)
         # A ball at 2 pi less a rounding error is one at 0.
         gap = 0.0 if 2 * math.pi - gap < 1e-9 else gap
@@ -72,6 +64,14 @@ def reduced(angle: float) -> tuple[float, float]:
     # The C library reduces with as many digits of pi as it takes.
     within = math.atan2(math.sin(angle), math.cos(angle))
     return within, float(round((angle - within) / (2 * math.pi)))
+
+
+def _neighbours(scene: Scene) -> list[tuple[int, int, float]]:
+    """Each ball, the next one along the race, and the angle from one to the other [rad]."""
+    angles = [reduced(angle)[0] for angle in start_angles(scene)]
+    order = sorted(range(len(angles)), key=lambda i: (angles[i], i))
+    pairs = zip(order, [*order[1:], *order[:1]], strict=True)
+    return [(i, j, (angles[j] - angles[i]) % (2 * math.pi)) for i, j in pairs]
 
 
 def _apart(scene: Scene, i: int, j: int) -> float:

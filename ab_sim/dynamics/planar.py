@@ -28,43 +28,43 @@ from math import cos, sin
 
 import numba
 
+from ab_sim.dynamics.balls import (
+    curve_at,
+    path_acceleration,
+    place_ball,
+    place_from_shaft,
+    rigid_lever,
+    rotor_inertia,
+    set_rows,
+    sliding_friction,
+)
 from ab_sim.dynamics.dispatch import COMPILED, chosen_by
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.motion import Ball, Deck, Spindle
 from ab_sim.dynamics.rows import eliminate_ball, eliminate_rows
 from ab_sim.dynamics.scratch import (
-    ACROSS,
     BEND,
     COS,
-    CURVE,
-    FRICTION,
     GAIN0,
     GAIN1,
     GAIN2,
     GAIN3,
-    INERTIA,
     LEVER,
     LOAD,
-    NORMAL,
     PATH,
     PATH_ACCELERATION,
     PULL,
-    ROW1,
-    ROW2,
     ROW3,
     SIN,
 )
 from ab_sim.dynamics.system import (
     DIRECTION,
-    LOADED,
     MASS,
     RADIUS,
     back_torque,
     ball_drag,
-    ball_inertia,
     deck_force,
     felt_acceleration,
-    friction_coefficient,
     gravity,
     has_contact,
     has_drag,
@@ -73,12 +73,9 @@ from ab_sim.dynamics.system import (
     has_motor,
     has_runout,
     has_space_force,
-    has_spin,
     has_spindle_angle,
     integral_rate,
     loop_torque,
-    race_shape,
-    rotor_moment,
     segment_acceleration,
     segment_angle,
     segment_speed,
@@ -96,7 +93,7 @@ def derivatives(system, place, time, state, modes, slope, scratch):  # type: ign
         place: Place along the speed profile.
         time: local time in its segment [s].
         state: the state, see the module.
-        modes: the Modes in force.
+        modes: the branches in force.
         slope: where the state's derivative goes, same shape.
         scratch: shape (n, WIDTH), see scratch.py, overwritten.
 
@@ -189,38 +186,6 @@ def suspension_force(system, state, spindle):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**COMPILED)
-def place_balls(system, state, scratch):  # type: ignore[no-untyped-def]
-    """What follows from the balls' angles alone: normals, the race's shape, inertias."""
-    for i in range(system.balls.shape[0]):
-        place_ball(system, i, state, scratch)
-
-
-@numba.njit(**COMPILED)
-def place_ball(system, i, state, scratch):  # type: ignore[no-untyped-def]
-    """``place_balls`` for ball i."""
-    effects, R = system.effects, system.body.race_radius
-    ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
-    c, s = cos(state[4 + i]), sin(state[4 + i])
-    scratch[i, COS] = c
-    scratch[i, SIN] = s
-    inertia = ball.mass
-    lever = ball.mass * R
-    if has_runout(effects):
-        beyond, across, curve, bend = race_shape(effects, c, s)
-        scratch[i, NORMAL] = R + beyond
-        scratch[i, ACROSS] = across
-        scratch[i, CURVE] = R + curve
-        scratch[i, BEND] = bend
-        lever = ball.mass * (R + beyond)
-    if has_spin(effects):
-        rolling = ball_inertia(effects, ball)
-        inertia += rolling
-        lever -= rolling * ball.radius
-    scratch[i, INERTIA] = inertia
-    scratch[i, LEVER] = lever
-
-
-@numba.njit(**COMPILED)
 def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyped-def]
     """Each ball's equation; the balls' pull on the deck and their torque on the spindle."""
     body, effects = system.body, system.effects
@@ -234,44 +199,30 @@ def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyp
         ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
         m, rate = ball.mass, state[4 + n + i]
         c, s = scratch[i, COS], scratch[i, SIN]
+        r1, r2 = rigid_lever(system, i, scratch)
+        path = curve_at(system, i, scratch) * rate
         if has_runout(effects):
-            h, x, path = scratch[i, NORMAL], scratch[i, ACROSS], scratch[i, CURVE] * rate
+            h, x = place_from_shaft(system, i, scratch)
             relative = (2.0 * w + rate) * path
             load = m * (w * w * h + relative)
-            carried = m * x * w * w
-            pull = carried
+            pull = m * x * w * w
             torque -= m * x * relative
-            f1 -= carried * s
-            f2 += carried * c
-            f1 += m * al * (h * s + x * c)
-            f2 -= m * al * (h * c - x * s)
+            f1 -= pull * s
+            f2 += pull * c
         else:
-            path = R * rate
             load = m * R * (w + rate) * (w + rate)
             pull = 0.0
-            f1 += m * R * al * s
-            f2 -= m * R * al * c
-        f1 += load * c
-        f2 += load * s
+        f1 += load * c - r1 * al
+        f2 += load * s - r2 * al
         if has_drag(effects):
             pull -= ball_drag(effects, ball) * path
-        if has_friction(effects):
-            friction = modes[i, DIRECTION] * modes[i, LOADED] * friction_coefficient(effects, ball)
-            scratch[i, FRICTION] = friction
-        row3 = -scratch[i, LEVER]
-        if has_runout(effects) and has_friction(effects):
-            row3 -= scratch[i, FRICTION] * m * scratch[i, ACROSS]
+        friction = sliding_friction(system, i, modes)
+        set_rows(system, i, friction, scratch)
         scratch[i, LOAD] = load
         scratch[i, PATH] = path
-        scratch[i, PULL] = pull + row3 * al
-        scratch[i, ROW1] = m * s
-        scratch[i, ROW2] = -m * c
-        scratch[i, ROW3] = row3
+        scratch[i, PULL] = pull + scratch[i, ROW3] * al
         if has_friction(effects):
-            friction = scratch[i, FRICTION]
             scratch[i, PULL] -= friction * load
-            scratch[i, ROW1] += friction * m * c
-            scratch[i, ROW2] += friction * m * s
         if not has_contact(effects):
             eliminate_ball(system, modes, scratch, i)
     return f1, f2, torque
@@ -330,7 +281,7 @@ def accelerations(system, al, f1, f2, torque, scratch):  # type: ignore[no-untyp
 @numba.njit(**COMPILED)
 def move_balls(system, A1, A2, al, state, slope, scratch):  # type: ignore[no-untyped-def]
     """The balls' part of the state's derivative, once A and al are known."""
-    effects, R = system.effects, system.body.race_radius
+    effects = system.effects
     n = system.balls.shape[0]
     for i in range(n):
         rate = state[4 + n + i]
@@ -338,42 +289,5 @@ def move_balls(system, A1, A2, al, state, slope, scratch):  # type: ignore[no-un
         scratch[i, PATH_ACCELERATION] = g
         slope[4 + i] = rate
         if has_runout(effects):
-            slope[4 + n + i] = (g - scratch[i, BEND] * rate * rate) / scratch[i, CURVE]
-        else:
-            slope[4 + n + i] = g / R
-
-
-@numba.njit(**COMPILED)
-def path_acceleration(system, i, A1, A2, al, scratch):  # type: ignore[no-untyped-def]
-    """g of ball i [m/s^2], or its path speed after an impact, from the eliminated equations."""
-    g = scratch[i, GAIN0] + scratch[i, GAIN1] * A1 + scratch[i, GAIN2] * A2
-    if has_motor(system.effects):
-        g += scratch[i, GAIN3] * al
-    return g
-
-
-@numba.njit(**COMPILED)
-def rigid_lever(system, i, scratch):  # type: ignore[no-untyped-def]
-    """m J r of ball i on the rotating axes [kg m], r its place from the shaft."""
-    m, c, s = system.balls[i, MASS], scratch[i, COS], scratch[i, SIN]
-    if has_runout(system.effects):
-        h, x = scratch[i, NORMAL], scratch[i, ACROSS]
-        return -m * (h * s + x * c), m * (h * c - x * s)
-    return -m * system.body.race_radius * s, m * system.body.race_radius * c
-
-
-@numba.njit(**COMPILED)
-def rotor_inertia(system, scratch):  # type: ignore[no-untyped-def]
-    """Inertia of rotor and balls about the shaft, the balls at rest on the race [kg m^2]."""
-    effects, R = system.effects, system.body.race_radius
-    total = rotor_moment(effects) + system.body.unbalance * system.body.eccentricity
-    for i in range(system.balls.shape[0]):
-        ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
-        if has_runout(effects):
-            h, x = scratch[i, NORMAL], scratch[i, ACROSS]
-            total += ball.mass * (h * h + x * x)
-        else:
-            total += ball.mass * R * R
-        if has_spin(effects):
-            total += ball_inertia(effects, ball) * ball.radius * ball.radius
-    return total
+            g -= scratch[i, BEND] * rate * rate
+        slope[4 + n + i] = g / curve_at(system, i, scratch)

@@ -4,7 +4,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import COMPILED, chosen_by
+from ab_sim.dynamics.dispatch import COMPILED, only_if
 from ab_sim.dynamics.rows import moves_along, row_start
 from ab_sim.dynamics.scratch import (
     ACROSS,
@@ -30,9 +30,7 @@ from ab_sim.dynamics.system import (
 )
 
 
-def _reactions(
-    system: Any, A1: float, A2: float, al: float, state: Any, modes: Any, scratch: Any
-) -> None:
+def _normal_forces(system: Any, A1: float, A2: float, al: float, scratch: Any) -> None:
     for i in range(system.balls.shape[0]):
         m = system.balls[i, MASS]
         outwards = A1 * scratch[i, COS] + A2 * scratch[i, SIN]
@@ -40,7 +38,6 @@ def _reactions(
         if has_runout(system.effects):
             force += m * al * scratch[i, ACROSS]
         scratch[i, FORCE] = force
-    add_pushes(system, A1, A2, al, modes, scratch)
 
 
 def _pushes(system: Any, A1: float, A2: float, al: float, modes: Any, scratch: Any) -> None:
@@ -59,20 +56,18 @@ def _pushes(system: Any, A1: float, A2: float, al: float, modes: Any, scratch: A
         scratch[k, PUSH] = push
 
 
-add_pushes = chosen_by(has_contact, _pushes, lambda system, A1, A2, al, modes, scratch: None)
+_add_normal_forces = only_if(has_friction, _normal_forces)
+_add_pushes = only_if(has_contact, _pushes)
 
 
-def _only_pushes(
-    system: Any, A1: float, A2: float, al: float, state: Any, modes: Any, scratch: Any
-) -> None:
-    add_pushes(system, A1, A2, al, modes, scratch)
+@register_jitable(**COMPILED)
+def reactions(system: Any, A1: float, A2: float, al: float, modes: Any, scratch: Any) -> None:
+    """Fill in FORCE, the race's normal forces, and PUSH, as far as the effects need them.
 
-
-reactions = chosen_by(has_friction, _reactions, _only_pushes)
-"""Fill in FORCE, the race's normal forces, and PUSH, as far as the effects need them.
-
-``(system, A1, A2, al, state, modes, scratch)``, right after ``derivatives`` at that state.
-"""
+    Right after ``derivatives``, with what it returned.
+    """
+    _add_normal_forces(system, A1, A2, al, scratch)
+    _add_pushes(system, A1, A2, al, modes, scratch)
 
 
 @register_jitable(**COMPILED)

@@ -156,3 +156,9 @@ def moves_along(system: Any, modes: Any, k: int) -> bool:
         sticks(system, modes, ball_at(system, k))
         or sticks(system, modes, ball_at(system, (k + 1) % system.contacts.shape[0]))
     )
+
+
+@register_jitable(**COMPILED)
+def sign(x: float) -> int:
+    """-1, 0 or 1: the direction in which a ball with this speed slides."""
+    return 1 if x > 0.0 else (-1 if x < 0.0 else 0)

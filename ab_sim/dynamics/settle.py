@@ -11,7 +11,7 @@ import numba
 from ab_sim.dynamics.dispatch import COMPILED, only_if
 from ab_sim.dynamics.impact import collide
 from ab_sim.dynamics.planar import derivatives, spindle_motion
-from ab_sim.dynamics.rows import moves_along, sticks
+from ab_sim.dynamics.rows import moves_along, sign, sticks
 from ab_sim.dynamics.scratch import PATH_ACCELERATION
 from ab_sim.dynamics.switches import (
     HOLD,
@@ -85,20 +85,20 @@ def change(system, place, time, state, modes, slot, plastic, scratch, changes): 
     n = system.balls.shape[0]
     changes[slot] += 1
     if slot >= MOTOR * n:
-        if modes[system.balls.shape[0], DIRECTION] != 0:
-            modes[system.balls.shape[0], DIRECTION] = 0
+        if modes[n, DIRECTION] != 0:
+            modes[n, DIRECTION] = 0
         else:
-            modes[system.balls.shape[0], DIRECTION] = -1 if slot == MOTOR * n else 1
+            modes[n, DIRECTION] = -1 if slot == MOTOR * n else 1
         return
     kind, i = slot // n, slot % n
     if kind == TOUCH:
         touch_or_part(system, place, time, state, modes, i, plastic, scratch, changes)
     else:
-        stick_or_slide(system, state, modes, kind, i, changes)
+        stick_or_slide(system, state, modes, kind, i)
 
 
 @numba.njit(**COMPILED)
-def change_friction(system, state, modes, kind, i, changes):  # type: ignore[no-untyped-def]
+def change_friction(system, state, modes, kind, i):  # type: ignore[no-untyped-def]
     """Give ball i's friction its other branch."""
     n = system.balls.shape[0]
     if kind == LOAD:
@@ -107,7 +107,7 @@ def change_friction(system, state, modes, kind, i, changes):  # type: ignore[no-
     elif kind == SLIDE and modes[i, DIRECTION] != 0:
         stop(system, state, modes, i)
     else:
-        let_go(system, modes, i, -1 if kind == SLIDE else 1, changes)
+        let_go(system, modes, i, -1 if kind == SLIDE else 1)
 
 
 @numba.njit(**COMPILED)
@@ -127,9 +127,13 @@ touch_or_part = only_if(has_contact, change_contact)
 
 
 @numba.njit(**COMPILED)
-def sign(x):  # type: ignore[no-untyped-def]
-    """-1, 0 or 1."""
-    return 1 if x > 0.0 else (-1 if x < 0.0 else 0)
+def place_of(system, i):  # type: ignore[no-untyped-def]
+    """Place of ball i in the row."""
+    at = 0
+    for k in range(system.contacts.shape[0]):
+        if ball_at(system, k) == i:
+            at = k
+    return at
 
 
 @numba.njit(**COMPILED)
@@ -137,14 +141,9 @@ def stop(system, state, modes, i):  # type: ignore[no-untyped-def]
     """Bring ball i, and those in a row with it, to rest on the race."""
     n = system.balls.shape[0]
     if has_contact(system.effects):
-        at = 0
-        for k in range(n):
-            if ball_at(system, k) == i:
-                at = k
-        ahead = at
+        ahead = behind = place_of(system, i)
         while moves_along(system, modes, ahead):
             ahead = (ahead + 1) % n
-        behind = at
         while moves_along(system, modes, (behind - 1) % n):
             behind = (behind - 1) % n
         for step in range((ahead - behind) % n + 1):
@@ -156,14 +155,11 @@ def stop(system, state, modes, i):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**COMPILED)
-def let_go(system, modes, i, direction, changes):  # type: ignore[no-untyped-def]
+def let_go(system, modes, i, direction):  # type: ignore[no-untyped-def]
     """Let stuck ball i slide in a direction, with the stuck balls that it pushes from behind."""
     n = system.balls.shape[0]
     if has_contact(system.effects):
-        at = 0
-        for k in range(n):
-            if ball_at(system, k) == i:
-                at = k
+        at = place_of(system, i)
         # Pushed back, ball i takes along those behind it; the one ahead is left, and vice versa.
         if direction < 0:
             if leans(system, modes, at):

@@ -66,7 +66,8 @@ def friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain): 
     for i in range(n):
         m = system.balls[i, MASS]
         force = scratch[i, FORCE]
-        coarse = ROUNDING * (m * size + abs(force) + abs(pull_at(system, i, A1, A2, al, scratch)))
+        pull = pull_at(system, i, A1, A2, al, scratch)
+        coarse = ROUNDING * (m * size + abs(force) + abs(pull))
         margin[LOAD * n + i] = force if modes[i, LOADED] == 1 else -force
         grain[LOAD * n + i] = coarse
         if modes[i, LOADED] == 1:
@@ -75,7 +76,6 @@ def friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain): 
                 grain[SLIDE * n + i] = 1e-14
             else:
                 left = holding_force(system, i, scratch)
-                pull = pull_at(system, i, A1, A2, al, scratch)
                 margin[SLIDE * n + i] = left + pull
                 margin[HOLD * n + i] = left - pull
                 grain[SLIDE * n + i] = grain[HOLD * n + i] = coarse
@@ -164,17 +164,17 @@ def margins(system, place, time, state, modes, A1, A2, al, scratch, margin, grai
     effects = system.effects
     margin[:] = NEVER
     grain[:] = 0.0
-    reactions(system, A1, A2, al, state, modes, scratch)
+    reactions(system, A1, A2, al, modes, scratch)
     add_friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain)
     add_contact_margins(system, state, modes, A1, A2, scratch, margin, grain)
     if has_motor(effects):
         error = segment_speed(place.segment, time) - state[5 + 2 * n]
         asked, most = loop_torque(effects, error, state[6 + 2 * n]), torque_limit(effects)
-        if modes[system.balls.shape[0], DIRECTION] == 0:
+        if modes[n, DIRECTION] == 0:
             margin[MOTOR * n] = most + asked
             margin[MOTOR * n + 1] = most - asked
         else:
-            margin[MOTOR * n] = modes[system.balls.shape[0], DIRECTION] * asked - most
+            margin[MOTOR * n] = modes[n, DIRECTION] * asked - most
         grain[MOTOR * n] = grain[MOTOR * n + 1] = ROUNDING * (most + abs(asked))
 
 

@@ -96,7 +96,7 @@ def within_bounds(trial, bounds):  # type: ignore[no-untyped-def]
 
 @numba.njit(**COMPILED)
 def trial_step(system, weights, place, now, length, state, modes, work):  # type: ignore[no-untyped-def]
-    """Step, and look at the margins at its end; the slot most below its grain, or -1."""
+    """Step, and look at the margins at its end; the slot that is first below zero, or -1."""
     one_step(weights, system, place, now, length, state, modes, work)
     A1, A2, al = derivatives(
         system, place, now + length, work.trial, modes, work.ahead, work.scratch

@@ -20,7 +20,7 @@ TWO_PI_REST = 2.4492935982947064e-16
 
 @compiled
 def advance(system, place, weights, start, clock, length, state, modes, work, rows):  # type: ignore[no-untyped-def]
-    """Take steps within one segment, recording every one.
+    """Take steps within one segment, recording every one; with none, only settle the branches.
 
     Args:
         system, place: what moves, and where it is along the speed profile.
@@ -30,7 +30,7 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
             products of these, not sums, so that they do not depend on how a run is cut up.
         length: step to take [s]: the nominal one, or a part of it next to a breakpoint.
         state: the state; holds the last good one at the end.
-        modes: the Modes in force; changed at events.
+        modes: the branches in force; settled first, and changed at events.
         work: a Workspace.
         rows: shape (steps, states + 3): the state after each step, angles with all their turns,
             the deck's acceleration, and the motor's torque.
@@ -41,10 +41,9 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
     first, step, offset = clock
     slopes, trial, scratch = work.slopes, work.trial, work.scratch
     states = state.size
+    enter(system, place, (first * step + offset) - start, state, modes, work)
     for k in range(rows.shape[0]):
         begin = ((first + k) * step + offset) - start
-        if k == 0:
-            enter(system, place, begin, state, modes, work)
         step_over_events(system, weights, place, begin, length, state, modes, work)
         if not within_bounds(trial, work.bounds):
             for j in range(states):
@@ -72,12 +71,6 @@ def acceleration_at(system, place, time, state, modes, work):  # type: ignore[no
     spindle = spindle_motion(system, place, time, state, modes)
     g1, g2 = gravity_on_rotating_axes(system, spindle)
     return A1 + g1, A2 + g2, spindle.torque
-
-
-@compiled
-def settle_at(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
-    """Find the branches of the set-valued laws at a state, from those at hand."""
-    enter(system, place, time, state, modes, work)
 
 
 @numba.njit(**COMPILED)

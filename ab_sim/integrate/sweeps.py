@@ -21,9 +21,10 @@ import numba
 import numpy as np
 from numpy.polynomial import legendre
 
+from ab_sim.dynamics.balls import place_balls
 from ab_sim.dynamics.dispatch import COMPILED
 from ab_sim.dynamics.drag_response import drag_response, drag_responses
-from ab_sim.dynamics.planar import derivatives, place_balls
+from ab_sim.dynamics.planar import derivatives
 
 DRAG_GRID = -np.concatenate([[0.0], np.logspace(-2, 6, 25)])
 """Drag rates times step for which growth is looked at."""

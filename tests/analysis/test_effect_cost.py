@@ -40,7 +40,7 @@ def test_an_effect_that_is_refused_alone_brings_what_it_needs(scene: Any) -> Non
 
 def test_no_ball_starts_where_cosines_are_quick(scene: Any) -> None:
     made, turned = off_axis(scene())
-    assert (made.ball_angles, turned) == ((2.5, 2.5), 2.5)
+    assert (made.start.ball_angles, turned) == ((2.5, 2.5), 2.5)
     there = scene(start={"ball_angles": [0.1, 0.2]})
     assert off_axis(there) == (there, 0.0)
 
@@ -107,12 +107,12 @@ def test_a_second_process_loads_the_kernels_of_a_scene_and_compiles_none(name: s
     program = """
 import sys
 from ab_sim.drive import Drive
-from ab_sim.integrate.fixed_step import acceleration_at, advance, settle_at
+from ab_sim.integrate.fixed_step import acceleration_at, advance
 from ab_sim.scene import load_scene
 drive = Drive(load_scene(sys.argv[1]))
 drive.advance(2)
 drive.observe()
-for kernel in (settle_at, advance, acceleration_at):
+for kernel in (advance, acceleration_at):
     print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))
 """
 
