@@ -1,11 +1,9 @@
 """One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
 
 import math
-from typing import Any
 
 import numpy as np
 
-import ab_sim
 from ab_sim.dynamics.assemble import (
     start_modes,
     start_state,
@@ -20,32 +18,13 @@ from ab_sim.dynamics.neighbours import reduced
 from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, Place, gravity, has_friction, has_motor
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.choose import choose_stepper
-from ab_sim.integrate.fixed_step import acceleration_at, advance, settle_at
+from ab_sim.integrate.fixed_step import acceleration_at, advance
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.observation import Energy, Observation, Snapshot
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
 from ab_sim.trajectory import Trajectory, channels_for
-
-
-def describe(scene: Scene) -> dict[str, Any]:
-    """What a run of the scene consists of, as JSON-able values, to be kept with its results.
-
-    ``check_scene(describe(scene)["scene"], "a recording")`` gives the scene back.
-    """
-    radii = scene.balls.radii
-    return {
-        "version": ab_sim.__version__,
-        "scene": scene.as_mapping(),
-        "effects": list(scene.effects),
-        "stepper": choose_stepper(scene, system_of(scene)).stepper.name,
-        "step": scene.solver.step,
-        "race_radius": scene.race.radius,
-        "eccentricity": scene.rotor.eccentricity,
-        "balls": scene.balls.count,
-        "ball_radii": None if any(map(math.isnan, radii)) else list(radii),
-    }
 
 
 class Drive:
@@ -118,8 +97,7 @@ class Drive:
         self._state[:] = start_state(self.scene, self.system)
         self._modes = start_modes(self.scene, self.system)
         self._work.counts[:] = 0
-        piece = self._piece_at(0.0)
-        settle_at(self.system, _place(piece), -piece.start, self._state, self._modes, self._work)
+        self._integrate(self._piece_at(0.0), 0.0, self.step, aligned((0, self._state.size + 3)))
         self._start_energy = self._stored_energy(self._state, 0.0)
         if self._pickup is not None:
             # As if the drive had hung at rest for ever.

@@ -74,38 +74,21 @@ class Both:
     def package(self) -> None:
         """Take the steps with the package's kernel."""
         self._rewind()
-        drive = self.drive
-        taken = advance(
-            drive.system,
-            self.place,
-            drive.stepper.weights,
-            self.piece.start,
-            (FIRST, drive.step, 0.0),
-            drive.step,
-            self.state,
-            self.modes,
-            self.work,
-            self.rows,
+        drive, run = self.drive, (self.state, self.modes, self.work, self.rows)
+        clock = (FIRST, drive.step, 0.0)
+        weights = drive.stepper.weights
+        assert STEPS == advance(
+            drive.system, self.place, weights, self.piece.start, clock, drive.step, *run
         )
-        assert taken == STEPS
 
     def hand(self) -> None:
         """Take the same steps with the hand-specialised kernel."""
         self._rewind()
-        drive = self.drive
-        taken = thesis_advance(
-            self.by_hand,
-            drive.system.balls,
-            drive.stepper.weights,
-            self.piece.start,
-            FIRST,
-            drive.step,
-            self.state,
-            self.modes,
-            self.work,
-            self.rows,
+        drive, run = self.drive, (self.state, self.modes, self.work, self.rows)
+        weights = drive.stepper.weights
+        assert STEPS == thesis_advance(
+            self.by_hand, drive.system.balls, weights, self.piece.start, FIRST, drive.step, *run
         )
-        assert taken == STEPS
 
     def disagreement(self) -> float:
         """Largest difference of the rows, relative to each column's largest magnitude."""

@@ -1,6 +1,5 @@
 """`ab-sim cost`."""
 
-import json as json_format
 from pathlib import Path
 
 from rich.console import Console
@@ -8,12 +7,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ab_sim.analysis.effect_cost import EffectCost, Row, measure
-from ab_sim.cli.outputs import check_picture, check_writable
+from ab_sim.cli.outputs import check_outputs, people, write_json
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
-
-# Results may go to standard output; everything that is only for people goes here.
-people = Console(stderr=True, markup=False)
 
 
 def cost_command(
@@ -28,18 +24,10 @@ def cost_command(
     if repeats < 1:
         raise InputError(f"--repeats {repeats}: must be at least 1")
     scene = load_scene(scene_name, changes)
-    files = [path for path in (None if json in (None, "-") else Path(str(json)), plot) if path]
-    for file in files:
-        check_writable(file)
-    if plot is not None:
-        check_picture(plot)
+    files = check_outputs(json, plot)
     cost = measure_with_progress(scene, repeats, leave_one_out)
     if json is not None:
-        text = json_format.dumps(cost.report(), indent=1, allow_nan=False)
-        if json == "-":
-            print(text)
-        else:
-            Path(json).write_text(text + "\n", encoding="utf-8")
+        write_json(cost.report(), json)
     if plot is not None:
         from ab_sim.cost_figure import cost_figure
 

@@ -1,25 +1,21 @@
 """`ab-sim run`."""
 
 import contextlib
-import json as json_format
 import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ab_sim.analysis import OfflineRun, run_scene
-from ab_sim.cli.outputs import check_picture, check_writable
-from ab_sim.drive import Drive, describe
+from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.description import describe
+from ab_sim.drive import Drive
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
 from ab_sim.trajectory import Trajectory
-
-# Results may go to standard output; everything that is only for people goes here.
-people = Console(stderr=True, markup=False)
 
 
 def run_command(
@@ -33,20 +29,12 @@ def run_command(
     """Load, run, and write what was asked for; outputs are tried before the run, not after."""
     wanted = parse_times(times)
     scene = load_scene(scene_name, changes)
-    files = [Path(json)] if json not in (None, "-") else []
-    for file in [*files, *(path for path in (plot, rrd) if path is not None)]:
-        check_writable(file)
-    if plot is not None:
-        check_picture(plot)
+    files = check_outputs(json, plot, rrd)
     with _progress(scene) as update:
         result = run_scene(scene, wanted, update)
     report = result.report()
     if json is not None:
-        text = json_format.dumps(report, indent=1, allow_nan=False)
-        if json == "-":
-            print(text)
-        else:
-            _write(Path(json), text + "\n")
+        write_json(report, json)
     if plot is not None:
         from ab_sim.plots import startup_figure
 
@@ -54,7 +42,7 @@ def run_command(
     if rrd is not None:
         _record(result, rrd)
     people.print(_summary(result, report))
-    for file in [*files, *(path for path in (plot, rrd) if path is not None)]:
+    for file in files:
         people.print(f"wrote {file}")
 
 
@@ -72,13 +60,6 @@ def parse_times(text: str | None) -> list[float]:
         raise InputError(
             f"--times {text}: must be numbers separated by commas, e.g. 2.5,3,6"
         ) from error
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from error
 
 
 @contextlib.contextmanager

@@ -14,7 +14,8 @@ from std_msgs.msg import Float64
 from ab_msgs_py import ENDED, Block, Health, JointSample, Level, VectorSample, topics
 from ab_msgs_py.samples import ACCELEROMETER, clock_message, command_of, description_message
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
-from ab_sim.drive import Drive, describe
+from ab_sim.description import describe
+from ab_sim.drive import Drive
 from ab_sim.errors import CommandError, DivergedError
 from ab_sim.integrate.registry import AUTO
 from ab_sim.nodes.pacing import Pacer

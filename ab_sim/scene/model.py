@@ -209,13 +209,6 @@ class Scene(Section):
         return self.total_mass - self.balls.total_mass
 
     @property
-    def ball_angles(self) -> tuple[float, ...]:
-        """theta at t = 0 [rad], one per ball."""
-        if self.start.ball_angles is None:
-            return (0.0,) * self.balls.count
-        return self.start.ball_angles
-
-    @property
     def critical_speed(self) -> float | None:
         """omega_n = sqrt(k/M) [rad/s] (thesis (2-14)); None without a suspension."""
         suspension = self.effects.get("suspension")

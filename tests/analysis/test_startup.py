@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis import peak_whirl, replay, run_scene, settling_period, time_of_speed
-from ab_sim.drive import Drive, describe
+from ab_sim.description import describe
+from ab_sim.drive import Drive
 from ab_sim.errors import InputError
 from ab_sim.recording import Recording, read_recording
 from ab_sim.scene import check_scene

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.drive import Drive, describe
+from ab_sim.description import describe
+from ab_sim.drive import Drive
 from ab_sim.errors import CommandError, DivergedError, SceneError
 from ab_sim.scene import check_scene, load_scene
 from ab_sim.trajectory import Trajectory

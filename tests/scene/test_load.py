@@ -59,7 +59,7 @@ def test_the_start_is_at_rest_at_zero_unless_told_otherwise() -> None:
     assert load_scene("thesis-hold").start.angle == 0.0
     far = load_scene("thesis-hold", ["start.angle=-1.0e+10", "start.ball_angles=[1.0e+10, 0]"])
     assert far.start.angle == -1e10
-    assert far.ball_angles == (1e10, 0.0)
+    assert far.start.ball_angles == (1e10, 0.0)
 
 
 def test_the_stepper_is_chosen_for_the_scene_unless_it_names_one(scene: Any) -> None:
