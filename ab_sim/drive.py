@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ab_sim.dynamics.assemble import (
+    place_on,
     start_modes,
     start_state,
     state_bounds,
@@ -14,17 +15,17 @@ from ab_sim.dynamics.assemble import (
 from ab_sim.dynamics.driving_force import driving_force
 from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.motion import Deck, Spindle
-from ab_sim.dynamics.neighbours import reduced
-from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, Place, gravity, has_friction, has_motor
+from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_friction, has_motor
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.fixed_step import acceleration_at, advance
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.observation import Energy, Observation, Snapshot
+from ab_sim.rows import BEYOND_STATES, Rows, follow
 from ab_sim.scene.model import Scene
-from ab_sim.sensing import Pickup
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
-from ab_sim.trajectory import Trajectory, channels_for
+from ab_sim.spindle.stretches import Stretch, parts, piece_after, same_instant, stretches
+from ab_sim.trajectory import Trajectory
 
 
 class Drive:
@@ -56,10 +57,8 @@ class Drive:
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
         self._has_motor = bool(has_motor(self.system.effects))
         self._rubs = bool(has_friction(self.system.effects))
-        self._gravity = np.array(gravity(self.system.effects))
-        pickup = scene.effects.get("accelerometer")
-        self._pickup = None if pickup is None else Pickup(pickup, self.step)
-        self.channels = channels_for(scene.balls.count, self._has_motor, pickup is not None)
+        self._rows = Rows(scene, self.system.effects)
+        self.channels = self._rows.channels
         self._first_profile = (
             SpeedProfile.constant(scene.start.speed, scene.start.angle)
             if commanded
@@ -97,11 +96,9 @@ class Drive:
         self._state[:] = start_state(self.scene, self.system)
         self._modes = start_modes(self.scene, self.system)
         self._work.counts[:] = 0
-        self._integrate(self._piece_at(0.0), 0.0, self.step, aligned((0, self._state.size + 3)))
+        self._integrate(Stretch(self._piece_at(0.0), 0, 0, 0.0, self.step), self._empty_rows(0))
         self._start_energy = self._stored_energy(self._state, 0.0)
-        if self._pickup is not None:
-            # As if the drive had hung at rest for ever.
-            self._pickup.reset(-self._gravity)
+        self._rows.reset()
 
     def command(self, speed: float) -> None:
         """Ask for a spindle speed [rad/s] from the present instant on.
@@ -133,27 +130,16 @@ class Drive:
         """
         if steps < 0:
             raise ValueError(f"steps = {steps}: must be at least 0")
-        rows = aligned((steps, self._state.size + 3))
-        spindle = np.empty((steps, 3))
-        first, done = self.steps + 1, 0
-        while done < steps:
-            piece = self._piece_at(self.time)
-            whole = self._steps_until(piece.end, steps - done)
-            if whole:
-                self._integrate(piece, 0.0, self.step, rows[done : done + whole])
-            else:
-                whole = 1
-                piece = self._split_step((self.steps + 1) * self.step, rows[done : done + 1])
-            self.steps += whole
-            local = np.arange(self.steps - whole + 1, self.steps + 1) * self.step - piece.start
-            spindle[done : done + whole, 0] = piece.start_angle + piece.segment.angle(local)
-            spindle[done : done + whole, 1] = piece.segment.speed(local)
-            done += whole
+        rows, spindle = self._empty_rows(steps), np.empty((steps, 3))
+        begin = self.steps
+        for stretch in stretches(self.profile, self.step, begin, steps):
+            at = slice(stretch.first - begin, stretch.first - begin + max(stretch.steps, 1))
+            self.steps = stretch.first
+            self._integrate(stretch, rows[at])
+            follow(stretch, self.step, spindle[at, :2])
+        self.steps = begin + steps
         spindle[:, 2] = spindle[:, 1] if self._command is None else self._command
-        if self._has_motor:
-            at = 4 + 2 * self.scene.balls.count
-            spindle[:, :2] = rows[:, at : at + 2]
-        return self._trajectory(first, rows, spindle)
+        return self._rows.trajectory(begin + 1 + np.arange(steps), rows, spindle)
 
     def present(self) -> Trajectory:
         """The present as a trajectory of one sample."""
@@ -188,8 +174,9 @@ class Drive:
             )
         kept, modes, counts = self._state.copy(), self._modes.copy(), self._work.counts.copy()
         try:
-            if time - self.time > self._snap(time):
-                self._split_step(time, np.empty((1, kept.size + 3)))
+            if time - self.time > same_instant(time, self.step):
+                for part in parts(self.profile, self.step, self.steps, time):
+                    self._integrate(part, self._empty_rows(1))
             return self._observation(time, self._state)
         finally:
             self._state[:] = kept
@@ -217,7 +204,7 @@ class Drive:
             self._modes.copy(),
             self.profile,
             self._command,
-            None if self._pickup is None else self._pickup.state,
+            None if self._rows.pickup is None else self._rows.pickup.state,
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -231,49 +218,23 @@ class Drive:
         )
         self._state[:] = snapshot.state
         self._modes = snapshot.modes.copy()
-        if self._pickup is not None and snapshot.pickup is not None:
-            self._pickup.state = snapshot.pickup
-
-    def _snap(self, time: float) -> float:
-        """How far apart two times may be and still be the same instant."""
-        return max(1e-9 * self.step, 4.0 * math.ulp(time))
+        if self._rows.pickup is not None and snapshot.pickup is not None:
+            self._rows.pickup.state = snapshot.pickup
 
     def _piece_at(self, time: float) -> Piece:
-        return self.profile.piece_at(time + self._snap(time))
+        return piece_after(self.profile, time, self.step)
 
-    def _steps_until(self, end: float, most: int) -> int:
-        """Whole steps from now that end at or before ``end`` [s], at most ``most``."""
-        ahead = (end - self.time) / self.step
-        if ahead > most + 1:
-            return most
-        count = max(math.floor(ahead) - 1, 0)
-        while count < most and (self.steps + count + 1) * self.step <= end + self._snap(end):
-            count += 1
-        return count
+    def _empty_rows(self, steps: int) -> np.ndarray:
+        return aligned((steps, self._state.size + BEYOND_STATES))
 
-    def _split_step(self, end: float, row: np.ndarray) -> Piece:
-        """Integrate from now to ``end`` [s], restarting at every breakpoint in between.
-
-        Returns the piece of the profile in which that ended.
-        """
-        begin = now = self.time
-        while True:
-            piece = self._piece_at(now)
-            until = piece.end if piece.end < end - self._snap(end) else end
-            self._integrate(piece, now - begin, until - now, row)
-            if until == end:
-                return piece
-            now = until
-
-    def _integrate(self, piece: Piece, offset: float, length: float, rows: np.ndarray) -> None:
-        clock = (self.steps, self.step, offset)
+    def _integrate(self, stretch: Stretch, rows: np.ndarray) -> None:
         taken = advance(
             self.system,
-            _place(piece),
+            place_on(stretch.piece),
             self.stepper.weights,
-            piece.start,
-            clock,
-            length,
+            stretch.piece.start,
+            (stretch.first, self.step, stretch.offset),
+            stretch.length,
             self._state,
             self._modes,
             self._work,
@@ -324,34 +285,13 @@ class Drive:
             float(piece.segment.speed(local)),
         )
 
-    def _trajectory(self, first: int, rows: np.ndarray, spindle: np.ndarray) -> Trajectory:
-        n = self.scene.balls.count
-        samples = np.empty((len(rows), len(self.channels)))
-        samples[:, 0] = np.arange(first, first + len(rows))
-        samples[:, 1] = samples[:, 0] * self.step
-        samples[:, 2:5] = spindle
-        c, s = np.cos(spindle[:, 0]), np.sin(spindle[:, 0])
-        for column, at in ((5, 0), (7, 2), (9, rows.shape[1] - 3)):
-            one, two = rows[:, at], rows[:, at + 1]
-            samples[:, column] = c * one - s * two
-            samples[:, column + 1] = s * one + c * two
-        after = 11 + 2 * n
-        samples[:, 11:after:2] = rows[:, 4 : 4 + n]
-        samples[:, 12:after:2] = rows[:, 4 + n : 4 + 2 * n]
-        if self._has_motor:
-            samples[:, after] = rows[:, -1]
-        if self._pickup is not None:
-            force = samples[:, 9:11] - self._gravity
-            samples[:, -2:] = self._pickup.process(first, force)
-        return Trajectory(self.channels, samples)
-
     def _observation(self, time: float, state: np.ndarray) -> Observation:
         n = self.scene.balls.count
         piece = self._piece_at(time)
         psi, omega = self._spindle(state, time)
         rotation = np.array([[math.cos(psi), -math.sin(psi)], [math.sin(psi), math.cos(psi)]])
         a1, a2, torque = acceleration_at(
-            self.system, _place(piece), time - piece.start, state, self._modes, self._work
+            self.system, place_on(piece), time - piece.start, state, self._modes, self._work
         )
         theta = state[4 : 4 + n] + 2.0 * math.pi * self._modes[:n, TURNS]
         position, rate = rotation @ state[:2], state[4 + n : 4 + 2 * n]
@@ -374,9 +314,5 @@ class Drive:
                 self.scene, position[0], position[1], psi + theta, omega + rate
             ),
             motor_torque=torque if self._has_motor else math.nan,
-            accelerometer=None if self._pickup is None else self._pickup.reading,
+            accelerometer=None if self._rows.pickup is None else self._rows.pickup.reading,
         )
-
-
-def _place(piece: Piece) -> Place:
-    return Place(piece.segment, reduced(piece.start_angle)[0])

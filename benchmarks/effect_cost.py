@@ -59,6 +59,7 @@ class Both:
             body.total_mass,
             body.unbalance,
             body.race_radius,
+            body.race_curvature,
             effects["suspension"].stiffness,
             effects["suspension"].damping,
             effects["viscous_drag"].coefficient,
@@ -87,7 +88,7 @@ class Both:
         drive, run = self.drive, (self.state, self.modes, self.work, self.rows)
         weights = drive.stepper.weights
         assert STEPS == thesis_advance(
-            self.by_hand, drive.system.balls, weights, self.piece.start, FIRST, drive.step, *run
+            self.by_hand, drive.system, weights, self.piece.start, FIRST, drive.step, *run
         )
 
     def disagreement(self) -> float:

@@ -1,20 +1,25 @@
 """The thesis' drive as one would write it by hand: what the package's assembly is measured against.
 
 Suspension, drag, spindle acceleration and spin, prescribed speed, no friction: that and nothing
-else, the equations written out (ab_sim/dynamics/planar.py has them). The same algorithm, tableau
-loop, bounds, counting of turns and rows as the package, on the package's own arrays, so that only
-what the assembly of effects leaves behind differs. Compiled with the options that serve it best:
-no reference counts, as it allocates nothing, and everything inlined.
+else, the equations written out for two balls (see ab_sim/dynamics/planar.py). The same algorithm,
+tableau loop, bounds, counting of turns and rows as the package, on the package's own arrays, so
+that only what the assembly of effects leaves behind differs. Compiled with the options that serve
+it best: no reference counts, as it allocates nothing, and everything inlined.
 """
 
-from math import cos, pi, sin
+from math import pi
 from typing import NamedTuple
 
 import numba
 
+from ab_sim.dynamics.cos_sin import cos_sin
+from ab_sim.dynamics.multiply_add import multiply_add
+from ab_sim.dynamics.system import MOBILITY
 from ab_sim.integrate.fixed_step import TWO_PI_REST
+from ab_sim.integrate.on_stack import scratch_of, trial_of
 
-HAND_COMPILED = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+BALLS, STATES = 2, 8
+OPTIONS = {"error_model": "numpy", "_nrt": False}
 
 
 class ThesisDrive(NamedTuple):
@@ -23,6 +28,7 @@ class ThesisDrive(NamedTuple):
     total_mass: float
     unbalance: float
     race_radius: float
+    race_curvature: float
     stiffness: float
     damping: float
     drag: float
@@ -32,19 +38,18 @@ class ThesisDrive(NamedTuple):
     """Spindle acceleration in the segment [rad/s^2]."""
 
 
-@numba.njit(**HAND_COMPILED)
+@numba.njit(forceinline=True, **OPTIONS)
 def thesis_derivatives(drive, balls, time, state, slope, scratch):  # type: ignore[no-untyped-def]
     """Slope of the state; returns the deck's acceleration A1, A2.
 
     Args:
         drive: a ThesisDrive.
-        balls: columns mass and radius.
+        balls: System.balls.
         time: local time in the segment [s].
         state, slope: u1, u2, v1, v2, angles, rates.
         scratch: shape (n, 3) or wider, overwritten.
     """
-    n = balls.shape[0]
-    R = drive.race_radius
+    n, R = BALLS, drive.race_radius
     w, al = drive.start_speed + drive.slope * time, drive.slope
     u1, u2, v1, v2 = state[0], state[1], state[2], state[3]
     f1 = -drive.damping * v1 - drive.stiffness * u1 + drive.unbalance * w * w
@@ -53,9 +58,9 @@ def thesis_derivatives(drive, balls, time, state, slope, scratch):  # type: igno
     d12 = d21 = 0.0
     for i in range(n):
         m, a, rate = balls[i, 0], balls[i, 1], state[4 + n + i]
-        c, s = cos(state[4 + i]), sin(state[4 + i])
+        c, s = cos_sin(state[4 + i])
         rolling = 0.4 * m
-        mobility = 1.0 / (m + rolling)
+        mobility = balls[i, MOBILITY]
         load = m * R * (w + rate) * (w + rate)
         lever = m * R - rolling * a
         g0 = (-drive.drag * (R * rate) - lever * al) * mobility
@@ -63,36 +68,39 @@ def thesis_derivatives(drive, balls, time, state, slope, scratch):  # type: igno
         g2 = -m * c * mobility
         f1 += load * c + m * R * al * s + m * s * g0
         f2 += load * s - m * R * al * c - m * c * g0
-        d11 -= m * s * g1
-        d12 -= m * s * g2
-        d21 += m * c * g1
-        d22 += m * c * g2
+        d11 = multiply_add(-m * s, g1, d11)
+        d12 = multiply_add(-m * s, g2, d12)
+        d21 = multiply_add(m * c, g1, d21)
+        d22 = multiply_add(m * c, g2, d22)
         scratch[i, 0] = g0
         scratch[i, 1] = g1
         scratch[i, 2] = g2
-    determinant = d11 * d22 - d12 * d21
-    A1 = (f1 * d22 - f2 * d12) / determinant
-    A2 = (f2 * d11 - f1 * d21) / determinant
+    inverse = 1.0 / (d11 * d22 - d12 * d21)
+    A1 = (f1 * d22 - f2 * d12) * inverse
+    A2 = (f2 * d11 - f1 * d21) * inverse
     slope[0] = v1 + w * u2
     slope[1] = v2 - w * u1
     slope[2] = A1 + w * v2
     slope[3] = A2 - w * v1
     for i in range(n):
         slope[4 + i] = state[4 + n + i]
-        slope[4 + n + i] = (scratch[i, 0] + scratch[i, 1] * A1 + scratch[i, 2] * A2) / R
+        g = multiply_add(scratch[i, 1], A1, scratch[i, 0])
+        slope[4 + n + i] = multiply_add(scratch[i, 2], A2, g) * drive.race_curvature
     return A1, A2
 
 
-@numba.njit(error_model="numpy", nogil=True, _nrt=False)
-def thesis_advance(drive, balls, weights, start, first, step, state, modes, work, rows):  # type: ignore[no-untyped-def]
+@numba.njit(nogil=True, **OPTIONS)
+def thesis_advance(drive, system, weights, start, first, step, state, modes, work, rows):  # type: ignore[no-untyped-def]
     """``ab_sim.integrate.fixed_step.advance`` for this drive; the arguments mean the same.
 
     Args:
+        system: the package's, of which only the balls' masses and radii are used.
         first: number of the first step.
         modes: only the turns, its last column, are used.
     """
-    slopes, trial, bounds, scratch = work.slopes, work.trial, work.bounds, work.scratch
-    n, states, stages = balls.shape[0], state.size, weights.b.size
+    slopes, bounds, balls = work.slopes, work.bounds, system.balls
+    trial, scratch = trial_of(system, work), scratch_of(system, work)
+    n, states, stages = BALLS, STATES, weights.b.size
     thesis_derivatives(drive, balls, first * step - start, state, slopes[0], scratch)
     for k in range(rows.shape[0]):
         begin = (first + k) * step - start
@@ -103,18 +111,18 @@ def thesis_advance(drive, balls, weights, start, first, step, state, modes, work
                 weight = weights.a[stage, earlier]
                 if weight != 0.0:
                     for j in range(states):
-                        trial[j] += weight * slopes[earlier, j]
+                        trial[j] = multiply_add(weight, slopes[earlier, j], trial[j])
             for j in range(states):
-                trial[j] = state[j] + step * trial[j]
+                trial[j] = multiply_add(step, trial[j], state[j])
             time = begin + weights.c[stage] * step
             thesis_derivatives(drive, balls, time, trial, slopes[stage], scratch)
         for j in range(states):
             trial[j] = 0.0
         for stage in range(stages):
             for j in range(states):
-                trial[j] += weights.b[stage] * slopes[stage, j]
+                trial[j] = multiply_add(weights.b[stage], slopes[stage, j], trial[j])
         for j in range(states):
-            trial[j] = state[j] + step * trial[j]
+            trial[j] = multiply_add(step, trial[j], state[j])
         for j in range(states):
             if not abs(trial[j]) < bounds[j]:
                 return k

@@ -18,12 +18,14 @@ from ab_sim.dynamics.system import (
     RADIUS,
     SPACING,
     TURNS,
+    Place,
     System,
     back_torque,
     ball_drag,
     ball_inertia,
     deck_force,
     gravity,
+    has_events,
     has_gravity,
     has_motor,
     loop_torque,
@@ -32,6 +34,7 @@ from ab_sim.dynamics.system import (
 )
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
+from ab_sim.spindle import Piece
 
 _DECK_STATES = ("u1", "u2", "v1", "v2")
 _MOTOR_STATES = ("spindle angle", "spindle speed", "speed loop's integral")
@@ -52,13 +55,19 @@ def system_of(scene: Scene, ledger: bool = False) -> System:
         unbalance=scene.eccentric_mass * eccentricity,
         eccentricity=eccentricity,
         race_radius=scene.race.radius,
+        race_curvature=1.0 / scene.race.radius,
         sag_x=sag_x,
         sag_y=sag_y,
     )
     turns = [reduced(angle)[1] for angle in start_angles(scene)]
-    balls = np.column_stack([scene.balls.masses, scene.balls.radii, turns])
+    masses, radii = scene.balls.masses, scene.balls.radii
+    pairs = zip(masses, radii, strict=True)
+    inertias = [m + ball_inertia(effects, Ball(m, a)) for m, a in pairs]
+    balls = np.column_stack([masses, radii, [1.0 / inertia for inertia in inertias], turns])
     kept = (Ledger(),) if ledger else ()
-    return System(body, balls, contacts_of(scene), effects, kept)
+    # Events make kernels so large that one for each number of balls would take too long to compile.
+    each = len(balls) if has_events(effects) else (None,) * len(balls)
+    return System(body, balls, contacts_of(scene), effects, kept, each)
 
 
 def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
@@ -217,3 +226,8 @@ def drag_rate(system: System) -> float:
     inertia = np.array([b.mass + ball_inertia(system.effects, b) for b in balls])
     coupled = np.diag(inertia) - np.outer(masses, masses) / body.total_mass
     return float(np.max(np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag))).real))
+
+
+def place_on(piece: Piece) -> Place:
+    """Where a kernel finds itself on a piece of a speed profile."""
+    return Place(piece.segment, reduced(piece.start_angle)[0])

@@ -1,11 +1,11 @@
 """One ball on the race: where it is, and its equation along the race before it is solved."""
 
-from math import cos, sin
-
 import numba
 
+from ab_sim.dynamics.cos_sin import cos_sin
 from ab_sim.dynamics.dispatch import COMPILED
 from ab_sim.dynamics.motion import Ball
+from ab_sim.dynamics.multiply_add import multiply_add
 from ab_sim.dynamics.scratch import (
     ACROSS,
     BEND,
@@ -29,6 +29,7 @@ from ab_sim.dynamics.system import (
     LOADED,
     MASS,
     RADIUS,
+    ball_count,
     ball_inertia,
     friction_coefficient,
     has_friction,
@@ -43,7 +44,7 @@ from ab_sim.dynamics.system import (
 @numba.njit(**COMPILED)
 def place_balls(system, state, scratch):  # type: ignore[no-untyped-def]
     """What follows from the balls' angles alone: normals, the race's shape, inertias."""
-    for i in range(system.balls.shape[0]):
+    for i in range(ball_count(system)):
         place_ball(system, i, state, scratch)
 
 
@@ -52,7 +53,7 @@ def place_ball(system, i, state, scratch):  # type: ignore[no-untyped-def]
     """``place_balls`` for ball i."""
     effects, R = system.effects, system.body.race_radius
     ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
-    c, s = cos(state[4 + i]), sin(state[4 + i])
+    c, s = cos_sin(state[4 + i])
     scratch[i, COS] = c
     scratch[i, SIN] = s
     inertia = ball.mass
@@ -89,6 +90,14 @@ def curve_at(system, i, scratch):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**COMPILED)
+def curvature_at(system, i, scratch):  # type: ignore[no-untyped-def]
+    """1 / ``curve_at`` [1/m]."""
+    if has_runout(system.effects):
+        return 1.0 / scratch[i, CURVE]
+    return system.body.race_curvature
+
+
+@numba.njit(**COMPILED)
 def rigid_lever(system, i, scratch):  # type: ignore[no-untyped-def]
     """m J r of ball i on the rotating axes [kg m], r its place from the shaft."""
     m, c, s = system.balls[i, MASS], scratch[i, COS], scratch[i, SIN]
@@ -103,7 +112,7 @@ def rotor_inertia(system, scratch):  # type: ignore[no-untyped-def]
     """Inertia of rotor and balls about the shaft, the balls at rest on the race [kg m^2]."""
     effects = system.effects
     total = rotor_moment(effects) + system.body.unbalance * system.body.eccentricity
-    for i in range(system.balls.shape[0]):
+    for i in range(ball_count(system)):
         ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
         h, x = place_from_shaft(system, i, scratch)
         total += ball.mass * (h * h + x * x)
@@ -140,7 +149,8 @@ def set_rows(system, i, friction, scratch):  # type: ignore[no-untyped-def]
 @numba.njit(**COMPILED)
 def path_acceleration(system, i, A1, A2, al, scratch):  # type: ignore[no-untyped-def]
     """g of ball i [m/s^2], or its path speed after an impact, from the eliminated equations."""
-    g = scratch[i, GAIN0] + scratch[i, GAIN1] * A1 + scratch[i, GAIN2] * A2
+    g = multiply_add(scratch[i, GAIN1], A1, scratch[i, GAIN0])
+    g = multiply_add(scratch[i, GAIN2], A2, g)
     if has_motor(system.effects):
         g += scratch[i, GAIN3] * al
     return g

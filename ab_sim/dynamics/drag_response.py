@@ -16,7 +16,7 @@ from ab_sim.dynamics.motion import Ball
 from ab_sim.dynamics.planar import accelerations
 from ab_sim.dynamics.rows import eliminate, lead
 from ab_sim.dynamics.scratch import COS, DRAG, INERTIA, LEADER, LEVER, PULL, ROW1, SIN
-from ab_sim.dynamics.system import MASS, RADIUS, ball_drag, has_drag, has_motor
+from ab_sim.dynamics.system import MASS, RADIUS, ball_count, ball_drag, has_drag, has_motor
 
 
 @numba.njit(**COMPILED)
@@ -29,7 +29,7 @@ def drag_response(system, state, modes, slope, scratch):  # type: ignore[no-unty
         slope: where f_I goes; zero but for the velocities' part.
         scratch: as ``place_balls`` has left it at the state's angles.
     """
-    n = system.balls.shape[0]
+    n = ball_count(system)
     drag_on_balls(system, state, modes, scratch)
     eliminate(system, modes, scratch)
     A1, A2, al = accelerations(system, 0.0, 0.0, 0.0, 0.0, scratch)
@@ -60,7 +60,7 @@ def drag_responses(system, modes, step, q, states, slopes, scratch):  # type: ig
         scratch: for each node, as ``place_balls`` has left it, one behind the other.
     """
     effects = system.effects
-    n, m = system.balls.shape[0], q.shape[0]
+    n, m = ball_count(system), q.shape[0]
     unknowns = 3 if has_motor(effects) else 2
     inertia, force = np.zeros((n, m, m)), np.zeros((n, m))
     rows = np.zeros((n, 3, m))
@@ -134,7 +134,7 @@ def drag_responses(system, modes, step, q, states, slopes, scratch):  # type: ig
 @numba.njit(**COMPILED)
 def drag_on_balls(system, state, modes, scratch):  # type: ignore[no-untyped-def]
     """Each ball's own equation if nothing but drag acts on it."""
-    n = system.balls.shape[0]
+    n = ball_count(system)
     for i in range(n):
         drag = 0.0
         if has_drag(system.effects):

@@ -25,6 +25,7 @@ from ab_sim.dynamics.scratch import (
 from ab_sim.dynamics.system import (
     MASS,
     RADIUS,
+    ball_count,
     ball_drag,
     ball_inertia,
     gravity,
@@ -68,7 +69,7 @@ def book(
     if not ledger:
         return
     body, effects = system.body, system.effects
-    n = system.balls.shape[0]
+    n = ball_count(system)
     c, s = spindle.cos, spindle.sin
     v1, v2 = state[2], state[3]
     if has_friction(effects):
@@ -130,7 +131,9 @@ def mechanical_energy(system: Any, deck: Deck, spindle: Spindle, angles: Any, ra
     energy -= body.total_mass * (g1 * u1 + g2 * u2) + body.unbalance * g1
     energy += deck_energy(effects, deck._replace(x=u1, y=u2))
     energy += space_energy(effects, Deck(c * u1 - s * u2, s * u1 + c * u2, 0.0, 0.0))
-    for (mass, radius, _), theta, rate in zip(system.balls, angles, rates, strict=True):
+    for (mass, radius), theta, rate in zip(
+        system.balls[:, [MASS, RADIUS]], angles, rates, strict=True
+    ):
         nc, ns = cos(theta), sin(theta)
         beyond, x, curve, _ = race_shape(effects, nc, ns)
         h, path = R + beyond, (R + curve) * rate

@@ -18,6 +18,8 @@ class Body(NamedTuple):
     """e [m]."""
     race_radius: float
     """R [m]."""
+    race_curvature: float
+    """1/R [1/m]: kernels multiply, as a division takes ten times as long."""
     sag_x: float
     sag_y: float
     """[m], where the deck hangs at rest, from the unloaded suspension, on axes fixed in space."""

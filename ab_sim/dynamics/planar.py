@@ -24,11 +24,10 @@ Each ball, or each row of balls in contact, is eliminated, which leaves two or t
 O(n), no linear-algebra library (the arrowhead of EQUATIONS.md).
 """
 
-from math import cos, sin
-
 import numba
 
 from ab_sim.dynamics.balls import (
+    curvature_at,
     curve_at,
     path_acceleration,
     place_ball,
@@ -38,9 +37,11 @@ from ab_sim.dynamics.balls import (
     set_rows,
     sliding_friction,
 )
+from ab_sim.dynamics.cos_sin import cos_sin
 from ab_sim.dynamics.dispatch import COMPILED, chosen_by
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.motion import Ball, Deck, Spindle
+from ab_sim.dynamics.multiply_add import multiply_add
 from ab_sim.dynamics.rows import eliminate_ball, eliminate_rows
 from ab_sim.dynamics.scratch import (
     BEND,
@@ -62,6 +63,7 @@ from ab_sim.dynamics.system import (
     MASS,
     RADIUS,
     back_torque,
+    ball_count,
     ball_drag,
     deck_force,
     felt_acceleration,
@@ -101,7 +103,7 @@ def derivatives(system, place, time, state, modes, slope, scratch):  # type: ign
         A1, A2 [m/s^2], the deck's specific force, and al [rad/s^2], the spindle's acceleration.
     """
     effects = system.effects
-    n = system.balls.shape[0]
+    n = ball_count(system)
     spindle = spindle_motion(system, place, time, state, modes)
     w = spindle.speed
     u1, u2, v1, v2 = state[0], state[1], state[2], state[3]
@@ -131,15 +133,15 @@ def derivatives(system, place, time, state, modes, slope, scratch):  # type: ign
 def _prescribed(system, place, time, state, modes):  # type: ignore[no-untyped-def]
     speed = segment_speed(place.segment, time)
     acceleration = felt_acceleration(system.effects, segment_acceleration(place.segment, time))
+    c, s = 1.0, 0.0
     if has_spindle_angle(system.effects):
-        psi = place.phase + segment_angle(place.segment, time)
-        return Spindle(speed, acceleration, cos(psi), sin(psi), 0.0, 0.0)
-    return Spindle(speed, acceleration, 1.0, 0.0, 0.0, 0.0)
+        c, s = cos_sin(place.phase + segment_angle(place.segment, time))
+    return Spindle(speed, acceleration, c, s, 0.0, 0.0)
 
 
 def _driven(system, place, time, state, modes):  # type: ignore[no-untyped-def]
     effects = system.effects
-    n = system.balls.shape[0]
+    n = ball_count(system)
     psi, speed, integral = state[4 + 2 * n], state[5 + 2 * n], state[6 + 2 * n]
     error = segment_speed(place.segment, time) - speed
     asked = given = loop_torque(effects, error, integral)
@@ -147,9 +149,10 @@ def _driven(system, place, time, state, modes):  # type: ignore[no-untyped-def]
         given = modes[n, DIRECTION] * torque_limit(effects)
     rate = integral_rate(effects, error, asked - given)
     torque = given - back_torque(effects, speed)
+    c, s = 1.0, 0.0
     if has_spindle_angle(effects):
-        return Spindle(speed, 0.0, cos(psi), sin(psi), torque, rate)
-    return Spindle(speed, 0.0, 1.0, 0.0, torque, rate)
+        c, s = cos_sin(psi)
+    return Spindle(speed, 0.0, c, s, torque, rate)
 
 
 spindle_motion = chosen_by(has_motor, _driven, _prescribed)
@@ -189,7 +192,7 @@ def suspension_force(system, state, spindle):  # type: ignore[no-untyped-def]
 def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyped-def]
     """Each ball's equation; the balls' pull on the deck and their torque on the spindle."""
     body, effects = system.body, system.effects
-    n = system.balls.shape[0]
+    n = ball_count(system)
     w, al, R = spindle.speed, spindle.acceleration, body.race_radius
     f1 = body.unbalance * w * w
     f2 = -body.unbalance * al
@@ -245,19 +248,20 @@ def accelerations(system, al, f1, f2, torque, scratch):  # type: ignore[no-untyp
     d13 = d31 = 0.0
     d23 = d32 = system.body.unbalance
     d33 = rotor_inertia(system, scratch) if has_motor(effects) else 1.0
-    for i in range(system.balls.shape[0]):
-        m, c, s = system.balls[i, MASS], scratch[i, COS], scratch[i, SIN]
-        d11 -= m * s * scratch[i, GAIN1]
-        d12 -= m * s * scratch[i, GAIN2]
-        d21 += m * c * scratch[i, GAIN1]
-        d22 += m * c * scratch[i, GAIN2]
-        f1 += m * s * scratch[i, GAIN0]
-        f2 -= m * c * scratch[i, GAIN0]
+    for i in range(ball_count(system)):
+        m = system.balls[i, MASS]
+        ms, mc = m * scratch[i, SIN], m * scratch[i, COS]
+        d11 = multiply_add(-ms, scratch[i, GAIN1], d11)
+        d12 = multiply_add(-ms, scratch[i, GAIN2], d12)
+        d21 = multiply_add(mc, scratch[i, GAIN1], d21)
+        d22 = multiply_add(mc, scratch[i, GAIN2], d22)
+        f1 = multiply_add(ms, scratch[i, GAIN0], f1)
+        f2 = multiply_add(-mc, scratch[i, GAIN0], f2)
         if has_motor(effects):
             r1, r2 = rigid_lever(system, i, scratch)
             lever = scratch[i, LEVER]
-            d13 += r1 - m * s * scratch[i, GAIN3]
-            d23 += r2 + m * c * scratch[i, GAIN3]
+            d13 += r1 - ms * scratch[i, GAIN3]
+            d23 += r2 + mc * scratch[i, GAIN3]
             d31 += r1 + lever * scratch[i, GAIN1]
             d32 += r2 + lever * scratch[i, GAIN2]
             d33 += lever * scratch[i, GAIN3]
@@ -270,9 +274,9 @@ def accelerations(system, al, f1, f2, torque, scratch):  # type: ignore[no-untyp
         d22 -= d23 * d32 / d33
         f1 -= d13 * torque / d33
         f2 -= d23 * torque / d33
-    determinant = d11 * d22 - d12 * d21
-    A1 = (f1 * d22 - f2 * d12) / determinant
-    A2 = (f2 * d11 - f1 * d21) / determinant
+    inverse = 1.0 / (d11 * d22 - d12 * d21)
+    A1 = (f1 * d22 - f2 * d12) * inverse
+    A2 = (f2 * d11 - f1 * d21) * inverse
     if has_motor(effects):
         al = (torque - d31 * A1 - d32 * A2) / d33
     return A1, A2, al
@@ -282,7 +286,7 @@ def accelerations(system, al, f1, f2, torque, scratch):  # type: ignore[no-untyp
 def move_balls(system, A1, A2, al, state, slope, scratch):  # type: ignore[no-untyped-def]
     """The balls' part of the state's derivative, once A and al are known."""
     effects = system.effects
-    n = system.balls.shape[0]
+    n = ball_count(system)
     for i in range(n):
         rate = state[4 + n + i]
         g = path_acceleration(system, i, A1, A2, al, scratch)
@@ -290,4 +294,4 @@ def move_balls(system, A1, A2, al, state, slope, scratch):  # type: ignore[no-un
         slope[4 + i] = rate
         if has_runout(effects):
             g -= scratch[i, BEND] * rate * rate
-        slope[4 + n + i] = g / curve_at(system, i, scratch)
+        slope[4 + n + i] = g * curvature_at(system, i, scratch)

@@ -23,6 +23,7 @@ from ab_sim.dynamics.scratch import (
 from ab_sim.dynamics.system import (
     MASS,
     ball_at,
+    ball_count,
     has_contact,
     has_friction,
     has_motor,
@@ -31,7 +32,7 @@ from ab_sim.dynamics.system import (
 
 
 def _normal_forces(system: Any, A1: float, A2: float, al: float, scratch: Any) -> None:
-    for i in range(system.balls.shape[0]):
+    for i in range(ball_count(system)):
         m = system.balls[i, MASS]
         outwards = A1 * scratch[i, COS] + A2 * scratch[i, SIN]
         force = scratch[i, LOAD] - m * outwards

@@ -26,7 +26,9 @@ from ab_sim.dynamics.system import (
     DIRECTION,
     JOINED,
     LOADED,
+    MOBILITY,
     ball_at,
+    ball_count,
     has_contact,
     has_friction,
     has_motor,
@@ -47,7 +49,7 @@ def eliminate_ball(system: Any, modes: Any, scratch: Any, i: int) -> None:
     if sticks(system, modes, i):
         _set_gain(system, scratch, i, 0.0, 0.0, 0.0, 0.0)
     else:
-        mobility = 1.0 / scratch[i, INERTIA]
+        mobility = system.balls[i, MOBILITY]
         scratch[i, GAIN0] = scratch[i, PULL] * mobility
         scratch[i, GAIN1] = scratch[i, ROW1] * mobility
         scratch[i, GAIN2] = scratch[i, ROW2] * mobility
@@ -73,7 +75,7 @@ def _rows_lead(system: Any, modes: Any, scratch: Any) -> None:
 
 @register_jitable(**COMPILED)
 def _each_leads(system: Any, modes: Any, scratch: Any) -> None:
-    for i in range(system.balls.shape[0]):
+    for i in range(ball_count(system)):
         scratch[i, LEADER] = -1 if sticks(system, modes, i) else i
 
 
@@ -116,7 +118,7 @@ def _row_by_row(system: Any, modes: Any, scratch: Any) -> None:
 
 
 def _one_by_one(system: Any, modes: Any, scratch: Any) -> None:
-    for i in range(system.balls.shape[0]):
+    for i in range(ball_count(system)):
         eliminate_ball(system, modes, scratch, i)
 
 

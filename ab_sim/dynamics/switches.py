@@ -31,6 +31,7 @@ from ab_sim.dynamics.system import (
     SPACING,
     TURNS,
     ball_at,
+    ball_count,
     friction_coefficient,
     has_contact,
     has_friction,
@@ -55,13 +56,13 @@ ROUNDING = 1e-12
 
 def slots(system: Any) -> int:
     """How many margins a system has."""
-    return 4 * system.balls.shape[0] + 2
+    return 4 * ball_count(system) + 2
 
 
 @numba.njit(**COMPILED)
 def friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain):  # type: ignore[no-untyped-def]
     """SLIDE, HOLD and LOAD."""
-    n = system.balls.shape[0]
+    n = ball_count(system)
     size = abs(A1) + abs(A2)
     for i in range(n):
         m = system.balls[i, MASS]
@@ -160,7 +161,7 @@ def margins(system, place, time, state, modes, A1, A2, al, scratch, margin, grai
         margin: where the margins go, shape (slots,).
         grain: where it goes what rounding may make of each, same shape.
     """
-    n = system.balls.shape[0]
+    n = ball_count(system)
     effects = system.effects
     margin[:] = NEVER
     grain[:] = 0.0
@@ -181,7 +182,7 @@ def margins(system, place, time, state, modes, A1, A2, al, scratch, margin, grai
 @numba.njit(**COMPILED)
 def margin_rate(system, state, slope, modes, slot, scratch):  # type: ignore[no-untyped-def]
     """Time derivative of a margin that is a speed or a distance; 0 for forces."""
-    n = system.balls.shape[0]
+    n = ball_count(system)
     if has_friction(system.effects) and slot < n and not sticks(system, modes, slot):
         return modes[slot, DIRECTION] * slope[4 + n + slot]
     if has_contact(system.effects) and TOUCH * n <= slot < MOTOR * n:
@@ -202,7 +203,7 @@ def parting_speed(system, state, k):  # type: ignore[no-untyped-def]
 @numba.njit(**COMPILED)
 def path_speed(system, state, i):  # type: ignore[no-untyped-def]
     """Speed of ball i along the race [m/s]."""
-    n = system.balls.shape[0]
+    n = ball_count(system)
     return path_radius(system, state, i) * state[4 + n + i]
 
 

@@ -4,13 +4,16 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
+from numba.core.types.containers import BaseTuple
+from numba.extending import overload
 
 from ab_sim.dynamics.dispatch import COMPILED, any_effect_has, forward, sum_over_effects
 from ab_sim.dynamics.motion import Body
 
 # Few arrays with columns, not many arrays: compiled code passes seven words for each.
-MASS, RADIUS, FIRST_TURNS = 0, 1, 2
-"""Columns of System.balls: m_i [kg]; a_i [m]; whole turns in the ball's angle at the start."""
+MASS, RADIUS, MOBILITY, FIRST_TURNS = 0, 1, 2, 3
+"""Columns of System.balls: m_i [kg]; a_i [m]; 1/mu_i [1/kg], what force along the race makes of a
+ball that rolls, if it does; whole turns in the ball's angle at the start."""
 ORDER, SPACING = 0, 1
 """Columns of System.contacts: the ball at this place of the row; the distance along the race from
 it to the next one in contact [m]."""
@@ -29,13 +32,30 @@ class System(NamedTuple):
 
     body: Body
     balls: np.ndarray
-    """Shape (n, 3), columns as above."""
+    """Shape (n, 4), columns as above."""
     contacts: np.ndarray
     """Neighbours along the race, shape (n, 2), columns as above; contact k lies between the balls
     at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""
     effects: tuple[Any, ...]
     ledger: tuple[Any, ...]
     """(Ledger(),) to keep one, else empty."""
+    each: int | tuple[None, ...]
+    """How many balls; as a tuple of as many None, the kernel is compiled for exactly this number
+    and keeps in registers what it knows of them."""
+
+
+def ball_count(system: System) -> int:
+    """n, a constant of the kernel where the system says so."""
+    return len(system.each) if isinstance(system.each, tuple) else system.each
+
+
+@overload(ball_count, jit_options=COMPILED, strict=False)
+def _ball_count(system):  # type: ignore[no-untyped-def]
+    kind = system.types[system.fields.index("each")]
+    if isinstance(kind, BaseTuple):
+        n = len(kind)
+        return lambda system: n
+    return lambda system: system.each
 
 
 @numba.njit(**COMPILED)

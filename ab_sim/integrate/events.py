@@ -14,7 +14,7 @@ from ab_sim.dynamics.dispatch import COMPILED, INLINED, chosen_by
 from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.settle import settle
 from ab_sim.dynamics.switches import margin_rate, margins
-from ab_sim.dynamics.system import has_events
+from ab_sim.dynamics.system import ball_count, has_events
 from ab_sim.integrate.one_step import one_step
 
 BOUNCES = 60
@@ -34,8 +34,8 @@ def _plain(system, weights, place, begin, length, state, modes, work):  # type: 
 def _with_events(system, weights, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
     slopes, trial, scratch = work.slopes, work.trial, work.scratch
     margin, grain = work.margin, work.grain
-    most = MOST_EVENTS + 40 * system.balls.shape[0]
-    bounces = BOUNCES + 20 * system.balls.shape[0]
+    most = MOST_EVENTS + 40 * ball_count(system)
+    bounces = BOUNCES + 20 * ball_count(system)
     now, rest = begin, length
     for count in range(most + 1):
         slot = trial_step(system, weights, place, now, rest, state, modes, work)

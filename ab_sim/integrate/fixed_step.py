@@ -9,9 +9,10 @@ from ab_sim.dynamics.dispatch import COMPILED, INLINED, chosen_by
 from ab_sim.dynamics.planar import derivatives, gravity_on_rotating_axes, spindle_motion
 from ab_sim.dynamics.settle import settle
 from ab_sim.dynamics.switches import margins
-from ab_sim.dynamics.system import TURNS, has_events, has_gravity, has_motor
+from ab_sim.dynamics.system import TURNS, ball_count, has_events, has_gravity, has_motor
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.events import step_over_events, within_bounds
+from ab_sim.integrate.on_stack import scratch_of, state_size
 from ab_sim.integrate.one_step import inlined_derivatives
 
 TWO_PI_REST = 2.4492935982947064e-16
@@ -39,8 +40,8 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
         How many steps were taken; fewer than asked for if the state left its bounds.
     """
     first, step, offset = clock
-    slopes, trial, scratch = work.slopes, work.trial, work.scratch
-    states = state.size
+    slopes, trial, scratch = work.slopes, work.trial, scratch_of(system, work)
+    states = state_size(system, state)
     enter(system, place, (first * step + offset) - start, state, modes, work)
     for k in range(rows.shape[0]):
         begin = ((first + k) * step + offset) - start
@@ -118,7 +119,7 @@ look = chosen_by(
 @numba.njit(**INLINED)
 def take_out_turns(system, state, modes):  # type: ignore[no-untyped-def]
     """Count whole turns of balls and spindle apart: an angle keeps its digits for ever."""
-    n = system.balls.shape[0]
+    n = ball_count(system)
     for i in range(n):
         unwind(state, 4 + i, modes, i)
     if has_motor(system.effects):
@@ -137,7 +138,7 @@ def unwind(state, at, modes, i):  # type: ignore[no-untyped-def]
 @numba.njit(**INLINED)
 def record(system, place, time, state, modes, A1, A2, row):  # type: ignore[no-untyped-def]
     """One row of a run's samples."""
-    n, states = system.balls.shape[0], state.size
+    n, states = ball_count(system), state_size(system, state)
     for j in range(states):
         row[j] = state[j]
     for i in range(n):

@@ -6,7 +6,9 @@ import numba
 from numba.extending import overload
 
 from ab_sim.dynamics.dispatch import INLINED, effect_class
+from ab_sim.dynamics.multiply_add import multiply_add
 from ab_sim.dynamics.planar import derivatives
+from ab_sim.integrate.on_stack import scratch_of, state_size, trial_of
 from ab_sim.integrate.sweeps import sweep_step
 from ab_sim.integrate.tableau import Weights
 
@@ -43,8 +45,8 @@ inlined_derivatives = numba.njit(**INLINED)(derivatives.py_func)
 @numba.njit(**INLINED)
 def explicit_step(weights, system, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
     """An explicit Runge-Kutta step."""
-    slopes, trial, scratch = work.slopes, work.trial, work.scratch
-    stages, states = weights.b.size, state.size
+    slopes, trial, scratch = work.slopes, trial_of(system, work), scratch_of(system, work)
+    stages, states = weights.b.size, state_size(system, state)
     for stage in range(1, stages):
         for j in range(states):
             trial[j] = 0.0
@@ -52,15 +54,15 @@ def explicit_step(weights, system, place, begin, length, state, modes, work):  #
             weight = weights.a[stage, earlier]
             if weight != 0.0:
                 for j in range(states):
-                    trial[j] += weight * slopes[earlier, j]
+                    trial[j] = multiply_add(weight, slopes[earlier, j], trial[j])
         for j in range(states):
-            trial[j] = state[j] + length * trial[j]
+            trial[j] = multiply_add(length, trial[j], state[j])
         time = begin + weights.c[stage] * length
         inlined_derivatives(system, place, time, trial, modes, slopes[stage], scratch)
     for j in range(states):
         trial[j] = 0.0
     for stage in range(stages):
         for j in range(states):
-            trial[j] += weights.b[stage] * slopes[stage, j]
+            trial[j] = multiply_add(weights.b[stage], slopes[stage, j], trial[j])
     for j in range(states):
-        trial[j] = state[j] + length * trial[j]
+        work.trial[j] = multiply_add(length, trial[j], state[j])

@@ -25,6 +25,7 @@ from ab_sim.dynamics.balls import place_balls
 from ab_sim.dynamics.dispatch import COMPILED
 from ab_sim.dynamics.drag_response import drag_response, drag_responses
 from ab_sim.dynamics.planar import derivatives
+from ab_sim.dynamics.system import ball_count
 
 DRAG_GRID = -np.concatenate([[0.0], np.logspace(-2, 6, 25)])
 """Drag rates times step for which growth is looked at."""
@@ -131,7 +132,7 @@ SWEEPS = sweeps_on("sweeps", 7, (1, 2, 3, 4, 4, 4, 4))
 def sweep_step(weights, system, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
     """One step of the method; see ``one_step``."""
     slopes, trial, scratch = work.slopes, work.trial, work.scratch
-    n, states, most = system.balls.shape[0], state.size, weights.nodes.shape[1]
+    n, states, most = ball_count(system), state.size, weights.nodes.shape[1]
     # Rows of slopes: f(y0); f_E at 0 and the nodes; at the nodes Y, f_I, and Y without f_I.
     known, at_node = 1, 2 + most
     response, bare = at_node + most, at_node + 2 * most

@@ -1,0 +1,67 @@
+"""The thesis' drive in C (c_kernel/thesis.c), built for a number of balls and a tableau."""
+
+import ctypes
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ab_sim.integrate.tableau import Tableau
+
+SOURCE = Path(__file__).with_name("c_kernel") / "thesis.c"
+FLAGS = ("-O3", "-march=native")
+
+
+class Drive(ctypes.Structure):
+    """``struct drive`` of thesis.c."""
+
+    _fields_ = [
+        (name, ctypes.c_double)
+        for name in (
+            "total_mass unbalance race_radius stiffness damping drag start_speed slope mass radius"
+        ).split()
+    ]
+
+
+def compiler() -> str:
+    """What builds it: gcc and its version.
+
+    Raises:
+        SystemExit: there is no gcc.
+    """
+    gcc = shutil.which("gcc")
+    if gcc is None:
+        sys.exit("gcc: not found; the C kernel is built with it (apt install gcc)")
+    first = subprocess.run([gcc, "--version"], capture_output=True, text=True, check=True).stdout
+    return f"{first.splitlines()[0]}, {' '.join(FLAGS)}"
+
+
+def build(tableau: Tableau, balls: int) -> ctypes.CDLL:
+    """The shared library for this tableau and number of balls."""
+    folder = Path(tempfile.mkdtemp(prefix="c_kernel-"))
+    a, b, c = tableau.weights
+    s = b.size
+
+    def numbers(values: np.ndarray) -> str:
+        return "{" + ", ".join(float(value).hex() for value in values) + "}"
+
+    lines = [
+        f"#define STAGES {s}",
+        f"static const double A_[{s}][{s}] = {{{', '.join(numbers(row) for row in a)}}};",
+        f"static const double B_[{s}] = {numbers(b)};",
+        f"static const double C_[{s}] = {numbers(c)};",
+    ]
+    (folder / "tableau.h").write_text("\n".join(lines) + "\n")
+    library = folder / "thesis.so"
+    command = ["gcc", *FLAGS, f"-DBALLS={balls}", f"-I{folder}", "-shared", "-fPIC"]
+    subprocess.run([*command, str(SOURCE), "-o", str(library), "-lm"], check=True)
+    loaded = ctypes.CDLL(str(library))
+    pointer, number = ctypes.POINTER(ctypes.c_double), ctypes.c_double
+    loaded.advance.argtypes = [
+        ctypes.POINTER(Drive), number, number, ctypes.c_long, pointer, pointer
+    ]  # fmt: skip
+    loaded.advance.restype = None
+    return loaded
