@@ -1,0 +1,5 @@
+"""Many runs at once: `simulate_batch`."""
+
+from ab_sim.batch.simulate import Batch, BatchRun, simulate_batch
+
+__all__ = ["Batch", "BatchRun", "simulate_batch"]

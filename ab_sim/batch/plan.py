@@ -1,0 +1,88 @@
+"""Merge the ways of eight runs along their speed profiles into one that all can go together."""
+
+import bisect
+import itertools
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ab_sim.dynamics.assemble import place_on
+from ab_sim.dynamics.lanes import LANES, leaves
+from ab_sim.dynamics.system import Place
+from ab_sim.integrate.side_by_side import Plan
+from ab_sim.integrate.workspace import aligned
+from ab_sim.spindle.segments import RampAndCosine
+from ab_sim.spindle.stretches import Stretch
+
+
+def merged(ways: Sequence[Sequence[Stretch]], step: float) -> tuple[Place, Plan]:
+    """One plan for eight runs, cut wherever one of them has a breakpoint.
+
+    Where a run has more parts of a step than another, the other takes parts of no length, which
+    change nothing.
+
+    Args:
+        ways: the stretches of each run, over the same steps.
+        step: s.
+
+    Returns:
+        A place as a pattern for the plan's places, and the plan.
+    """
+    rows = [row for doing in _between_cuts(ways) for row in _abreast(doing, step)]
+    alike = len({type(stretch.piece.segment) for _, _, lanes in rows for stretch in lanes}) == 1
+    numbers = np.array([_numbers(*row) for row in rows], np.int64)
+    places = [[_place(stretch, alike) for stretch in lanes] for _, _, lanes in rows]
+    times = [
+        [(stretch.piece.start, stretch.offset, stretch.length) for stretch in lanes]
+        for _, _, lanes in rows
+    ]
+    constants = [[leaves(place) for place in row] for row in places]
+    return places[0][0], Plan(numbers, _by_lane(constants), _by_lane(times))
+
+
+def _numbers(steps: int, finishes: bool, lanes: list[Stretch]) -> tuple[int, int, bool, bool]:
+    return lanes[0].first, steps, all(stretch.steps for stretch in lanes), finishes
+
+
+def _place(stretch: Stretch, alike: bool) -> Place:
+    place = place_on(stretch.piece)
+    return place if alike else place._replace(segment=RampAndCosine.of(place.segment))
+
+
+def _between_cuts(ways: Sequence[Sequence[Stretch]]) -> Iterator[list[list[Stretch]]]:
+    """From cut to cut, what each run does there: whole steps, or the parts of one."""
+    grouped = [
+        [list(group) for _, group in itertools.groupby(way, key=lambda stretch: stretch.first)]
+        for way in ways
+    ]
+    firsts = [[group[0].first for group in groups] for groups in grouped]
+    cuts = sorted(set().union(*firsts))
+    last = ways[0][-1]
+    for first, end in itertools.pairwise([*cuts, last.first + max(last.steps, 1)]):
+        doing = []
+        for starts, groups in zip(firsts, grouped, strict=True):
+            parts = groups[bisect.bisect_right(starts, first) - 1]
+            if parts[0].steps:
+                parts = [parts[0]._replace(first=first, steps=end - first)]
+            doing.append(parts)
+        yield doing
+
+
+def _abreast(doing: list[list[Stretch]], step: float) -> Iterator[tuple[int, bool, list[Stretch]]]:
+    """Rows of a plan: steps, whether they are finished then, and what each run does."""
+    most = max(len(parts) for parts in doing)
+    for k in range(most):
+        lanes = [
+            parts[k] if k < len(parts) else parts[-1]._replace(offset=step, length=0.0)
+            for parts in doing
+        ]
+        yield max(1, *(stretch.steps for stretch in lanes)), k + 1 == most, lanes
+
+
+def _by_lane(values: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:
+    """From (stretches, lanes, floats) to (stretches, floats, lanes)."""
+    table = np.array(values, float).transpose(0, 2, 1)
+    assert table.shape[-1] == LANES
+    array = aligned(table.shape)
+    array[:] = table
+    return array

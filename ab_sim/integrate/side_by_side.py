@@ -1,0 +1,121 @@
+"""Fixed steps of eight runs at once, each in a lane of its own; see dynamics.lanes."""
+
+from math import pi
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.lanes import as_lanes, spread, where_less
+from ab_sim.dynamics.system import TURNS, System, ball_count
+from ab_sim.integrate.compile_cache import compiled
+from ab_sim.integrate.fixed_step import TWO_PI_REST, record
+from ab_sim.integrate.on_stack import scratch_of, state_size
+from ab_sim.integrate.one_step import explicit_step, inlined_derivatives
+
+FIRST, STEPS, WHOLE, FINISHES = 0, 1, 2, 3
+"""Columns of a plan's stretches: steps taken before; steps, or 1 for the part of one; whether all
+runs take whole steps; whether its last part ends a step, which is then recorded."""
+START, OFFSET, LENGTH = 0, 1, 2
+"""Columns of the times of a stretch [s]: when its piece of the profile begins, where it begins in
+its step, and the length of each of its steps or parts."""
+
+
+class Plan(NamedTuple):
+    """Where the steps of eight runs go; see batch_plan."""
+
+    stretches: np.ndarray
+    """Integers, shape (stretches, 4), columns as above."""
+    places: np.ndarray
+    """The floats of each run's Place, shape (stretches, floats, 8)."""
+    times: np.ndarray
+    """Shape (stretches, 3, 8), columns as above."""
+
+
+class Runs(NamedTuple):
+    """What eight runs write to; the last axis of each array is theirs."""
+
+    state: np.ndarray
+    """Shape (states, 8)."""
+    modes: np.ndarray
+    """Turns taken out of the angles, in a column of their own: shape (n + 1, 4, 8)."""
+    sound: np.ndarray
+    """1 while a run is within its bounds, and how many steps it was: shape (2, 8)."""
+    rows: np.ndarray
+    """Shape (samples, states + 3, 8): see fixed_step.advance."""
+    slopes: np.ndarray
+    """The stepper's stages, shape (stages, states, 8)."""
+    trial: np.ndarray
+    """Shape (states, 8)."""
+    scratch: np.ndarray
+    """Shape (n, WIDTH, 8)."""
+
+
+class LaneArrays(NamedTuple):
+    """What one step writes to, as lanes; the same names as of a Workspace."""
+
+    slopes: Any
+    trial: Any
+    scratch: Any
+
+
+@compiled
+def advance_side_by_side(  # type: ignore[no-untyped-def]
+    system, place, weights, constants, plan, clock, runs
+):
+    """Take the steps of a plan with eight runs, recording every so many.
+
+    Args:
+        system: the System of one of the runs: the pattern for all. It is compiled for its number
+            of balls, and has no events.
+        place: a Place, the pattern of those in ``places``.
+        weights: a Runge-Kutta method's.
+        constants: (floats of body and effects, shape (floats, 8), see lanes.leaves; System.balls
+            of each run, shape (n, 3, 8); magnitudes that no sound run reaches, shape (states, 8)).
+        plan: a Plan.
+        clock: (step [s], how many steps from one recorded sample to the next).
+        runs: a Runs; state, modes and rows are the last and all states at the end.
+    """
+    step, every = clock
+    body, effects = spread((system.body, system.effects), as_lanes(constants[0]))
+    balls, bounds = as_lanes(constants[1]), as_lanes(constants[2])
+    drives = System(body, balls, system.contacts, effects, system.ledger, system.each)
+    state, modes, sound = as_lanes(runs.state), as_lanes(runs.modes), as_lanes(runs.sound)
+    work = LaneArrays(as_lanes(runs.slopes), as_lanes(runs.trial), as_lanes(runs.scratch))
+    places, times, rows = as_lanes(plan.places), as_lanes(plan.times), as_lanes(runs.rows)
+    slopes, scratch, states = work.slopes, scratch_of(drives, work), state_size(drives, state)
+    for s in range(plan.stretches.shape[0]):
+        first, finishes = plan.stretches[s, FIRST], plan.stretches[s, FINISHES]
+        whole = plan.stretches[s, WHOLE]
+        here = spread(place, places[s])
+        start, offset, length = times[s, START], times[s, OFFSET], times[s, LENGTH]
+        begin = (first * step + offset) - start
+        inlined_derivatives(drives, here, begin, state, modes, slopes[0], scratch)
+        for k in range(plan.stretches[s, STEPS]):
+            begin = ((first + k) * step + offset) - start
+            explicit_step(weights, drives, here, begin, length, state, modes, work)
+            for j in range(states):
+                state[j] = work.trial[j]
+                sound[0] = where_less(abs(state[j]), bounds[j], sound[0], 0.0)
+            take_out_turn(drives, state, modes)
+            end = begin + length
+            if whole:
+                # As a single run has it, to the last bit.
+                end = ((first + k + 1) * step + offset) - start
+            A1, A2, al = inlined_derivatives(drives, here, end, state, modes, slopes[0], scratch)
+            if finishes:
+                sound[1] += sound[0]
+                if (first + k + 1) % every == 0:
+                    row = (first + k + 1) // every - 1
+                    record(drives, here, end, state, modes, A1, A2, rows[row])
+
+
+@numba.njit(**INLINED)
+def take_out_turn(system, state, modes):  # type: ignore[no-untyped-def]
+    """``fixed_step.take_out_turns`` for lanes, in which a ball makes at most one turn per step."""
+    for i in range(ball_count(system)):
+        angle = state[4 + i]
+        turn = where_less(2.0 * pi, abs(angle), where_less(0.0, angle, 1.0, -1.0), 0.0)
+        state[4 + i] = (angle - turn * (2.0 * pi)) - turn * TWO_PI_REST
+        modes[i, TURNS] += turn

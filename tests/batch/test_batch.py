@@ -1,0 +1,170 @@
+"""Runs side by side against one Drive after the other."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_sim.batch import simulate_batch
+from ab_sim.batch.simulate import varied
+from ab_sim.drive import Drive
+from ab_sim.errors import InputError, SceneError
+from ab_sim.scene import Scene
+
+HOLD = {
+    "kind": "start_up",
+    "acceleration": 400.0,
+    "target_speed": 180.0,
+    "variable_speed_period": {"start_speed": 100.0, "duration": 0.05},
+}
+EVERYTHING_SMOOTH: dict[str, Any] = {
+    "suspension": None,
+    "unequal_suspension": {
+        "stiffness_1": 1000.0,
+        "stiffness_2": 1400.0,
+        "damping_1": 0.2,
+        "damping_2": 0.3,
+        "axis_angle": 0.4,
+    },
+    "hardening_suspension": {"cubic_stiffness": 1e8},
+    "gravity": {"tilt": 1.2, "direction": 0.7},
+    "race_runout": {"offset_1": 3e-4, "offset_2": -2e-4, "lobe": 2e-4, "lobe_angle": 0.3},
+    "accelerometer": {"noise_density": 1e-3},
+}
+
+
+def quick(scene: Any, **changes: Any) -> Scene:
+    """The thesis' drive with a start-up of half a second."""
+    made = scene(profile=HOLD, spindle={"max_acceleration": 1000.0}, duration=0.6, **changes)
+    assert isinstance(made, Scene)
+    return made
+
+
+def assert_equal_to_drives(base: Scene, variations: list[dict[str, Any]], every: int = 1) -> None:
+    batch = simulate_batch(base, variations, every)
+    assert len(batch.runs) == len(variations)
+    for run, scene in zip(batch.runs, varied(base, variations), strict=True):
+        assert run.failure == ""
+        assert run.scene == scene
+        alone = Drive(scene).advance(round(scene.duration / scene.solver.step))
+        assert run.trajectory.channels == alone.channels
+        expected = alone.samples[every - 1 :: every]
+        assert run.trajectory.samples.shape == expected.shape
+        scale = np.abs(alone.samples).max(axis=0) + 1e-12
+        assert (np.abs(run.trajectory.samples - expected) / scale).max() < 1e-10
+
+
+@pytest.mark.parametrize("balls", [0, 2])
+def test_every_scalar_may_vary(scene: Any, balls: int) -> None:
+    """Breakpoints fall anywhere within steps, and at other steps in every run."""
+    angles = [0.3 * i for i in range(balls)]
+    base = quick(scene, balls={"count": balls}, start={"ball_angles": angles})
+    variations = [
+        {
+            "rotor.eccentricity": 1e-4 * (1 + 0.02 * i),
+            "rotor.total_mass": 0.1 + 0.001 * i,
+            "effects.suspension.stiffness": 1000.0 + 7 * i,
+            "effects.suspension.damping": 0.2 + 0.01 * i,
+            "effects.viscous_drag.coefficient": 1.0 + 0.03 * i,
+            "race.radius": 0.01 + 1e-4 * i,
+            "start.ball_angles": [angle + 0.05 * i for angle in angles],
+            "profile.acceleration": 400.0 + 3.1 * i,
+            "profile.variable_speed_period.duration": 0.05 + 0.00037 * i,
+            "profile.target_speed": 180.0 - 0.7 * i,
+        }
+        for i in range(11)
+    ]
+    if balls:
+        for i, variation in enumerate(variations):
+            variation["balls.mass"] = 1e-3 * (1 + 0.03 * i)
+    assert_equal_to_drives(base, variations)
+
+
+def test_all_effects_that_are_smooth(scene: Any) -> None:
+    base = quick(scene, effects=EVERYTHING_SMOOTH, start={"ball_angles": [0.4, -0.7]})
+    variations: list[dict[str, Any]] = [
+        {
+            "effects.gravity.tilt": 0.3 * i,
+            "effects.hardening_suspension.cubic_stiffness": 1e8 * i,
+            "effects.unequal_suspension.axis_angle": 0.1 * i,
+            "effects.race_runout.lobe_angle": 0.2 * i,
+            "effects.accelerometer.seed": i,
+        }
+        for i in range(3)
+    ]
+    assert_equal_to_drives(base, variations)
+    assert_equal_to_drives(base, variations[:1], every=7)
+
+
+def test_a_raised_cosine_beside_ramps(scene: Any) -> None:
+    change = {"kind": "speed_change", "start_time": 0.1, "duration": 0.2, "to_speed": 130.0}
+    base = scene(start={"speed": 90.0}, profile=change, duration=0.4)
+    variations = [{"profile.start_time": 0.05 + 0.0203 * i} for i in range(9)]
+    assert_equal_to_drives(base, variations)
+
+
+def test_runs_that_differ_in_more_than_numbers_find_their_like(scene: Any) -> None:
+    base = quick(scene)
+    variations: list[dict[str, Any]] = [
+        {},
+        {"solver.step": 0.0005},
+        {"balls.count": 0},
+        {"duration": 0.3},
+        {"solver.stepper": "rk4"},
+    ]
+    assert_equal_to_drives(base, variations)
+
+
+def test_scenes_with_events_run_one_by_one_and_exactly(scene: Any) -> None:
+    base = quick(scene, effects={"rolling_friction": {"arm": 1e-6}})
+    batch = simulate_batch(base, [{}, {"balls.mass": 0.002}])
+    assert batch.side_by_side == 0
+    for run in batch.runs:
+        alone = Drive(run.scene).advance(600)
+        np.testing.assert_array_equal(run.trajectory.samples, alone.samples)
+
+
+def test_one_run_that_diverges_leaves_the_others_alone(scene: Any) -> None:
+    base = quick(scene, start={"ball_angles": [0.3, -0.5]})
+    wild = {"rotor.eccentricity": 0.9, "effects.viscous_drag.coefficient": 0.0, "start.speed": 99.0}
+    batch = simulate_batch(base, [{}, wild, {"balls.mass": 0.002}])
+    assert batch.side_by_side == 3
+    assert [bool(run.failure) for run in batch.runs] == [False, True, False]
+    bad = batch.runs[1]
+    assert "beyond all bounds at t = " in bad.failure
+    assert 0 < len(bad.trajectory) < 600
+    assert np.isfinite(bad.trajectory.samples).all()
+    for run in (batch.runs[0], batch.runs[2]):
+        np.testing.assert_allclose(
+            run.trajectory.ball_angles, Drive(run.scene).advance(600).ball_angles, atol=1e-10
+        )
+
+
+def test_order_of_results_counts_and_progress(scene: Any) -> None:
+    seen: list[tuple[int, int]] = []
+    variations = [{"balls.mass": 1e-3 + 1e-5 * i} for i in range(19)]
+    batch = simulate_batch(quick(scene), variations, 100, lambda *what: seen.append(what))
+    assert [run.scene.balls.mass for run in batch.runs] == [v["balls.mass"] for v in variations]
+    assert batch.side_by_side == 19
+    assert seen == [(8, 19), (16, 19), (19, 19)]
+    assert all(len(run.trajectory) == 6 for run in batch.runs)
+    assert batch.runs[0].trajectory["step"].tolist() == [100, 200, 300, 400, 500, 600]
+    assert batch.integration_seconds > 0.0
+
+
+@pytest.mark.parametrize(
+    ("variations", "every", "error", "says"),
+    [
+        ([], 1, InputError, "one mapping per run"),
+        ([{}], 0, InputError, "every = 0: must be at least 1"),
+        ([{}, {"balls.mas": 1.0}], 1, SceneError, "variation 1: balls.mas.*mass"),
+        ([{"balls.mass": float("nan")}], 1, SceneError, "variation 0: balls.mass"),
+        ([{"duration.long": 1.0}], 1, SceneError, "duration is a value"),
+        ([{"duration": 9e5, "solver.step": 1e-6}], 1, InputError, "keep fewer with every = "),
+    ],
+)
+def test_bad_input_is_told_before_anything_runs(
+    scene: Any, variations: Any, every: int, error: type[Exception], says: str
+) -> None:
+    with pytest.raises(error, match=says):
+        simulate_batch(quick(scene), variations, every)
