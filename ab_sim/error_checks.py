@@ -13,6 +13,8 @@ largest estimate of the run has been a half to one and a half times the largest 
 rounding is in both runs: estimates near 1e-12 are of rounding's size, not more.
 """
 
+import contextlib
+import itertools
 import math
 import time
 from collections import deque
@@ -20,6 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.deviation import deviation
 from ab_sim.drive import Drive
 from ab_sim.errors import DivergedError
 from ab_sim.scene.model import Scene
@@ -27,8 +30,8 @@ from ab_sim.trajectory import Trajectory
 
 WINDOW = 1000
 """Steps of the drive in a window: seconds, of a drive that turns once in some ten steps."""
-_FEWEST = 8
-"""Steps of half the length that are worth a call."""
+SLICE = 128
+"""Steps of half the length in a slice, of which calling them is then a small part."""
 
 
 class ErrorEstimate(NamedTuple):
@@ -43,15 +46,20 @@ class ErrorEstimate(NamedTuple):
 NONE_YET = ErrorEstimate(0.0, 0.0)
 
 
-class _Command(NamedTuple):
-    step: int
-    speed: float
+class _Part(NamedTuple):
+    """What the drive did in one call."""
 
-
-class _Sample(NamedTuple):
-    step: int
+    commands: tuple[float, ...]
+    """Given just before [rad/s]."""
+    first: int
+    """Number of the first step."""
     position: np.ndarray
     angles: np.ndarray
+
+    @property
+    def last(self) -> int:
+        """Number of the last step."""
+        return self.first + len(self.angles) - 1
 
 
 class ErrorChecks:
@@ -70,14 +78,32 @@ class ErrorChecks:
             raise ValueError(f"share = {share}: must be above 0, and at most 1")
         self._drive, self._most, self._longest = drive, share, longest
         self._shadow = Drive(half_step(drive), commanded=True)
-        self._per_step = math.inf
-        """CPU time of a shadow's step, call included, in the slices so far: slowly forgotten."""
+        self._per_step = 1e-9
+        """CPU time of a step of half the length [s], the dearest slice of late."""
         self.reset_counts()
 
     @property
     def share(self) -> float:
         """What checks have taken of all the work's CPU time so far."""
         return self._spent / max(self._spent + self._worked, 1e-9)
+
+    def warm_up(self, speed: float, steps: int) -> None:
+        """Go through all that checks call, and find out what it costs; then reset everything.
+
+        Args:
+            speed: for a command [rad/s].
+            steps: as the drive will be advanced by.
+        """
+        for _ in range(3):
+            self.reset()
+            with contextlib.suppress(DivergedError):
+                self.advance(steps)
+                self.command(speed)
+                while self._recorded() < SLICE:
+                    self.advance(steps)
+            self.check(SLICE)
+        self.reset()
+        self.reset_counts()
 
     def reset_counts(self) -> None:
         """Forget estimates, and times but for the cost of a step; a window begins anew."""
@@ -86,34 +112,36 @@ class ErrorChecks:
         self.checked = 0
         """Steps of the drive that have been done again."""
         self._spent = self._worked = 0.0
-        self._window: deque[_Command | _Sample] | None = None
+        self._window: deque[_Part] | None = None
+        self._commands: tuple[float, ...] = ()
         self._end = 0
         self._now = NONE_YET
 
     def command(self, speed: float) -> None:
         """``Drive.command``."""
         self._drive.command(speed)
-        if self._recording:
-            assert self._window is not None
-            self._window.append(_Command(self._drive.steps, speed))
+        self._commands = (*self._commands, speed)
 
     def advance(self, steps: int) -> Trajectory:
         """``Drive.advance``."""
         begin = time.thread_time()
         if self._window is None:
-            self._begin_window()
+            self._window = self._begin_window()
+            self._commands = ()  # The window begins with what they did.
+        recording, commands = self._recording, self._commands
         self._account(begin)
         taken = self._drive.advance(steps)
-        if len(taken) and self._recording:
-            assert self._window is not None
-            place = np.array([taken["x"][-1], taken["y"][-1]])
-            self._window.append(_Sample(self._drive.steps, place, taken.ball_angles[-1].copy()))
+        self._commands = ()
+        if len(taken) and recording:
+            place = np.column_stack([taken["x"], taken["y"]])
+            first = self._drive.steps - steps + 1
+            self._window.append(_Part(commands, first, place, taken.ball_angles))
         return taken
 
     def reset(self) -> None:
         """``Drive.reset``; estimates begin anew."""
         self._drive.reset()
-        self._window = None
+        self._window, self._commands = None, ()
         self.latest = self.largest = self._now = NONE_YET
 
     def work(self, seconds: float) -> None:
@@ -125,8 +153,14 @@ class ErrorChecks:
         """
         self._worked += seconds
         begin = time.thread_time()
-        steps = self._affordable()
-        if steps >= _FEWEST:
+        steps = int(min(SLICE, self._longest / self._per_step)) or 1
+        if self._recorded() < steps:
+            if self._recording:
+                return  # A whole slice will be there soon.
+            steps = self._recorded()
+        # So that spent + cost <= most (worked + spent + cost).
+        paid = self._most / (1.0 - self._most) if self._most < 1.0 else math.inf
+        if steps and self._spent + steps * self._per_step <= paid * self._worked:
             self.check(steps)
             self._account(begin)
 
@@ -137,7 +171,7 @@ class ErrorChecks:
         begin, before = time.thread_time(), self._shadow.steps
         try:
             while self._window and self._shadow.steps - before < steps:
-                self._check_on(before + steps)
+                self._check_on(self._window, before + steps)
         except DivergedError:
             # The drive itself is still sound, or this would not be called.
             self._found(ErrorEstimate(math.inf, math.inf))
@@ -145,10 +179,9 @@ class ErrorChecks:
             return
         done = self._shadow.steps - before
         self.checked += done // 2
-        if done >= _FEWEST:
-            cost = (time.thread_time() - begin) / done
-            # The dearest of late: what costs more than expected would break the bound.
-            self._per_step = cost if math.isinf(self._per_step) else max(cost, 0.9 * self._per_step)
+        if done:
+            # What costs more than expected would break the bound.
+            self._per_step = max((time.thread_time() - begin) / done, 0.9 * self._per_step)
         if not self._window and not self._recording:
             self.latest, self._now, self._window = self._now, NONE_YET, None
 
@@ -159,58 +192,52 @@ class ErrorChecks:
 
     @property
     def _recording(self) -> bool:
-        return self._window is not None and self._drive.steps <= self._end
+        return self._drive.steps < self._end
 
-    def _begin_window(self) -> None:
+    def _begin_window(self) -> deque[_Part]:
         kept = self._drive.snapshot()
         # Twice as many steps of half the length end at the same time to the last bit.
         kept = kept._replace(steps=2 * kept.steps, step=self._shadow.step, pickup=None)
         self._shadow.restore(kept)
-        self._window = deque()
         self._end = self._drive.steps + WINDOW
+        return deque()
 
-    def _affordable(self) -> int:
-        """Steps of half the length that the share pays for now."""
-        if self._window is None or not self._window:
+    def _recorded(self) -> int:
+        """Steps of half the length that can be done now."""
+        if not self._window:
             return 0
-        if math.isinf(self._per_step):
-            return _FEWEST
-        # spent + x <= most (worked + spent + x)
-        left = self._most * self._worked / max(1.0 - self._most, 1e-9) - self._spent
-        return int(min(left, self._longest) / self._per_step)
+        return 2 * self._window[-1].last - self._shadow.steps
 
     def _account(self, begin: float) -> None:
         self._spent += time.thread_time() - begin
 
-    def _check_on(self, last: int) -> None:
-        """Go to the next command, or through the samples before it, up to a step of the shadow."""
-        assert self._window is not None
-        if isinstance(self._window[0], _Command):
-            if 2 * self._window[0].step > self._shadow.steps:
-                self._go(min(2 * self._window[0].step, last), [])
-            else:
-                self._shadow.command(self._window.popleft().speed)  # type: ignore[union-attr]
-            return
-        samples: list[_Sample] = []
-        while self._window and isinstance(self._window[0], _Sample):
-            if samples and 2 * self._window[0].step > last:
+    def _check_on(self, window: deque[_Part], last: int) -> None:
+        """Go on to the next command, at most to a step of the shadow, and compare."""
+        for speed in window[0].commands:
+            self._shadow.command(speed)
+        window[0] = window[0]._replace(commands=())
+        parts = [window[0]]
+        for part in itertools.islice(window, 1, None):
+            if part.commands or 2 * parts[-1].last >= last:
                 break
-            samples.append(self._window.popleft())  # type: ignore[arg-type]
-        if 2 * samples[-1].step > last:
-            self._window.appendleft(samples.pop())
-        self._go(min(2 * samples[-1].step if samples else last, last), samples)
-
-    def _go(self, until: int, samples: list[_Sample]) -> None:
-        first = self._shadow.steps
-        taken = self._shadow.advance(until - first)
-        if not samples:
-            return
-        rows = [2 * sample.step - first - 1 for sample in samples]
-        angles = np.abs(taken.ball_angles[rows] - np.array([s.angles for s in samples]))
-        places = np.array([s.position for s in samples])
-        apart = np.hypot(taken["x"][rows] - places[:, 0], taken["y"][rows] - places[:, 1])
-        unit = self._drive.scene.whirl_unit
-        self._found(ErrorEstimate(float(angles.max(initial=0.0)), float(apart.max()) / unit))
+            parts.append(part)
+        begin, until = self._shadow.steps, min(2 * parts[-1].last, last)
+        taken = self._shadow.advance(until - begin)
+        # Steps of the drive that the shadow has now reached and gone past.
+        lowest, highest = begin // 2 + 1, until // 2
+        if lowest <= highest:
+            same = slice(2 * lowest - begin - 1, 2 * highest - begin, 2)
+            own = slice(lowest - parts[0].first, highest - parts[0].first + 1)
+            found = deviation(
+                np.column_stack([taken["x"], taken["y"]])[same],
+                taken.ball_angles[same],
+                np.concatenate([part.position for part in parts])[own],
+                np.concatenate([part.angles for part in parts])[own],
+                self._drive.scene.whirl_unit[0],
+            )
+            self._found(ErrorEstimate(found.angle, found.whirl))
+        while window and 2 * window[0].last <= until:
+            window.popleft()
 
     def _found(self, error: ErrorEstimate) -> None:
         self._now = ErrorEstimate(*map(max, self._now, error))

@@ -83,6 +83,8 @@ class Price(NamedTuple):
     """s."""
     measured: Deviation
     """Largest error over the scene's run, without safety factor; the reference's is included."""
+    unit: str
+    """Of the whirl's error: e, or R, the race's radius."""
     seconds: float
     """CPU time per simulated second, as measured when the choice was made."""
 
@@ -92,7 +94,7 @@ class Price(NamedTuple):
         measured, asked = [], []
         for wish, error, unit in (
             (self.asked.angle, self.measured.angle, "rad"),
-            (self.asked.whirl, self.measured.whirl, "e"),
+            (self.asked.whirl, self.measured.whirl, self.unit),
         ):
             if wish is not None:
                 measured.append(f"{error:.1e} {unit}")
@@ -104,10 +106,11 @@ class Price(NamedTuple):
         )
 
     def report(self) -> dict[str, Any]:
-        """The same as JSON-able values, SI units, the whirl in e."""
+        """The same as JSON-able values, SI units, the whirl in ``whirl_unit``."""
         return {
             "asked": self.asked.model_dump(exclude_none=True),
             "measured": {"angle": self.measured.angle, "whirl": self.measured.whirl},
+            "whirl_unit": self.unit,
             "safety_factor": SAFETY,
             "cpu_seconds_per_simulated_second": self.seconds,
             "reason": self.reason,
@@ -129,10 +132,16 @@ def cheapest(scene: Scene, run: Run, period: float | None = None) -> tuple[Scene
     """
     search = _Search(scene, run, period)
     tried = search.settle()
-    measured = search.error(tried)
     assert scene.accuracy is not None
-    seconds = tried.seconds / search.length
-    return tried.scene, Price(scene.accuracy, tried.stepper.name, tried.step, measured, seconds)
+    price = Price(
+        scene.accuracy,
+        tried.stepper.name,
+        tried.step,
+        search.error(tried),
+        scene.whirl_unit[1],
+        tried.seconds / search.length,
+    )
+    return tried.scene, price
 
 
 @dataclass
@@ -235,7 +244,7 @@ class _Search:
             f"{_rounded_up(SAFETY * found):g} {unit}"
             for key, wish, found, unit in (
                 ("angle", self.asked.angle, error.angle, "rad"),
-                ("whirl", self.asked.whirl, error.whirl, "e"),
+                ("whirl", self.asked.whirl, error.whirl, self.scene.whirl_unit[1]),
             )
             if wish is not None and SAFETY * found > wish
         ]
@@ -348,7 +357,7 @@ class _Search:
             one.samples.angles[a - 1 :: a],
             other.samples.position[b - 1 :: b],
             other.samples.angles[b - 1 :: b],
-            self.scene.whirl_unit,
+            self.scene.whirl_unit[0],
         )
 
     def _share(self, error: Deviation) -> float:

@@ -177,7 +177,7 @@ class Solver(Section):
 
 
 class Accuracy(Section):
-    """The error that a run may have, instead of a solver: largest over the run, as ``Deviation``."""
+    """The error that a run may have, its largest one: asked for instead of a solver."""
 
     angle: Number | None = quantity(
         "error of any ball's angle from the unbalance", "rad", gt=0, le=10.0, default=None
@@ -238,9 +238,13 @@ class Scene(Section):
         return None if suspension is None else math.sqrt(suspension.stiffness / self.total_mass)
 
     @property
-    def whirl_unit(self) -> float:
-        """What errors of the whirl are counted in [m]: e, or the race's radius if e = 0."""
-        return self.rotor.eccentricity or self.race.radius
+    def whirl_unit(self) -> tuple[float, str]:
+        """What errors of the whirl are counted in: its length [m], and its symbol.
+
+        The eccentricity e, or the race's radius R if e = 0.
+        """
+        e = self.rotor.eccentricity
+        return (e, "e") if e > 0 else (self.race.radius, "R")
 
     def as_mapping(self) -> dict[str, Any]:
         """The scene as nested plain values, which ``check_scene`` reads back to an equal scene."""
