@@ -87,6 +87,11 @@ class ErrorChecks:
         """What checks have taken of all the work's CPU time so far."""
         return self._spent / max(self._spent + self._worked, 1e-9)
 
+    @property
+    def checked(self) -> int:
+        """Steps of the drive that have been done again."""
+        return self._halves // 2
+
     def warm_up(self, speed: float, steps: int) -> None:
         """Go through all that checks call, and find out what it costs; then reset everything.
 
@@ -109,8 +114,7 @@ class ErrorChecks:
         """Forget estimates, and times but for the cost of a step; a window begins anew."""
         self.latest = NONE_YET
         self.largest = NONE_YET
-        self.checked = 0
-        """Steps of the drive that have been done again."""
+        self._halves = 0
         self._spent = self._worked = 0.0
         self._window: deque[_Part] | None = None
         self._commands: tuple[float, ...] = ()
@@ -178,7 +182,7 @@ class ErrorChecks:
             self._window = None
             return
         done = self._shadow.steps - before
-        self.checked += done // 2
+        self._halves += done
         if done:
             # What costs more than expected would break the bound.
             self._per_step = max((time.thread_time() - begin) / done, 0.9 * self._per_step)

@@ -173,7 +173,7 @@ class _Search:
         # How much longer steps of rk8 could be if it were not for the drag.
         self._drag_costs = largest_step(RK8, beside_drag)[0] / self._longest[RK8.name]
         self._first: Stepper = SWEEPS if self._drag_costs >= _DRAG_RULES else RK8
-        longest = min(self._longest[self._first.name], 1.0)
+        longest = min(max(self._longest.values()), 1.0)
         base = period or 10.0 ** max(math.ceil(math.log10(longest) - 1e-9), -6)
         self._base = round(1e9 * base)
         """ns: the longest step; all others are parts of it."""
