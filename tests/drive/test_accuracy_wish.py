@@ -32,7 +32,7 @@ SHORT = {
     "no-ball": ["start.speed=80", "duration=0.7"],
     "weak-motor": ["duration=0.6"],
     "five-balls-8000-rpm": ["start.speed=220", "duration=0.3"],
-    "on-edge": ["start.speed=80", "duration=0.6"],
+    "on-edge": ["start.speed=80", "duration=0.4"],
     # Until the balls meet: the reference has impacts on round races only.
     "everything": ["duration=0.3"],
     # At constant speed, before the speed changes along a curve that the reference does not know.
