@@ -9,7 +9,7 @@ errors have the time to grow at a resonance, and to decay where damping forgets 
 What it is not: the error since the start. What had been made before a window began is not in it,
 and a run that never forgets, without damping, has the sum of all windows' errors, seen or not.
 Where checks keep up with the drive, windows are ``WINDOW`` steps long, which is usually longer than
-what the drive remembers: on ten scenes and three methods the largest estimate of a run was 0.37 to
+what the drive remembers: on ten scenes and three methods the largest estimate of a run was 0.35 to
 1.0 times its largest true error. Where the share allows less, windows are shorter, so that one is
 begun every ``WINDOW`` steps at least; they see less of what accumulates: take the estimate for a
 lower bound then. And rounding is in both runs: an estimate near 1e-12 is of rounding's size.
