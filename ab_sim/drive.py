@@ -1,6 +1,7 @@
 """One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
 
 import math
+import time
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.fixed_step import acceleration_at, advance
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.observation import Energy, Observation, Snapshot
+from ab_sim.price import Price, Sampled, cheapest
 from ab_sim.rows import BEYOND_STATES, Rows, follow
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
@@ -35,23 +37,36 @@ class Drive:
     same commands at the same steps give bit-identical outputs, however the steps are grouped.
 
     Args:
-        scene: what to simulate.
+        scene: what to simulate. One that asks for an accuracy is measured first, see ``priced``;
+            the attribute ``scene`` has the solver found, and ``price`` what it costs.
         commanded: hold the scene's start speed until commanded, instead of its profile.
         ledger: also integrate motor work and losses, for ``energy()``.
+        period: s; a step chosen for an accuracy goes into it a whole number of times.
 
     Raises:
-        SceneError: unknown stepper, or a step beyond the stability limit.
+        SceneError: unknown stepper, a step beyond the stability limit, or an accuracy that cannot
+            be had.
     """
 
-    def __init__(self, scene: Scene, *, commanded: bool = False, ledger: bool = False) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        commanded: bool = False,
+        ledger: bool = False,
+        period: float | None = None,
+    ) -> None:
         if ledger and "spindle_acceleration" not in scene.effects:
             raise SceneError(
                 "a ledger needs the effect spindle_acceleration: without it the equations leave "
                 "out what the motor's torque does, and no energy balance can close"
             )
+        scene, self.price = priced(scene, period)
         self.scene = scene
         self.system = system_of(scene, ledger)
         self.choice = choose_stepper(scene, self.system)
+        if self.price is not None:
+            self.choice = self.choice._replace(reason=self.price.reason)
         self.stepper = self.choice.stepper
         self.step = scene.solver.step
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
@@ -316,3 +331,34 @@ class Drive:
             motor_torque=torque if self._has_motor else math.nan,
             accelerometer=None if self._rows.pickup is None else self._rows.pickup.reading,
         )
+
+
+def priced(scene: Scene, period: float | None = None) -> tuple[Scene, Price | None]:
+    """The scene with a solver: where it asks for an accuracy, the cheapest that delivers it.
+
+    That is measured on the scene's own run, from its start over its profile and duration; the
+    commands that a live drive may get instead are not known.
+
+    Args:
+        scene: a scene; if it asks for no accuracy it is returned as it is, with no price.
+        period: s; the step goes into it a whole number of times.
+
+    Raises:
+        SceneError: what is asked for cannot be had; says what can.
+        DivergedError: the scene's run diverges with every step.
+    """
+    return (scene, None) if scene.accuracy is None else cheapest(scene, _timed_run, period)
+
+
+def _timed_run(scene: Scene, steps: int, every: int) -> Sampled:
+    drive = Drive(scene)
+    piece = every * max(1, 10_000 // every)
+    positions, angles, seconds = [], [], 0.0
+    while drive.steps < steps:
+        begin = time.thread_time()
+        taken = drive.advance(min(piece, steps - drive.steps))
+        seconds += time.thread_time() - begin
+        kept = slice(every - 1, None, every)
+        positions.append(np.column_stack([taken["x"], taken["y"]])[kept])
+        angles.append(taken.ball_angles[kept].copy())
+    return Sampled(np.concatenate(positions), np.concatenate(angles), seconds)

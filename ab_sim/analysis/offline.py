@@ -10,6 +10,7 @@ from ab_sim.analysis.startup import peak_whirl, settling_period
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError
 from ab_sim.observation import Observation
+from ab_sim.price import Price
 from ab_sim.scene.model import Scene
 from ab_sim.trajectory import Trajectory
 
@@ -22,6 +23,7 @@ class OfflineRun:
     """A finished run."""
 
     scene: Scene
+    """With the solver that was found, if an accuracy was asked for."""
     trajectory: Trajectory
     """Every integration step, the start included."""
     samples: tuple[Observation, ...]
@@ -34,6 +36,8 @@ class OfflineRun:
     """Events located: reversals, sticking, release, impacts, limits of the motor."""
     crowded_steps: int
     """Steps with too many events to locate them all."""
+    price: Price | None
+    """How the solver was found, if an accuracy was asked for."""
 
     def report(self) -> dict[str, Any]:
         """Everything as JSON-able values, SI units: see ``ab-sim run --help``."""
@@ -48,6 +52,7 @@ class OfflineRun:
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
             "stepper": self.stepper,
             "step": self.scene.solver.step,
+            "accuracy": None if self.price is None else self.price.report(),
             "events": self.events,
             "crowded_steps": self.crowded_steps,
             "duration": float(self.trajectory["time"][-1]),
@@ -101,13 +106,14 @@ def run_scene(
         if progress is not None and len(newest):
             progress(drive, newest)
     return OfflineRun(
-        scene,
+        drive.scene,
         Trajectory.join(taken),
         tuple(samples[time] for time in times),
         drive.profile.variable_speed_period,
         drive.stepper.name,
         drive.events,
         drive.crowded_steps,
+        drive.price,
     )
 
 

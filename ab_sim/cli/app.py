@@ -28,7 +28,9 @@ SetOption = Annotated[
         "--set",
         metavar="KEY=VALUE",
         help="Change a value of the scene, e.g. balls.mass=0.002 or "
-        "effects.viscous_drag.coefficient=2; an empty value removes the key. Repeatable.",
+        "effects.viscous_drag.coefficient=2; an empty value removes the key. accuracy.angle=1e-9 "
+        "[rad] or accuracy.whirl=1e-6 [e] asks for an error instead of the scene's solver: the "
+        "cheapest stepper and step measured to deliver it are taken. Repeatable.",
     ),
 ]
 
@@ -81,7 +83,8 @@ def run(
 
     The JSON has `samples` (one per requested time, each with t, psi, omega, u, v, x, y, vx, vy,
     whirl, theta, ball_rate, stuck, and where the scene has them motor_torque, accelerometer),
-    peak_whirl_over_e, peak_time, settling_period, events, crowded_steps, and what was run.
+    peak_whirl_over_e, peak_time, settling_period, events, crowded_steps, and what was run; where
+    the scene asks for an accuracy, what was measured and what it costs.
     Exit codes: 0 done, 2 bad input, 3 diverged.
     """
     from json import dumps as quoted
@@ -116,7 +119,11 @@ def effects(
 
 @app.command()
 def check(scene: SceneArgument, change: SetOption = None) -> None:
-    """Check a scene and say what it would simulate, without running it."""
+    """Check a scene and say what it would simulate, without running it.
+
+    But for one that asks for an accuracy: what delivers it, and at what price, is measured on runs
+    of the scene, which takes a moment, and the first time some seconds more to compile it.
+    """
     from ab_sim.cli.tables import print_check
 
     print_check(scene, change or [])

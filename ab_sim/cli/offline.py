@@ -38,7 +38,7 @@ def run_command(
     if plot is not None:
         from ab_sim.plots import startup_figure
 
-        startup_figure(result.trajectory, scene, plot, result.variable_speed_period)
+        startup_figure(result.trajectory, result.scene, plot, result.variable_speed_period)
     if rrd is not None:
         _record(result, rrd)
     people.print(_summary(result, report))
@@ -72,7 +72,8 @@ def _progress(scene: Scene) -> Iterator[Any]:
         TextColumn("{task.fields[state]}"),
     )
     with Progress(*columns, console=people, transient=True) as bar:
-        task = bar.add_task(f"{scene.name} (compiling)", total=scene.duration, state="")
+        begins = "compiling" if scene.accuracy is None else "compiling, measuring accuracy"
+        task = bar.add_task(f"{scene.name} ({begins})", total=scene.duration, state="")
 
         def update(drive: Drive, newest: Trajectory) -> None:
             state = f"{newest['speed'][-1]:6.1f} rad/s"
@@ -84,7 +85,7 @@ def _progress(scene: Scene) -> Iterator[Any]:
 def _record(result: OfflineRun, path: Path) -> None:
     from ab_sim.recording import Recording
 
-    with Recording(path, description=describe(result.scene)) as recording:
+    with Recording(path, description=describe(result.scene, result.price)) as recording:
         samples = result.trajectory.samples
         for first in range(0, len(samples), 10_000):
             recording.block(result.trajectory.channels, samples[first : first + 10_000])
@@ -106,6 +107,8 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
     asked = f" of {command:.4g} commanded" if "motor" in result.scene.effects else ""
     table.add_row("final speed", f"{speed:.4g}{asked} rad/s")
     table.add_row("stepper", f"{report['stepper']}, {report['step']:g} s")
+    if result.price is not None:
+        table.add_row("accuracy", result.price.reason)
     if result.events:
         crowded = result.crowded_steps
         lost = f"; too many to locate them all in {crowded} steps" if crowded else ""

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from rich.console import Console
 from rich.table import Table
 
+from ab_sim.cli.outputs import people
+from ab_sim.drive import priced
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.effects.accelerometer import steps_per_sample
 from ab_sim.errors import InputError, nearest
@@ -58,6 +60,10 @@ def _short(value: float | None) -> str:
 def print_check(name: str, changes: list[str]) -> None:
     """What a scene would simulate."""
     scene = load_scene(name, changes)
+    price = None
+    if scene.accuracy is not None:
+        with people.status(f"measuring what delivers the accuracy of {scene.name}"):
+            scene, price = priced(scene)
     # Not a Drive: making one compiles its kernel, which takes half a minute the first time.
     system = system_of(scene)
     choice = choose_stepper(scene, system)
@@ -81,9 +87,13 @@ def print_check(name: str, changes: list[str]) -> None:
         table.add_row(*row)
     table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
     stepper, reason, longest, limited_by = choice
+    if price is not None:
+        reason = "the cheapest measured to be accurate enough"
     table.add_row("stepper", f"{stepper.name} (order {stepper.order}), {reason}")
     limit = f", at most {longest:g} s for {limited_by}" if limited_by else ""
     table.add_row("step", f"{scene.solver.step:g} s{limit}")
+    if price is not None:
+        table.add_row("accuracy", price.reason)
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)
     console.print(table)

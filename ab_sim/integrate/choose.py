@@ -26,8 +26,14 @@ def choose_stepper(scene: Scene, system: System) -> Choice:
     """The stepper that a scene names, or the one that its drag calls for if it leaves that open.
 
     Raises:
-        SceneError: unknown stepper, or the step is beyond its stability limit.
+        SceneError: unknown stepper, the step is beyond its stability limit, or the scene asks for
+            an accuracy instead.
     """
+    if scene.accuracy is not None:
+        raise SceneError(
+            "accuracy: has to be turned into a stepper and a step first, which takes runs of the "
+            "scene; `Drive` does that, and its `scene` has them"
+        )
     step, name = scene.solver.step, scene.solver.stepper
     rates = linear_rates(system, scene.spindle.max_speed)
     beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}

@@ -16,17 +16,21 @@ from ab_msgs_py.samples import ACCELEROMETER, clock_message, command_of, descrip
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
 from ab_sim.description import describe
 from ab_sim.drive import Drive
+from ab_sim.error_checks import ErrorChecks
 from ab_sim.errors import CommandError, DivergedError
 from ab_sim.integrate.registry import AUTO
 from ab_sim.nodes.pacing import Pacer
 from ab_sim.nodes.parameters import declare, whole_ratio
 from ab_sim.nodes.process import run_node
+from ab_sim.price import share_of
 from ab_sim.scene import load_scene
 from ab_sim.trajectory import Trajectory
 
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
+LONGEST_CHECK = 0.25
+"""Of the time between two wake-ups, the most that a check of the error may take at one of them."""
 
 
 class DriveSim(Node):
@@ -38,11 +42,13 @@ class DriveSim(Node):
             declare(self, "scene", "thesis-hold", "name or YAML file of the scene to simulate"),
             filter(None, declare(self, "changes", [""], "changes to the scene, each key=value")),
         )
-        self.drive = Drive(scene, commanded=True)
-        step = self.drive.step
         wake = declare(
             self, "wake_rate", 250.0, "wake-ups, each publishing once", "1/s", (1.0, 2000.0)
         )
+        if scene.accuracy is not None:
+            self.get_logger().info(f"{scene.name}: measuring what delivers the accuracy asked for")
+        self.drive = Drive(scene, commanded=True, period=1.0 / wake)
+        scene, step = self.drive.scene, self.drive.step
         blocks = declare(self, "block_rate", 50.0, "blocks of samples", "1/s", (0.1, 1000.0))
         patience = declare(
             self, "patience", 0.5, "lag beyond which steps are dropped", "s", (0.01, 60.0)
@@ -50,6 +56,18 @@ class DriveSim(Node):
         catch_up = declare(
             self, "catch_up", 10.0, "most steps at one wake-up, in wake-ups", "1", (1.0, 1e4)
         )
+        share = declare(
+            self,
+            "error_checks",
+            0.05,
+            "most of the loop's CPU time that estimating the error may take; 0: no estimate",
+            "1",
+            (0.0, 0.5),
+        )
+        self._checks: ErrorChecks | None = None
+        if share > 0:
+            self._checks = ErrorChecks(self.drive, share, longest=LONGEST_CHECK / wake)
+        self._stepped: Drive | ErrorChecks = self._checks or self.drive
         self._paused = declare(self, "start_paused", False, "wait for ~/pause with false")
         self._per_wake = whole_ratio(1.0 / wake, step, "period of wake_rate over the scene's step")
         self._per_block = whole_ratio(1.0 / blocks, 1.0 / wake, "period of block_rate")
@@ -82,8 +100,9 @@ class DriveSim(Node):
 
         self._warm_up()
         # Latched, and only now: who has read it knows that the drive is ready.
-        self._description.publish(description_message(describe(scene)))
-        reason = f" ({self.drive.choice.reason})" if scene.solver.stepper == AUTO else ""
+        self._description.publish(description_message(describe(scene, self.drive.price)))
+        chosen = scene.solver.stepper == AUTO or self.drive.price is not None
+        reason = f" ({self.drive.choice.reason})" if chosen else ""
         self.get_logger().info(
             f"{scene.name}: {scene.balls.count} balls, {', '.join(scene.effects)}; "
             f"{self.drive.stepper.name} at {step:g} s{reason}"
@@ -97,12 +116,16 @@ class DriveSim(Node):
             self._restart_clock()
         while not stopping.wait(self._pacer.wait(time.monotonic())):
             with self._lock:
+                begin = time.thread_time()
                 if self._paused:
                     self._pacer.start(time.monotonic())
                 # After catching up nothing may be due; time that stands still is not published.
                 elif due := self._pacer.due(time.monotonic()):
                     self._advance(due)
                 self._report_now_and_then()
+                if self._checks is not None:
+                    # Last: what has been published does not wait for it.
+                    self._checks.work(time.thread_time() - begin)
         with self._lock:
             self._flush()
             self._report(ended=True)
@@ -133,7 +156,7 @@ class DriveSim(Node):
         with self._lock:
             if self.drive.steps:
                 self._flush()
-            self.drive.reset()
+            self._stepped.reset()
             self._command.clear()
             self._trouble = ""
             self._crowded = 0
@@ -149,6 +172,8 @@ class DriveSim(Node):
             self.drive.advance(self._per_wake)
             self.drive.command(self.drive.servo.max_speed)
             self.drive.advance(self._per_wake)
+        if self._checks is not None:
+            self._checks.warm_up(self.drive.servo.max_speed, self._per_wake)
         self.drive.observe()
         self.drive.reset()
         self._pending = [self.drive.present()]
@@ -174,9 +199,9 @@ class DriveSim(Node):
 
     def _advance(self, steps: int) -> None:
         if self._command:
-            self.drive.command(self._command.popleft())
+            self._stepped.command(self._command.popleft())
         try:
-            self._pending.append(self.drive.advance(steps))
+            self._pending.append(self._stepped.advance(steps))
         except DivergedError as error:
             self._trouble = str(error)
             self._paused = True
@@ -241,7 +266,44 @@ class DriveSim(Node):
                 f"{crowded} steps had too many events to locate them all; a shorter solver.step "
                 "would be more accurate"
             )
-        return news
+        return [*news, *self._drift()]
+
+    def _drift(self) -> list[str]:
+        """Whether the run has left what was asked for."""
+        price = self.drive.price
+        if self._checks is None or price is None:
+            return []
+        angle, whirl = self._checks.estimate
+        if share_of(price.asked, angle, whirl) <= 1.0:
+            return []
+        wishes = [
+            f"{key} {found:.1e} {unit} (asked {wish:g})"
+            for key, found, wish, unit in (
+                ("ball angle", angle, price.asked.angle, "rad"),
+                ("whirl", whirl, price.asked.whirl, price.unit),
+            )
+            if wish is not None and found > wish
+        ]
+        return [
+            f"less accurate than asked, error estimate of {', '.join(wishes)}: the step was "
+            "measured on the scene's profile, and the drive is led elsewhere; ask for more "
+            "accuracy, or for a profile like this run"
+        ]
+
+    def _estimates(self) -> dict[str, str]:
+        """What is known of the error, for the diagnostics; nothing without checks."""
+        checks = self._checks
+        if checks is None:
+            return {}
+        unit = self.drive.scene.whirl_unit[1]
+        return {
+            "error estimate, ball angle [rad]": f"{checks.estimate.angle:.2g}",
+            f"error estimate, whirl [{unit}]": f"{checks.estimate.whirl:.2g}",
+            "largest error estimate, ball angle [rad]": f"{checks.largest.angle:.2g}",
+            f"largest error estimate, whirl [{unit}]": f"{checks.largest.whirl:.2g}",
+            "error checks' share of work": f"{checks.share:.4f}",
+            "steps checked": str(checks.checked),
+        }
 
     def _report(self, ended: bool = False) -> None:
         pacing, drive, scene = self._pacer.total, self.drive, self.drive.scene
@@ -276,6 +338,7 @@ class DriveSim(Node):
                 "events": str(drive.events),
                 "crowded steps": str(drive.crowded_steps),
                 "effects": ", ".join(scene.effects),
+                **self._estimates(),
             },
         )
         self._diagnostics.publish(health.message_at(drive.steps * self._step_ns))

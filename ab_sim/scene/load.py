@@ -62,13 +62,16 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
         scene: name of a scene that comes with the package, or path of a YAML file.
         changes: ``key=value`` with a dotted key, e.g. ``balls.mass=0.002`` or
             ``effects.viscous_drag.coefficient=2``; the value is read as YAML; an empty value
-            removes the key.
+            removes the key. A change that asks for an ``accuracy`` takes the file's ``solver``
+            away, which it stands instead of, and the other way round.
 
     Raises:
         SceneError: names file, key, value, what is allowed, and the nearest known name.
     """
     path = find_scene(scene)
     raw = _read(path)
+    changes = list(changes)
+    _make_way(raw, changes)
     for change in changes:
         _apply(raw, change)
     raw.setdefault("name", path.stem)
@@ -167,6 +170,18 @@ def _read(path: Path) -> dict[str, Any]:
     with contextlib.suppress(ValueError, KeyError):
         raw["effects"] = _by_name(raw["effects"])
     return raw
+
+
+def _make_way(raw: dict[str, Any], changes: Iterable[str]) -> None:
+    """Who changes the accuracy does not want the file's solver any more, and vice versa.
+
+    Who changes both is told that they exclude each other, when the scene is checked.
+    """
+    parts = (change.partition("=") for change in changes)
+    given = {key.strip().partition(".")[0] for key, _, value in parts if value.strip()}
+    for wanted, other in (("accuracy", "solver"), ("solver", "accuracy")):
+        if wanted in given and other not in given:
+            raw.pop(other, None)
 
 
 def _apply(raw: dict[str, Any], change: str) -> None:

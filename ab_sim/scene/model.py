@@ -176,6 +176,27 @@ class Solver(Section):
         return self
 
 
+class Accuracy(Section):
+    """The error that a run may have, its largest one: asked for instead of a solver."""
+
+    angle: Number | None = quantity(
+        "error of any ball's angle from the unbalance", "rad", gt=0, le=10.0, default=None
+    )
+    whirl: Number | None = quantity(
+        "error of the deck's place, in eccentricities e; in race radii if e = 0",
+        "1",
+        gt=0,
+        le=1e6,
+        default=None,
+    )
+
+    @model_validator(mode="after")
+    def _something(self) -> "Accuracy":
+        if self.angle is None and self.whirl is None:
+            raise ValueError("give angle [rad] or whirl [e], or both; e.g. {angle: 1.0e-9}")
+        return self
+
+
 class Scene(Section):
     """One drive, the effects it is simulated with, its start and its spindle-speed profile."""
 
@@ -190,7 +211,9 @@ class Scene(Section):
     start: Start = Start()
     spindle: Spindle
     profile: Annotated[StartUp | SpeedChange, Field(discriminator="kind")] | None = None
+    accuracy: Accuracy | None = None
     solver: Solver = Solver()
+    """Without meaning while an accuracy is asked for: ``Drive.scene`` then has the one found."""
     duration: Number = quantity("how long a run of the scene lasts", "s", gt=0, le=1e6)
 
     @property
@@ -214,15 +237,32 @@ class Scene(Section):
         suspension = self.effects.get("suspension")
         return None if suspension is None else math.sqrt(suspension.stiffness / self.total_mass)
 
+    @property
+    def whirl_unit(self) -> tuple[float, str]:
+        """What errors of the whirl are counted in: its length [m], and its symbol.
+
+        The eccentricity e, or the race's radius R if e = 0.
+        """
+        e = self.rotor.eccentricity
+        return (e, "e") if e > 0 else (self.race.radius, "R")
+
     def as_mapping(self) -> dict[str, Any]:
         """The scene as nested plain values, which ``check_scene`` reads back to an equal scene."""
-        mapping = self.model_dump(mode="json", exclude_none=True, exclude={"effects"})
+        left_out = {"effects"} if self.accuracy is None else {"effects", "solver"}
+        mapping = self.model_dump(mode="json", exclude_none=True, exclude=left_out)
         mapping["effects"] = {name: effect._asdict() for name, effect in self.effects.items()}
         return mapping
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scene":
-        for check in (_check_lists, _check_masses, _check_radii, _check_speeds, _check_profile):
+        for check in (
+            _check_lists,
+            _check_masses,
+            _check_radii,
+            _check_speeds,
+            _check_profile,
+            _check_accuracy,
+        ):
             check(self)
         for effect in self.effects.values():
             check_scene = getattr(effect, "check_scene", None)
@@ -335,4 +375,19 @@ def _check_profile(scene: Scene) -> None:
         raise ValueError(
             f"profile.variable_speed_period.{key}: the period runs from {begins:g} to {ends:g} "
             f"rad/s, which must lie between start.speed = {first:g} and target_speed = {target:g}"
+        )
+
+
+def _check_accuracy(scene: Scene) -> None:
+    if scene.accuracy is None:
+        return
+    if "solver" in scene.model_fields_set:
+        raise ValueError(
+            "accuracy: stands instead of solver, whose stepper and step it chooses; remove one of "
+            "the two sections"
+        )
+    if scene.accuracy.angle is not None and scene.balls.count == 0:
+        raise ValueError(
+            f"accuracy.angle = {scene.accuracy.angle:g} rad: is the balls', and the scene has none "
+            "(balls.count); ask for accuracy.whirl"
         )

@@ -121,6 +121,27 @@ def test_motor_and_accelerometer_are_in_the_json() -> None:
     assert "of 80 commanded rad/s" in done.stderr
 
 
+def test_an_accuracy_is_turned_into_a_solver_and_reported() -> None:
+    wish = ("--set", "accuracy.whirl=1e-6", "--set", "duration=0.5")
+    done = ab_sim("run", "no-ball", *wish, "--json", "-")
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    found = report["accuracy"]
+    assert found["asked"] == {"whirl": 1e-6} and found["whirl_unit"] == "e"
+    assert found["safety_factor"] * found["measured"]["whirl"] <= 1e-6
+    assert found["cpu_seconds_per_simulated_second"] > 0
+    assert found["reason"].startswith(f"{report['stepper']} at {1e3 * report['step']:g} ms")
+    assert "asked 1e-06 e" in done.stderr
+    checked = ab_sim("check", "no-ball", *wish)
+    assert checked.returncode == 0, checked.stderr
+    assert "the cheapest measured to be accurate enough" in checked.stdout
+    assert "safety factor 4" in checked.stdout
+    refused = ab_sim("check", "no-ball", *wish, "--set", "accuracy.whirl=1e-20")
+    assert refused.returncode == 2 and "the best that can be had" in refused.stderr
+    both = ab_sim("run", "no-ball", *wish, "--step", "0.001")
+    assert both.returncode == 2 and "remove one of the two sections" in both.stderr
+
+
 def test_steppers_in_the_help_are_the_registered_ones() -> None:
     *others, last = STEPPERS.split(" or ")
     assert {*", ".join(others).split(", "), last} == {AUTO, *registry.STEPPERS}

@@ -77,6 +77,13 @@ class Accelerometer(NamedTuple):
         Raises:
             ValueError: names the key, its value, and what is allowed.
         """
+        if self.resolution > self.range:
+            raise ValueError(
+                f"effects.accelerometer.resolution = {self.resolution:g} m/s^2: must be at most "
+                f"the range, {self.range:g} m/s^2; or 0 for none"
+            )
+        if scene.accuracy is not None:
+            return  # there is no step yet; those that do not suit are not chosen
         step = scene.solver.step
         try:
             steps_per_sample(self.sample_rate, step)
@@ -88,11 +95,6 @@ class Accelerometer(NamedTuple):
                 f"effects.accelerometer.bandwidth = {self.bandwidth:.10g} Hz: must be at most "
                 f"half the integration rate, {highest:.10g} Hz at solver.step = {step:g} s; "
                 "lower it, or the step"
-            )
-        if self.resolution > self.range:
-            raise ValueError(
-                f"effects.accelerometer.resolution = {self.resolution:g} m/s^2: must be at most "
-                f"the range, {self.range:g} m/s^2; or 0 for none"
             )
 
 

@@ -1,0 +1,87 @@
+"""What a running `drive_sim` says of its error, over real DDS."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_msgs_py import Block, JointSample, Level, topics
+from ab_msgs_py.samples import description_of
+from ab_sim.scene import check_scene
+from tests.nodes.fleet import Fleet
+
+pytestmark = pytest.mark.ros
+
+ANGLE, WHIRL = "error estimate, ball angle [rad]", "error estimate, whirl [e]"
+SHARE = "error checks' share of work"
+
+
+def number(fleet: Fleet, key: str) -> float:
+    return float(fleet.value("drive_sim", key) or "nan")
+
+
+def messages(fleet: Fleet) -> list[str]:
+    return [status.message for array in fleet.heard["/diagnostics"] for status in array.status]
+
+
+def test_estimate_and_its_cost_are_published(fleet: Fleet) -> None:
+    fleet.start("drive_sim", scene="nsc-case-1", changes="['solver.stepper=rk4']")
+    fleet.until(lambda: number(fleet, "steps checked") > 3000, "3000 steps are done again")
+    # The window with the start's transient: 1.3e-7 rad and 1.4e-4 e are the run's largest errors.
+    assert 3e-8 < number(fleet, "largest " + ANGLE) < 3e-7
+    assert 3e-5 < number(fleet, "largest " + WHIRL) < 3e-4
+    assert 0 <= number(fleet, ANGLE) <= number(fleet, "largest " + ANGLE)
+    # A slice is done only if it is expected to stay within the bound; the clock may surprise it.
+    assert 0 < number(fleet, SHARE) < 1.5 * 0.05
+    health = fleet.health("drive_sim")
+    assert health is not None and health.level is Level.OK, "nothing was asked for"
+    assert fleet.call("drive_sim/reset")[0]
+    fleet.until(lambda: number(fleet, "simulated time [s]") < 2.0, "it begins again")
+    assert fleet.stop("drive_sim") == 0
+
+
+def test_turned_off_it_says_nothing(fleet: Fleet) -> None:
+    fleet.start("drive_sim", scene="nsc-case-1", error_checks=0)
+    fleet.until(lambda: number(fleet, "simulated time [s]") > 0.5, "it runs")
+    health = fleet.health("drive_sim")
+    assert health is not None
+    assert not [key for key in health.values if "error" in key]
+
+
+def test_warns_when_led_outside_of_what_was_measured(fleet: Fleet) -> None:
+    """Asked for on the first second of a run-up, then commanded through the resonance."""
+    blocks, joints = fleet.listen(topics.BLOCK), fleet.listen(topics.JOINT_STATES)
+    changes = ["accuracy.whirl=1e-3", "duration=1", "spindle.max_acceleration=100"]
+    fleet.start("drive_sim", scene="one-ball", changes=str(changes))
+    described = fleet.listen(topics.DESCRIPTION)
+    fleet.until(lambda: described and number(fleet, "simulated time [s]") > 0.5, "it runs")
+    description = description_of(described[0])
+    assert description["accuracy"]["asked"] == {"whirl": 1e-3}
+    recorded = check_scene(description["scene"], "what a recorder keeps")
+    assert recorded.accuracy is None and recorded.solver.step == description["step"]
+    assert 4e-3 / recorded.solver.step == pytest.approx(round(4e-3 / recorded.solver.step))
+    chosen = fleet.value("drive_sim", "stepper chosen")
+    assert chosen.startswith(f"{description['stepper']} at ") and "asked 0.001 e" in chosen
+    assert not any("less accurate than asked" in text for text in messages(fleet))
+    fleet.command(200.0)
+    fleet.until(
+        lambda: any("less accurate than asked" in text for text in messages(fleet)), "a warning"
+    )
+    (text, *_) = [text for text in messages(fleet) if "less accurate than asked" in text]
+    assert "(asked 0.001)" in text and "whirl" in text
+    assert number(fleet, "largest " + WHIRL) > 1e-3
+    assert max(JointSample.of(message).spindle_speed for message in joints) > 60.0
+    assert fleet.stop("drive_sim") == 0
+    assert samples_in_a_row(blocks)
+
+
+def samples_in_a_row(blocks: list[Any]) -> bool:
+    steps = np.concatenate([Block.of(message).samples for message in blocks])[:, 0]
+    return bool(np.all(np.diff(steps) == 1))
+
+
+def test_a_wish_that_cannot_be_had_ends_it_with_one_message(fleet: Fleet) -> None:
+    fleet.start("drive_sim", scene="one-ball", changes="['accuracy.angle=1e-17', 'duration=1']")
+    assert fleet.ended("drive_sim") == 2
+    assert "the best that can be had is about" in fleet.log("drive_sim")
+    assert "Traceback" not in fleet.log("drive_sim")
