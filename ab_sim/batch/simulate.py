@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.batch.plan import merged
-from ab_sim.drive import Drive
+from ab_sim.drive import Drive, priced
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
 from ab_sim.dynamics.lanes import LANES, leaves
 from ab_sim.dynamics.scratch import WIDTH
@@ -62,7 +62,8 @@ def simulate_batch(
     whose stepper solves for the drag, go one by one.
 
     Args:
-        scene: what the runs have in common.
+        scene: what the runs have in common; an accuracy that it asks for is measured with it as it
+            is, without variations.
         variations: for each run, values by dotted key, e.g. ``{"balls.mass": 0.002,
             "effects.viscous_drag.coefficient": 2.0}``; any key of a scene may vary.
         every: keep each so-many-th step.
@@ -76,6 +77,7 @@ def simulate_batch(
         raise InputError(f"every = {every}: must be at least 1")
     if not variations:
         raise InputError("variations: are none; give one mapping per run, {} for the scene itself")
+    scene, _ = priced(scene)
     scenes = varied(scene, variations)
     _check_room(scenes, every)
     prepared = [_Prepared(scene) for scene in scenes]
