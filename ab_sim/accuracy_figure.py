@@ -7,6 +7,7 @@ import matplotlib
 matplotlib.use("Agg")  # no display needed, anywhere
 import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.axes import Axes  # noqa: E402
+from matplotlib.patheffects import withStroke  # noqa: E402
 
 from ab_sim.analysis.accuracy import Accuracy, Bound, Row  # noqa: E402
 
@@ -55,7 +56,9 @@ def _panel(axes: Axes, accuracy: Accuracy, key: str, text: str, uncertainty: flo
     for row in accuracy.rows:
         if row.errors is not None and row.cpu is not None:
             methods.setdefault(row.method, []).append(row)
-    values = []
+    values: list[float] = []
+    labels: list[tuple[str, float, float, str]] = []
+    front = accuracy.front()
     ours, peers = iter(OURS), iter(PEERS)
     for place, (name, rows) in enumerate(methods.items()):
         rows = sorted(rows, key=lambda row: row.step or row.tolerance or 0.0)
@@ -73,12 +76,11 @@ def _panel(axes: Axes, accuracy: Accuracy, key: str, text: str, uncertainty: flo
             label=name if peer else f"{name} (ab_sim)", zorder=2 if peer else 3,
         )  # fmt: skip
         if not peer:
-            for row, time, error in zip(rows, times, errors, strict=True):
-                if row.step is not None and row in accuracy.front():
-                    axes.annotate(
-                        row.setting, (time, error), xytext=(-6, -4), textcoords="offset points",
-                        fontsize=8, ha="right", va="top", color=colour,
-                    )  # fmt: skip
+            labels += [
+                (row.setting, time, error, colour)
+                for row, time, error in zip(rows, times, errors, strict=True)
+                if row in front
+            ]
     axes.set_xscale("log")
     axes.set_yscale("log")
     if values:
@@ -90,16 +92,32 @@ def _panel(axes: Axes, accuracy: Accuracy, key: str, text: str, uncertainty: flo
         REAL_TIME / 1.08, 0.985, "real time on one core", rotation=90, ha="right", va="top",
         fontsize=9, transform=axes.get_xaxis_transform(),
     )  # fmt: skip
+    _label(axes, labels)
     bottom = axes.get_ylim()[0]
     if uncertainty > bottom:
         axes.axhspan(bottom, uncertainty, color="0.88", zorder=0)
         axes.text(
-            0.985, uncertainty, f"not known better: reference ± {uncertainty:.0e} ",
-            transform=axes.get_yaxis_transform(), ha="right", va="bottom", fontsize=8, color="0.3",
+            0.02, uncertainty / 1.2, f"the reference knows no better than {uncertainty:.0e}",
+            transform=axes.get_yaxis_transform(), ha="left", va="top", fontsize=8, color="0.3",
         )  # fmt: skip
     axes.set_xlabel("CPU seconds per simulated second = share of one core in real time")
     axes.set_ylabel(text)
     axes.grid(which="major", alpha=0.3)
+
+
+def _label(axes: Axes, labels: list[tuple[str, float, float, str]]) -> None:
+    """Write steps beside the marks, leaving out those that would cover another one."""
+    written: list[tuple[float, float]] = []
+    for text, time, error, colour in labels:
+        at = axes.transAxes.inverted().transform(axes.transData.transform((time, error)))
+        if any(abs(at[0] - x) < 0.09 and abs(at[1] - y) < 0.035 for x, y in written):
+            continue
+        written.append((at[0], at[1]))
+        axes.annotate(
+            text, (time, error), xytext=(-7, -2), textcoords="offset points", fontsize=8,
+            ha="right", va="center", color=colour, zorder=5,
+            path_effects=[withStroke(linewidth=3, foreground="white")],
+        )  # fmt: skip
 
 
 def _drawable(bound: Bound) -> float:

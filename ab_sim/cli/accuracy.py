@@ -61,16 +61,18 @@ def print_accuracy(accuracy: Accuracy, console: Console) -> None:
     unit = _unit(accuracy)
     console.print(f"reference: {accuracy.reference}")
     console.print(
-        f"its uncertainty: {apart.angle:.1e} rad, {apart.whirl:.1e} {unit} over the run; "
-        f"{apart.angle_end:.1e} rad, {apart.whirl_end:.1e} {unit} at the end; of the integration, "
-        "not of the equations"
+        f"its uncertainty: {apart.angle:.1e} rad, {apart.whirl:.1e} {unit}, by which the two "
+        "differ at most; of the integration, not of the equations"
     )
     console.print(f"the scene itself takes {accuracy.as_scene_says}")
     for row in accuracy.rows:
         if row.failure:
             console.print(f"unstable: {row.method} at {row.setting}: {row.failure}")
+    reasons: dict[str, list[str]] = {}
     for each in accuracy.left_out:
-        console.print(f"left out: {each.method}: {each.reason}")
+        reasons.setdefault(each.reason, []).append(each.method)
+    for reason, methods in reasons.items():
+        console.print(f"left out: {', '.join(methods)}: {reason}")
     for note in accuracy.notes:
         console.print(note)
 

@@ -1,6 +1,9 @@
 """What all runs of a scene are compared with, and how far that itself may be wrong."""
 
+import math
 from typing import NamedTuple
+
+import numpy as np
 
 from ab_sim.analysis.accuracy.collocation import NODES, collocate, step_for
 from ab_sim.analysis.accuracy.methods import FailedError
@@ -21,6 +24,8 @@ MOST_COLLOCATED = 1_500_000
 SHORT = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2e-7, 1e-7)
 """Steps for references with events [s]; the longest that is stable is taken."""
 MOST_STEPS = 10_000_000
+ROUNDING = 8.0 * float(np.finfo(float).eps)
+"""No number is known better than to some of its last digits, even where two runs agree on more."""
 
 
 class Reference(NamedTuple):
@@ -29,7 +34,8 @@ class Reference(NamedTuple):
     text: str
     """What it is, for people."""
     uncertainty: Deviation
-    """How far its two independent makers are apart."""
+    """How far its two makers are apart, at most over the run (at its end, one instant, they may
+    agree by chance); and no less than rounding."""
     first: Samples
     second: Samples
     judged_by_second: tuple[str, ...]
@@ -85,29 +91,36 @@ def event_reference(scene: Scene, sampling: Sampling) -> Reference:
     Raises:
         InputError: no step is short enough, or one of them diverged.
     """
-    made: dict[str, tuple[float | None, Samples]] = {}
+    made: dict[str, tuple[float, Samples]] = {}
+    # Steps that differ: with equal ones, even rounding errors would be alike.
+    below = math.inf
     for name in (RK8.name, TSIT5.name):
-        run = _shortest(scene, sampling, name)
+        run, step = _shortest(scene, sampling, name, below)
+        below = step
         try:
-            made[name] = run.step, run.samples(run.run())
+            made[name] = step, run.samples(run.run())
         except FailedError as error:
             raise InputError(
-                f"{scene.name}: no reference could be made with {name} at {run.step} s: {error}"
+                f"{scene.name}: no reference could be made with {name} at {step:g} s: {error}"
             ) from error
     (step, first), (other, second) = made[RK8.name], made[TSIT5.name]
     text = (
-        f"rk8 at {step} s, cross-checked by tsit5 at {other} s, by which rk8 is judged; both "
+        f"rk8 at {step:g} s, cross-checked by tsit5 at {other:g} s, by which rk8 is judged; both "
         "locate events by the package's own code, because the peers here do not"
     )
     return Reference(text, _apart(scene, first, second), first, second, (RK8.name,))
 
 
-def _shortest(scene: Scene, sampling: Sampling, stepper: str) -> Stepping:
+def _shortest(
+    scene: Scene, sampling: Sampling, stepper: str, below: float
+) -> tuple[Stepping, float]:
     refusal = ""
     for step in SHORT:
+        if step >= below:
+            continue
         if sampling.per_period(step) and sampling.end / step <= MOST_STEPS:
             try:
-                return Stepping(scene, sampling, stepper, step)
+                return Stepping(scene, sampling, stepper, step), step
             except SceneError as error:
                 refusal = str(error)
     raise InputError(
@@ -118,7 +131,11 @@ def _shortest(scene: Scene, sampling: Sampling, stepper: str) -> Stepping:
 
 
 def _apart(scene: Scene, first: Samples, second: Samples) -> Deviation:
-    return deviation(*second, *first, unit_of(scene))
+    apart = deviation(*second, *first, unit_of(scene))
+    turned = float(np.abs(first.angles).max(initial=0.0))
+    moved = float(np.abs(first.position).max()) / unit_of(scene)
+    angle, whirl = max(apart.angle, ROUNDING * turned), max(apart.whirl, ROUNDING * moved)
+    return Deviation(angle, whirl, angle, whirl)
 
 
 assert SHORT[0] < LADDER[0], "the reference's steps are shorter than those it judges"
