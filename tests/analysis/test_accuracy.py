@@ -11,13 +11,13 @@ import pytest
 from ab_sim.accuracy_figure import accuracy_figure
 from ab_sim.analysis.accuracy import Accuracy, Bound, Row, measure
 from ab_sim.analysis.accuracy import families as families_module
-from ab_sim.analysis.accuracy.collocation import collocate, step_for
+from ab_sim.analysis.accuracy.energy import ledger_refusal
 from ab_sim.analysis.accuracy.families import all_families
 from ab_sim.analysis.accuracy.mujoco_peer import MuJoCo, mujoco_refusal
 from ab_sim.analysis.accuracy.ours import Stepping
 from ab_sim.analysis.accuracy.reference import event_reference, smooth_reference
 from ab_sim.analysis.accuracy.right_hand_side import RightHandSide, unit_of
-from ab_sim.analysis.accuracy.sampling import LADDER, sampling_of
+from ab_sim.analysis.accuracy.sampling import LADDER, Samples, sampling_of
 from ab_sim.deviation import deviation
 from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.registry import STEPPERS
@@ -100,24 +100,28 @@ def test_mujocos_model_is_the_scene() -> None:
 @pytest.mark.parametrize(
     "changes",
     [
-        {"effects": {"ball_spin": None}},
-        {"balls": {"mass": [1e-3, 2e-3]}, "rotor": {"mass": 0.09, "eccentric_mass": 0.05}},
+        {"effects": {"ball_spin": None}, "balls": {"radius": None}},
+        {"balls": {"mass": [1e-3, 2e-3]}, "rotor": {"eccentric_mass": 0.05}},
         {"start": {"angle": 0.7}, "balls": {"count": 3}},
     ],
     ids=["no ball spin", "masses that differ", "three balls"],
 )
 def test_mujocos_model_is_other_scenes_too(changes: Any) -> None:
-    base = merge(SMOOTH, {"start": {"ball_angles": None}})
-    if "rotor" in changes:
-        base["rotor"] = {"total_mass": None}
-    scene = made(**merge(base, changes))
+    start = {"start": {"ball_angles": [0.3, -2.0, 2.0][: changes["balls"].get("count", 2)]}}
+    scene = made(**merge(merge(SMOOTH, {**start, "duration": 0.12}), changes))
     sampling = sampling_of(scene)
-    f = RightHandSide(scene, sampling)
-    reference = f.samples(collocate(f, step_for(f)))
-    peer = MuJoCo(scene, sampling, 0.2e-3)
+    peer = MuJoCo(scene, sampling, 0.1e-3)
     peer.prepare()
-    found = deviation(*peer.samples(peer.run()), *reference, unit_of(scene))
-    assert found.angle < 1e-7 and found.whirl < 1e-5
+    assert _apart(scene, peer.samples(peer.run()), 1e-10) < 1e-7
+
+
+def _apart(scene: Any, samples: Samples, rtol: float) -> float:
+    """Largest difference in ball angle [rad] and whirl [1000 e] from the independent simulator."""
+    times = sampling_of(scene).times
+    other = simulate(params_of(scene), scene.start.ball_angles, times, rtol=rtol)
+    position = np.column_stack([other.x, other.y])
+    found = deviation(*samples, position, other.theta, unit_of(scene))
+    return max(found.angle, 1e-3 * found.whirl)
 
 
 @pytest.mark.parametrize(
@@ -156,20 +160,15 @@ def test_the_reference_meets_the_oracle() -> None:
 def test_the_reference_meets_the_independent_simulator() -> None:
     """Whose equations, frame, and solution share nothing with it; that one's errors dominate."""
     scene = made(**merge(SMOOTH, {"duration": 0.2}))
-    sampling = sampling_of(scene)
-    reference = smooth_reference(RightHandSide(scene, sampling))
-    other = simulate(params_of(scene), scene.start.ball_angles, sampling.times, rtol=1e-12)
-    apart = deviation(
-        np.column_stack([other.x, other.y]), other.theta, *reference.first, unit_of(scene)
-    )
-    assert apart.angle < 1e-10 and apart.whirl < 1e-9
+    reference = smooth_reference(RightHandSide(scene, sampling_of(scene)))
+    assert _apart(scene, reference.first, 1e-12) < 1e-11
 
 
 def test_errors_below_the_uncertainty_are_bounds() -> None:
     assert str(Bound.of(1e-15, 3e-13)) == "<= 3.0e-13"
     assert str(Bound.of(2e-9, 3e-13)) == "2.0e-09"
     for row in study().rows:
-        assert row.errors and row.errors.angle.value >= study().uncertainty.angle
+        assert row.failure or (row.errors and row.errors.angle.value >= study().uncertainty.angle)
 
 
 def test_energy_errors_fall_with_the_motions() -> None:
@@ -181,12 +180,9 @@ def test_energy_errors_fall_with_the_motions() -> None:
     assert all(row.errors and row.errors.energy is None for row in rows_of(MuJoCo.name))
 
 
-def test_without_spindle_acceleration_there_is_no_energy_balance_and_it_says_so() -> None:
-    accuracy = measure(
-        made(effects={"spindle_acceleration": None}, duration=0.02), 1, steps=[1e-3], tolerances=[]
-    )
-    assert any("no energy balance" in note for note in accuracy.notes)
-    assert all(row.errors and row.errors.energy is None for row in accuracy.rows)
+def test_without_spindle_acceleration_there_is_no_energy_balance() -> None:
+    assert "ledger" in ledger_refusal(made(effects={"spindle_acceleration": None}))
+    assert ledger_refusal(made()) == ""
 
 
 def test_the_cheapest_setting_for_an_error() -> None:

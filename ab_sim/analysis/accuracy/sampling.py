@@ -60,7 +60,7 @@ def sampling_of(scene: Scene) -> Sampling:
     wished = [math.lcm(longest, own)] + [nanoseconds(step) for step in reversed(LADDER)]
     for period in wished:
         if duration // period >= LEAST_SAMPLES:
-            return Sampling(period * 1e-9, duration // period)
+            return Sampling(period / 1e9, duration // period)
     least = LEAST_SAMPLES * LADDER[0]
     raise InputError(
         f"duration = {scene.duration:g} s: too short to compare steppers in; give at least "
