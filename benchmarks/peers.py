@@ -226,16 +226,19 @@ def figure(report: dict[str, Any], path: Path) -> None:
         ]
         colours = ["tab:red"] + ["tab:blue"] * (len(names) - 1)
         panel.barh(range(len(names)), medians, xerr=whiskers, color=colours, alpha=0.8, capsize=3)
-        for place, value in enumerate(medians):
+        for place, spread in enumerate(spreads):
+            value = medians[place]
             times = (
                 "" if place == 0 else f" = {result['peers'][place - 1]['ratio']['median']:.0f} x"
             )
-            panel.text(value * 1.15, place, f"{value:.3g} ms{times}", va="center", fontsize=9)
+            panel.text(
+                1.1e3 * spread["upper"], place, f"{value:.3g} ms{times}", va="center", fontsize=9
+            )
         goal = GOAL * medians[0]
         panel.axvline(goal, color="0.4", linestyle=":")
-        panel.text(goal, -0.6, f"{GOAL:.0f} x ", fontsize=8, color="0.4", ha="right", va="bottom")
+        panel.text(goal, 0.0, f" goal: {GOAL:.0f} x", fontsize=9, color="0.4", va="center")
         panel.set_xscale("log")
-        panel.set_xlim(medians[0] / 3, max(*medians, goal) * 8)
+        panel.set_xlim(medians[0] / 3, max(*medians, goal) * 12)
         panel.set_yticks(range(len(names)), names)
         panel.invert_yaxis()
         panel.set_xlabel("CPU time per simulated second [ms]")

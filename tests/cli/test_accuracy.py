@@ -28,15 +28,22 @@ def accuracy(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedPr
 
 def test_accuracy_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
     done = accuracy(
-        "no-ball", "--set", "duration=0.05", "--repeats", "1", "--json", "-", "--plot", "a.png",
-        cwd=tmp_path,
+        "thesis-hold", "--set", "effects.rolling_friction=", "--set", "duration=0.05",
+        "--repeats", "1", "--json", "-", "--plot", "a.png", cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     report = json.loads(done.stdout)
-    assert (report["scene"], report["balls"], report["repeats"]) == ("no-ball", 0, 1)
+    assert (report["scene"], report["balls"], report["repeats"]) == ("thesis-hold", 2, 1)
     methods = {row["method"] for row in report["rows"]}
     assert {*STEPPERS, "DOP853", "LSODA", "Radau", "CVODE Adams", "MuJoCo RK4"} <= methods
-    for word in (*methods, "reference: Gauss", "uncertainty", "whirl [e]", "of a core"):
+    for word in (
+        *methods,
+        "reference: Gauss",
+        "uncertainty",
+        "whirl [e]",
+        "of a core",
+        "peer / ab_sim",
+    ):
         assert word in done.stderr
     assert (tmp_path / "a.png").read_bytes().startswith(PNG)
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
