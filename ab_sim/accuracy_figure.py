@@ -41,9 +41,10 @@ def accuracy_figure(accuracy: Accuracy, path: Path) -> None:
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right center", fontsize=9, frameon=False)
     balls = f"{accuracy.balls} ball{'' if accuracy.balls == 1 else 's'}"
+    effects = ", ".join(accuracy.effects) or "no effects"
     figure.suptitle(
-        f"{accuracy.scene}: {balls}, {accuracy.duration:g} s.  Down and left is better.",
-        fontsize=12,
+        f"{accuracy.scene}: {balls}, {accuracy.duration:g} s, {effects}\ndown and left is better",
+        fontsize=11,
     )
     try:
         figure.savefig(path, dpi=120)

@@ -59,6 +59,7 @@ def print_accuracy(accuracy: Accuracy, console: Console) -> None:
     console.print(cheapest_table(accuracy))
     apart = accuracy.uncertainty
     unit = _unit(accuracy)
+    console.print(f"effects: {', '.join(accuracy.effects) or 'none'}")
     console.print(f"reference: {accuracy.reference}")
     console.print(
         f"its uncertainty: {apart.angle:.1e} rad, {apart.whirl:.1e} {unit}, by which the two "

@@ -94,6 +94,7 @@ class Accuracy(NamedTuple):
     """The study of one scene."""
 
     scene: str
+    effects: tuple[str, ...]
     balls: int
     duration: float
     """What was simulated and compared [s]."""

@@ -97,6 +97,7 @@ def measure(
         )
     return Accuracy(
         scene.name,
+        tuple(scene.effects),
         scene.balls.count,
         sampling.end,
         sampling.period,
