@@ -50,7 +50,7 @@ $(VENV)/run.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
 	@touch $@
 
 $(VENV)/dev.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
-	@echo 'Installing into $(VENV): 440 MB to download, then about a minute and a half ...'
+	@echo 'Installing into $(VENV): 490 MB to download, then about a minute and a half ...'
 	@$(PIP_INSTALL) setuptools
 	@$(PIP_INSTALL) --no-build-isolation --editable '.[ros,dev]'
 	@touch $(VENV)/run.stamp $@

@@ -12,6 +12,7 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 NAME = "ab_sim"
+PEERS = ["mujoco", "scikit-sundae"]
 
 # Read, not imported: importing needs numba and the rest, which a build does not have.
 version = re.search(r'^__version__ = "(.+)"$', Path(NAME, "__init__.py").read_text(), re.MULTILINE)
@@ -48,7 +49,10 @@ setup(
             "ros-std-msgs",
             "ros-std-srvs",
         ],
+        # What the accuracy study is compared with; the tests of that need them too.
+        "peers": PEERS,
         "dev": [
+            *PEERS,
             "build",
             "colcon-bash",
             "colcon-ros",

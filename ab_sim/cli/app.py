@@ -156,6 +156,31 @@ def cost(
 
 
 @app.command()
+def accuracy(
+    scene: SceneArgument,
+    change: SetOption = None,
+    repeats: Annotated[int, typer.Option(help="Interleaved repeats.")] = 9,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw errors over CPU time, log-log.")
+    ] = None,
+) -> None:
+    """Measure what an accuracy costs: each stepper over a range of steps, beside other solvers.
+
+    Errors in ball angle, whirl and energy balance against an independent reference whose own
+    uncertainty is stated; CPU time per simulated second, which is the share of one core that real
+    time takes. SUNDIALS and MuJoCo come along with pip install 'ab_sim[peers]'. It takes minutes;
+    shorten a long scene with --set duration=2.
+    """
+    from ab_sim.cli.accuracy import accuracy_command
+
+    accuracy_command(scene, change or [], repeats, json, plot)
+
+
+@app.command()
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for startup.rrd and startup.png.")] = Path(
         "out"

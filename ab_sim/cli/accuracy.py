@@ -1,0 +1,142 @@
+"""`ab-sim accuracy`."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ab_sim.analysis.accuracy import REPEATS, Accuracy, Row, measure
+from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.errors import InputError
+from ab_sim.scene import Scene, load_scene
+
+WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
+"""Errors for which the cheapest setting is named [rad]."""
+
+
+def accuracy_command(
+    scene_name: str, changes: list[str], repeats: int, json: str | None, plot: Path | None
+) -> None:
+    """Measure, print, and write what was asked for; outputs are tried first."""
+    if repeats < 1:
+        raise InputError(f"--repeats {repeats}: must be at least 1")
+    scene = load_scene(scene_name, changes)
+    files = check_outputs(json, plot)
+    accuracy = measure_with_progress(scene, repeats)
+    if json is not None:
+        write_json(accuracy.report(), json)
+    if plot is not None:
+        from ab_sim.accuracy_figure import accuracy_figure
+
+        accuracy_figure(accuracy, plot)
+    print_accuracy(accuracy, people if json == "-" else Console(markup=False))
+    for file in files:
+        people.print(f"wrote {file}")
+
+
+def measure_with_progress(scene: Scene, repeats: int = REPEATS) -> Accuracy:
+    """``measure``, which takes minutes, with a bar."""
+    columns = (
+        TextColumn(scene.name),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed} of {task.total}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=people, transient=True) as bar:
+        task = bar.add_task("")
+
+        def update(what: str, done: int, total: int) -> None:
+            bar.update(task, description=what, completed=done, total=total)
+
+        return measure(scene, repeats, update)
+
+
+def print_accuracy(accuracy: Accuracy, console: Console) -> None:
+    """The tables, then what they rest on and what is not in them."""
+    console.print(accuracy_table(accuracy))
+    console.print(cheapest_table(accuracy))
+    apart = accuracy.uncertainty
+    unit = _unit(accuracy)
+    console.print(f"effects: {', '.join(accuracy.effects) or 'none'}")
+    console.print(f"reference: {accuracy.reference}")
+    console.print(
+        f"its uncertainty: {apart.angle:.1e} rad, {apart.whirl:.1e} {unit}, by which the two "
+        "differ at most; of the integration, not of the equations"
+    )
+    console.print(f"the scene itself takes {accuracy.as_scene_says}")
+    for row in accuracy.rows:
+        if row.failure:
+            console.print(f"unstable: {row.method} at {row.setting}: {row.failure}")
+    reasons: dict[str, list[str]] = {}
+    for each in accuracy.left_out:
+        reasons.setdefault(each.reason, []).append(each.method)
+    for reason, methods in reasons.items():
+        console.print(f"left out: {', '.join(methods)}: {reason}")
+    for note in accuracy.notes:
+        console.print(note)
+
+
+def accuracy_table(accuracy: Accuracy) -> Table:
+    """All rows, the most accurate first."""
+    balls = f"{accuracy.balls} ball{'' if accuracy.balls == 1 else 's'}"
+    unit = _unit(accuracy)
+    table = Table(
+        title=f"{accuracy.scene}: {balls}, {accuracy.duration:g} s, "
+        f"{accuracy.repeats} interleaved repeats",
+        caption="* no other is both cheaper and more accurate; <= the reference knows no better; "
+        "CPU time: median (quartiles) of the thread, per simulated second, without compiling",
+    )
+    table.add_column("")
+    table.add_column("method")
+    for name in (
+        "setting", "CPU [ms/s]", "of a core", "angle [rad]", "at the end", f"whirl [{unit}]",
+        "at the end", "energy",
+    ):  # fmt: skip
+        table.add_column(name, justify="right")
+    front = accuracy.front()
+    for row in accuracy.by_error():
+        table.add_row("*" if row in front else "", *_cells(row, bool(accuracy.balls)))
+    return table
+
+
+def cheapest_table(accuracy: Accuracy) -> Table:
+    """For errors that one may want: the package's cheapest setting beside the best peer."""
+    what = "ball angle [rad]" if accuracy.balls else f"whirl [{_unit(accuracy)}]"
+    table = Table(title=f"cheapest of what was tried, for an error in {what} of at most")
+    for name in ("error", "ab_sim", "CPU [ms/s]", "best peer", "CPU [ms/s]", "peer / ab_sim"):
+        table.add_column(name, justify="right")
+    for error in WANTED:
+        ours, peer = accuracy.cheapest(error, peer=False), accuracy.cheapest(error, peer=True)
+        ratio = ""
+        if ours and peer and ours.cpu and peer.cpu:
+            ratio = f"{peer.cpu.median / ours.cpu.median:.0f}"
+        table.add_row(f"{error:g}", *_choice(ours), *_choice(peer), ratio)
+    return table
+
+
+def _choice(row: Row | None) -> tuple[str, str]:
+    if row is None or row.cpu is None:
+        return "-", "-"
+    return f"{row.method} at {row.setting}", f"{1e3 * row.cpu.median:.3g}"
+
+
+def _cells(row: Row, balls: bool) -> list[str]:
+    assert row.errors is not None and row.cpu is not None
+    errors, time = row.errors, row.cpu
+    angles = [str(errors.angle), str(errors.angle_end)] if balls else ["-", "-"]
+    return [
+        row.method,
+        row.setting,
+        f"{1e3 * time.median:.3g} ({1e3 * time.lower:.3g} .. {1e3 * time.upper:.3g})",
+        f"{100.0 * time.median:.2g} %",
+        *angles,
+        str(errors.whirl),
+        str(errors.whirl_end),
+        "-" if errors.energy is None else f"{errors.energy:.0e}",
+    ]
+
+
+def _unit(accuracy: Accuracy) -> str:
+    return "e" if accuracy.unit_is_eccentricity else "R"

@@ -1,0 +1,69 @@
+"""`ab-sim accuracy` as a user runs it. Nothing here asserts a time."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ab_sim.analysis.accuracy import REPEATS
+from ab_sim.integrate.registry import STEPPERS
+
+PNG = b"\x89PNG\r\n"
+
+
+def accuracy(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    root = Path(__file__).resolve().parents[2]
+    return subprocess.run(
+        [sys.executable, "-m", "ab_sim", "accuracy", *arguments],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": str(root), "COLUMNS": "200"},
+        timeout=280,
+    )
+
+
+def test_accuracy_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
+    done = accuracy(
+        "thesis-hold", "--set", "effects.rolling_friction=", "--set", "duration=0.05",
+        "--repeats", "1", "--json", "-", "--plot", "a.png", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert (report["scene"], report["balls"], report["repeats"]) == ("thesis-hold", 2, 1)
+    methods = {row["method"] for row in report["rows"]}
+    assert {*STEPPERS, "DOP853", "LSODA", "Radau", "CVODE Adams", "MuJoCo RK4"} <= methods
+    for word in (
+        *methods,
+        "reference: Gauss",
+        "uncertainty",
+        "whirl [e]",
+        "of a core",
+        "peer / ab_sim",
+    ):
+        assert word in done.stderr
+    assert (tmp_path / "a.png").read_bytes().startswith(PNG)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--repeats", "0"), "at least 1"),
+        (("--plot", "x.txt"), "must end in one of"),
+        (("--json", "no/folder/x.json"), "there is no folder"),
+        (("--set", "solver.step=0.1"), "beyond the stability limit"),
+        (("--set", "duration=0.001"), "too short"),
+    ],
+)
+def test_accuracy_refuses_bad_input(arguments: tuple[str, ...], words: str) -> None:
+    done = accuracy("no-ball", *arguments)
+    assert done.returncode == 2
+    assert words in done.stderr and "Traceback" not in done.stderr
+
+
+def test_help_tells_the_default_that_holds() -> None:
+    assert f"default: {REPEATS}" in accuracy("--help").stdout
