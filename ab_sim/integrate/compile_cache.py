@@ -5,11 +5,12 @@ edited effect would silently go on with the old machine code. So the cache folde
 hash of all of the package's sources and of the versions that compile them.
 """
 
+import contextlib
 import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +40,31 @@ def cache_folder() -> Path:
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """Compile a kernel: cached on disk, releasing Python's lock while it runs."""
-    # The setting is numba's, for the whole process: give it back at once, others cache too.
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache_folder())
+    """Compile a kernel: cached on disk, releasing Python's lock while it runs.
+
+    Statements that do the same to neighbouring numbers, as two balls' equations do, become vector
+    instructions (``SLP_VECTORIZE``): numba leaves that out unless told, and it is worth a quarter.
+    """
+    with _numba_settings(CACHE_DIR=str(cache_folder())):
+        kernel = numba.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
+    compile_now = kernel.compile
+
+    def compile_vectorised(signature: Any) -> Any:
+        with _numba_settings(SLP_VECTORIZE=1):
+            return compile_now(signature)
+
+    kernel.compile = compile_vectorised
+    return kernel
+
+
+@contextlib.contextmanager
+def _numba_settings(**settings: Any) -> Iterator[None]:
+    """Settings are numba's, for the whole process: give them back at once, others compile too."""
+    before = {name: getattr(numba.config, name) for name in settings}
+    for name, value in settings.items():
+        setattr(numba.config, name, value)
     try:
-        return numba.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
+        yield
     finally:
-        numba.config.CACHE_DIR = before
+        for name, value in before.items():
+            setattr(numba.config, name, value)
