@@ -15,7 +15,7 @@ SOURCE = Path(__file__).with_name("c_kernel") / "thesis.c"
 FLAGS = ("-O3", "-march=native")
 
 
-class Drive(ctypes.Structure):
+class CDrive(ctypes.Structure):
     """``struct drive`` of thesis.c."""
 
     _fields_ = [
@@ -61,7 +61,7 @@ def build(tableau: Tableau, balls: int) -> ctypes.CDLL:
     loaded = ctypes.CDLL(str(library))
     pointer, number = ctypes.POINTER(ctypes.c_double), ctypes.c_double
     loaded.advance.argtypes = [
-        ctypes.POINTER(Drive), number, number, ctypes.c_long, pointer, pointer
+        ctypes.POINTER(CDrive), number, number, ctypes.c_long, pointer, pointer
     ]  # fmt: skip
     loaded.advance.restype = None
     return loaded

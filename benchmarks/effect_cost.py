@@ -9,7 +9,6 @@ compile a kernel for each of some twenty sets of effects.
 import argparse
 import json
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +18,11 @@ from rich.console import Console
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from hand_kernels import ThesisDrive, thesis_advance  # noqa: E402
+from package_kernel import PackageKernel, ns_per_step  # noqa: E402
 
 from ab_sim.analysis.effect_cost import EffectCost, Spread, conditions  # noqa: E402
 from ab_sim.cli.cost import cost_table, measure_with_progress  # noqa: E402
 from ab_sim.cost_figure import cost_figure  # noqa: E402
-from ab_sim.drive import Drive  # noqa: E402
-from ab_sim.dynamics.assemble import state_bounds  # noqa: E402
-from ab_sim.dynamics.neighbours import reduced  # noqa: E402
-from ab_sim.dynamics.system import Place  # noqa: E402
-from ab_sim.integrate.fixed_step import advance  # noqa: E402
-from ab_sim.integrate.workspace import workspace  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
 
 SCENES = ("thesis-hold", "everything")
@@ -43,18 +37,8 @@ class Both:
 
     def __init__(self) -> None:
         scene = load_scene(HAND_SCENE, HAND_CHANGES)
-        drive = Drive(scene)
-        drive.advance(FIRST)
-        self.drive, self.start = drive, drive.snapshot()
-        self.work = workspace(
-            drive.system,
-            drive.stepper.slopes,
-            drive.stepper.nodes,
-            state_bounds(drive.system, drive.step),
-        )
-        self.piece = drive.profile.piece_at(drive.time)
-        self.place = Place(self.piece.segment, reduced(self.piece.start_angle)[0])
-        body, effects = drive.system.body, scene.effects
+        self.package = PackageKernel(scene, FIRST, STEPS)
+        body, effects = self.package.drive.system.body, scene.effects
         self.by_hand = ThesisDrive(
             body.total_mass,
             body.unbalance,
@@ -63,53 +47,48 @@ class Both:
             effects["suspension"].stiffness,
             effects["suspension"].damping,
             effects["viscous_drag"].coefficient,
-            self.piece.segment.start_speed,
-            self.piece.segment.acceleration(0.0),
-        )
-        self.state, self.modes = self.start.state.copy(), self.start.modes.copy()
-        self.rows = np.empty((STEPS, self.state.size + 3))
-
-    def _rewind(self) -> None:
-        self.state[:], self.modes[:] = self.start.state, self.start.modes
-
-    def package(self) -> None:
-        """Take the steps with the package's kernel."""
-        self._rewind()
-        drive, run = self.drive, (self.state, self.modes, self.work, self.rows)
-        clock = (FIRST, drive.step, 0.0)
-        weights = drive.stepper.weights
-        assert STEPS == advance(
-            drive.system, self.place, weights, self.piece.start, clock, drive.step, *run
+            self.package.piece.segment.start_speed,
+            self.package.piece.segment.acceleration(0.0),
         )
 
     def hand(self) -> None:
         """Take the same steps with the hand-specialised kernel."""
-        self._rewind()
-        drive, run = self.drive, (self.state, self.modes, self.work, self.rows)
-        weights = drive.stepper.weights
+        one = self.package
+        one.rewind()
         assert STEPS == thesis_advance(
-            self.by_hand, drive.system, weights, self.piece.start, FIRST, drive.step, *run
+            self.by_hand,
+            one.drive.system,
+            one.drive.stepper.weights,
+            one.piece.start,
+            FIRST,
+            one.drive.step,
+            one.state,
+            one.modes,
+            one.work,
+            one.rows,
         )
 
     def disagreement(self) -> float:
         """Largest difference of the rows, relative to each column's largest magnitude."""
-        self.package()
-        package = self.rows.copy()
+        self.package.run()
+        package = self.package.rows.copy()
         self.hand()
         size = np.abs(package).max(axis=0)
-        return float((np.abs(self.rows - package) / np.where(size > 0, size, 1.0)).max())
+        off = np.abs(self.package.rows - package) / np.where(size > 0, size, 1.0)
+        return float(off.max())
 
     def compare(self, repeats: int) -> dict[str, Any]:
         """Interleaved times of both [ns per step] and their ratio, repeat by repeat."""
         off = self.disagreement()
         if not off <= AGREE:
             raise SystemExit(f"hand kernel and package differ by {off:.2g}: nothing to compare")
-        times = np.array([[_time(self.package), _time(self.hand)] for _ in range(repeats)])
+        pair = (self.package.run, self.hand)
+        times = np.array([[ns_per_step(run, STEPS, RUNS) for run in pair] for _ in range(repeats)])
         ratio = Spread.of(times[:, 0] / times[:, 1])
         return {
             "scene": HAND_SCENE,
             "changes": HAND_CHANGES,
-            "stepper": self.drive.stepper.name,
+            "stepper": self.package.drive.stepper.name,
             "steps": STEPS * RUNS,
             "repeats": repeats,
             "disagreement": off,
@@ -119,13 +98,6 @@ class Both:
             "goal": GOAL,
             "within_goal": ratio.median <= GOAL,
         }
-
-
-def _time(run: Any) -> float:
-    begin = time.thread_time_ns()
-    for _ in range(RUNS):
-        run()
-    return (time.thread_time_ns() - begin) / (STEPS * RUNS)
 
 
 def page(report: dict[str, Any], costs: list[EffectCost]) -> str:

@@ -1,0 +1,67 @@
+"""The package's compiled loop alone, without what a Drive does around it."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from ab_sim.drive import Drive
+from ab_sim.dynamics.assemble import place_on, state_bounds
+from ab_sim.integrate.fixed_step import advance
+from ab_sim.integrate.workspace import workspace
+from ab_sim.rows import BEYOND_STATES
+from ab_sim.scene import Scene
+
+
+class PackageKernel:
+    """Takes the same steps of a scene, within one piece of its profile, again and again.
+
+    Args:
+        scene: what to simulate.
+        first: steps taken before.
+        steps: steps to take.
+    """
+
+    def __init__(self, scene: Scene, first: int, steps: int) -> None:
+        drive = Drive(scene)
+        drive.advance(first)
+        self.drive, self.first, self.steps = drive, first, steps
+        self.start = drive.snapshot()
+        self.piece = drive.profile.piece_at(drive.time)
+        if self.piece.end < (first + steps) * drive.step:
+            raise SystemExit(f"{scene.name}: the steps run across a breakpoint of the profile")
+        stepper = drive.stepper
+        bounds = state_bounds(drive.system, drive.step)
+        self.work = workspace(drive.system, stepper.slopes, stepper.nodes, bounds)
+        self.state, self.modes = self.start.state.copy(), self.start.modes.copy()
+        self.rows = np.empty((steps, self.state.size + BEYOND_STATES))
+
+    def rewind(self) -> None:
+        """Back to before the steps."""
+        self.state[:], self.modes[:] = self.start.state, self.start.modes
+
+    def run(self) -> None:
+        """Take the steps."""
+        self.rewind()
+        drive, step = self.drive, self.drive.step
+        taken = advance(
+            drive.system,
+            place_on(self.piece),
+            drive.stepper.weights,
+            self.piece.start,
+            (self.first, step, 0.0),
+            step,
+            self.state,
+            self.modes,
+            self.work,
+            self.rows,
+        )
+        assert taken == self.steps
+
+
+def ns_per_step(run: Callable[[], None], steps: int, runs: int) -> float:
+    """CPU time of some runs, per step [ns]."""
+    begin = time.thread_time_ns()
+    for _ in range(runs):
+        run()
+    return (time.thread_time_ns() - begin) / (steps * runs)

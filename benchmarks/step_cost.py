@@ -1,0 +1,211 @@
+"""Time per step for 0 to 64 balls, beside a C kernel of the same scene for 2 and 5.
+
+    python benchmarks/step_cost.py [--out docs] [--repeats 21]
+
+writes step-cost.json and step-cost.png. The scene is the thesis' start-up with a hold, without
+friction, at the critical speed; the compiled loops alone are timed, all kernels in turns. Needs
+gcc for the C kernel.
+"""
+
+import argparse
+import ctypes
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from c_kernels import CDrive, build, compiler  # noqa: E402
+from package_kernel import PackageKernel, ns_per_step  # noqa: E402
+from rich.console import Console  # noqa: E402
+
+from ab_sim.analysis.effect_cost import Spread, conditions  # noqa: E402
+from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.integrate.tableau import Tableau  # noqa: E402
+from ab_sim.scene import load_scene  # noqa: E402
+
+SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.step=0.001"]
+BALLS, BESIDE_C = (0, 1, 2, 5, 16, 64), (2, 5)
+METHODS = ("rk4", "tsit5", "rk8")
+FIRST, STEPS, RUNS = 2600, 300, 4
+GOAL, AGREE = 1.3, 1e-11
+
+
+def kernel(method: str, balls: int) -> PackageKernel:
+    """The package's, with so many balls of 1 g spread over the race."""
+    angles = [2.5 + 0.09 * i for i in range(balls)]
+    changes = [f"solver.stepper={method}", f"balls.count={balls}", f"start.ball_angles={angles}"]
+    return PackageKernel(load_scene(SCENE, [*CHANGES, *changes]), FIRST, STEPS)
+
+
+class InC:
+    """The C kernel, taking the same steps as the package's."""
+
+    def __init__(self, package: PackageKernel) -> None:
+        drive, scene = package.drive, package.drive.scene
+        tableau = drive.stepper
+        assert isinstance(tableau, Tableau)
+        body, effects, segment = drive.system.body, scene.effects, package.piece.segment
+        self._constants = CDrive(
+            body.total_mass,
+            body.unbalance,
+            body.race_radius,
+            effects["suspension"].stiffness,
+            effects["suspension"].damping,
+            effects["viscous_drag"].coefficient,
+            segment.start_speed,
+            segment.acceleration(0.0),
+            scene.balls.masses[0],
+            scene.balls.radii[0],
+        )
+        self._package, self._library = package, build(tableau, scene.balls.count)
+        self.state = package.start.state.copy()
+        self.rows = np.empty((STEPS, self.state.size + 2))
+
+    def run(self) -> None:
+        """Take the steps."""
+        package = self._package
+        self.state[:] = package.start.state
+        begin = FIRST * package.drive.step - package.piece.start
+        self._library.advance(
+            ctypes.byref(self._constants),
+            begin,
+            package.drive.step,
+            STEPS,
+            self.state.ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
+            self.rows.ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
+        )
+
+    def check(self) -> None:
+        """Refuse to compare what does not do the same."""
+        self._package.run()
+        self.run()
+        off = float(np.abs(self.state - self._package.state).max())
+        if not off < AGREE:
+            raise SystemExit(f"C kernel and package differ by {off:.2g}: nothing to compare")
+
+
+def measure(repeats: int) -> dict[str, Any]:
+    """All kernels in turns [ns per step]."""
+    kernels = {(method, n): kernel(method, n) for method in METHODS for n in BALLS}
+    in_c = {(method, n): InC(kernels[method, n]) for method in METHODS for n in BESIDE_C}
+    for one in in_c.values():
+        one.check()
+    times: dict[Any, list[float]] = {}
+    for _ in range(repeats):
+        for key, package in kernels.items():
+            times.setdefault(key, []).append(ns_per_step(package.run, STEPS, RUNS))
+            if key in in_c:
+                found = ns_per_step(in_c[key].run, STEPS, RUNS)
+                times.setdefault((*key, "c"), []).append(found)
+    rows = []
+    for method in METHODS:
+        for n in BALLS:
+            own = np.array(times[method, n])
+            row = {"method": method, "balls": n, "ns_per_step": Spread.of(own)._asdict()}
+            if (method, n) in in_c:
+                c = np.array(times[method, n, "c"])
+                ratio = Spread.of(own / c)
+                row |= {
+                    "c_ns_per_step": Spread.of(c)._asdict(),
+                    "ratio_to_c": ratio._asdict(),
+                    "within_goal": ratio.median <= GOAL,
+                }
+            rows.append(row)
+    growth = {method: _growth([np.median(times[method, n]) for n in BALLS]) for method in METHODS}
+    return {"rows": rows, "growth": growth, "goal_ratio_to_c": GOAL}
+
+
+def _growth(medians: list[Any]) -> dict[str, float]:
+    """Of time with balls from 2 to 64: least and largest further time per further ball [ns].
+
+    Linear growth has both equal; the power is that of n in the time beyond that of no balls.
+    """
+    n, t = np.array(BALLS), np.array(medians)
+    per_ball = np.diff(t[2:]) / np.diff(n[2:])
+    power = np.polyfit(np.log(n[2:]), np.log(t[2:] - t[0]), 1)[0]
+    return {
+        "least_ns_per_ball": float(per_ball.min()),
+        "largest_ns_per_ball": float(per_ball.max()),
+        "power": float(power),
+    }
+
+
+def figure(report: dict[str, Any], path: Path) -> None:
+    """Time over the number of balls, and the C kernel's."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    made, axes = plt.subplots(figsize=(8, 4.5), constrained_layout=True)
+    for method, colour in zip(METHODS, ("tab:blue", "tab:green", "tab:red"), strict=True):
+        rows = [row for row in report["rows"] if row["method"] == method]
+        n = np.array([row["balls"] for row in rows])
+        spread = [row["ns_per_step"] for row in rows]
+        median = np.array([s["median"] for s in spread])
+        whiskers = [median - [s["lower"] for s in spread], [s["upper"] for s in spread] - median]
+        power = report["growth"][method]["power"]
+        axes.errorbar(
+            n + 1, median, yerr=whiskers, color=colour, marker="o", capsize=3,
+            label=f"{method}: grows with the balls' number to the power {power:.2f}",
+        )  # fmt: skip
+        beside = [row for row in rows if "c_ns_per_step" in row]
+        axes.plot(
+            [row["balls"] + 1 for row in beside],
+            [row["c_ns_per_step"]["median"] for row in beside],
+            "x",
+            color=colour,
+            markersize=10,
+            markeredgewidth=2,
+        )
+    axes.plot([], [], "kx", label="C, gcc -O3 -march=native, C library's sine")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xticks([n + 1 for n in BALLS], [str(n) for n in BALLS])
+    axes.minorticks_off()
+    axes.set_xlabel("balls")
+    axes.set_ylabel("time per step [ns]")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    try:
+        made.savefig(path, dpi=120)
+    finally:
+        plt.close(made)
+
+
+def main() -> None:
+    """Measure and write the two files."""
+    parser = argparse.ArgumentParser(description="Time per step, by the number of balls.")
+    parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parents[1] / "docs")
+    parser.add_argument("--repeats", type=int, default=21)
+    arguments = parser.parse_args()
+    c_compiler = compiler()
+    found = measure(arguments.repeats)
+    report = {
+        **conditions(),
+        "c_compiler": c_compiler,
+        "scene": SCENE,
+        "changes": CHANGES,
+        "repeats": arguments.repeats,
+        "steps_per_repeat": STEPS * RUNS,
+        **found,
+    }
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    write_json(report, str(arguments.out / "step-cost.json"))
+    figure(report, arguments.out / "step-cost.png")
+    console = Console(markup=False, highlight=False)
+    for row in found["rows"]:
+        beside = ""
+        if "ratio_to_c" in row:
+            ratio = row["ratio_to_c"]
+            beside = f", {ratio['median']:.2f} of C ({ratio['lower']:.2f} to {ratio['upper']:.2f})"
+        median = row["ns_per_step"]["median"]
+        console.print(f"{row['method']}, {row['balls']} balls: {median:.0f} ns{beside}")
+    console.print(found["growth"])
+
+
+if __name__ == "__main__":
+    main()
