@@ -68,7 +68,8 @@ def acceleration_at(system, place, time, state, modes, work):  # type: ignore[no
     Returns:
         The deck's acceleration [m/s^2] on the rotating axes, and the motor's torque [N m].
     """
-    A1, A2, _ = derivatives(system, place, time, state, modes, work.slopes[0], work.scratch)
+    scratch = scratch_of(system, work)
+    A1, A2, _ = derivatives(system, place, time, state, modes, work.slopes[0], scratch)
     spindle = spindle_motion(system, place, time, state, modes)
     g1, g2 = gravity_on_rotating_axes(system, spindle)
     return A1 + g1, A2 + g2, spindle.torque
@@ -76,7 +77,8 @@ def acceleration_at(system, place, time, state, modes, work):  # type: ignore[no
 
 @numba.njit(**COMPILED)
 def _enter(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
-    derivatives(system, place, time, state, modes, work.slopes[0], work.scratch)
+    scratch = scratch_of(system, work)
+    derivatives(system, place, time, state, modes, work.slopes[0], scratch)
 
 
 @numba.njit(**COMPILED)

@@ -56,12 +56,17 @@ def trial_of(typing_context, system, work):  # type: ignore[no-untyped-def]
 def scratch_of(typing_context, system, work):  # type: ignore[no-untyped-def]
     """Scratch of the right-hand side, shape (balls, WIDTH); as ``trial_of``."""
     sizes = _sizes(system)
-    return _array(system, work, "scratch", None if sizes is None else (sizes[0], WIDTH))
+    if sizes is None:
+        return _array(system, work, "scratch", None)
+    # By columns: what is known of neighbouring balls then lies side by side.
+    return _array(system, work, "scratch", (sizes[0], WIDTH), "F")
 
 
-def _array(system: Any, work: Any, field: str, shape: tuple[int, ...] | None) -> Any:
+def _array(
+    system: Any, work: Any, field: str, shape: tuple[int, ...] | None, layout: str = "C"
+) -> Any:
     place = work.fields.index(field)
-    kind = work.types[place]
+    kind = work.types[place].copy(layout=layout)
 
     def owned_by_caller(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.extract_value(arguments[1], place)
@@ -70,17 +75,20 @@ def _array(system: Any, work: Any, field: str, shape: tuple[int, ...] | None) ->
         assert shape is not None
         number, whole = context.get_value_type(kind.dtype), context.get_value_type(types.intp)
         item = context.get_abi_sizeof(number)
-        sizes = [1]
-        for length in reversed(shape):
-            sizes.insert(0, length * sizes[0])
-        room = cgutils.alloca_once(builder, ir.ArrayType(number, max(1, sizes[0])))
+        strides, size = [], 1
+        for length in reversed(shape) if layout == "C" else shape:
+            strides.append(size)
+            size *= length
+        if layout == "C":
+            strides.reverse()
+        room = cgutils.alloca_once(builder, ir.ArrayType(number, max(1, size)))
         room.align = ALIGNMENT
         array = make_array(kind)(context, builder)
         populate_array(
             array,
             data=builder.bitcast(room, number.as_pointer()),
             shape=[whole(length) for length in shape],
-            strides=[whole(item * size) for size in sizes[1:]],
+            strides=[whole(item * stride) for stride in strides],
             itemsize=whole(item),
             meminfo=None,
         )
