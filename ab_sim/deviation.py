@@ -47,3 +47,14 @@ def deviation(
     whirl = np.hypot(*(position - reference_position).T) / unit
     angle = np.abs(angles - reference_angles).max(axis=1, initial=0.0)
     return Deviation(float(angle.max()), float(whirl.max()), float(angle[-1]), float(whirl[-1]))
+
+
+ROUNDING = 8.0 * float(np.finfo(float).eps)
+"""No number is known better than to some of its last digits, even where two runs agree on more."""
+
+
+def rounding(position: np.ndarray, angles: np.ndarray, unit: float) -> Deviation:
+    """The least that a run may be said to be off by; arguments as of ``deviation``."""
+    angle = ROUNDING * float(np.abs(angles).max(initial=0.0))
+    whirl = ROUNDING * float(np.abs(position).max(initial=0.0)) / unit
+    return Deviation(angle, whirl, angle, whirl)

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.deviation import Deviation, deviation
+from ab_sim.deviation import Deviation, deviation, rounding
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.limits import largest_step
@@ -230,7 +230,10 @@ class _Search:
         self._reference = previous
         newest = differences[-stalled:] if stalled else differences[-1:]
         endless = [Deviation(*(math.inf,) * 4)]
-        self._doubt = Deviation(*(max(part) for part in zip(*(newest or endless), strict=True)))
+        samples = self._reference.samples
+        floor = rounding(samples.position, samples.angles, self.scene.whirl_unit[0])
+        doubts = [floor, *(newest or endless)]
+        self._doubt = Deviation(*(max(part) for part in zip(*doubts, strict=True)))
 
     def _longest_passing(self, stepper: Stepper) -> _Tried:
         runs = [one for one in self._tried if one.stepper is stepper]

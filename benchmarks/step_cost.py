@@ -9,6 +9,7 @@ gcc for the C kernel.
 
 import argparse
 import ctypes
+import itertools
 import sys
 from pathlib import Path
 from typing import Any
@@ -115,21 +116,15 @@ def measure(repeats: int) -> dict[str, Any]:
                 }
             rows.append(row)
     growth = {method: _growth([np.median(times[method, n]) for n in BALLS]) for method in METHODS}
-    return {"rows": rows, "growth": growth, "goal_ratio_to_c": GOAL}
+    return {"rows": rows, "ns_per_further_ball": growth, "goal_ratio_to_c": GOAL}
 
 
 def _growth(medians: list[Any]) -> dict[str, float]:
-    """Of time with balls from 2 to 64: least and largest further time per further ball [ns].
-
-    Linear growth has both equal; the power is that of n in the time beyond that of no balls.
-    """
-    n, t = np.array(BALLS), np.array(medians)
-    per_ball = np.diff(t[2:]) / np.diff(n[2:])
-    power = np.polyfit(np.log(n[2:]), np.log(t[2:] - t[0]), 1)[0]
+    """What one more ball costs [ns], from one number of balls to the next: the same if linear."""
+    n, t = BALLS[2:], medians[2:]
     return {
-        "least_ns_per_ball": float(per_ball.min()),
-        "largest_ns_per_ball": float(per_ball.max()),
-        "power": float(power),
+        f"{few} to {many}": float((t[i + 1] - t[i]) / (many - few))
+        for i, (few, many) in enumerate(itertools.pairwise(n))
     }
 
 
@@ -147,10 +142,10 @@ def figure(report: dict[str, Any], path: Path) -> None:
         spread = [row["ns_per_step"] for row in rows]
         median = np.array([s["median"] for s in spread])
         whiskers = [median - [s["lower"] for s in spread], [s["upper"] for s in spread] - median]
-        power = report["growth"][method]["power"]
+        last = list(report["ns_per_further_ball"][method].values())[-1]
         axes.errorbar(
             n + 1, median, yerr=whiskers, color=colour, marker="o", capsize=3,
-            label=f"{method}: grows with the balls' number to the power {power:.2f}",
+            label=f"{method}: {last:.0f} ns for each ball beyond 16",
         )  # fmt: skip
         beside = [row for row in rows if "c_ns_per_step" in row]
         axes.plot(
@@ -204,7 +199,7 @@ def main() -> None:
             beside = f", {ratio['median']:.2f} of C ({ratio['lower']:.2f} to {ratio['upper']:.2f})"
         median = row["ns_per_step"]["median"]
         console.print(f"{row['method']}, {row['balls']} balls: {median:.0f} ns{beside}")
-    console.print(found["growth"])
+    console.print(found["ns_per_further_ball"])
 
 
 if __name__ == "__main__":

@@ -95,9 +95,11 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
         for k in range(plan.stretches[s, STEPS]):
             begin = ((first + k) * step + offset) - start
             explicit_step(weights, drives, here, begin, length, state, modes, work)
+            still = sound[0]
             for j in range(states):
                 state[j] = work.trial[j]
-                sound[0] = where_less(abs(state[j]), bounds[j], sound[0], 0.0)
+                still = where_less(abs(work.trial[j]), bounds[j], still, 0.0)
+            sound[0] = still
             take_out_turn(drives, state, modes)
             end = begin + length
             if whole:

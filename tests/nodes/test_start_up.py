@@ -139,6 +139,7 @@ def test_no_start_without_a_drive(fleet: Fleet) -> None:
 def test_recorder_begins_another_file_after_a_reset(fleet: Fleet, tmp_path: Path) -> None:
     file = tmp_path / "deep" / "run.rrd"
     fleet.start("recorder", path=file)
+    fleet.until(lambda: fleet.health("recorder"), "the recorder listens")
     fleet.start("drive_sim", scene="thesis-hold")
     fleet.until(lambda: int(fleet.value("recorder", "samples written") or 0) > 100, "samples")
     assert fleet.call("drive_sim/reset")[0]

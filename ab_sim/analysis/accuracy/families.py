@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 from ab_sim.analysis.accuracy.cvode_peer import cvode_solvers
 from ab_sim.analysis.accuracy.methods import Method
 from ab_sim.analysis.accuracy.mujoco_peer import MuJoCo, mujoco_refusal
-from ab_sim.analysis.accuracy.ours import Stepping, with_solver
+from ab_sim.analysis.accuracy.ours import Stepping
 from ab_sim.analysis.accuracy.results import LeftOut
 from ab_sim.analysis.accuracy.right_hand_side import RightHandSide
 from ab_sim.analysis.accuracy.sampling import Sampling
@@ -18,6 +18,7 @@ from ab_sim.dynamics.system import has_events
 from ab_sim.errors import SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.registry import STEPPERS
+from ab_sim.price import with_solver
 from ab_sim.scene.model import Scene
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)

@@ -7,7 +7,7 @@ from ab_sim.analysis.accuracy.methods import FailedError
 from ab_sim.analysis.accuracy.sampling import Samples, Sampling
 from ab_sim.drive import Drive
 from ab_sim.errors import DivergedError
-from ab_sim.scene.load import check_scene
+from ab_sim.price import with_solver
 from ab_sim.scene.model import Scene
 
 AT_ONCE = 20_000
@@ -74,10 +74,3 @@ class Stepping:
         except DivergedError:
             return None
         return EnergyBalance(energies).error()
-
-
-def with_solver(scene: Scene, stepper: str, step: float) -> Scene:
-    """The scene with another stepper and step."""
-    raw = scene.as_mapping()
-    raw["solver"] = {"stepper": stepper, "step": step}
-    return check_scene(raw, scene.name)

@@ -3,8 +3,6 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from ab_sim.analysis.accuracy.collocation import NODES, collocate, step_for
 from ab_sim.analysis.accuracy.methods import FailedError
 from ab_sim.analysis.accuracy.ours import Stepping
@@ -12,7 +10,7 @@ from ab_sim.analysis.accuracy.right_hand_side import RightHandSide, unit_of
 from ab_sim.analysis.accuracy.sampling import LADDER, Samples, Sampling
 from ab_sim.analysis.accuracy.scipy_peers import dop853, lsoda, radau
 from ab_sim.analysis.accuracy.tolerance import ByTolerance
-from ab_sim.deviation import Deviation, deviation
+from ab_sim.deviation import Deviation, deviation, rounding
 from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.rk8 import RK8
 from ab_sim.integrate.tsit5 import TSIT5
@@ -24,8 +22,6 @@ MOST_COLLOCATED = 1_500_000
 SHORT = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2e-7, 1e-7)
 """Steps for references with events [s]; the longest that is stable is taken."""
 MOST_STEPS = 10_000_000
-ROUNDING = 8.0 * float(np.finfo(float).eps)
-"""No number is known better than to some of its last digits, even where two runs agree on more."""
 
 
 class Reference(NamedTuple):
@@ -132,9 +128,8 @@ def _shortest(
 
 def _apart(scene: Scene, first: Samples, second: Samples) -> Deviation:
     apart = deviation(*second, *first, unit_of(scene))
-    turned = float(np.abs(first.angles).max(initial=0.0))
-    moved = float(np.abs(first.position).max()) / unit_of(scene)
-    angle, whirl = max(apart.angle, ROUNDING * turned), max(apart.whirl, ROUNDING * moved)
+    least = rounding(first.position, first.angles, unit_of(scene))
+    angle, whirl = max(apart.angle, least.angle), max(apart.whirl, least.whirl)
     return Deviation(angle, whirl, angle, whirl)
 
 
