@@ -1,0 +1,281 @@
+"""Write docs/accuracy.md from what the four benchmarks have measured.
+
+    python benchmarks/accuracy_page.py [--docs docs]
+
+after accuracy_cost.py, peers.py, step_cost.py and batch_throughput.py.
+"""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+TEXT = """\
+# What an accuracy costs
+
+Written by `python benchmarks/accuracy_page.py` from what the benchmarks named below have measured;
+do not edit. No figure here is typed in.
+
+## If you have never chosen an integrator
+
+The equations of motion say how speeds change from one instant to the next. A computer goes from
+instant to instant in *steps*, and makes a small error in each. Shorter steps mean smaller errors,
+and more work. A *stepper* (integrator) is the recipe for one step. A recipe of order 4 makes errors
+2^4 = 16 times smaller with half the step, one of order 8 makes them 2^8 = 256 times smaller; its
+single step costs more. Which one is cheaper depends on how small the error has to be, so it is
+measured:
+
+![Error against CPU time, for every stepper and for other people's integrators](accuracy-cost.png)
+
+Each line is one method, each point a setting: from top to bottom the error gets smaller, from left
+to right the work gets more. **Down and left is better.** The vertical line is real time on one
+core: what lies right of it cannot keep up with a running drive. Errors are the largest over the
+whole run, of the balls' angles [rad] and of the whirl [in units of the eccentricity e]; the grey
+band is where the reference itself is not known any better. Solid lines are the steppers of ab_sim,
+dashed ones are other integrators solving the same equations.
+
+How much accuracy do you need? A ball that is placed to 1e-3 rad is off by a thousandth of a race
+radius, less than races are round. Comparing two designs wants 1e-6. Ten digits serve for finding
+out whether a difference between two programs is a mistake. The whirl error in units of e is usually
+{whirl_least:.0f} to {whirl_most:.0f} times the angle error, so say which one you mean.
+
+You need not choose: write what you want into the scene, instead of a solver,
+
+    accuracy: {{angle: 1.0e-6}}        # rad; or whirl: 1.0e-3, in units of e; or both
+
+and the cheapest setting that is *measured* to deliver it on this scene is taken, with a safety
+factor of 4 on the error, and reported with its price by `ab-sim check`, `ab-sim run` and the node.
+What double precision cannot give is refused with the best that can be had. For your own scene,
+
+    ab-sim accuracy my-scene.yaml --plot accuracy.png --json accuracy.json
+
+draws the picture above.
+
+## {accuracy_title}
+
+{accuracy_table}
+
+The reference: {reference}. Its uncertainty: {uncertainty_angle:.1e} rad, {uncertainty_whirl:.1e} e.
+Made by `python benchmarks/accuracy_cost.py`; {accuracy_conditions}.
+
+{left_out}
+
+## Beside other integrators, at the same error
+
+![CPU time at equal error](peers.png)
+
+The same right-hand side, compiled by numba, is given to all of them; MuJoCo has its own model of
+the same drive. A peer's time at just this error is interpolated between two of its settings, repeat
+by repeat.
+
+{peers_table}
+
+{peers_verdict}
+
+Why not more: a peer calls the right-hand side from Python. Here one evaluation takes
+{compiled_us:.2f} us in compiled code and {python_us:.2f} us from Python, so that most of a peer's
+time is calls. Multistep methods (LSODA, CVODE Adams) need fewer evaluations for the same error than
+Runge-Kutta methods do: {fewest}.
+Their lead in evaluations is what our lead in time per evaluation is divided by.
+
+Made by `python benchmarks/peers.py`; {peers_conditions}.
+
+## Time per step
+
+![Time per step over the number of balls](step-cost.png)
+
+{step_table}
+
+What one more ball costs, from one number of balls to the next: {growth}. The C kernel
+([thesis.c](../benchmarks/c_kernel/thesis.c), {compiler}) is the same scene written by hand, for a
+number of balls and a method known when it is compiled. Made by `python benchmarks/step_cost.py`;
+{step_conditions}.
+
+## Many runs at once
+
+![Simulated seconds per CPU second](batch-throughput.png)
+
+`ab_sim.batch.simulate_batch(scene, variations)` runs eight variations of a scene side by side,
+with vector instructions. "Whole call" contains the checks of every scene, of its stability limits
+and the making of trajectories.
+
+{batch_table}
+
+{batch_verdict}
+
+Made by `python benchmarks/batch_throughput.py`; {batch_conditions}.
+"""
+
+
+def conditions(report: dict[str, Any]) -> str:
+    """When and where."""
+    machine, versions = report["machine"], report["versions"]
+    load = ", ".join(f"{value:.1f}" for value in machine["load_average"])
+    known = ", ".join(f"{name} {version}" for name, version in versions.items())
+    return (
+        f"{report['date'][:16]} UTC, {machine['processor']}, {machine['cores']} cores, "
+        f"load {load}; "
+        f"{known}; {report['clock']}, {report['repeats']} interleaved repeats"
+    )
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """In Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def spread(value: dict[str, float], scale: float = 1.0, digits: int = 3) -> str:
+    """Median and quartiles."""
+    low, median, high = (f"{scale * value[key]:.{digits}g}" for key in ("lower", "median", "upper"))
+    return f"{median} ({low} to {high})"
+
+
+def error(value: dict[str, Any]) -> str:
+    """A bound, where the reference tells no more."""
+    return ("at most " if value["at_most"] else "") + f"{value['value']:.1e}"
+
+
+def accuracy_part(report: dict[str, Any]) -> dict[str, Any]:
+    """The work-precision study."""
+    rows, ratios = [], []
+    for row in sorted(
+        (row for row in report["rows"] if row["errors"]), key=lambda row: row["cpu"]["median"]
+    ):
+        errors = row["errors"]
+        if not row["peer"] and not errors["angle"]["at_most"] and row["method"] != "sweeps":
+            ratios.append(errors["whirl"]["value"] / errors["angle"]["value"])
+        setting = f"{1e3 * row['step']:g} ms" if row["step"] else f"rtol {row['tolerance']:.0e}"
+        energy = errors["energy"]
+        rows.append([
+            row["method"],
+            setting,
+            error(errors["angle"]),
+            error(errors["whirl"]),
+            error(errors["angle_end"]),
+            "-" if energy is None else f"{energy:.0e}",
+            f"{1e3 * row['cpu']['median']:.3g}",
+        ])  # fmt: skip
+    head = ["method", "setting", "angle [rad]", "whirl [e]", "angle at the end", "energy",
+            "CPU ms per simulated s"]  # fmt: skip
+    left_out = "\n".join(
+        f"- Left out: {one['method']}: {one['reason']}." for one in report["left_out"]
+    )
+    return {
+        "accuracy_title": f"`{report['scene']}` without rolling friction, cheapest first",
+        "accuracy_table": table(head, rows),
+        "whirl_least": min(ratios),
+        "whirl_most": max(ratios),
+        "reference": report["reference"],
+        "uncertainty_angle": report["uncertainty"]["angle"],
+        "uncertainty_whirl": report["uncertainty"]["whirl"],
+        "left_out": left_out,
+        "accuracy_conditions": conditions(report),
+    }
+
+
+def peers_part(report: dict[str, Any]) -> dict[str, Any]:
+    """Beside the peers."""
+    rows, verdicts, fewest = [], [], []
+    for result in report["results"]:
+        ours, wanted = result["ours"], f"{result['error']:g} rad"
+        rows.append([
+            wanted, f"ab_sim, {ours['method']} at {ours['setting']}",
+            spread(ours["cpu"], 1e3), "1",
+        ])  # fmt: skip
+        for peer in result["peers"]:
+            rows.append(["", peer["method"], spread(peer["cpu"], 1e3), spread(peer["ratio"])])
+            if peer["method"] == result["best_peer"]:
+                needs = min(s["evaluations"] for s in peer["between"] if s["evaluations"])
+                fewest.append(f"{peer['method']} {needs:.0f} per simulated second at {wanted}")
+        ratio = result["ratio"]
+        verdicts.append(
+            f"at {wanted} the best peer, {result['best_peer']}, takes {spread(ratio)} times as "
+            "much "
+            f"(goal: {result['goal']:.0f}, {'met' if result['met'] else '**not met**'})"
+        )
+    head = ["error in ball angle", "method", "CPU ms per simulated s", "times ours"]
+    cost = report["seconds_per_evaluation"]
+    return {
+        "peers_table": table(head, rows),
+        "peers_verdict": "; ".join(verdicts).capitalize() + ".",
+        "compiled_us": 1e6 * cost["compiled"],
+        "python_us": 1e6 * cost["from_python"],
+        "fewest": ", ".join(fewest),
+        "peers_conditions": conditions(report),
+    }
+
+
+def step_part(report: dict[str, Any]) -> dict[str, Any]:
+    """Time per step."""
+    rows = []
+    for row in report["rows"]:
+        beside = ["", ""]
+        if "ratio_to_c" in row:
+            verdict = "" if row["within_goal"] else " **above the goal**"
+            beside = [spread(row["c_ns_per_step"]), spread(row["ratio_to_c"]) + verdict]
+        rows.append([row["method"], str(row["balls"]), spread(row["ns_per_step"]), *beside])
+    growth = "; ".join(
+        f"{method} " + ", ".join(f"{value:.0f} ns from {what}" for what, value in found.items())
+        for method, found in report["ns_per_further_ball"].items()
+    )
+    goal = report["goal_ratio_to_c"]
+    head = ["method", "balls", "ns per step", "C", f"ratio to C (goal: at most {goal:g})"]
+    return {
+        "step_table": table(head, rows),
+        "growth": growth,
+        "compiler": report["c_compiler"],
+        "step_conditions": conditions(report),
+    }
+
+
+def batch_part(report: dict[str, Any]) -> dict[str, Any]:
+    """Runs side by side."""
+    rows, verdicts, goal = [], [], report["goal"]
+    for row in report["rows"]:
+        angle, at_end = row["error"]["angle"], row["error"]["angle_end"]
+        rows.append([
+            f"{1e3 * row['step']:g} ms", f"{angle:.1e}", f"{at_end:.1e}",
+            spread(row["one_by_one"]), spread(row["side_by_side"]), spread(row["ratio"]),
+            spread(row["whole_call"]),
+        ])  # fmt: skip
+    for what, key in (("over the whole run", "angle"), ("at the end of the run", "angle_end")):
+        fit = [row for row in report["rows"] if row["error"][key] <= goal["error"]]
+        best = max(fit, key=lambda row: row["side_by_side"]["median"])
+        reached, ratio = best["side_by_side"]["median"], best["ratio"]["median"]
+        verdicts.append(
+            f"with an error of {goal['error']:g} rad {what}, {reached:,.0f} simulated seconds per "
+            f"CPU second (goal: {goal['side_by_side']:,.0f}, "
+            f"{'met' if reached >= goal['side_by_side'] else '**not met**'}), {ratio:.1f} times "
+            f"one by one (goal: {goal['ratio']:g}, "
+            f"{'met' if ratio >= goal['ratio'] else '**not met**'})"
+        )
+    head = ["step", "angle error over the run [rad]", "at its end", "one by one", "side by side",
+            "ratio", "whole call"]  # fmt: skip
+    return {
+        "batch_table": table(head, rows),
+        "batch_verdict": "; ".join(verdicts).capitalize() + ".",
+        "batch_conditions": conditions(report),
+    }
+
+
+def main() -> None:
+    """Read the four reports and write the page."""
+    parser = argparse.ArgumentParser(description="Write the page on accuracy.")
+    parser.add_argument("--docs", type=Path, default=DOCS)
+    docs = parser.parse_args().docs
+    parts = {
+        "accuracy-cost": accuracy_part,
+        "peers": peers_part,
+        "step-cost": step_part,
+        "batch-throughput": batch_part,
+    }
+    filled: dict[str, Any] = {}
+    for name, part in parts.items():
+        filled |= part(json.loads((docs / f"{name}.json").read_text(encoding="utf-8")))
+    (docs / "accuracy.md").write_text(TEXT.format(**filled), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
