@@ -89,7 +89,9 @@ Made by `python benchmarks/peers.py`; {peers_conditions}.
 
 What one more ball costs, from one number of balls to the next: {growth}. The C kernel
 ([thesis.c](../benchmarks/c_kernel/thesis.c), {compiler}) is the same scene written by hand, for a
-number of balls and a method known when it is compiled. Made by `python benchmarks/step_cost.py`;
+number of balls and a method known when it is compiled.
+
+From a scene to its first step, in a new process: {start}. Made by `python benchmarks/step_cost.py`;
 {step_conditions}.
 
 ## Many runs at once
@@ -220,11 +222,18 @@ def step_part(report: dict[str, Any]) -> dict[str, Any]:
         f"{method} " + ", ".join(f"{value:.0f} ns from {what}" for what, value in found.items())
         for method, found in report["ns_per_further_ball"].items()
     )
+    start = "; ".join(
+        f"`{one['scene']}`{' with ' + ', '.join(one['changes']) if one['changes'] else ''} "
+        f"{one['cold']:.1f} s when its kernel has to be compiled, then "
+        f"{spread(one['cached'], digits=2)} s"
+        for one in report["start"]
+    )
     goal = report["goal_ratio_to_c"]
     head = ["method", "balls", "ns per step", "C", f"ratio to C (goal: at most {goal:g})"]
     return {
         "step_table": table(head, rows),
         "growth": growth,
+        "start": start,
         "compiler": report["c_compiler"],
         "step_conditions": conditions(report),
     }

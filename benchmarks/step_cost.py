@@ -10,7 +10,10 @@ gcc for the C kernel.
 import argparse
 import ctypes
 import itertools
+import os
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -119,6 +122,38 @@ def measure(repeats: int) -> dict[str, Any]:
     return {"rows": rows, "ns_per_further_ball": growth, "goal_ratio_to_c": GOAL}
 
 
+START = """
+import sys, time
+from ab_sim.drive import Drive
+from ab_sim.scene import load_scene
+scene = load_scene(sys.argv[1], sys.argv[2:])
+begin = time.perf_counter()
+Drive(scene).advance(1)
+print(time.perf_counter() - begin)
+"""
+
+
+def start_seconds(scene: str, changes: list[str], processes: int = 5) -> dict[str, Any]:
+    """From a scene to the first step, in new processes: the first has to compile [s]."""
+    with tempfile.TemporaryDirectory() as cache:
+        where = {**os.environ, "XDG_CACHE_HOME": cache}
+        where["PYTHONPATH"] = str(Path(__file__).resolve().parents[1])
+        times = [
+            float(
+                subprocess.run(
+                    [sys.executable, "-c", START, scene, *changes],
+                    env=where,
+                    capture_output=True,
+                    text=True,
+                    check=True,
+                ).stdout
+            )
+            for _ in range(1 + processes)
+        ]
+    cached = Spread.of(np.array(times[1:]))._asdict()
+    return {"scene": scene, "changes": changes, "cold": times[0], "cached": cached}
+
+
 def _growth(medians: list[Any]) -> dict[str, float]:
     """What one more ball costs [ns], from one number of balls to the next: the same if linear."""
     n, t = BALLS[2:], medians[2:]
@@ -186,6 +221,7 @@ def main() -> None:
         "changes": CHANGES,
         "repeats": arguments.repeats,
         "steps_per_repeat": STEPS * RUNS,
+        "start": [start_seconds(SCENE, CHANGES[:1]), start_seconds(SCENE, [])],
         **found,
     }
     arguments.out.mkdir(parents=True, exist_ok=True)

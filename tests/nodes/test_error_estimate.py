@@ -85,3 +85,23 @@ def test_a_wish_that_cannot_be_had_ends_it_with_one_message(fleet: Fleet) -> Non
     assert fleet.ended("drive_sim") == 2
     assert "the best that can be had is about" in fleet.log("drive_sim")
     assert "Traceback" not in fleet.log("drive_sim")
+
+
+def test_nothing_is_compiled_or_loaded_once_it_runs(
+    monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    """Numba says when it takes a kernel from its cache, or puts a new one there."""
+    monkeypatch.setenv("NUMBA_DEBUG_CACHE", "1")
+    fleet: Fleet = request.getfixturevalue("fleet")
+    fleet.start("drive_sim", scene="weak-motor", changes="['effects.accelerometer={}']")
+    fleet.until(lambda: number(fleet, "simulated time [s]") > 0.2, "it runs")
+    fleet.command(120.0)
+    fleet.until(lambda: number(fleet, "steps checked") > 300, "steps are done again")
+    fleet.command(-50.0)
+    for service, switch in (("pause", True), ("step", None), ("pause", False), ("reset", None)):
+        assert fleet.call(f"drive_sim/{service}", switch)[0]
+    fleet.until(lambda: number(fleet, "simulated time [s]") > 0.3, "it runs again")
+    assert fleet.stop("drive_sim") == 0
+    before, ready, after = fleet.log("drive_sim").partition("weak-motor: 2 balls")
+    assert ready and "[cache] " in before, "it does say so"
+    assert "[cache] " not in after
