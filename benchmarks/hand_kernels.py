@@ -14,7 +14,8 @@ import numba
 
 from ab_sim.dynamics.cos_sin import cos_sin
 from ab_sim.dynamics.multiply_add import multiply_add
-from ab_sim.dynamics.system import MOBILITY
+from ab_sim.dynamics.system import MASS, MOBILITY, MOMENT, ROUND_LEVER
+from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.fixed_step import TWO_PI_REST
 from ab_sim.integrate.on_stack import scratch_of, trial_of
 
@@ -57,17 +58,17 @@ def thesis_derivatives(drive, balls, time, state, slope, scratch):  # type: igno
     d11 = d22 = drive.total_mass
     d12 = d21 = 0.0
     for i in range(n):
-        m, a, rate = balls[i, 0], balls[i, 1], state[4 + n + i]
+        m, rate = balls[i, MASS], state[4 + n + i]
         c, s = cos_sin(state[4 + i])
-        rolling = 0.4 * m
         mobility = balls[i, MOBILITY]
-        load = m * R * (w + rate) * (w + rate)
-        lever = m * R - rolling * a
+        moment = balls[i, MOMENT]
+        load = moment * (w + rate) * (w + rate)
+        lever = balls[i, ROUND_LEVER]
         g0 = (-drive.drag * (R * rate) - lever * al) * mobility
         g1 = m * s * mobility
         g2 = -m * c * mobility
-        f1 += load * c + m * R * al * s + m * s * g0
-        f2 += load * s - m * R * al * c - m * c * g0
+        f1 += load * c + moment * al * s + m * s * g0
+        f2 += load * s - moment * al * c - m * c * g0
         d11 = multiply_add(-m * s, g1, d11)
         d12 = multiply_add(-m * s, g2, d12)
         d21 = multiply_add(m * c, g1, d21)
@@ -89,7 +90,7 @@ def thesis_derivatives(drive, balls, time, state, slope, scratch):  # type: igno
     return A1, A2
 
 
-@numba.njit(nogil=True, **OPTIONS)
+@compiled
 def thesis_advance(drive, system, weights, start, first, step, state, modes, work, rows):  # type: ignore[no-untyped-def]
     """``ab_sim.integrate.fixed_step.advance`` for this drive; the arguments mean the same.
 

@@ -28,6 +28,7 @@ from ab_sim.dynamics.system import (
     has_events,
     has_gravity,
     has_motor,
+    has_spin,
     loop_torque,
     rotor_moment,
     space_force,
@@ -59,15 +60,22 @@ def system_of(scene: Scene, ledger: bool = False) -> System:
         sag_x=sag_x,
         sag_y=sag_y,
     )
-    turns = [reduced(angle)[1] for angle in start_angles(scene)]
-    masses, radii = scene.balls.masses, scene.balls.radii
-    pairs = zip(masses, radii, strict=True)
-    inertias = [m + ball_inertia(effects, Ball(m, a)) for m, a in pairs]
-    balls = np.column_stack([masses, radii, [1.0 / inertia for inertia in inertias], turns])
+    balls = _balls(scene, effects)
     kept = (Ledger(),) if ledger else ()
     # Events make kernels so large that one for each number of balls would take too long to compile.
     each = len(balls) if has_events(effects) else (None,) * len(balls)
     return System(body, balls, contacts_of(scene), effects, kept, each)
+
+
+def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
+    """``System.balls``."""
+    angles, radius = start_angles(scene), scene.race.radius
+    rows = []
+    for m, a, angle in zip(scene.balls.masses, scene.balls.radii, angles, strict=True):
+        spin = ball_inertia(effects, Ball(m, a))
+        lever = m * radius - spin * a if has_spin(effects) else m * radius
+        rows.append((m, a, m + spin, 1.0 / (m + spin), m * radius, lever, reduced(angle)[1]))
+    return np.array(rows).reshape(len(rows), FIRST_TURNS + 1)
 
 
 def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:

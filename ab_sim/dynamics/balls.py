@@ -28,7 +28,10 @@ from ab_sim.dynamics.system import (
     DIRECTION,
     LOADED,
     MASS,
+    MOMENT,
     RADIUS,
+    ROLLING_MASS,
+    ROUND_LEVER,
     ball_count,
     ball_inertia,
     friction_coefficient,
@@ -52,24 +55,18 @@ def place_balls(system, state, scratch):  # type: ignore[no-untyped-def]
 def place_ball(system, i, state, scratch):  # type: ignore[no-untyped-def]
     """``place_balls`` for ball i."""
     effects, R = system.effects, system.body.race_radius
-    ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
     c, s = cos_sin(state[4 + i])
     scratch[i, COS] = c
     scratch[i, SIN] = s
-    inertia = ball.mass
-    lever = ball.mass * R
+    scratch[i, INERTIA] = system.balls[i, ROLLING_MASS]
+    lever = system.balls[i, ROUND_LEVER]
     if has_runout(effects):
         beyond, across, curve, bend = race_shape(effects, c, s)
         scratch[i, NORMAL] = R + beyond
         scratch[i, ACROSS] = across
         scratch[i, CURVE] = R + curve
         scratch[i, BEND] = bend
-        lever = ball.mass * (R + beyond)
-    if has_spin(effects):
-        rolling = ball_inertia(effects, ball)
-        inertia += rolling
-        lever -= rolling * ball.radius
-    scratch[i, INERTIA] = inertia
+        lever += system.balls[i, MASS] * beyond
     scratch[i, LEVER] = lever
 
 
@@ -104,7 +101,7 @@ def rigid_lever(system, i, scratch):  # type: ignore[no-untyped-def]
     if has_runout(system.effects):
         h, x = place_from_shaft(system, i, scratch)
         return -m * (h * s + x * c), m * (h * c - x * s)
-    return -m * system.body.race_radius * s, m * system.body.race_radius * c
+    return -system.balls[i, MOMENT] * s, system.balls[i, MOMENT] * c
 
 
 @numba.njit(**COMPILED)

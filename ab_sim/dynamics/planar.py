@@ -61,6 +61,7 @@ from ab_sim.dynamics.scratch import (
 from ab_sim.dynamics.system import (
     DIRECTION,
     MASS,
+    MOMENT,
     RADIUS,
     back_torque,
     ball_count,
@@ -193,7 +194,7 @@ def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyp
     """Each ball's equation; the balls' pull on the deck and their torque on the spindle."""
     body, effects = system.body, system.effects
     n = ball_count(system)
-    w, al, R = spindle.speed, spindle.acceleration, body.race_radius
+    w, al = spindle.speed, spindle.acceleration
     f1 = body.unbalance * w * w
     f2 = -body.unbalance * al
     torque = spindle.torque
@@ -213,7 +214,7 @@ def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyp
             f1 -= pull * s
             f2 += pull * c
         else:
-            load = m * R * (w + rate) * (w + rate)
+            load = system.balls[i, MOMENT] * (w + rate) * (w + rate)
             pull = 0.0
         f1 += load * c - r1 * al
         f2 += load * s - r2 * al

@@ -11,9 +11,10 @@ from ab_sim.dynamics.dispatch import COMPILED, any_effect_has, forward, sum_over
 from ab_sim.dynamics.motion import Body
 
 # Few arrays with columns, not many arrays: compiled code passes seven words for each.
-MASS, RADIUS, MOBILITY, FIRST_TURNS = 0, 1, 2, 3
-"""Columns of System.balls: m_i [kg]; a_i [m]; 1/mu_i [1/kg], what force along the race makes of a
-ball that rolls, if it does; whole turns in the ball's angle at the start."""
+MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
+"""Columns of System.balls: m_i [kg]; a_i [m]; mu_i = m_i + I_i/a_i^2 [kg], I_i = 0 where balls do
+not roll; 1/mu_i; m_i R [kg m]; m_i R - (I_i/a_i^2) a_i [kg m], what the spindle's acceleration asks
+of the ball along a round race; whole turns in the ball's angle at the start."""
 ORDER, SPACING = 0, 1
 """Columns of System.contacts: the ball at this place of the row; the distance along the race from
 it to the next one in contact [m]."""
@@ -32,7 +33,7 @@ class System(NamedTuple):
 
     body: Body
     balls: np.ndarray
-    """Shape (n, 4), columns as above."""
+    """Shape (n, 7), columns as above."""
     contacts: np.ndarray
     """Neighbours along the race, shape (n, 2), columns as above; contact k lies between the balls
     at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""
