@@ -50,11 +50,16 @@ def ball_count(system: System) -> int:
     return len(system.each) if isinstance(system.each, tuple) else system.each
 
 
+def ball_number(kind: Any) -> int | None:
+    """n, where numba's type of a System tells it."""
+    each = kind.types[kind.fields.index("each")]
+    return len(each) if isinstance(each, BaseTuple) else None
+
+
 @overload(ball_count, jit_options=COMPILED, strict=False)
 def _ball_count(system):  # type: ignore[no-untyped-def]
-    kind = system.types[system.fields.index("each")]
-    if isinstance(kind, BaseTuple):
-        n = len(kind)
+    n = ball_number(system)
+    if n is not None:
         return lambda system: n
     return lambda system: system.each
 

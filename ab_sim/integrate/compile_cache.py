@@ -17,6 +17,9 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
+from numba.core.compiler_lock import global_compiler_lock
+
+from ab_sim.dynamics.system import System, ball_number
 
 
 def cache_folder() -> Path:
@@ -43,28 +46,40 @@ def compiled(function: Callable[..., Any]) -> Any:
     """Compile a kernel: cached on disk, releasing Python's lock while it runs.
 
     Statements that do the same to neighbouring numbers, as two balls' equations do, become vector
-    instructions (``SLP_VECTORIZE``): numba leaves that out unless told, and it is worth a quarter.
+    instructions (``SLP_VECTORIZE``), which numba leaves out unless told. It is worth a quarter of a
+    step without events; kernels with events gain less, and would take half as long again to make.
     """
     with _numba_settings(CACHE_DIR=str(cache_folder())):
         kernel = numba.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
     compile_now = kernel.compile
 
-    def compile_vectorised(signature: Any) -> Any:
-        with _numba_settings(SLP_VECTORIZE=1):
+    def compile_as_fits(signature: Any) -> Any:
+        with _numba_settings(SLP_VECTORIZE=int(_counts_its_balls(signature))):
             return compile_now(signature)
 
-    kernel.compile = compile_vectorised
+    kernel.compile = compile_as_fits
     return kernel
+
+
+def _counts_its_balls(signature: Any) -> bool:
+    """Whether a System among the arguments says by its type how many balls it has."""
+    arguments = signature if isinstance(signature, tuple) else signature.args
+    systems = [kind for kind in arguments if getattr(kind, "instance_class", None) is System]
+    return any(ball_number(kind) is not None for kind in systems)
 
 
 @contextlib.contextmanager
 def _numba_settings(**settings: Any) -> Iterator[None]:
-    """Settings are numba's, for the whole process: give them back at once, others compile too."""
-    before = {name: getattr(numba.config, name) for name in settings}
-    for name, value in settings.items():
-        setattr(numba.config, name, value)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
+    """Settings are numba's, for the whole process: give them back at once, others compile too.
+
+    Under the lock that numba compiles under: of two threads, each would else see the other's.
+    """
+    with global_compiler_lock:
+        before = {name: getattr(numba.config, name) for name in settings}
+        for name, value in settings.items():
             setattr(numba.config, name, value)
+        try:
+            yield
+        finally:
+            for name, value in before.items():
+                setattr(numba.config, name, value)

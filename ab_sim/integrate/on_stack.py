@@ -8,24 +8,23 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.types.containers import BaseTuple
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array, populate_array
 
 from ab_sim.dynamics.dispatch import COMPILED
 from ab_sim.dynamics.scratch import WIDTH
-from ab_sim.dynamics.system import System
+from ab_sim.dynamics.system import System, ball_number
 
 ALIGNMENT = 64
 
 
 def _sizes(system: Any) -> tuple[int, int] | None:
     """Balls and states, where the types say how many."""
-    count = system.types[system.fields.index("each")]
-    if not isinstance(count, BaseTuple):
+    n = ball_number(system)
+    if n is None:
         return None
     ledger = system.types[system.fields.index("ledger")]
-    return len(count), 4 + 2 * len(count) + 2 * len(ledger)
+    return n, 4 + 2 * n + 2 * len(ledger)
 
 
 def state_size(system: System, state: Any) -> int:
