@@ -78,6 +78,8 @@ class ErrorChecks:
     """
 
     def __init__(self, drive: Drive, share: float, longest: float = math.inf) -> None:
+        if drive.system.ledger:
+            raise ValueError("checks need a drive without a ledger, which would be done again, too")
         if not 0.0 < share <= 1.0:
             raise ValueError(f"share = {share}: must be above 0, and at most 1")
         self._drive, self._most, self._longest = drive, share, longest
@@ -139,7 +141,11 @@ class ErrorChecks:
             self._commands = ()  # The window begins with what they did.
         recording, commands = self._recording, self._commands
         self._account(begin)
-        taken = self._drive.advance(steps)
+        try:
+            taken = self._drive.advance(steps)
+        except DivergedError:
+            self._window = None  # What was taken before that is missing in it.
+            raise
         self._commands = ()
         if len(taken) and recording:
             place = np.column_stack([taken["x"], taken["y"]])
@@ -184,7 +190,7 @@ class ErrorChecks:
         except DivergedError:
             # The drive itself is still sound, or this would not be called.
             self._found(ErrorEstimate(math.inf, math.inf))
-            self._window = None
+            self.latest, self._now, self._window = self._now, NONE_YET, None
             return
         done = self._shadow.steps - before
         self._halves += done

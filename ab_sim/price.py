@@ -51,6 +51,8 @@ _DRAG_RULES = 20.0
 """Where it can be longer by this, the explicit methods are not looked at any more."""
 _RUNGS = tuple(c * 10**d for d in range(4) for c in (1, 2, 4, 5))
 """Steps are the longest one divided by these: 10, 5, 2.5, 2, 1 ms ..."""
+_FEWEST = 4
+"""Steps to choose from that a period has to leave."""
 _MOST_SAMPLES = 200_000
 """Of a run, for comparing; of a longer one every so-manieth sample is kept."""
 _MOST_SECONDS = 300.0
@@ -177,6 +179,12 @@ class _Search:
         base = period or 10.0 ** max(math.ceil(math.log10(longest) - 1e-9), -6)
         self._base = round(1e9 * base)
         """ns: the longest step; all others are parts of it."""
+        if period is not None and len(self._rungs(self._first)) < _FEWEST:
+            raise SceneError(
+                f"accuracy: a step has to go into the period of {period:g} s ({1 / period:g} 1/s) "
+                "a whole number of times, be whole nanoseconds and stable, which too few are; a "
+                "rate of 50, 100, 125, 200, 250, 500 or 1000 1/s would do, or a solver of your own"
+            )
         bases = max(1, math.ceil(scene.duration / (1e-9 * self._base) - 1e-9))
         self._stride = math.ceil(bases / _MOST_SAMPLES)
         self._bases = self._stride * math.ceil(bases / self._stride)

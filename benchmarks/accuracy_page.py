@@ -7,8 +7,13 @@ after accuracy_cost.py, peers.py, step_cost.py and batch_throughput.py.
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from ab_sim.price import SAFETY  # noqa: E402
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 TEXT = """\
@@ -45,8 +50,9 @@ You need not choose: write what you want into the scene, instead of a solver,
     accuracy: {{angle: 1.0e-6}}        # rad; or whirl: 1.0e-3, in units of e; or both
 
 and the cheapest setting that is *measured* to deliver it on this scene is taken, with a safety
-factor of 4 on the error, and reported with its price by `ab-sim check`, `ab-sim run` and the node.
-What double precision cannot give is refused with the best that can be had. For your own scene,
+factor of {safety:g} on the error, and reported with its price by `ab-sim check`, `ab-sim run` and
+the node. What double precision cannot give is refused with the best that can be had. For your own
+scene,
 
     ab-sim accuracy my-scene.yaml --plot accuracy.png --json accuracy.json
 
@@ -128,6 +134,12 @@ def table(head: list[str], rows: list[list[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
+def sentence(parts: list[str]) -> str:
+    """Of parts that begin in lower case."""
+    text = "; ".join(parts)
+    return text[0].upper() + text[1:] + "."
+
+
 def spread(value: dict[str, float], scale: float = 1.0, digits: int = 3) -> str:
     """Median and quartiles."""
     low, median, high = (f"{scale * value[key]:.{digits}g}" for key in ("lower", "median", "upper"))
@@ -201,7 +213,7 @@ def peers_part(report: dict[str, Any]) -> dict[str, Any]:
     cost = report["seconds_per_evaluation"]
     return {
         "peers_table": table(head, rows),
-        "peers_verdict": "; ".join(verdicts).capitalize() + ".",
+        "peers_verdict": sentence(verdicts),
         "compiled_us": 1e6 * cost["compiled"],
         "python_us": 1e6 * cost["from_python"],
         "fewest": ", ".join(fewest),
@@ -251,6 +263,9 @@ def batch_part(report: dict[str, Any]) -> dict[str, Any]:
         ])  # fmt: skip
     for what, key in (("over the whole run", "angle"), ("at the end of the run", "angle_end")):
         fit = [row for row in report["rows"] if row["error"][key] <= goal["error"]]
+        if not fit:
+            verdicts.append(f"no step measured gives {goal['error']:g} rad {what}")
+            continue
         best = max(fit, key=lambda row: row["side_by_side"]["median"])
         reached, ratio = best["side_by_side"]["median"], best["ratio"]["median"]
         verdicts.append(
@@ -264,7 +279,7 @@ def batch_part(report: dict[str, Any]) -> dict[str, Any]:
             "ratio", "whole call"]  # fmt: skip
     return {
         "batch_table": table(head, rows),
-        "batch_verdict": "; ".join(verdicts).capitalize() + ".",
+        "batch_verdict": sentence(verdicts),
         "batch_conditions": conditions(report),
     }
 
@@ -280,7 +295,7 @@ def main() -> None:
         "step-cost": step_part,
         "batch-throughput": batch_part,
     }
-    filled: dict[str, Any] = {}
+    filled: dict[str, Any] = {"safety": SAFETY}
     for name, part in parts.items():
         filled |= part(json.loads((docs / f"{name}.json").read_text(encoding="utf-8")))
     (docs / "accuracy.md").write_text(TEXT.format(**filled), encoding="utf-8")

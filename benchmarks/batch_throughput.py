@@ -30,7 +30,7 @@ from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.dynamics.assemble import place_on, state_bounds  # noqa: E402
 from ab_sim.dynamics.lanes import LANES  # noqa: E402
 from ab_sim.integrate.fixed_step import advance  # noqa: E402
-from ab_sim.integrate.workspace import workspace  # noqa: E402
+from ab_sim.integrate.workspace import aligned, workspace  # noqa: E402
 from ab_sim.rows import BEYOND_STATES  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 from ab_sim.spindle.stretches import stretches  # noqa: E402
@@ -81,11 +81,13 @@ class Alone:
         bounds = state_bounds(drive.system, drive.step)
         self._work = workspace(drive.system, drive.stepper.slopes, 0, bounds)
         size = len(self._start.state) + BEYOND_STATES
-        self._rows = np.empty((round(scene.duration / drive.step), size))
+        self._rows = aligned((round(scene.duration / drive.step), size))
+        self._state = aligned(self._start.state.shape)
 
     def run(self) -> None:
         """From the start to the end."""
-        drive, state, modes = self._drive, self._start.state.copy(), self._start.modes.copy()
+        drive, state, modes = self._drive, self._state, self._start.modes.copy()
+        state[:] = self._start.state
         for way in self._ways:
             advance(
                 drive.system,

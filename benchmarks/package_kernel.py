@@ -3,12 +3,10 @@
 import time
 from collections.abc import Callable
 
-import numpy as np
-
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import place_on, state_bounds
 from ab_sim.integrate.fixed_step import advance
-from ab_sim.integrate.workspace import workspace
+from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.rows import BEYOND_STATES
 from ab_sim.scene import Scene
 
@@ -33,8 +31,8 @@ class PackageKernel:
         stepper = drive.stepper
         bounds = state_bounds(drive.system, drive.step)
         self.work = workspace(drive.system, stepper.slopes, stepper.nodes, bounds)
-        self.state, self.modes = self.start.state.copy(), self.start.modes.copy()
-        self.rows = np.empty((steps, self.state.size + BEYOND_STATES))
+        self.state, self.modes = aligned(self.start.state.shape), self.start.modes.copy()
+        self.rows = aligned((steps, self.state.size + BEYOND_STATES))
 
     def rewind(self) -> None:
         """Back to before the steps."""

@@ -1,7 +1,7 @@
 """Many runs of one scene at once, eight side by side."""
 
-import copy
 import itertools
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -14,17 +14,20 @@ from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, sys
 from ab_sim.dynamics.lanes import LANES, leaves
 from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.system import MODES, has_events
-from ab_sim.errors import DivergedError, InputError, SceneError
+from ab_sim.errors import DivergedError, InputError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.side_by_side import Runs, advance_side_by_side
 from ab_sim.integrate.tableau import Tableau
 from ab_sim.integrate.workspace import aligned
 from ab_sim.rows import BEYOND_STATES, Rows, follow
-from ab_sim.scene import Scene, check_scene
+from ab_sim.scene import Scene
+from ab_sim.scene.load import changed_scene
 from ab_sim.spindle import SpeedProfile
 from ab_sim.spindle.stretches import stretches
 from ab_sim.trajectory import Trajectory
 
+AT_ONCE = 1000
+"""Steps of a run that goes by itself between two looks at it."""
 MOST_VALUES = 500_000_000
 """4 GB of samples; more are refused before anything runs."""
 
@@ -46,7 +49,8 @@ class Batch(NamedTuple):
     side_by_side: int
     """How many of them ran in lanes; the others, one by one."""
     integration_seconds: float
-    """CPU time of this thread in the compiled loops, all runs together [s]."""
+    """CPU time of this thread for taking the steps, all runs together [s]; the first ones of their
+    kind compile a kernel, or load it."""
 
 
 def simulate_batch(
@@ -58,28 +62,32 @@ def simulate_batch(
     """Run a scene's profile once for each variation, for the scene's duration.
 
     Runs that differ in numbers only go eight side by side, with vector instructions, and give
-    what a Drive gives to rounding. Runs of scenes with events (friction, contact, a motor), or
-    whose stepper solves for the drag, go one by one.
+    what a Drive gives to rounding; in the last digits they may depend on what goes beside them.
+    Runs of scenes with events (friction, contact, a motor), or whose stepper solves for the drag,
+    go one by one.
 
     Args:
         scene: what the runs have in common; an accuracy that it asks for is measured with it as it
             is, without variations.
         variations: for each run, values by dotted key, e.g. ``{"balls.mass": 0.002,
-            "effects.viscous_drag.coefficient": 2.0}``; any key of a scene may vary.
+            "effects.viscous_drag.coefficient": 2.0}``; None removes a key. Any key may vary.
         every: keep each so-many-th step.
         progress: called with (runs done, runs).
 
     Raises:
         SceneError: a variation is not a valid scene; names it by its place, from 0.
-        InputError: no variations, or more samples than there is room for.
+        InputError: no variations, ``every`` is no number of steps, or more samples than there is
+            room for.
     """
-    if every < 1:
-        raise InputError(f"every = {every}: must be at least 1")
-    if not variations:
-        raise InputError("variations: are none; give one mapping per run, {} for the scene itself")
-    scene, _ = priced(scene)
+    if not isinstance(variations, Sequence) or isinstance(variations, str) or not variations:
+        raise InputError(
+            f"variations = {variations!r}: must be a list with one mapping per run, {{}} for the "
+            "scene itself"
+        )
     scenes = varied(scene, variations)
     _check_room(scenes, every)
+    if scene.accuracy is not None:
+        scenes = varied(priced(scene)[0], variations)
     prepared = [_Prepared(scene) for scene in scenes]
     runs: list[BatchRun | None] = [None] * len(scenes)
     seconds, done, lanes_used = 0.0, 0, 0
@@ -105,35 +113,34 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, Any]]) -> list[Scene]
     Raises:
         SceneError: one of them is not valid; names it by its place, from 0, and by its key.
     """
-    common = scene.as_mapping()
-    scenes = []
-    for place, variation in enumerate(variations):
-        raw = copy.deepcopy(common)
-        for key, value in variation.items():
-            _put(raw, key, value, f"variation {place}")
-        scenes.append(check_scene(raw, f"variation {place}"))
-    return scenes
+    return [
+        changed_scene(scene, variation, f"variation {place}")
+        for place, variation in enumerate(variations)
+    ]
 
 
-def _put(raw: dict[str, Any], key: str, value: Any, origin: str) -> None:
-    *sections, last = key.split(".")
-    inside = raw
-    for section in sections:
-        inside = inside.setdefault(section, {})
-        if not isinstance(inside, dict):
-            raise SceneError(f"{origin}: {key}: {section} is a value, it has no keys")
-    inside[last] = value
+def _steps(scene: Scene) -> int:
+    return max(1, math.ceil(scene.duration / scene.solver.step - 1e-9))
 
 
 def _check_room(scenes: list[Scene], every: int) -> None:
-    values = 0.0
-    for scene in scenes:
-        values += scene.duration / scene.solver.step / every * (14 + 2 * scene.balls.count)
-    if values > MOST_VALUES:
+    fewest = min(map(_steps, scenes))
+    if not isinstance(every, int) or not 1 <= every <= fewest:
         raise InputError(
-            f"{len(scenes)} runs: would keep {values:.2g} numbers, at most {MOST_VALUES:.2g} are "
-            f"allowed; keep fewer with every = {int(every * values / MOST_VALUES) + 1} or more, "
-            "or run fewer at once"
+            f"every = {every!r}: must be a whole number from 1 to {fewest}, the steps of the "
+            "shortest run"
+        )
+    kept = at_work = 0
+    for scene in scenes:
+        width = 14 + 2 * scene.balls.count
+        kept += _steps(scene) // every * width
+        in_kernel = 1 if "accelerometer" in scene.effects else every
+        at_work = max(at_work, _steps(scene) // in_kernel * width * LANES + 3 * _steps(scene))
+    if kept + at_work > MOST_VALUES:
+        raise InputError(
+            f"{len(scenes)} runs of at most {max(map(_steps, scenes))} steps: would need room for "
+            f"{kept + at_work:.2g} numbers, at most {MOST_VALUES:.2g} are allowed; keep fewer "
+            "with a larger every, run fewer at once, or make solver.step longer"
         )
 
 
@@ -141,17 +148,17 @@ class _Prepared:
     """A scene with what its run needs."""
 
     def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self.system = system_of(scene)
-        self.stepper = choose_stepper(scene, self.system).stepper
-        self.steps = round(scene.duration / scene.solver.step)
+        self.scene, _ = priced(scene)
+        self.system = system_of(self.scene)
+        self.stepper = choose_stepper(self.scene, self.system).stepper
+        self.steps = _steps(self.scene)
         events = has_events(self.system.effects)
         self.fits_a_lane = isinstance(self.stepper, Tableau) and not events
 
     @property
     def likeness(self) -> Any:
         """Runs in which this is the same go side by side."""
-        kinds = tuple(type(effect) for effect in self.system.effects)
+        kinds = tuple(type(effect) for effect in self.scene.effects.values())
         return kinds, self.scene.balls.count, self.stepper.name, self.scene.solver.step, self.steps
 
 
@@ -163,22 +170,28 @@ def _alike(prepared: list[_Prepared]) -> dict[Any, list[int]]:
 
 
 def _one_by_one(members: list[_Prepared], every: int) -> tuple[list[BatchRun], float]:
-    runs, begin = [], time.thread_time()
+    runs, seconds = [], 0.0
+    piece = every * max(1, AT_ONCE // every)
     for member in members:
         drive, failure = Drive(member.scene), ""
-        parts: list[Trajectory] = []
+        parts = [drive.advance(0)]
         while drive.steps < member.steps and not failure:
+            before, begin = drive.snapshot(), time.thread_time()
             try:
-                parts.append(drive.advance(min(1000, member.steps - drive.steps)))
+                part = drive.advance(min(piece, member.steps - drive.steps))
             except DivergedError as error:
-                failure = str(error)
-        whole = Trajectory.join(parts) if parts else drive.advance(0)
-        runs.append(BatchRun(member.scene, _thinned(whole, every), failure))
-    return runs, time.thread_time() - begin
+                failure, sound = str(error), drive.steps - before.steps
+                drive.restore(before)
+                part = drive.advance(sound)
+            seconds += time.thread_time() - begin
+            parts.append(_thinned(part, every))
+        runs.append(BatchRun(member.scene, Trajectory.join(parts), failure))
+    return runs, seconds
 
 
 def _thinned(trajectory: Trajectory, every: int) -> Trajectory:
-    return Trajectory(trajectory.channels, trajectory.samples[every - 1 :: every])
+    # A copy, which does not keep the rest in memory.
+    return Trajectory(trajectory.channels, trajectory.samples[every - 1 :: every].copy())
 
 
 def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun], float]:

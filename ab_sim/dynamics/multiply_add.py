@@ -1,7 +1,8 @@
 """Multiply and add, rounded once, where the time goes.
 
 Leaving it to the compiler (`contract`) is as quick, but then two copies of the same formula may
-round differently, and a run would depend on how its steps are grouped.
+round differently, and a run would depend on how its steps are grouped. (Runs side by side, which
+promise no bits, leave it to the compiler all the same: see lanes.py.)
 """
 
 from typing import Any

@@ -23,7 +23,7 @@ its step, and the length of each of its steps or parts."""
 
 
 class Plan(NamedTuple):
-    """Where the steps of eight runs go; see batch_plan."""
+    """Where the steps of eight runs go; see batch.plan.merged."""
 
     stretches: np.ndarray
     """Integers, shape (stretches, 4), columns as above."""
@@ -72,7 +72,7 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
         place: a Place, the pattern of those in ``places``.
         weights: a Runge-Kutta method's.
         constants: (floats of body and effects, shape (floats, 8), see lanes.leaves; System.balls
-            of each run, shape (n, 3, 8); magnitudes that no sound run reaches, shape (states, 8)).
+            of each run, shape (n, 7, 8); magnitudes that no sound run reaches, shape (states, 8)).
         plan: a Plan.
         clock: (step [s], how many steps from one recorded sample to the next).
         runs: a Runs; state, modes and rows are the last and all states at the end.

@@ -1,10 +1,11 @@
 """Find a scene by name or file, read it, apply ``key=value`` changes, check it."""
 
 import contextlib
+import copy
 import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
@@ -70,12 +71,36 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
     """
     path = find_scene(scene)
     raw = _read(path)
-    changes = list(changes)
-    _make_way(raw, changes)
-    for change in changes:
-        _apply(raw, change)
+    _change(raw, [_parsed(change) for change in changes])
     raw.setdefault("name", path.stem)
     return check_scene(raw, origin=str(path))
+
+
+def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scene:
+    """The scene with other values.
+
+    Args:
+        scene: stays as it is.
+        changes: values by dotted key, e.g. ``{"balls.mass": 0.002}``; None removes the key.
+        origin: what to call the changes in messages.
+
+    Raises:
+        SceneError: a key is not a text, or what comes out is not a valid scene.
+    """
+    if not isinstance(changes, Mapping) or not all(isinstance(key, str) for key in changes):
+        raise SceneError(
+            f"{origin} = {changes!r}: must be a mapping of dotted keys to values, e.g. "
+            "{'balls.mass': 0.002}"
+        )
+    raw = copy.deepcopy(scene.as_mapping())
+    _change(
+        raw,
+        [
+            _Change(key, _REMOVED if value is None else value, f"{origin}: {key}")
+            for key, value in changes.items()
+        ],
+    )
+    return check_scene(raw, origin)
 
 
 def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
@@ -172,36 +197,48 @@ def _read(path: Path) -> dict[str, Any]:
     return raw
 
 
-def _make_way(raw: dict[str, Any], changes: Iterable[str]) -> None:
-    """Who changes the accuracy does not want the file's solver any more, and vice versa.
-
-    Who changes both is told that they exclude each other, when the scene is checked.
-    """
-    parts = (change.partition("=") for change in changes)
-    given = {key.strip().partition(".")[0] for key, _, value in parts if value.strip()}
-    for wanted, other in (("accuracy", "solver"), ("solver", "accuracy")):
-        if wanted in given and other not in given:
-            raw.pop(other, None)
+_REMOVED: Any = object()
 
 
-def _apply(raw: dict[str, Any], change: str) -> None:
+class _Change(NamedTuple):
+    """A value for a dotted key, or ``_REMOVED``."""
+
+    key: str
+    value: Any
+    said: str
+    """What to call it in messages."""
+
+
+def _parsed(change: str) -> _Change:
     key, equals, text = change.partition("=")
+    said = f"change {change!r}"
     if not equals or not all(part.strip() for part in key.split(".")):
-        raise SceneError(f"change {change!r}: must be key=value, e.g. balls.mass=0.002")
+        raise SceneError(f"{said}: must be key=value, e.g. balls.mass=0.002")
     try:
         value = yaml.load(text, Loader=_UniqueKeys)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise SceneError(f"change {change!r}: the value is not valid YAML: {error}") from error
-    *sections, last = key.strip().split(".")
-    place = raw
-    for section in sections:
-        inner = place.get(section)
-        if inner is None:
-            inner = place[section] = {}
-        if not isinstance(inner, dict):
-            raise SceneError(f"change {change!r}: {section} is a value, it has no keys")
-        place = inner
-    if text.strip() == "":
-        place.pop(last, None)
-    else:
-        place[last] = value
+        raise SceneError(f"{said}: the value is not valid YAML: {error}") from error
+    return _Change(key.strip(), _REMOVED if text.strip() == "" else value, said)
+
+
+def _change(raw: dict[str, Any], changes: Sequence[_Change]) -> None:
+    # Who changes the accuracy does not want the file's solver any more, and vice versa; who
+    # changes both is told that they exclude each other, when the scene is checked.
+    given = {change.key.partition(".")[0] for change in changes if change.value is not _REMOVED}
+    for wanted, other in (("accuracy", "solver"), ("solver", "accuracy")):
+        if wanted in given and other not in given:
+            raw.pop(other, None)
+    for key, value, said in changes:
+        *sections, last = key.split(".")
+        place = raw
+        for section in sections:
+            inner = place.get(section)
+            if inner is None:
+                inner = place[section] = {}
+            if not isinstance(inner, dict):
+                raise SceneError(f"{said}: {section} is a value, it has no keys")
+            place = inner
+        if value is _REMOVED:
+            place.pop(last, None)
+        else:
+            place[last] = value

@@ -1,5 +1,6 @@
 """Runs side by side against one Drive after the other."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ def assert_equal_to_drives(base: Scene, variations: list[dict[str, Any]], every:
     for run, scene in zip(batch.runs, varied(base, variations), strict=True):
         assert run.failure == ""
         assert run.scene == scene
-        alone = Drive(scene).advance(round(scene.duration / scene.solver.step))
+        alone = Drive(scene).advance(math.ceil(scene.duration / scene.solver.step - 1e-9))
         assert run.trajectory.channels == alone.channels
         expected = alone.samples[every - 1 :: every]
         assert run.trajectory.samples.shape == expected.shape
@@ -124,6 +125,33 @@ def test_scenes_with_events_run_one_by_one_and_exactly(scene: Any) -> None:
         np.testing.assert_array_equal(run.trajectory.samples, alone.samples)
 
 
+def test_an_accelerometer_takes_every_step_whatever_it_runs_beside(scene: Any) -> None:
+    silent = {"effects.accelerometer": {"noise_density": 0.0}}
+    assert_equal_to_drives(quick(scene), [{}, silent], every=10)
+
+
+def test_start_up_beside_speed_change(scene: Any) -> None:
+    change = {"kind": "speed_change", "start_time": 0.1, "duration": 0.2, "to_speed": 130.0}
+    assert_equal_to_drives(quick(scene), [{}, {"profile": change}, {"profile": None}])
+
+
+def test_a_run_by_itself_keeps_what_was_sound(scene: Any) -> None:
+    base = quick(scene, effects={"rolling_friction": {"arm": 1e-6}})
+    wild = {"rotor.eccentricity": 0.9, "effects.viscous_drag.coefficient": 0.0, "start.speed": 99.0}
+    (run,) = simulate_batch(base, [wild]).runs
+    assert "beyond all bounds" in run.failure
+    assert 10 < len(run.trajectory) < 600
+    assert np.isfinite(run.trajectory.samples).all()
+
+
+def test_keys_go_and_an_accuracy_may_be_asked_for(scene: Any) -> None:
+    base = quick(scene)
+    without = {"effects.ball_spin": None, "balls.radius": None}
+    runs = simulate_batch(base, [without, {"accuracy.angle": 1e-6}]).runs
+    assert "ball_spin" not in runs[0].scene.effects
+    assert runs[1].scene.accuracy is None and runs[1].trajectory["time"][-1] >= 0.6
+
+
 def test_one_run_that_diverges_leaves_the_others_alone(scene: Any) -> None:
     base = quick(scene, start={"ball_angles": [0.3, -0.5]})
     wild = {"rotor.eccentricity": 0.9, "effects.viscous_drag.coefficient": 0.0, "start.speed": 99.0}
@@ -156,15 +184,20 @@ def test_order_of_results_counts_and_progress(scene: Any) -> None:
     ("variations", "every", "error", "says"),
     [
         ([], 1, InputError, "one mapping per run"),
-        ([{}], 0, InputError, "every = 0: must be at least 1"),
+        ([{}], 0, InputError, "every = 0: must be a whole number from 1 to 600"),
+        ([{}], 601, InputError, "every = 601: must be a whole number from 1 to 600"),
+        ([{}], 2.5, InputError, "every = 2.5: must be a whole number"),
+        ({"balls.mass": 1.0}, 1, InputError, "must be a list with one mapping per run"),
+        ([["balls.mass"]], 1, SceneError, "variation 0 = .*must be a mapping of dotted keys"),
+        ([{1: 2}], 1, SceneError, "variation 0 = .*must be a mapping of dotted keys"),
         ([{}, {"balls.mas": 1.0}], 1, SceneError, "variation 1: balls.mas.*mass"),
         ([{"balls.mass": float("nan")}], 1, SceneError, "variation 0: balls.mass"),
         ([{"duration.long": 1.0}], 1, SceneError, "duration is a value"),
-        ([{"duration": 9e5, "solver.step": 1e-6}], 1, InputError, "keep fewer with every = "),
+        ([{"duration": 9e5, "solver.step": 1e-6}], 1, InputError, "would need room for"),
     ],
 )
 def test_bad_input_is_told_before_anything_runs(
-    scene: Any, variations: Any, every: int, error: type[Exception], says: str
+    scene: Any, variations: Any, every: Any, error: type[Exception], says: str
 ) -> None:
     with pytest.raises(error, match=says):
         simulate_batch(quick(scene), variations, every)

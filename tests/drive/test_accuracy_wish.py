@@ -148,7 +148,7 @@ def test_below_double_precision_is_refused_with_the_best_there_is(name: str, acc
     text = str(caught.value)
     assert "the best that can be had is about" in text and "ask for no more" in text
     best = float(text.split(" is about ")[1].split()[0])
-    assert 1e-14 < best < 1e-8
+    assert 1e-15 < best < 1e-8
     drive = Drive(wished(name, **{accuracy: best}))
     assert drive.price is not None, "that much can be had indeed"
 
@@ -186,6 +186,12 @@ def test_steps_go_into_the_period_asked_for(rate: float) -> None:
     drive = Drive(wished("one-ball", angle=1e-6), period=1.0 / rate)
     ratio = 1.0 / rate / drive.step
     assert ratio == pytest.approx(round(ratio), rel=1e-9) and ratio > 0.5
+
+
+@pytest.mark.parametrize("rate", [60.0, 120.0, 300.0])
+def test_periods_that_leave_no_choice_are_refused(rate: float) -> None:
+    with pytest.raises(SceneError, match="a rate of 50, 100, .* would do"):
+        Drive(wished("one-ball", angle=1e-6), period=1.0 / rate)
 
 
 def test_an_accelerometer_gets_steps_that_suit_it() -> None:

@@ -153,9 +153,18 @@ def test_checks_keep_within_their_share(
 def test_a_diverging_half_step_is_an_infinite_error(monkeypatch: pytest.MonkeyPatch) -> None:
     checks = ErrorChecks(Drive(load_scene("one-ball")), 0.5)
     run(checks, 0.5)
+    bounds = checks._shadow._work.bounds.copy()
     checks._shadow._work.bounds[:] = 0.0
     run(checks, 0.5)
     assert np.isinf(checks.largest).all() and np.isinf(checks.estimate).all()
+    checks._shadow._work.bounds[:] = bounds
+    run(checks, 2.5)
+    assert np.isfinite(checks.estimate).all() and np.isinf(checks.largest).all()
+
+
+def test_a_ledger_is_refused() -> None:
+    with pytest.raises(ValueError, match="a drive without a ledger"):
+        ErrorChecks(Drive(load_scene("one-ball"), ledger=True), 0.05)
 
 
 def test_reset_begins_again() -> None:

@@ -15,6 +15,7 @@ from ab_sim.analysis.accuracy.right_hand_side import RightHandSide, unit_of
 from ab_sim.analysis.accuracy.sampling import LADDER, Samples, Sampling, nanoseconds, sampling_of
 from ab_sim.analysis.effect_cost import Progress, Spread
 from ab_sim.deviation import Deviation, deviation
+from ab_sim.drive import priced
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import has_events
 from ab_sim.errors import InputError, SceneError
@@ -75,6 +76,7 @@ def measure(
     if repeats < 1:
         raise InputError(f"repeats = {repeats}: must be at least 1")
     tell = progress or (lambda what, done, total: None)
+    scene, _ = priced(scene)  # What it asks for is one of the settings.
     choice = choose_stepper(scene, system_of(scene))
     sampling = sampling_of(scene)
     tell("reference", 0, 1)
