@@ -27,7 +27,7 @@ from ab_sim.analysis.accuracy.mujoco_peer import MuJoCo  # noqa: E402
 from ab_sim.analysis.accuracy.ours import Stepping  # noqa: E402
 from ab_sim.analysis.accuracy.reference import Reference, smooth_reference  # noqa: E402
 from ab_sim.analysis.accuracy.results import peer_versions  # noqa: E402
-from ab_sim.analysis.accuracy.right_hand_side import RightHandSide, unit_of  # noqa: E402
+from ab_sim.analysis.accuracy.right_hand_side import RightHandSide  # noqa: E402
 from ab_sim.analysis.accuracy.sampling import Sampling  # noqa: E402
 from ab_sim.analysis.accuracy.scipy_peers import SCIPY  # noqa: E402
 from ab_sim.analysis.accuracy.tolerance import ByTolerance  # noqa: E402
@@ -61,7 +61,7 @@ class Candidate:
         self.method = method
         self.times: list[float] = []
         samples = self.time_once()
-        found = deviation(*samples, *reference.samples_for(method.name), unit_of(f.scene))
+        found = deviation(*samples, *reference.samples_for(method.name), f.scene.whirl_unit[0])
         self.error = found.angle
         self.first = self.times.pop()
 

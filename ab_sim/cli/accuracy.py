@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ab_sim.analysis.accuracy import REPEATS, Accuracy, Row, measure
 from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
 
@@ -37,19 +37,7 @@ def accuracy_command(
 
 def measure_with_progress(scene: Scene, repeats: int = REPEATS) -> Accuracy:
     """``measure``, which takes minutes, with a bar."""
-    columns = (
-        TextColumn(scene.name),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed} of {task.total}"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=people, transient=True) as bar:
-        task = bar.add_task("")
-
-        def update(what: str, done: int, total: int) -> None:
-            bar.update(task, description=what, completed=done, total=total)
-
+    with progress_bar(scene.name) as update:
         return measure(scene, repeats, update)
 
 

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ab_sim.analysis.effect_cost import EffectCost, Row, measure
 from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
 
@@ -39,19 +39,7 @@ def cost_command(
 
 def measure_with_progress(scene: Scene, repeats: int, leave_one_out: bool = False) -> EffectCost:
     """``measure``, which takes a while when kernels have to be compiled, with a bar."""
-    columns = (
-        TextColumn(scene.name),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed} of {task.total}"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=people, transient=True) as bar:
-        task = bar.add_task("")
-
-        def update(what: str, done: int, total: int) -> None:
-            bar.update(task, description=what, completed=done, total=total)
-
+    with progress_bar(scene.name) as update:
         return measure(scene, repeats, leave_one_out, update)
 
 

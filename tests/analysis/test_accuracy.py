@@ -16,7 +16,7 @@ from ab_sim.analysis.accuracy.families import all_families
 from ab_sim.analysis.accuracy.mujoco_peer import MuJoCo, mujoco_refusal
 from ab_sim.analysis.accuracy.ours import Stepping
 from ab_sim.analysis.accuracy.reference import event_reference, smooth_reference
-from ab_sim.analysis.accuracy.right_hand_side import RightHandSide, unit_of
+from ab_sim.analysis.accuracy.right_hand_side import RightHandSide
 from ab_sim.analysis.accuracy.sampling import LADDER, Samples, sampling_of
 from ab_sim.deviation import deviation
 from ab_sim.errors import InputError, SceneError
@@ -120,7 +120,7 @@ def _apart(scene: Any, samples: Samples, rtol: float) -> float:
     times = sampling_of(scene).times
     other = simulate(params_of(scene), scene.start.ball_angles, times, rtol=rtol)
     position = np.column_stack([other.x, other.y])
-    found = deviation(*samples, position, other.theta, unit_of(scene))
+    found = deviation(*samples, position, other.theta, scene.whirl_unit[0])
     return max(found.angle, 1e-3 * found.whirl)
 
 
@@ -211,7 +211,7 @@ def test_the_reference_of_a_scene_with_events_is_another_steppers() -> None:
     assert reference.samples_for("rk8") is reference.second
     assert reference.samples_for("rk4") is reference.first
     run = Stepping(scene, sampling, "rk8", 1e-3)
-    found = deviation(*run.samples(run.run()), *reference.samples_for("rk8"), unit_of(scene))
+    found = deviation(*run.samples(run.run()), *reference.samples_for("rk8"), scene.whirl_unit[0])
     assert run.events > 0
     assert found.angle < 1e-10 and reference.uncertainty.angle < 1e-11
 

@@ -1,33 +1,17 @@
 """`ab-sim accuracy` as a user runs it. Nothing here asserts a time."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from ab_sim.analysis.accuracy import REPEATS
 from ab_sim.integrate.registry import STEPPERS
-
-PNG = b"\x89PNG\r\n"
-
-
-def accuracy(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    root = Path(__file__).resolve().parents[2]
-    return subprocess.run(
-        [sys.executable, "-m", "ab_sim", "accuracy", *arguments],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, "PYTHONPATH": str(root), "COLUMNS": "200"},
-        timeout=280,
-    )
+from tests.cli.tool import PNG, ab_sim
 
 
 def test_accuracy_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
-    done = accuracy(
+    done = ab_sim("accuracy",
         "thesis-hold", "--set", "effects.rolling_friction=", "--set", "duration=0.05",
         "--repeats", "1", "--json", "-", "--plot", "a.png", cwd=tmp_path,
     )  # fmt: skip
@@ -60,10 +44,10 @@ def test_accuracy_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> 
     ],
 )
 def test_accuracy_refuses_bad_input(arguments: tuple[str, ...], words: str) -> None:
-    done = accuracy("no-ball", *arguments)
+    done = ab_sim("accuracy", "no-ball", *arguments)
     assert done.returncode == 2
     assert words in done.stderr and "Traceback" not in done.stderr
 
 
 def test_help_tells_the_default_that_holds() -> None:
-    assert f"default: {REPEATS}" in accuracy("--help").stdout
+    assert f"default: {REPEATS}" in ab_sim("accuracy", "--help").stdout

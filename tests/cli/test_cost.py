@@ -1,32 +1,16 @@
 """`ab-sim cost` as a user runs it. Nothing here asserts a time."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from ab_sim.scene import load_scene
-
-PNG = b"\x89PNG\r\n"
-
-
-def cost(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    root = Path(__file__).resolve().parents[2]
-    return subprocess.run(
-        [sys.executable, "-m", "ab_sim", "cost", *arguments],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, "PYTHONPATH": str(root), "COLUMNS": "200"},
-        timeout=280,
-    )
+from tests.cli.tool import PNG, ab_sim
 
 
 def test_cost_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
-    done = cost(
+    done = ab_sim("cost",
         "no-ball", "--set", "duration=0.02", "--repeats", "2", "--json", "c.json",
         "--plot", "c.png", cwd=tmp_path,
     )  # fmt: skip
@@ -49,13 +33,13 @@ def test_cost_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None
     ],
 )
 def test_cost_refuses_bad_input(arguments: tuple[str, ...], words: str) -> None:
-    done = cost("no-ball", *arguments)
+    done = ab_sim("cost", "no-ball", *arguments)
     assert done.returncode == 2
     assert words in done.stderr and "Traceback" not in done.stderr
 
 
 def test_json_to_standard_output_is_only_json() -> None:
-    done = cost("no-ball", "--set", "duration=0.02", "--repeats", "1", "--json", "-")
+    done = ab_sim("cost", "no-ball", "--set", "duration=0.02", "--repeats", "1", "--json", "-")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["scene"] == "no-ball"
     assert "of base" in done.stderr

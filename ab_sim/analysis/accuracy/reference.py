@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ab_sim.analysis.accuracy.collocation import NODES, collocate, step_for
 from ab_sim.analysis.accuracy.methods import FailedError
 from ab_sim.analysis.accuracy.ours import Stepping
-from ab_sim.analysis.accuracy.right_hand_side import RightHandSide, unit_of
+from ab_sim.analysis.accuracy.right_hand_side import RightHandSide
 from ab_sim.analysis.accuracy.sampling import LADDER, Samples, Sampling
 from ab_sim.analysis.accuracy.scipy_peers import dop853, lsoda, radau
 from ab_sim.analysis.accuracy.tolerance import ByTolerance
@@ -127,8 +127,8 @@ def _shortest(
 
 
 def _apart(scene: Scene, first: Samples, second: Samples) -> Deviation:
-    apart = deviation(*second, *first, unit_of(scene))
-    least = rounding(first.position, first.angles, unit_of(scene))
+    apart = deviation(*second, *first, scene.whirl_unit[0])
+    least = rounding(first.position, first.angles, scene.whirl_unit[0])
     angle, whirl = max(apart.angle, least.angle), max(apart.whirl, least.whirl)
     return Deviation(angle, whirl, angle, whirl)
 

@@ -83,7 +83,7 @@ class RightHandSide:
     def scale(self) -> np.ndarray:
         """Magnitudes from which absolute tolerances are made, shape (states,)."""
         n, speed = self.scene.balls.count, self.scene.spindle.max_speed
-        length = unit_of(self.scene)
+        length = self.scene.whirl_unit[0]
         energy = 0.5 * self.scene.total_mass * (length * speed) ** 2
         rest = [energy] * (self.start.size - 4 - 2 * n)
         return np.array([length] * 2 + [length * speed] * 2 + [1.0] * n + [speed] * n + rest)
@@ -153,8 +153,3 @@ class RightHandSide:
 
         self._compiled[kind] = f, fill
         return f, fill
-
-
-def unit_of(scene: Scene) -> float:
-    """The unit of errors in whirl [m]: e, or the race's radius without unbalance."""
-    return scene.rotor.eccentricity or scene.race.radius

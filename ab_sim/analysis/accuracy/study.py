@@ -11,7 +11,7 @@ from ab_sim.analysis.accuracy.families import TOLERANCES, Setting, all_families
 from ab_sim.analysis.accuracy.methods import FailedError, Method
 from ab_sim.analysis.accuracy.reference import Reference, event_reference, smooth_reference
 from ab_sim.analysis.accuracy.results import Accuracy, Errors, LeftOut, Row
-from ab_sim.analysis.accuracy.right_hand_side import RightHandSide, unit_of
+from ab_sim.analysis.accuracy.right_hand_side import RightHandSide
 from ab_sim.analysis.accuracy.sampling import LADDER, Samples, Sampling, nanoseconds, sampling_of
 from ab_sim.analysis.effect_cost import Progress, Spread
 from ab_sim.deviation import Deviation, deviation
@@ -103,7 +103,7 @@ def measure(
         scene.balls.count,
         sampling.end,
         sampling.period,
-        unit_of(scene),
+        scene.whirl_unit[0],
         scene.rotor.eccentricity > 0.0,
         f"{choice.stepper.name} at {scene.solver.step:g} s",
         reference.text,
@@ -177,7 +177,7 @@ class _Study:
         return ""
 
     def _deviation(self, name: str, samples: Samples) -> Deviation:
-        return deviation(*samples, *self.reference.samples_for(name), unit_of(self.scene))
+        return deviation(*samples, *self.reference.samples_for(name), self.scene.whirl_unit[0])
 
     def timed(self, tell: Progress) -> list[Row]:
         """All that ran, timed in turns; and what failed."""
