@@ -142,7 +142,8 @@ def sentence(parts: list[str]) -> str:
 
 def spread(value: dict[str, float], scale: float = 1.0, digits: int = 3) -> str:
     """Median and quartiles."""
-    low, median, high = (f"{scale * value[key]:.{digits}g}" for key in ("lower", "median", "upper"))
+    numbers = [scale * value[key] for key in ("lower", "median", "upper")]
+    low, median, high = (f"{x:,.0f}" if x >= 1000 else f"{x:.{digits}g}" for x in numbers)
     return f"{median} ({low} to {high})"
 
 

@@ -152,8 +152,8 @@ def figure(report: dict[str, Any], path: Path) -> None:
         axes.barh(
             places, medians, height=0.24, xerr=[low, high], color=colour, capsize=3, label=label
         )
-        for place, value in zip(places, medians, strict=True):
-            axes.text(value, place, f"   {value:,.0f}", va="center", fontsize=8)
+        for place, value, end in zip(places, medians, medians + high, strict=True):
+            axes.text(end, place, f"   {value:,.0f}", va="center", fontsize=8)
     axes.axvline(GOAL, color="0.3", linestyle=":", label=f"goal: {GOAL:,.0f} at {ERROR:g} rad")
     labels = [
         f"step {1e3 * row['step']:g} ms\n{row['error']['angle']:.0e} rad over the run,\n"

@@ -31,7 +31,8 @@ def test_an_edited_constant_never_meets_a_stale_kernel(tmp_path: Path) -> None:
     shutil.copytree(Path(ab_sim.__file__).parents[1] / "config", tmp_path / "config")
     program = (
         "from ab_sim.drive import Drive; from ab_sim.scene import load_scene; "
-        "d = Drive(load_scene('thesis-baseline')); d.advance(2500); print(d.observe().theta[0])"
+        "d = Drive(load_scene('thesis-baseline', ['effects.rolling_friction='])); "
+        "d.advance(2500); print(d.observe().theta[0])"
     )
 
     def run() -> float:
