@@ -37,8 +37,8 @@ from ab_sim.spindle.stretches import stretches  # noqa: E402
 from ab_sim.trajectory import Trajectory  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.stepper=rk8"]
-STEPS = (5e-3, 3.75e-3, 2.5e-3)
-SAMPLE = 0.015
+STEPS = (6e-3, 5e-3, 3.75e-3, 2.5e-3)
+SAMPLE = 0.03
 """s; all steps divide it."""
 REFERENCE_STEP = 5e-4
 VARIATIONS: list[dict[str, Any]] = [{"balls.mass": 1e-3 * (1.0 + 0.01 * i)} for i in range(LANES)]
