@@ -36,8 +36,10 @@ measured:
 Each line is one method, each point a setting: from top to bottom the error gets smaller, from left
 to right the work gets more. **Down and left is better.** The vertical line is real time on one
 core: what lies right of it cannot keep up with a running drive. Errors are the largest over the
-whole run, of the balls' angles [rad] and of the whirl [in units of the eccentricity e]; the grey
-band is where the reference itself is not known any better. Solid lines are the steppers of ab_sim,
+whole run, at samples every {period:g} ms, of the balls' angles [rad] and of the whirl [in units of
+the eccentricity e]; for some milliseconds after the spindle's acceleration jumps, between two
+samples, the longest steps can be off by ten times as much. The grey band is where the reference
+itself is not known any better. Solid lines are the steppers of ab_sim,
 dashed ones are other integrators solving the same equations.
 
 How much accuracy do you need? A ball that is placed to 1e-3 rad is off by a thousandth of a race
@@ -84,6 +86,7 @@ Why not more: a peer calls the right-hand side from Python. Here one evaluation 
 time is calls. Multistep methods (LSODA, CVODE Adams) need fewer evaluations for the same error than
 Runge-Kutta methods do: {fewest}.
 Their lead in evaluations is what our lead in time per evaluation is divided by.
+Where our own time goes: {own_time}.
 
 Made by `python benchmarks/peers.py`; {peers_conditions}.
 
@@ -111,6 +114,8 @@ and the making of trajectories.
 {batch_table}
 
 {batch_verdict}
+What limits the loop is arithmetic: two groups of eight in turns, so that one computes while the other
+waits, gained nothing, and sixteen in wider vectors lost.
 
 Made by `python benchmarks/batch_throughput.py`; {batch_conditions}.
 """
@@ -180,6 +185,7 @@ def accuracy_part(report: dict[str, Any]) -> dict[str, Any]:
     return {
         "accuracy_title": f"`{report['scene']}` without rolling friction, cheapest first",
         "accuracy_table": table(head, rows),
+        "period": 1e3 * report["period"],
         "whirl_least": min(ratios),
         "whirl_most": max(ratios),
         "reference": report["reference"],
@@ -220,6 +226,24 @@ def peers_part(report: dict[str, Any]) -> dict[str, Any]:
         "fewest": ", ".join(fewest),
         "peers_conditions": conditions(report),
     }
+
+
+def own_time(peers: dict[str, Any], batch: dict[str, Any]) -> str:
+    """How much of a run is the compiled loop, where both have been measured at the same step."""
+    loops = {
+        f"{1e3 * row['step']:g} ms": 1e3 / row["one_by_one"]["median"] for row in batch["rows"]
+    }
+    found = []
+    for result in peers["results"]:
+        ours = result["ours"]
+        if ours["setting"] in loops:
+            whole, loop = 1e3 * ours["cpu"]["median"], loops[ours["setting"]]
+            found.append(
+                f"of {whole:.3f} ms per simulated second at {ours['setting']} the compiled loop "
+                f"takes {loop:.3f} (measured apart, in batch_throughput.py), the rest is what "
+                "`Drive.advance` does around it: calls, and a trajectory of every step"
+            )
+    return "; ".join(found) or "not measured at the same steps"
 
 
 def step_part(report: dict[str, Any]) -> dict[str, Any]:
@@ -296,9 +320,12 @@ def main() -> None:
         "step-cost": step_part,
         "batch-throughput": batch_part,
     }
+    batch = json.loads((docs / "batch-throughput.json").read_text(encoding="utf-8"))
     filled: dict[str, Any] = {"safety": SAFETY}
     for name, part in parts.items():
         filled |= part(json.loads((docs / f"{name}.json").read_text(encoding="utf-8")))
+    peers = json.loads((docs / "peers.json").read_text(encoding="utf-8"))
+    filled["own_time"] = own_time(peers, batch)
     (docs / "accuracy.md").write_text(TEXT.format(**filled), encoding="utf-8")
 
 
