@@ -114,8 +114,8 @@ and the making of trajectories.
 {batch_table}
 
 {batch_verdict}
-What limits the loop is arithmetic: two groups of eight in turns, so that one computes while the other
-waits, gained nothing, and sixteen in wider vectors lost.
+What limits the loop is arithmetic: two groups of eight in turns, so that one computes while the
+other waits, gained nothing, and sixteen in wider vectors lost.
 
 Made by `python benchmarks/batch_throughput.py`; {batch_conditions}.
 """
