@@ -74,7 +74,9 @@ def accuracy_table(accuracy: Accuracy) -> Table:
         title=f"{accuracy.scene}: {balls}, {accuracy.duration:g} s, "
         f"{accuracy.repeats} interleaved repeats",
         caption="* no other is both cheaper and more accurate; <= the reference knows no better; "
-        "CPU time: median (quartiles) of the thread, per simulated second, without compiling",
+        "CPU time: median (quartiles) of the thread, per simulated second, without compiling; "
+        f"errors: the largest of samples every {1e3 * accuracy.period:g} ms; between two of them, "
+        "just after the spindle's acceleration jumps, long steps can be off by ten times that",
     )
     table.add_column("")
     table.add_column("method")
