@@ -122,6 +122,9 @@ class ProfileController(Node):
     def _tick(self) -> None:
         with self._lock:
             before, self._now = self._now, self.get_clock().now().nanoseconds
+            if before == self._began == 0 and self._now >= LEAP:
+                # Started before the first message on /clock was heard: the profile begins now.
+                before = self._began = self._now
             if self._state in ("running", "done") and not 0 <= self._now - before < LEAP:
                 # The drive was reset or restarted: the profile's time means nothing any more.
                 self.get_logger().warning(
