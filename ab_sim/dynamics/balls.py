@@ -3,7 +3,7 @@
 import numba
 
 from ab_sim.dynamics.cos_sin import cos_sin
-from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.motion import Ball
 from ab_sim.dynamics.multiply_add import multiply_add
 from ab_sim.dynamics.scratch import (
@@ -44,14 +44,14 @@ from ab_sim.dynamics.system import (
 )
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def place_balls(system, state, scratch):  # type: ignore[no-untyped-def]
     """What follows from the balls' angles alone: normals, the race's shape, inertias."""
     for i in range(ball_count(system)):
         place_ball(system, i, state, scratch)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def place_ball(system, i, state, scratch):  # type: ignore[no-untyped-def]
     """``place_balls`` for ball i."""
     effects, R = system.effects, system.body.race_radius
@@ -70,7 +70,7 @@ def place_ball(system, i, state, scratch):  # type: ignore[no-untyped-def]
     scratch[i, LEVER] = lever
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def place_from_shaft(system, i, scratch):  # type: ignore[no-untyped-def]
     """Place of ball i from the shaft, along the race's normal and across it [m]."""
     if has_runout(system.effects):
@@ -78,7 +78,7 @@ def place_from_shaft(system, i, scratch):  # type: ignore[no-untyped-def]
     return system.body.race_radius, 0.0
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def curve_at(system, i, scratch):  # type: ignore[no-untyped-def]
     """Radius of curvature of the race at ball i [m]."""
     if has_runout(system.effects):
@@ -86,7 +86,7 @@ def curve_at(system, i, scratch):  # type: ignore[no-untyped-def]
     return system.body.race_radius
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def curvature_at(system, i, scratch):  # type: ignore[no-untyped-def]
     """1 / ``curve_at`` [1/m]."""
     if has_runout(system.effects):
@@ -94,7 +94,7 @@ def curvature_at(system, i, scratch):  # type: ignore[no-untyped-def]
     return system.body.race_curvature
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def rigid_lever(system, i, scratch):  # type: ignore[no-untyped-def]
     """m J r of ball i on the rotating axes [kg m], r its place from the shaft."""
     m, c, s = system.balls[i, MASS], scratch[i, COS], scratch[i, SIN]
@@ -104,7 +104,7 @@ def rigid_lever(system, i, scratch):  # type: ignore[no-untyped-def]
     return -system.balls[i, MOMENT] * s, system.balls[i, MOMENT] * c
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def rotor_inertia(system, scratch):  # type: ignore[no-untyped-def]
     """Inertia of rotor and balls about the shaft, the balls at rest on the race [kg m^2]."""
     effects = system.effects
@@ -118,7 +118,7 @@ def rotor_inertia(system, scratch):  # type: ignore[no-untyped-def]
     return total
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def sliding_friction(system, i, modes):  # type: ignore[no-untyped-def]
     """Coefficient of friction of ball i, signed as it slides; 0 where it sticks or is unloaded."""
     if has_friction(system.effects):
@@ -128,7 +128,7 @@ def sliding_friction(system, i, modes):  # type: ignore[no-untyped-def]
     return 0.0
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def set_rows(system, i, friction, scratch):  # type: ignore[no-untyped-def]
     """What A and al do to ball i along the race (ROW), its normal force's friction included."""
     m, c, s = system.balls[i, MASS], scratch[i, COS], scratch[i, SIN]
@@ -143,7 +143,7 @@ def set_rows(system, i, friction, scratch):  # type: ignore[no-untyped-def]
             scratch[i, ROW3] -= friction * m * scratch[i, ACROSS]
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def path_acceleration(system, i, A1, A2, al, scratch):  # type: ignore[no-untyped-def]
     """g of ball i [m/s^2], or its path speed after an impact, from the eliminated equations."""
     g = multiply_add(scratch[i, GAIN1], A1, scratch[i, GAIN0])

@@ -8,7 +8,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.multiply_add import multiply_add
 
 _QUARTERS = 0.6366197723675814
@@ -19,7 +19,7 @@ _PI_2A, _PI_2B, _PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487
 """pi/2 in pieces of 33 bits, whose products with up to 2^20 quarters are exact."""
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def cos_sin(x: Any) -> Any:
     """(cos x, sin x), each to within 2^-53 or so of 1 for abs(x) up to 10^6.
 

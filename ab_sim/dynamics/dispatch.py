@@ -9,16 +9,20 @@ from typing import Any
 
 from numba.extending import overload, register_jitable
 
-COMPILED = {
+APART = {
     "error_model": "numpy",
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
     # No reference counts: the arrays belong to the caller for as long as a kernel runs, and a
     # locked count per array and call cost as much as the equations of motion.
     "_nrt": False,
+    # Said, because what is not is inherited from whichever caller happens to be compiled first.
+    "forceinline": False,
 }
-INLINED = {**COMPILED, "forceinline": True}
-"""For what is called at each step with many arguments, from one place."""
+"""For functions that are called from several places, or seldom: one copy each, which matters where
+events make a kernel large. LLVM still inlines what is small."""
+INLINED = {**APART, "forceinline": True}
+"""For what is done at each step: calling with so many arguments costs some 100 ns."""
 
 _methods_of: dict[Callable[[Any], bool], tuple[str, ...]] = {}
 
@@ -46,7 +50,7 @@ def sum_over_effects(method: str, zero: Any) -> Callable[..., Any]:
             value = add(value, getattr(effect, method)(*arguments))
         return value
 
-    @overload(total, jit_options=COMPILED, strict=False)
+    @overload(total, jit_options=INLINED, strict=False)
     def resolve(effects: Any, *arguments: Any) -> Any:
         classes = [effect_class(kind) for kind in effects]
         terms = [(i, getattr(cls, method)) for i, cls in enumerate(classes) if hasattr(cls, method)]
@@ -60,11 +64,11 @@ def sum_over_effects(method: str, zero: Any) -> Callable[..., Any]:
 def _sum_of(terms: list[tuple[int, Callable[..., Any]]], add: Callable[..., Any]) -> Any:
     """``total`` for these effects, each given by its place among the effects and its method."""
     place, method = terms[0]
-    first = register_jitable(**COMPILED)(method)
+    first = register_jitable(**INLINED)(method)
     if len(terms) == 1:
         return lambda effects, *arguments: first(effects[place], *arguments)
-    plus = register_jitable(**COMPILED)(add)
-    others = register_jitable(**COMPILED)(_sum_of(terms[1:], add))
+    plus = register_jitable(**INLINED)(add)
+    others = register_jitable(**INLINED)(_sum_of(terms[1:], add))
     return lambda effects, *arguments: plus(
         first(effects[place], *arguments), others(effects, *arguments)
     )
@@ -91,7 +95,7 @@ def any_effect_has(*methods: str) -> Callable[[Any], bool]:
     def present(effects: Any) -> bool:
         return any(hasattr(effect, method) for effect in effects for method in methods)
 
-    @overload(present, jit_options=COMPILED, strict=False)
+    @overload(present, jit_options=INLINED, strict=False)
     def resolve(effects: Any) -> Any:
         classes = [effect_class(kind) for kind in effects]
         if any(hasattr(cls, method) for cls in classes for method in methods):
@@ -146,7 +150,7 @@ def forward(method: str) -> Callable[..., Any]:
     def call(thing: Any, *arguments: Any) -> Any:
         return getattr(thing, method)(*arguments)
 
-    @overload(call, jit_options=COMPILED, strict=False)
+    @overload(call, jit_options=INLINED, strict=False)
     def resolve(thing: Any, *arguments: Any) -> Any:
         return getattr(effect_class(thing), method)
 

@@ -11,7 +11,7 @@ from ab_sim.dynamics.balls import (
     set_rows,
     sliding_friction,
 )
-from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.dispatch import APART
 from ab_sim.dynamics.motion import Ball
 from ab_sim.dynamics.planar import accelerations
 from ab_sim.dynamics.rows import eliminate, lead
@@ -19,7 +19,7 @@ from ab_sim.dynamics.scratch import COS, DRAG, INERTIA, LEADER, LEVER, PULL, ROW
 from ab_sim.dynamics.system import MASS, RADIUS, ball_count, ball_drag, has_drag, has_motor
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def drag_response(system, state, modes, slope, scratch):  # type: ignore[no-untyped-def]
     """The drag's part f_I of ``derivatives``; linear in the velocities.
 
@@ -44,7 +44,7 @@ def drag_response(system, state, modes, slope, scratch):  # type: ignore[no-unty
 
 
 # It makes arrays of its own, and so counts references.
-@numba.njit(**{**COMPILED, "_nrt": True})
+@numba.njit(**{**APART, "_nrt": True})
 def drag_responses(system, modes, step, q, states, slopes, scratch):  # type: ignore[no-untyped-def]
     """The f_m that solve f_m = f_I(state_m + step sum_j q_mj f_j), on all nodes m at once.
 
@@ -131,7 +131,7 @@ def drag_responses(system, modes, step, q, states, slopes, scratch):  # type: ig
             slopes[a, 4 + n + i] = g / curve_at(system, i, here)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def drag_on_balls(system, state, modes, scratch):  # type: ignore[no-untyped-def]
     """Each ball's own equation if nothing but drag acts on it."""
     n = ball_count(system)

@@ -9,7 +9,7 @@ approaches, too slowly to bounce, goes on as a row. Energy lost: -sum_i P_i (s_i
 import numba
 
 from ab_sim.dynamics.balls import path_acceleration, place_balls, rigid_lever, set_rows
-from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.dispatch import APART
 from ab_sim.dynamics.planar import accelerations
 from ab_sim.dynamics.rows import eliminate, sign
 from ab_sim.dynamics.scratch import (
@@ -39,7 +39,7 @@ from ab_sim.dynamics.system import (
 )
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def collide(system, w, state, modes, struck, plastic, scratch):  # type: ignore[no-untyped-def]
     """Let the balls at contact ``struck`` collide, and all that touch them in turn.
 
@@ -80,7 +80,7 @@ def collide(system, w, state, modes, struck, plastic, scratch):  # type: ignore[
             modes[i, DIRECTION] = sign(state[4 + n + i])
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def free_all(system, state, modes, scratch):  # type: ignore[no-untyped-def]
     """Take friction out of the balls' equations: an impact is over before it could act."""
     place_balls(system, state, scratch)
@@ -91,7 +91,7 @@ def free_all(system, state, modes, scratch):  # type: ignore[no-untyped-def]
             modes[i, DIRECTION] = 1
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def fastest_approach(system, state, modes, struck):  # type: ignore[no-untyped-def]
     """The closed contact whose balls approach each other fastest."""
     found = struck
@@ -104,7 +104,7 @@ def fastest_approach(system, state, modes, struck):  # type: ignore[no-untyped-d
     return found
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def bounce_apart(system, w, state, k, change, scratch):  # type: ignore[no-untyped-def]
     """Change the speed at which the balls at contact k part by ``change`` [m/s]."""
     n = system.contacts.shape[0]
@@ -126,7 +126,7 @@ def bounce_apart(system, w, state, k, change, scratch):  # type: ignore[no-untyp
     jump(system, w, state, impulse * d1, impulse * d2, impulse * dw, scratch)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def move_as_rows(system, w, state, modes, scratch):  # type: ignore[no-untyped-def]
     """Give the balls of each row one path speed; momentum is kept."""
     n = system.contacts.shape[0]
@@ -157,7 +157,7 @@ def move_as_rows(system, w, state, modes, scratch):  # type: ignore[no-untyped-d
             state[4 + n + j] = state[4 + n + i] * radius
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def jump(system, w, state, d1, d2, dw, scratch):  # type: ignore[no-untyped-def]
     """Add the jumps of velocity to the state: of ball i's path speed, what PULL holds."""
     n = system.balls.shape[0]

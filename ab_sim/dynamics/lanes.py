@@ -22,7 +22,7 @@ from numba.extending import intrinsic, models, overload, register_model
 from numba.np.arrayobj import make_array, populate_array
 
 from ab_sim.dynamics.cos_sin import cos_sin
-from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.dispatch import INLINED
 
 LANES = 8
 
@@ -117,7 +117,7 @@ for _function, _resolve in (
     (math.sin, _sine),
     (np.sin, _sine),
 ):
-    overload(_function, jit_options=COMPILED, strict=False)(_resolve)
+    overload(_function, jit_options=INLINED, strict=False)(_resolve)
 
 
 @intrinsic

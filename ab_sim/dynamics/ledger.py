@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from numba.extending import overload
 
 from ab_sim.dynamics.balls import place_from_shaft
-from ab_sim.dynamics.dispatch import COMPILED, sum_over_effects
+from ab_sim.dynamics.dispatch import INLINED, sum_over_effects
 from ab_sim.dynamics.motion import Ball, Body, Deck, Spindle
 from ab_sim.dynamics.reactions import reactions
 from ab_sim.dynamics.scratch import (
@@ -99,7 +99,7 @@ def book(
     slope[state.size - 1] = loss
 
 
-@overload(book, jit_options=COMPILED, strict=False)
+@overload(book, jit_options=INLINED, strict=False)
 def _book(ledger, system, spindle, A1, A2, al, state, modes, slope, scratch):  # type: ignore[no-untyped-def]
     if len(ledger):
         return book

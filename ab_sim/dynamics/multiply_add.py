@@ -11,7 +11,7 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic, overload
 
-from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.dispatch import INLINED
 
 
 def multiply_add(x: Any, y: Any, z: Any) -> Any:
@@ -39,6 +39,6 @@ def _fused(typing_context, x, y, z):  # type: ignore[no-untyped-def]
     return kind(x, y, z), generate
 
 
-@overload(multiply_add, jit_options=COMPILED, strict=False)
+@overload(multiply_add, jit_options=INLINED, strict=False)
 def _multiply_add(x, y, z):  # type: ignore[no-untyped-def]
     return lambda x, y, z: _fused(x, y, z)

@@ -38,7 +38,7 @@ from ab_sim.dynamics.balls import (
     sliding_friction,
 )
 from ab_sim.dynamics.cos_sin import cos_sin
-from ab_sim.dynamics.dispatch import COMPILED, chosen_by
+from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.motion import Ball, Deck, Spindle
 from ab_sim.dynamics.multiply_add import multiply_add
@@ -87,7 +87,7 @@ from ab_sim.dynamics.system import (
 )
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def derivatives(system, place, time, state, modes, slope, scratch):  # type: ignore[no-untyped-def]
     """Time derivative of the state.
 
@@ -160,7 +160,7 @@ spindle_motion = chosen_by(has_motor, _driven, _prescribed)
 """The Spindle at a state; ``(system, place, time, state, modes)``."""
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def gravity_on_rotating_axes(system, spindle):  # type: ignore[no-untyped-def]
     """Gravity across the shaft [m/s^2], (0, 0) without the effect."""
     if has_gravity(system.effects):
@@ -170,7 +170,7 @@ def gravity_on_rotating_axes(system, spindle):  # type: ignore[no-untyped-def]
     return 0.0, 0.0
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def suspension_force(system, state, spindle):  # type: ignore[no-untyped-def]
     """Force of the suspension on the deck, on the rotating axes [N]."""
     body, effects = system.body, system.effects
@@ -189,7 +189,7 @@ def suspension_force(system, state, spindle):  # type: ignore[no-untyped-def]
     return f1, f2
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyped-def]
     """Each ball's equation; the balls' pull on the deck and their torque on the spindle."""
     body, effects = system.body, system.effects
@@ -232,7 +232,7 @@ def load_balls(system, spindle, state, modes, scratch):  # type: ignore[no-untyp
     return f1, f2, torque
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def accelerations(system, al, f1, f2, torque, scratch):  # type: ignore[no-untyped-def]
     """Specific force A of the deck [m/s^2] and acceleration of the spindle [rad/s^2].
 
@@ -283,7 +283,7 @@ def accelerations(system, al, f1, f2, torque, scratch):  # type: ignore[no-untyp
     return A1, A2, al
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def move_balls(system, A1, A2, al, state, slope, scratch):  # type: ignore[no-untyped-def]
     """The balls' part of the state's derivative, once A and al are known."""
     effects = system.effects

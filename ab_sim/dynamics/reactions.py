@@ -4,7 +4,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import COMPILED, only_if
+from ab_sim.dynamics.dispatch import INLINED, only_if
 from ab_sim.dynamics.rows import moves_along, row_start
 from ab_sim.dynamics.scratch import (
     ACROSS,
@@ -61,7 +61,7 @@ _add_normal_forces = only_if(has_friction, _normal_forces)
 _add_pushes = only_if(has_contact, _pushes)
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def reactions(system: Any, A1: float, A2: float, al: float, modes: Any, scratch: Any) -> None:
     """Fill in FORCE, the race's normal forces, and PUSH, as far as the effects need them.
 
@@ -71,7 +71,7 @@ def reactions(system: Any, A1: float, A2: float, al: float, modes: Any, scratch:
     _add_pushes(system, A1, A2, al, modes, scratch)
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def pull_at(system: Any, i: int, A1: float, A2: float, al: float, scratch: Any) -> float:
     """Force along the race on ball i but for its neighbours' pushes and a holding friction [N]."""
     pull = scratch[i, PULL] + scratch[i, ROW1] * A1 + scratch[i, ROW2] * A2

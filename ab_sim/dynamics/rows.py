@@ -8,7 +8,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import COMPILED, chosen_by, only_if
+from ab_sim.dynamics.dispatch import INLINED, chosen_by, only_if
 from ab_sim.dynamics.scratch import (
     GAIN0,
     GAIN1,
@@ -43,7 +43,7 @@ sticks = chosen_by(has_friction, _sticks, lambda system, modes, i: False)
 """Whether friction holds ball i on the race; ``(system, modes, i)``."""
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def eliminate_ball(system: Any, modes: Any, scratch: Any, i: int) -> None:
     """Solve the equation of a ball that no other touches for its path acceleration."""
     if sticks(system, modes, i):
@@ -57,7 +57,7 @@ def eliminate_ball(system: Any, modes: Any, scratch: Any, i: int) -> None:
             scratch[i, GAIN3] = scratch[i, ROW3] * mobility
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def _rows_lead(system: Any, modes: Any, scratch: Any) -> None:
     n = system.contacts.shape[0]
     begin = row_start(system, modes)
@@ -73,7 +73,7 @@ def _rows_lead(system: Any, modes: Any, scratch: Any) -> None:
         scratch[i, LEADER] = leader
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def _each_leads(system: Any, modes: Any, scratch: Any) -> None:
     for i in range(ball_count(system)):
         scratch[i, LEADER] = -1 if sticks(system, modes, i) else i
@@ -83,7 +83,7 @@ lead = chosen_by(has_contact, _rows_lead, _each_leads)
 """Fill in LEADER; ``(system, modes, scratch)``."""
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def _row_by_row(system: Any, modes: Any, scratch: Any) -> None:
     n = system.contacts.shape[0]
     lead(system, modes, scratch)
@@ -128,7 +128,7 @@ eliminate_rows = only_if(has_contact, _row_by_row)
 """The same, where ``eliminate_ball`` has done it for balls that cannot touch."""
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def _set_gain(
     system: Any, scratch: Any, i: int, gain0: float, gain1: float, gain2: float, gain3: float
 ) -> None:
@@ -139,7 +139,7 @@ def _set_gain(
         scratch[i, GAIN3] = gain3
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def row_start(system: Any, modes: Any) -> int:
     """A place in the order of balls at which a row begins: no more than n - 1 contacts close."""
     n = system.contacts.shape[0]
@@ -149,7 +149,7 @@ def row_start(system: Any, modes: Any) -> int:
     return 0
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def moves_along(system: Any, modes: Any, k: int) -> bool:
     """Whether the balls at contact k touch and move together (a stuck ball does not move)."""
     if modes[k, JOINED] == 0:
@@ -160,7 +160,7 @@ def moves_along(system: Any, modes: Any, k: int) -> bool:
     )
 
 
-@register_jitable(**COMPILED)
+@register_jitable(**INLINED)
 def sign(x: float) -> int:
     """-1, 0 or 1: the direction in which a ball with this speed slides."""
     return 1 if x > 0.0 else (-1 if x < 0.0 else 0)

@@ -8,7 +8,7 @@ pose (Leine and Nijmeijer, ch. 5), at O(n) a round.
 
 import numba
 
-from ab_sim.dynamics.dispatch import COMPILED, only_if
+from ab_sim.dynamics.dispatch import APART, INLINED, only_if
 from ab_sim.dynamics.impact import collide
 from ab_sim.dynamics.planar import derivatives, spindle_motion
 from ab_sim.dynamics.rows import moves_along, sign, sticks
@@ -29,7 +29,7 @@ PATIENCE = 3
 """How often one slot may change in one instant; beyond, its law is at the edge, either way."""
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def settle(  # type: ignore[no-untyped-def]
     system, place, time, state, modes, slot, plastic, slope, scratch, margin, grain, changes
 ):
@@ -65,7 +65,7 @@ def settle(  # type: ignore[no-untyped-def]
             break
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def wrong_branch(system, modes, margin, grain, changes):  # type: ignore[no-untyped-def]
     """A slot whose margin is negative beyond rounding, or -1; forces before motion."""
     n = system.balls.shape[0]
@@ -79,7 +79,7 @@ def wrong_branch(system, modes, margin, grain, changes):  # type: ignore[no-unty
     return -1
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def change(system, place, time, state, modes, slot, plastic, scratch, changes):  # type: ignore[no-untyped-def]
     """Give the law behind a slot its other branch."""
     n = system.balls.shape[0]
@@ -97,7 +97,7 @@ def change(system, place, time, state, modes, slot, plastic, scratch, changes): 
         stick_or_slide(system, state, modes, kind, i)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def change_friction(system, state, modes, kind, i):  # type: ignore[no-untyped-def]
     """Give ball i's friction its other branch."""
     n = system.balls.shape[0]
@@ -110,7 +110,7 @@ def change_friction(system, state, modes, kind, i):  # type: ignore[no-untyped-d
         let_go(system, modes, i, -1 if kind == SLIDE else 1)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def change_contact(system, place, time, state, modes, k, plastic, scratch, changes):  # type: ignore[no-untyped-def]
     """Open contact k, or let its balls collide."""
     if modes[k, JOINED] == 1:
@@ -126,7 +126,7 @@ stick_or_slide = only_if(has_friction, change_friction)
 touch_or_part = only_if(has_contact, change_contact)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def place_of(system, i):  # type: ignore[no-untyped-def]
     """Place of ball i in the row."""
     at = 0
@@ -136,7 +136,7 @@ def place_of(system, i):  # type: ignore[no-untyped-def]
     return at
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def stop(system, state, modes, i):  # type: ignore[no-untyped-def]
     """Bring ball i, and those in a row with it, to rest on the race."""
     n = system.balls.shape[0]
@@ -154,7 +154,7 @@ def stop(system, state, modes, i):  # type: ignore[no-untyped-def]
     modes[i, DIRECTION] = 0
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def let_go(system, modes, i, direction):  # type: ignore[no-untyped-def]
     """Let stuck ball i slide in a direction, with the stuck balls that it pushes from behind."""
     n = system.balls.shape[0]
@@ -177,7 +177,7 @@ def let_go(system, modes, i, direction):  # type: ignore[no-untyped-def]
     modes[i, DIRECTION] = direction
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def stop_the_wrong_way(system, state, modes, A1, A2, scratch, changes):  # type: ignore[no-untyped-def]
     """Hold a ball that is at rest and would slide against the direction it was let go in."""
     n = system.balls.shape[0]
@@ -193,7 +193,7 @@ def stop_the_wrong_way(system, state, modes, A1, A2, scratch, changes):  # type:
     return False
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def join_approaching(system, state, modes, A1, A2, scratch, changes):  # type: ignore[no-untyped-def]
     """Join two balls that touch at one speed and whose accelerations press them together."""
     n = system.contacts.shape[0]

@@ -16,7 +16,7 @@ from typing import Any
 
 import numba
 
-from ab_sim.dynamics.dispatch import COMPILED, only_if
+from ab_sim.dynamics.dispatch import APART, INLINED, only_if
 from ab_sim.dynamics.motion import Ball
 from ab_sim.dynamics.reactions import pull_at, reactions
 from ab_sim.dynamics.rows import moves_along, row_start, sticks
@@ -59,7 +59,7 @@ def slots(system: Any) -> int:
     return 4 * ball_count(system) + 2
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain):  # type: ignore[no-untyped-def]
     """SLIDE, HOLD and LOAD."""
     n = ball_count(system)
@@ -97,7 +97,7 @@ def friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain): 
                 grain[HOLD * n + here] += grain[HOLD * n + ahead]
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def contact_margins(system, state, modes, A1, A2, scratch, margin, grain):  # type: ignore[no-untyped-def]
     """TOUCH."""
     n = system.contacts.shape[0]
@@ -113,14 +113,14 @@ def contact_margins(system, state, modes, A1, A2, scratch, margin, grain):  # ty
             grain[slot] += ROUNDING * abs(scratch[ball_at(system, k), FORCE])
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def holding_force(system, i, scratch):  # type: ignore[no-untyped-def]
     """Largest friction on ball i at rest [N]."""
     ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
     return friction_coefficient(system.effects, ball) * max(scratch[i, FORCE], 0.0)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def leans(system, modes, k):  # type: ignore[no-untyped-def]
     """Whether the balls at contact k touch and both stick."""
     if modes[k, JOINED] == 0:
@@ -130,7 +130,7 @@ def leans(system, modes, k):  # type: ignore[no-untyped-def]
     )
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def gap(system, state, modes, k):  # type: ignore[no-untyped-def]
     """Distance along the race between the balls at contact k [m]; negative where they overlap."""
     R = system.body.race_radius
@@ -151,7 +151,7 @@ add_friction_margins = only_if(has_friction, friction_margins)
 add_contact_margins = only_if(has_contact, contact_margins)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def margins(system, place, time, state, modes, A1, A2, al, scratch, margin, grain):  # type: ignore[no-untyped-def]
     """All margins at a state, right after ``derivatives`` there.
 
@@ -179,7 +179,11 @@ def margins(system, place, time, state, modes, A1, A2, al, scratch, margin, grai
         grain[MOTOR * n] = grain[MOTOR * n + 1] = ROUNDING * (most + abs(asked))
 
 
-@numba.njit(**COMPILED)
+inlined_margins = numba.njit(**INLINED)(margins.py_func)
+"""``margins`` for the two places that see every step."""
+
+
+@numba.njit(**APART)
 def margin_rate(system, state, slope, modes, slot, scratch):  # type: ignore[no-untyped-def]
     """Time derivative of a margin that is a speed or a distance; 0 for forces."""
     n = ball_count(system)
@@ -192,7 +196,7 @@ def margin_rate(system, state, slope, modes, slot, scratch):  # type: ignore[no-
     return 0.0
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def parting_speed(system, state, k):  # type: ignore[no-untyped-def]
     """How fast the balls at contact k part, along the race [m/s]."""
     n = system.contacts.shape[0]
@@ -200,14 +204,14 @@ def parting_speed(system, state, k):  # type: ignore[no-untyped-def]
     return path_speed(system, state, j) - path_speed(system, state, i)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def path_speed(system, state, i):  # type: ignore[no-untyped-def]
     """Speed of ball i along the race [m/s]."""
     n = ball_count(system)
     return path_radius(system, state, i) * state[4 + n + i]
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def path_radius(system, state, i):  # type: ignore[no-untyped-def]
     """Radius of curvature of the race at ball i [m]."""
     if has_runout(system.effects):

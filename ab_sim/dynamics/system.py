@@ -7,7 +7,7 @@ import numpy as np
 from numba.core.types.containers import BaseTuple
 from numba.extending import overload
 
-from ab_sim.dynamics.dispatch import COMPILED, any_effect_has, forward, sum_over_effects
+from ab_sim.dynamics.dispatch import INLINED, any_effect_has, forward, sum_over_effects
 from ab_sim.dynamics.motion import Body
 
 # Few arrays with columns, not many arrays: compiled code passes seven words for each.
@@ -56,7 +56,7 @@ def ball_number(kind: Any) -> int | None:
     return len(each) if isinstance(each, BaseTuple) else None
 
 
-@overload(ball_count, jit_options=COMPILED, strict=False)
+@overload(ball_count, jit_options=INLINED, strict=False)
 def _ball_count(system):  # type: ignore[no-untyped-def]
     n = ball_number(system)
     if n is not None:
@@ -64,7 +64,7 @@ def _ball_count(system):  # type: ignore[no-untyped-def]
     return lambda system: system.each
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def ball_at(system, place):  # type: ignore[no-untyped-def]
     """Which ball is at a place of the row."""
     return int(system.contacts[place, ORDER])

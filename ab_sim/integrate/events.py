@@ -10,12 +10,11 @@ from math import sqrt
 
 import numba
 
-from ab_sim.dynamics.dispatch import COMPILED, INLINED, chosen_by
-from ab_sim.dynamics.planar import derivatives
+from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
 from ab_sim.dynamics.settle import settle
-from ab_sim.dynamics.switches import margin_rate, margins
+from ab_sim.dynamics.switches import inlined_margins, margin_rate
 from ab_sim.dynamics.system import ball_count, has_events
-from ab_sim.integrate.one_step import one_step
+from ab_sim.integrate.one_step import inlined_derivatives, one_step
 
 BOUNCES = 60
 """Events per step, and 20 more per ball, after which balls that meet stay together."""
@@ -30,7 +29,7 @@ def _plain(system, weights, place, begin, length, state, modes, work):  # type: 
     one_step(weights, system, place, begin, length, state, modes, work)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def _with_events(system, weights, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
     slopes, trial, scratch = work.slopes, work.trial, work.scratch
     margin, grain = work.margin, work.grain
@@ -85,7 +84,7 @@ The result is in ``work.trial``. At events state and modes change.
 """
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def within_bounds(trial, bounds):  # type: ignore[no-untyped-def]
     """Whether the state is finite and sound; written so that a NaN is not."""
     for j in range(trial.size):
@@ -94,14 +93,14 @@ def within_bounds(trial, bounds):  # type: ignore[no-untyped-def]
     return True
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def trial_step(system, weights, place, now, length, state, modes, work):  # type: ignore[no-untyped-def]
     """Step, and look at the margins at its end; the slot that is first below zero, or -1."""
     one_step(weights, system, place, now, length, state, modes, work)
-    A1, A2, al = derivatives(
+    A1, A2, al = inlined_derivatives(
         system, place, now + length, work.trial, modes, work.ahead, work.scratch
     )
-    margins(
+    inlined_margins(
         system,
         place,
         now + length,
@@ -117,7 +116,7 @@ def trial_step(system, weights, place, now, length, state, modes, work):  # type
     return first_below(work.margin, work.margin_ahead, work.grain)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def first_below(margin, ahead, grain):  # type: ignore[no-untyped-def]
     """The slot whose margin, drawn as a straight line, is the first to reach zero; -1 if none."""
     found, first = -1, 2.0
@@ -130,7 +129,7 @@ def first_below(margin, ahead, grain):  # type: ignore[no-untyped-def]
     return found
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def dip(system, weights, place, now, length, state, modes, work):  # type: ignore[no-untyped-def]
     """A margin that is negative within the step but not at its end: slot and where, or (-1, ..).
 
@@ -166,7 +165,7 @@ def dip(system, weights, place, now, length, state, modes, work):  # type: ignor
     return -1, length
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def locate(system, weights, place, now, length, slot, state, modes, work):  # type: ignore[no-untyped-def]
     """The first event of a step, given that ``slot`` is negative at ``length``.
 
@@ -219,7 +218,7 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
     return high, slot
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def other_below(ahead, grain, slot):  # type: ignore[no-untyped-def]
     """A slot other than ``slot`` whose margin is negative, or -1."""
     for other in range(ahead.size):

@@ -5,10 +5,10 @@ from math import pi
 import numba
 import numpy as np
 
-from ab_sim.dynamics.dispatch import COMPILED, INLINED, chosen_by
-from ab_sim.dynamics.planar import derivatives, gravity_on_rotating_axes, spindle_motion
+from ab_sim.dynamics.dispatch import INLINED, chosen_by
+from ab_sim.dynamics.planar import gravity_on_rotating_axes, spindle_motion
 from ab_sim.dynamics.settle import settle
-from ab_sim.dynamics.switches import margins
+from ab_sim.dynamics.switches import inlined_margins
 from ab_sim.dynamics.system import TURNS, ball_count, has_events, has_gravity, has_motor
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.events import step_over_events, within_bounds
@@ -69,19 +69,19 @@ def acceleration_at(system, place, time, state, modes, work):  # type: ignore[no
         The deck's acceleration [m/s^2] on the rotating axes, and the motor's torque [N m].
     """
     scratch = scratch_of(system, work)
-    A1, A2, _ = derivatives(system, place, time, state, modes, work.slopes[0], scratch)
+    A1, A2, _ = inlined_derivatives(system, place, time, state, modes, work.slopes[0], scratch)
     spindle = spindle_motion(system, place, time, state, modes)
     g1, g2 = gravity_on_rotating_axes(system, spindle)
     return A1 + g1, A2 + g2, spindle.torque
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def _enter(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
     scratch = scratch_of(system, work)
-    derivatives(system, place, time, state, modes, work.slopes[0], scratch)
+    inlined_derivatives(system, place, time, state, modes, work.slopes[0], scratch)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def _enter_with_events(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
     # Where the spindle's acceleration jumps, what held so far may not hold any more. Variables,
     # because numba would compile all of it once more for literals.
@@ -107,9 +107,11 @@ enter = chosen_by(has_events, _enter_with_events, _enter)
 work)``."""
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def _look(system, place, time, state, modes, A1, A2, al, work):  # type: ignore[no-untyped-def]
-    margins(system, place, time, state, modes, A1, A2, al, work.scratch, work.margin, work.grain)
+    inlined_margins(
+        system, place, time, state, modes, A1, A2, al, work.scratch, work.margin, work.grain
+    )
 
 
 look = chosen_by(
@@ -128,7 +130,7 @@ def take_out_turns(system, state, modes):  # type: ignore[no-untyped-def]
         unwind(state, 4 + 2 * n, modes, n)
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**INLINED)
 def unwind(state, at, modes, i):  # type: ignore[no-untyped-def]
     """Bring one angle back into -2 pi .. 2 pi."""
     while abs(state[at]) > 2.0 * pi:

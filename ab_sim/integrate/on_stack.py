@@ -11,7 +11,7 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array, populate_array
 
-from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.system import System, ball_number
 
@@ -32,7 +32,7 @@ def state_size(system: System, state: Any) -> int:
     return len(state)
 
 
-@overload(state_size, jit_options=COMPILED, strict=False)
+@overload(state_size, jit_options=INLINED, strict=False)
 def _state_size(system, state):  # type: ignore[no-untyped-def]
     sizes = _sizes(system)
     if sizes is None:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from ab_sim.dynamics.balls import place_balls
-from ab_sim.dynamics.dispatch import COMPILED
+from ab_sim.dynamics.dispatch import APART
 from ab_sim.dynamics.drag_response import drag_response, drag_responses
 from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.system import ball_count
@@ -128,7 +128,7 @@ def sweeps_on(name: str, order: int, sizes: tuple[int, ...]) -> Sweeps:
 SWEEPS = sweeps_on("sweeps", 7, (1, 2, 3, 4, 4, 4, 4))
 
 
-@numba.njit(**COMPILED)
+@numba.njit(**APART)
 def sweep_step(weights, system, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
     """One step of the method; see ``one_step``."""
     slopes, trial, scratch = work.slopes, work.trial, work.scratch

@@ -10,7 +10,7 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.dynamics import effects
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
-from ab_sim.dynamics.dispatch import COMPILED, any_effect_has, sum_over_effects
+from ab_sim.dynamics.dispatch import APART, any_effect_has, sum_over_effects
 from ab_sim.dynamics.effects import RollingFriction, Suspension, ViscousDrag
 from ab_sim.dynamics.motion import Ball
 from ab_sim.dynamics.planar import derivatives
@@ -95,10 +95,10 @@ def kernels() -> list[tuple[str, str]]:
         # Compiled afresh: code that came from the disk cache cannot be inspected.
         if has_events(system.effects):
             # The equations of motion alone: with events it takes a minute.
-            fresh = numba.njit(**COMPILED)(derivatives.py_func)
+            fresh = numba.njit(**APART)(derivatives.py_func)
             arguments = (system, place, 0.0, state, modes, work.ahead, work.scratch)
         else:
-            fresh = numba.njit(**COMPILED)(advance.py_func)
+            fresh = numba.njit(**APART)(advance.py_func)
             clock, rows = (0, 1e-3, 0.0), np.empty((1, state.size + 3))
             arguments = (system, place, RK8.weights, 0.0, clock, 1e-3, state, modes, work, rows)
         signature = tuple(numba.typeof(argument) for argument in arguments)
