@@ -1,8 +1,32 @@
 """How far one run is from another, in the units in which an accuracy is asked for."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+
+from ab_sim.trajectory import Trajectory
+
+ROUNDING = 8.0 * float(np.finfo(float).eps)
+"""No number is known better than to some of its last digits, even where two runs agree on more."""
+
+
+class Samples(NamedTuple):
+    """What runs are compared by, at equally spaced times; the start is not among them."""
+
+    position: np.ndarray
+    """Deck displacement on inertial axes [m], shape (samples, 2)."""
+    angles: np.ndarray
+    """theta of each ball, unwrapped [rad], shape (samples, balls)."""
+
+    @classmethod
+    def of(cls, trajectory: Trajectory) -> "Samples":
+        """All of a trajectory, copied: the rest of it need not be kept."""
+        return cls(trajectory.position, trajectory.ball_angles.copy())
+
+    def every(self, so_many: int) -> "Samples":
+        """Each so-many-th, which is the last of every so many."""
+        return Samples(self.position[so_many - 1 :: so_many], self.angles[so_many - 1 :: so_many])
 
 
 class Deviation(NamedTuple):
@@ -18,43 +42,29 @@ class Deviation(NamedTuple):
     """As ``whirl``, at the last sample."""
 
 
-def deviation(
-    position: np.ndarray,
-    angles: np.ndarray,
-    reference_position: np.ndarray,
-    reference_angles: np.ndarray,
-    unit: float,
-) -> Deviation:
-    """Compare samples of two runs taken at the same times.
+def deviation(run: Samples, reference: Samples, unit: float) -> Deviation:
+    """Compare two runs at all times that they have in common.
 
     Args:
-        position: deck displacement on inertial axes [m], shape (samples, 2).
-        angles: theta of each ball, unwrapped [rad], shape (samples, balls).
-        reference_position, reference_angles: the same of the reference.
+        run, reference: samples of the same stretch of time, each equally spaced up to its end.
         unit: length in which the whirl's error is given [m]: the eccentricity e, or the race's
             radius for a rotor without unbalance.
 
     Raises:
-        ValueError: shapes differ, or there are no samples.
+        ValueError: there are no samples, or they are of different numbers of balls.
     """
-    if position.shape != reference_position.shape or angles.shape != reference_angles.shape:
-        raise ValueError(
-            f"samples of shapes {position.shape} and {angles.shape} cannot be compared with "
-            f"{reference_position.shape} and {reference_angles.shape}"
-        )
-    if not len(position):
-        raise ValueError("no samples to compare")
-    whirl = np.hypot(*(position - reference_position).T) / unit
-    angle = np.abs(angles - reference_angles).max(axis=1, initial=0.0)
+    common = math.gcd(len(run.position), len(reference.position))
+    if not common or run.angles.shape[1] != reference.angles.shape[1]:
+        shapes = [part.shape for part in (*run, *reference)]
+        raise ValueError(f"samples of shapes {shapes} cannot be compared")
+    run, reference = (each.every(len(each.position) // common) for each in (run, reference))
+    whirl = np.hypot(*(run.position - reference.position).T) / unit
+    angle = np.abs(run.angles - reference.angles).max(axis=1, initial=0.0)
     return Deviation(float(angle.max()), float(whirl.max()), float(angle[-1]), float(whirl[-1]))
 
 
-ROUNDING = 8.0 * float(np.finfo(float).eps)
-"""No number is known better than to some of its last digits, even where two runs agree on more."""
-
-
-def rounding(position: np.ndarray, angles: np.ndarray, unit: float) -> Deviation:
-    """The least that a run may be said to be off by; arguments as of ``deviation``."""
-    angle = ROUNDING * float(np.abs(angles).max(initial=0.0))
-    whirl = ROUNDING * float(np.abs(position).max(initial=0.0)) / unit
+def rounding(run: Samples, unit: float) -> Deviation:
+    """The least that a run may be said to be off by; ``unit`` as of ``deviation``."""
+    angle = ROUNDING * float(np.abs(run.angles).max(initial=0.0))
+    whirl = ROUNDING * float(np.abs(run.position).max(initial=0.0)) / unit
     return Deviation(angle, whirl, angle, whirl)

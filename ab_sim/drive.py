@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 
+from ab_sim.deviation import Samples
 from ab_sim.dynamics.assemble import (
     place_on,
     start_modes,
@@ -22,12 +23,15 @@ from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.fixed_step import acceleration_at, advance
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.observation import Energy, Observation, Snapshot
-from ab_sim.price import Price, Sampled, cheapest
+from ab_sim.price import Price, Timed, cheapest
 from ab_sim.rows import BEYOND_STATES, Rows, follow
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
 from ab_sim.spindle.stretches import Stretch, parts, piece_after, same_instant, stretches
 from ab_sim.trajectory import Trajectory
+
+AT_ONCE = 10_000
+"""Steps between two thinnings of what need not all be kept."""
 
 
 class Drive:
@@ -132,19 +136,31 @@ class Drive:
         self.profile = self.servo.approach(now, angle, present, speed)
         self._command = float(speed)
 
-    def advance(self, steps: int = 1) -> Trajectory:
+    def advance(self, steps: int = 1, every: int = 1) -> Trajectory:
         """Take whole integration steps.
+
+        Args:
+            steps: how many.
+            every: keep each so-many-th sample, for runs too long to keep them all.
 
         Returns:
             One sample per step, taken at its end. Where the spindle's acceleration jumps just
             there, the sample's deck acceleration is the one before the jump.
 
         Raises:
-            ValueError: steps is negative.
+            ValueError: steps is negative, or every is less than 1.
             DivergedError: the state went beyond all bounds; the drive keeps its last good one.
         """
-        if steps < 0:
-            raise ValueError(f"steps = {steps}: must be at least 0")
+        if steps < 0 or every < 1:
+            raise ValueError(f"steps = {steps}, every = {every}: must be at least 0 and at least 1")
+        if every == 1:
+            return self._advance(steps)
+        at_once = every * max(1, AT_ONCE // every)
+        pieces = [min(at_once, steps - begin) for begin in range(0, steps, at_once)]
+        parts = [self._advance(piece).thinned(every) for piece in pieces]
+        return Trajectory.join(parts) if parts else self._advance(0)
+
+    def _advance(self, steps: int) -> Trajectory:
         rows, spindle = self._empty_rows(steps), np.empty((steps, 3))
         begin = self.steps
         for stretch in stretches(self.profile, self.step, begin, steps):
@@ -350,15 +366,8 @@ def priced(scene: Scene, period: float | None = None) -> tuple[Scene, Price | No
     return (scene, None) if scene.accuracy is None else cheapest(scene, _timed_run, period)
 
 
-def _timed_run(scene: Scene, steps: int, every: int) -> Sampled:
+def _timed_run(scene: Scene, steps: int, every: int) -> Timed:
     drive = Drive(scene)
-    piece = every * max(1, 10_000 // every)
-    positions, angles, seconds = [], [], 0.0
-    while drive.steps < steps:
-        begin = time.thread_time()
-        taken = drive.advance(min(piece, steps - drive.steps))
-        seconds += time.thread_time() - begin
-        kept = slice(every - 1, None, every)
-        positions.append(np.column_stack([taken["x"], taken["y"]])[kept])
-        angles.append(taken.ball_angles[kept].copy())
-    return Sampled(np.concatenate(positions), np.concatenate(angles), seconds)
+    begin = time.thread_time()
+    taken = drive.advance(steps, every)
+    return Timed(Samples.of(taken), time.thread_time() - begin)

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.deviation import deviation
+from ab_sim.deviation import Samples, deviation
 from ab_sim.drive import Drive
 from ab_sim.errors import DivergedError
 from ab_sim.scene.model import Scene
@@ -57,13 +57,12 @@ class _Part(NamedTuple):
     """Given just before [rad/s]."""
     first: int
     """Number of the first step."""
-    position: np.ndarray
-    angles: np.ndarray
+    samples: Samples
 
     @property
     def last(self) -> int:
         """Number of the last step."""
-        return self.first + len(self.angles) - 1
+        return self.first + len(self.samples.angles) - 1
 
 
 class ErrorChecks:
@@ -148,9 +147,8 @@ class ErrorChecks:
             raise
         self._commands = ()
         if len(taken) and recording:
-            place = np.column_stack([taken["x"], taken["y"]])
             first = self._drive.steps - steps + 1
-            self._window.append(_Part(commands, first, place, taken.ball_angles))
+            self._window.append(_Part(commands, first, Samples.of(taken)))
         return taken
 
     def reset(self) -> None:
@@ -246,13 +244,12 @@ class ErrorChecks:
         if lowest <= highest:
             same = slice(2 * lowest - begin - 1, 2 * highest - begin, 2)
             own = slice(lowest - parts[0].first, highest - parts[0].first + 1)
-            found = deviation(
-                np.column_stack([taken["x"], taken["y"]])[same],
-                taken.ball_angles[same],
-                np.concatenate([part.position for part in parts])[own],
-                np.concatenate([part.angles for part in parts])[own],
-                self._drive.scene.whirl_unit[0],
+            shadow = Samples(taken.position[same], taken.ball_angles[same])
+            drive = Samples(
+                np.concatenate([part.samples.position for part in parts])[own],
+                np.concatenate([part.samples.angles for part in parts])[own],
             )
+            found = deviation(drive, shadow, self._drive.scene.whirl_unit[0])
             self._found(ErrorEstimate(found.angle, found.whirl))
         while window and 2 * window[0].last <= until:
             window.popleft()

@@ -48,6 +48,12 @@ class Trajectory:
         """Trajectories one after the other."""
         return cls(parts[0].channels, np.concatenate([part.samples for part in parts]))
 
+    def thinned(self, every: int) -> "Trajectory":
+        """Each so-many-th sample, the last of every so many; a copy, if any is left out."""
+        if every == 1:
+            return self
+        return Trajectory(self.channels, self.samples[every - 1 :: every].copy())
+
     def __len__(self) -> int:
         return len(self.samples)
 
@@ -59,6 +65,11 @@ class Trajectory:
     def balls(self) -> int:
         """Number of balls."""
         return sum(name.startswith("ball_") for name in self.channels) // 2
+
+    @property
+    def position(self) -> np.ndarray:
+        """The deck on inertial axes [m], shape (samples, 2)."""
+        return np.column_stack([self["x"], self["y"]])
 
     @property
     def whirl(self) -> np.ndarray:

@@ -9,7 +9,6 @@ and "side by side" are the compiled loops with their calls, in turns; "whole cal
 0.25 ms, at every step.
 """
 
-import argparse
 import sys
 import time
 from collections.abc import Callable
@@ -20,12 +19,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.analysis.effect_cost import Spread, conditions  # noqa: E402
 from ab_sim.batch import simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.deviation import Deviation, deviation  # noqa: E402
+from ab_sim.deviation import Deviation, Samples, deviation  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.dynamics.assemble import place_on, state_bounds  # noqa: E402
 from ab_sim.dynamics.lanes import LANES  # noqa: E402
@@ -34,7 +34,6 @@ from ab_sim.integrate.workspace import aligned, workspace  # noqa: E402
 from ab_sim.rows import BEYOND_STATES  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 from ab_sim.spindle.stretches import stretches  # noqa: E402
-from ab_sim.trajectory import Trajectory  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.stepper=rk8"]
 STEPS = (6e-3, 5e-3, 3.75e-3, 2.5e-3)
@@ -49,21 +48,14 @@ def scene_at(step: float) -> Scene:
     return load_scene(SCENE, [*CHANGES, f"solver.step={step}"])
 
 
-def sampled(run: Trajectory, each: int) -> tuple[np.ndarray, np.ndarray]:
-    """Deck and balls at each so-manieth step."""
-    kept = slice(each - 1, None, each)
-    return np.column_stack([run["x"], run["y"]])[kept], run.ball_angles[kept]
-
-
 def errors(step: float) -> Deviation:
     """Largest over all runs of the batch."""
     found = []
     runs = simulate_batch(scene_at(step), VARIATIONS).runs
     references = simulate_batch(scene_at(REFERENCE_STEP), VARIATIONS).runs
     for run, reference in zip(runs, references, strict=True):
-        ours = sampled(run.trajectory, 1)
-        truth = sampled(reference.trajectory, round(step / REFERENCE_STEP))
-        found.append(deviation(*ours, *truth, run.scene.rotor.eccentricity))
+        ours, truth = Samples.of(run.trajectory), Samples.of(reference.trajectory)
+        found.append(deviation(ours, truth, run.scene.whirl_unit[0]))
     return Deviation(*(max(part) for part in zip(*found, strict=True)))
 
 
@@ -171,23 +163,19 @@ def figure(report: dict[str, Any], path: Path) -> None:
 
 def main() -> None:
     """Measure and write the two files."""
-    parser = argparse.ArgumentParser(description="Throughput of runs side by side.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parents[1] / "docs")
-    parser.add_argument("--repeats", type=int, default=31)
-    arguments = parser.parse_args()
-    rows = [compare(step, arguments.repeats) for step in STEPS]
+    asked = arguments("Throughput of runs side by side.", 31).parse_args()
+    rows = [compare(step, asked.repeats) for step in STEPS]
     report = {
         **conditions(),
         "scene": SCENE,
         "changes": CHANGES,
         "runs": len(VARIATIONS),
-        "repeats": arguments.repeats,
+        "repeats": asked.repeats,
         "goal": {"side_by_side": GOAL, "ratio": GOAL_RATIO, "error": ERROR},
         "rows": rows,
     }
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    write_json(report, str(arguments.out / "batch-throughput.json"))
-    figure(report, arguments.out / "batch-throughput.png")
+    write_json(report, str(asked.out / "batch-throughput.json"))
+    figure(report, asked.out / "batch-throughput.png")
     console = Console(markup=False, highlight=False)
     for row in rows:
         console.print(

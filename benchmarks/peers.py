@@ -8,7 +8,6 @@ the other; a peer's time at exactly that error is interpolated, log-log, between
 settings; the ratio is taken repeat by repeat. Needs the extra `peers`.
 """
 
-import argparse
 import math
 import sys
 import time
@@ -19,6 +18,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.analysis.accuracy.cvode_peer import cvode_solvers  # noqa: E402
@@ -43,9 +43,8 @@ WANTED = (1e-6, 1e-9)
 """Errors in ball angle, the largest over the run [rad]."""
 GOAL = 60.0
 """Times the CPU time of ours that the best peer is to take at least."""
-SAMPLING = Sampling(0.015, 400)
-"""Of its instants two come just after a breakpoint of the speed, where the errors of long steps
-peak for some milliseconds."""
+SAMPLING = Sampling(0.015, 400, 60)
+"""Every step of all settings ends at one of the reference's instants."""
 STEPS = (7.5e-3, 5e-3, 3.75e-3, 3e-3, 2.5e-3, 1.5e-3, 1e-3, 0.75e-3, 0.5e-3)
 """All divide the sample period."""
 MUJOCO_STEPS = (2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)
@@ -63,7 +62,7 @@ class Candidate:
         self.method = method
         self.times: list[float] = []
         samples = self.time_once()
-        found = deviation(*samples, *reference.samples_for(method.name), f.scene.whirl_unit[0])
+        found = deviation(samples, reference.samples_for(method.name), f.scene.whirl_unit[0])
         self.error = found.angle
         self.first = self.times.pop()
 
@@ -253,15 +252,12 @@ def figure(report: dict[str, Any], path: Path) -> None:
 
 def main() -> None:
     """Measure and write the two files."""
-    parser = argparse.ArgumentParser(description="Beside peers, at equal error.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parents[1] / "docs")
-    parser.add_argument("--repeats", type=int, default=21)
-    arguments = parser.parse_args()
+    asked = arguments("Beside peers, at equal error.", 21).parse_args()
     console = Console(markup=False, highlight=False)
     f = RightHandSide(load_scene(SCENE, CHANGES), SAMPLING)
     reference = smooth_reference(f)
     found = candidates(f, reference, console)
-    results = [compare(found, error, arguments.repeats) for error in WANTED]
+    results = [compare(found, error, asked.repeats) for error in WANTED]
     where = conditions()
     where["versions"].update(peer_versions())
     report = {
@@ -269,15 +265,14 @@ def main() -> None:
         "scene": SCENE,
         "changes": CHANGES,
         "duration": SAMPLING.end,
-        "repeats": arguments.repeats,
+        "repeats": asked.repeats,
         "reference": reference.text,
         "uncertainty": reference.uncertainty._asdict(),
         "seconds_per_evaluation": call_costs(f),
         "results": results,
     }
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    write_json(report, str(arguments.out / "peers.json"))
-    figure(report, arguments.out / "peers.png")
+    write_json(report, str(asked.out / "peers.json"))
+    figure(report, asked.out / "peers.png")
     for result in results:
         ratio, ours = result["ratio"], result["ours"]
         console.print(

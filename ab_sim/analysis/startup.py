@@ -30,7 +30,7 @@ def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
         near = slice(top - 1, top + 2)
         path = CubicHermiteSpline(
             time[near],
-            np.column_stack([trajectory["x"][near], trajectory["y"][near]]),
+            trajectory.position[near],
             np.column_stack([trajectory["vx"][near], trajectory["vy"][near]]),
         )
         best = minimize_scalar(

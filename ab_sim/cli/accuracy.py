@@ -46,7 +46,7 @@ def print_accuracy(accuracy: Accuracy, console: Console) -> None:
     console.print(accuracy_table(accuracy))
     console.print(cheapest_table(accuracy))
     apart = accuracy.uncertainty
-    unit = _unit(accuracy)
+    unit = accuracy.symbol
     console.print(f"effects: {', '.join(accuracy.effects) or 'none'}")
     console.print(f"reference: {accuracy.reference}")
     console.print(
@@ -69,14 +69,14 @@ def print_accuracy(accuracy: Accuracy, console: Console) -> None:
 def accuracy_table(accuracy: Accuracy) -> Table:
     """All rows, the most accurate first."""
     balls = f"{accuracy.balls} ball{'' if accuracy.balls == 1 else 's'}"
-    unit = _unit(accuracy)
+    unit = accuracy.symbol
     table = Table(
         title=f"{accuracy.scene}: {balls}, {accuracy.duration:g} s, "
         f"{accuracy.repeats} interleaved repeats",
         caption="* no other is both cheaper and more accurate; <= the reference knows no better; "
         "CPU time: median (quartiles) of the thread, per simulated second, without compiling; "
-        f"errors: the largest of samples every {1e3 * accuracy.period:g} ms; between two of them, "
-        "just after the spindle's acceleration jumps, long steps can be off by ten times that",
+        f"errors: the largest at the ends of steps, at most every {1e3 * accuracy.closer:g} ms; of "
+        f"peers, every {1e3 * accuracy.period:g} ms",
     )
     table.add_column("")
     table.add_column("method")
@@ -93,7 +93,7 @@ def accuracy_table(accuracy: Accuracy) -> Table:
 
 def cheapest_table(accuracy: Accuracy) -> Table:
     """For errors that one may want: the package's cheapest setting beside the best peer."""
-    what = "ball angle [rad]" if accuracy.balls else f"whirl [{_unit(accuracy)}]"
+    what = "ball angle [rad]" if accuracy.balls else f"whirl [{accuracy.symbol}]"
     table = Table(title=f"cheapest of what was tried, for an error in {what} of at most")
     for name in ("error", "ab_sim", "CPU [ms/s]", "best peer", "CPU [ms/s]", "peer / ab_sim"):
         table.add_column(name, justify="right")
@@ -126,7 +126,3 @@ def _cells(row: Row, balls: bool) -> list[str]:
         str(errors.whirl_end),
         "-" if errors.energy is None else f"{errors.energy:.0e}",
     ]
-
-
-def _unit(accuracy: Accuracy) -> str:
-    return "e" if accuracy.unit_is_eccentricity else "R"

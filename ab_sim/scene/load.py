@@ -103,6 +103,17 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
     return check_scene(raw, origin)
 
 
+def with_solver(scene: Scene, stepper: str, step: float) -> Scene:
+    """The scene with this solver, and no wish.
+
+    Raises:
+        SceneError: it does not take that step.
+    """
+    raw = {key: value for key, value in scene.as_mapping().items() if key != "accuracy"}
+    raw["solver"] = {"stepper": stepper, "step": round(step, 12)}
+    return check_scene(raw, scene.name)
+
+
 def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
     """A scene out of nested mappings; ``origin`` names their source in messages."""
     sections = dict(raw)

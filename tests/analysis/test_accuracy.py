@@ -17,11 +17,13 @@ from ab_sim.analysis.accuracy.mujoco_peer import MuJoCo, mujoco_refusal
 from ab_sim.analysis.accuracy.ours import Stepping
 from ab_sim.analysis.accuracy.reference import event_reference, smooth_reference
 from ab_sim.analysis.accuracy.right_hand_side import RightHandSide
-from ab_sim.analysis.accuracy.sampling import LADDER, Samples, sampling_of
-from ab_sim.deviation import deviation
+from ab_sim.analysis.accuracy.sampling import LADDER, sampling_of
+from ab_sim.deviation import Samples, deviation
+from ab_sim.drive import Drive
 from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.registry import STEPPERS
 from ab_sim.scene import check_scene
+from ab_sim.scene.load import with_solver
 from tests.conftest import THESIS, merge
 from tests.reference import simulate
 from tests.reference.cases import oracle_cases
@@ -119,8 +121,8 @@ def _apart(scene: Any, samples: Samples, rtol: float) -> float:
     """Largest difference in ball angle [rad] and whirl [1000 e] from the independent simulator."""
     times = sampling_of(scene).times
     other = simulate(params_of(scene), scene.start.ball_angles, times, rtol=rtol)
-    position = np.column_stack([other.x, other.y])
-    found = deviation(*samples, position, other.theta, scene.whirl_unit[0])
+    want = Samples(np.column_stack([other.x, other.y]), other.theta)
+    found = deviation(samples, want, scene.whirl_unit[0])
     return max(found.angle, 1e-3 * found.whirl)
 
 
@@ -211,7 +213,7 @@ def test_the_reference_of_a_scene_with_events_is_another_steppers() -> None:
     assert reference.samples_for("rk8") is reference.second
     assert reference.samples_for("rk4") is reference.first
     run = Stepping(scene, sampling, "rk8", 1e-3)
-    found = deviation(*run.samples(run.run()), *reference.samples_for("rk8"), scene.whirl_unit[0])
+    found = deviation(run.samples(run.run()), reference.samples_for("rk8"), scene.whirl_unit[0])
     assert run.events > 0
     assert found.angle < 1e-10 and reference.uncertainty.angle < 1e-11
 
@@ -244,9 +246,26 @@ def test_samples_fall_on_steps_and_on_whole_periods() -> None:
     at = sampling_of(made(duration=1.2345))
     assert (at.period, at.number) == (0.01, 123)
     assert all(at.per_period(step) for step in LADDER)
+    assert at.parts == 20 and at.finer(at.parts).number == 2460
     own = sampling_of(made(solver={"step": 3.75e-3}))
-    assert own.period == 0.03 and own.per_period(3.75e-3) == 8
+    assert own.period == 0.03 and own.per_period(3.75e-3) == 8 and own.parts == 120
     assert sampling_of(made(duration=0.02)).period == 0.001
+    # A long run is compared at fewer instants, at long steps' own first.
+    assert sampling_of(made(duration=400.0)).parts == 4
+
+
+@pytest.mark.parametrize("step", [5e-3, 2.5e-3])
+def test_errors_are_the_largest_at_any_step(step: float) -> None:
+    """They peak just after the spindle's acceleration jumps, between coarse samples."""
+    (row,) = (row for row in rows_of("rk8") if row.step == step)
+    runs = []
+    for each in (step, 0.25e-3):
+        drive = Drive(with_solver(made(**SMOOTH), "rk8", each))
+        runs.append(Samples.of(drive.advance(round(0.4 / each))))
+    found = deviation(*runs, drive.scene.whirl_unit[0])
+    assert row.errors is not None
+    assert row.errors.angle.value == pytest.approx(found.angle, rel=0.01, abs=1e-13)
+    assert row.errors.whirl.value == pytest.approx(found.whirl, rel=0.01, abs=1e-13)
 
 
 def test_the_report_survives_json_and_makes_a_picture(tmp_path: Path) -> None:

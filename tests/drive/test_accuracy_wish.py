@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from ab_sim.description import describe
-from ab_sim.deviation import Deviation, deviation
+from ab_sim.deviation import Deviation, Samples, deviation
 from ab_sim.drive import Drive, priced
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.neighbours import start_angles
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.choose import choose_stepper
-from ab_sim.price import SAFETY, Sampled, cheapest
+from ab_sim.price import SAFETY, Timed, cheapest
 from ab_sim.scene import Scene, check_scene, load_scene, scene_names
 from tests.conftest import THESIS, merge
 from tests.reference import simulate
@@ -70,8 +70,8 @@ def wished(name: str, **accuracy: float) -> Scene:
 
 
 @functools.cache
-def truth(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times, deck and balls of the independent reference."""
+def truth(name: str) -> tuple[np.ndarray, Samples]:
+    """The independent reference, and its times."""
     raw = wished(name, whirl=1.0).as_mapping()
     if raw.get("profile", {}).get("kind") == "speed_change":
         assert raw["duration"] < raw["profile"]["start_time"]
@@ -80,20 +80,16 @@ def truth(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     times = GRID * np.arange(1, round(scene.duration / GRID) + 1)
     params = params_of(scene, contact=name != "everything")
     want = simulate(params, start_angles(scene), times, rtol=1e-12)
-    return times, np.column_stack([want.x, want.y]), want.theta
+    return times, Samples(np.column_stack([want.x, want.y]), want.theta)
 
 
 def error_of(drive: Drive, name: str) -> Deviation:
-    times, position, angles = truth(name)
+    times, want = truth(name)
     at = np.rint(times / drive.step).astype(int) - 1
     assert np.abs((at + 1) * drive.step - times).max() < 1e-12, "steps go into the grid"
     run = drive.advance(at[-1] + 1)
     return deviation(
-        np.column_stack([run["x"], run["y"]])[at],
-        run.ball_angles[at],
-        position,
-        angles,
-        drive.scene.whirl_unit[0],
+        Samples(run.position[at], run.ball_angles[at]), want, drive.scene.whirl_unit[0]
     )
 
 
@@ -210,16 +206,15 @@ class FakeRuns:
     def __init__(self, floor: float = 0.0, stage: float = 1e-7) -> None:
         self.floor, self.stage, self.seen = floor, stage, []  # type: ignore[var-annotated]
 
-    def __call__(self, scene: Scene, steps: int, every: int) -> Sampled:
+    def __call__(self, scene: Scene, steps: int, every: int) -> Timed:
         stepper = choose_stepper(scene, system_of(scene)).stepper
         step = scene.solver.step
         self.seen.append((stepper.name, step))
         size = 10.0 * (step / 0.01) ** stepper.order
         size += self.floor * np.sin(1e9 * step)  # differs from step to step
         count = steps // every
-        return Sampled(
-            np.zeros((count, 2)), np.full((count, 1), size), steps * stepper.stages * self.stage
-        )
+        samples = Samples(np.zeros((count, 2)), np.full((count, 1), size))
+        return Timed(samples, steps * stepper.stages * self.stage)
 
 
 def test_the_cheapest_of_all_is_found() -> None:
@@ -270,7 +265,7 @@ def test_measuring_that_would_take_too_long_is_refused_before() -> None:
 
 
 def test_a_run_that_diverges_with_every_step_says_so() -> None:
-    def diverge(scene: Scene, steps: int, every: int) -> Sampled:
+    def diverge(scene: Scene, steps: int, every: int) -> Timed:
         raise DivergedError("ball_0 rate went beyond all bounds at t = 1 s")
 
     with pytest.raises(DivergedError, match="beyond all bounds"):
@@ -280,7 +275,7 @@ def test_a_run_that_diverges_with_every_step_says_so() -> None:
 def test_steps_that_diverge_are_no_candidates() -> None:
     runs = FakeRuns()
 
-    def sometimes(scene: Scene, steps: int, every: int) -> Sampled:
+    def sometimes(scene: Scene, steps: int, every: int) -> Timed:
         if scene.solver.step > 1.5e-3:
             raise DivergedError("too long")
         return runs(scene, steps, every)

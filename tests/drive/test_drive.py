@@ -63,6 +63,17 @@ def test_repeated_command_changes_nothing(scene: Any) -> None:
     assert one.advance(700).samples.tobytes() == Trajectory.join(again).samples.tobytes()
 
 
+@pytest.mark.parametrize(("steps", "every"), [(25_003, 7), (20_000, 20_000), (5, 9), (0, 3)])
+def test_keeping_some_steps_only_is_leaving_out_the_others(
+    scene: Any, steps: int, every: int
+) -> None:
+    """Also across the pieces that such a run is taken in."""
+    one, other = Drive(scene()), Drive(scene())
+    some, all_of_them = one.advance(steps, every), other.advance(steps)
+    assert some.samples.tobytes() == all_of_them.samples[every - 1 :: every].tobytes()
+    assert one.steps == steps and some.channels == all_of_them.channels
+
+
 def test_same_inputs_same_bits(scene: Any) -> None:
     def run() -> bytes:
         drive = Drive(scene(effects={"rolling_friction": {"arm": 1e-6}}), commanded=True)
@@ -220,6 +231,8 @@ def test_observing_across_a_breakpoint(scene: Any, with_hold: Any) -> None:
 
 
 def test_advance_refuses_to_go_back(scene: Any) -> None:
+    with pytest.raises(ValueError, match="every = 0: must be at least 0 and at least 1"):
+        Drive(scene()).advance(1, every=0)
     with pytest.raises(ValueError, match="at least 0"):
         Drive(scene()).advance(-1)
     assert len(Drive(scene()).advance(0)) == 0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ab_sim import error_checks
-from ab_sim.deviation import Deviation, deviation
+from ab_sim.deviation import Deviation, Samples, deviation
 from ab_sim.drive import Drive
 from ab_sim.error_checks import SLICE, WINDOW, ErrorChecks
 from ab_sim.scene import load_scene
@@ -29,13 +29,7 @@ def run(checks: ErrorChecks, seconds: float, each: float = 1.0) -> Trajectory:
 def true_error(name: str, changes: list[str], got: Trajectory, step: float) -> Deviation:
     fine = Drive(load_scene(name, [*changes, "solver.stepper=rk8", f"solver.step={step / 4:.9g}"]))
     want = fine.advance(4 * len(got))
-    return deviation(
-        np.column_stack([got["x"], got["y"]]),
-        got.ball_angles,
-        np.column_stack([want["x"], want["y"]])[3::4],
-        want.ball_angles[3::4],
-        fine.scene.whirl_unit[0],
-    )
+    return deviation(Samples.of(got), Samples.of(want), fine.scene.whirl_unit[0])
 
 
 @pytest.mark.parametrize(
@@ -162,9 +156,9 @@ def test_a_diverging_half_step_is_an_infinite_error(monkeypatch: pytest.MonkeyPa
     assert np.isfinite(checks.estimate).all() and np.isinf(checks.largest).all()
 
 
-def test_a_ledger_is_refused() -> None:
+def test_a_ledger_is_refused(scene: Any) -> None:
     with pytest.raises(ValueError, match="a drive without a ledger"):
-        ErrorChecks(Drive(load_scene("one-ball"), ledger=True), 0.05)
+        ErrorChecks(Drive(scene(), ledger=True), 0.05)
 
 
 def test_reset_begins_again() -> None:

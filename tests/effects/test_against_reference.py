@@ -110,7 +110,7 @@ def test_same_motion_as_the_reference(name: str) -> None:
     at = np.rint(times / drive.step).astype(int) - 1
     assert np.abs(want.theta - want.theta[0]).max() > 0.01 and np.abs(want.x).max() > 1e-5
     assert drive.crowded_steps == 0
-    deck = np.column_stack([got["x"], got["y"]])[at] - np.column_stack([want.x, want.y])
+    deck = got.position[at] - np.column_stack([want.x, want.y])
     assert np.abs(deck).max() < 2e-9 * 0.01
     assert np.abs(got.ball_angles[at] - want.theta).max() < 2e-9
     assert np.abs(got["speed"][at] - want.w).max() < 1e-8

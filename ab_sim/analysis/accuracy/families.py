@@ -18,7 +18,7 @@ from ab_sim.dynamics.system import has_events
 from ab_sim.errors import SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.registry import STEPPERS
-from ab_sim.price import with_solver
+from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)

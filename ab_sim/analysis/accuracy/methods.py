@@ -2,7 +2,7 @@
 
 from typing import Any, Protocol
 
-from ab_sim.analysis.accuracy.sampling import Samples
+from ab_sim.deviation import Samples
 from ab_sim.errors import AbSimError
 
 

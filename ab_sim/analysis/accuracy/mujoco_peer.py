@@ -14,7 +14,8 @@ import numpy as np
 
 from ab_sim.analysis.accuracy.methods import FailedError
 from ab_sim.analysis.accuracy.right_hand_side import SAME_INSTANT
-from ab_sim.analysis.accuracy.sampling import Samples, Sampling
+from ab_sim.analysis.accuracy.sampling import Sampling
+from ab_sim.deviation import Samples
 from ab_sim.dynamics.motion import Ball
 from ab_sim.dynamics.neighbours import start_angles
 from ab_sim.dynamics.system import ball_drag, ball_inertia

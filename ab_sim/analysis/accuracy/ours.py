@@ -1,17 +1,16 @@
 """The package's steppers, as a user runs them: through Drive."""
 
-import numpy as np
+import math
 
 from ab_sim.analysis.accuracy.energy import INSTANTS, EnergyBalance
 from ab_sim.analysis.accuracy.methods import FailedError
-from ab_sim.analysis.accuracy.sampling import Samples, Sampling
+from ab_sim.analysis.accuracy.sampling import Sampling
+from ab_sim.deviation import Samples
 from ab_sim.drive import Drive
 from ab_sim.errors import DivergedError
-from ab_sim.price import with_solver
+from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
-
-AT_ONCE = 20_000
-"""Steps per call: a long run of short steps need not be in memory as a whole."""
+from ab_sim.trajectory import Trajectory
 
 
 class Stepping:
@@ -42,25 +41,17 @@ class Stepping:
         """Back to the start."""
         self.drive.reset()
 
-    def run(self) -> list[np.ndarray]:
-        """All steps; every one is recorded, as in use, and those at sample times are kept."""
-        most = max(1, AT_ONCE // self.each)
-        kept, left = [], self.sampling.number
+    def run(self) -> Trajectory:
+        """All steps; every one is recorded, as in use, and those at the reference's are kept."""
+        every = self.each // math.gcd(self.each, self.sampling.parts)
         try:
-            while left:
-                periods = min(most, left)
-                trajectory = self.drive.advance(periods * self.each)
-                kept.append(trajectory.samples[self.each - 1 :: self.each].copy())
-                left -= periods
+            return self.drive.advance(self.sampling.number * self.each, every)
         except DivergedError as error:
             raise FailedError(f"diverged: {error}") from error
-        return kept
 
-    def samples(self, kept: list[np.ndarray]) -> Samples:
-        """Position and ball angles at the sample times."""
-        rows, names = np.concatenate(kept), self.drive.channels
-        balls = [names.index(f"ball_{i}_angle") for i in range(self.scene.balls.count)]
-        return Samples(rows[:, [names.index("x"), names.index("y")]], rows[:, balls])
+    def samples(self, kept: Trajectory) -> Samples:
+        """Position and ball angles."""
+        return Samples.of(kept)
 
     def energy_error(self) -> float | None:
         """In a run of its own, because the ledger takes time."""

@@ -7,10 +7,10 @@ from ab_sim.analysis.accuracy.collocation import NODES, collocate, step_for
 from ab_sim.analysis.accuracy.methods import FailedError
 from ab_sim.analysis.accuracy.ours import Stepping
 from ab_sim.analysis.accuracy.right_hand_side import RightHandSide
-from ab_sim.analysis.accuracy.sampling import LADDER, Samples, Sampling
+from ab_sim.analysis.accuracy.sampling import LADDER, Sampling
 from ab_sim.analysis.accuracy.scipy_peers import dop853, lsoda, radau
 from ab_sim.analysis.accuracy.tolerance import ByTolerance
-from ab_sim.deviation import Deviation, deviation, rounding
+from ab_sim.deviation import Deviation, Samples, deviation, rounding
 from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.rk8 import RK8
 from ab_sim.integrate.tsit5 import TSIT5
@@ -48,6 +48,7 @@ def smooth_reference(f: RightHandSide) -> Reference:
     Raises:
         InputError: both could not be made.
     """
+    f = f.sampled(f.sampling.finer(f.sampling.parts))
     step = step_for(f)
     steps = f.sampling.end / step
     try:
@@ -127,8 +128,8 @@ def _shortest(
 
 
 def _apart(scene: Scene, first: Samples, second: Samples) -> Deviation:
-    apart = deviation(*second, *first, scene.whirl_unit[0])
-    least = rounding(first.position, first.angles, scene.whirl_unit[0])
+    apart = deviation(second, first, scene.whirl_unit[0])
+    least = rounding(first, scene.whirl_unit[0])
     angle, whirl = max(apart.angle, least.angle), max(apart.whirl, least.whirl)
     return Deviation(angle, whirl, angle, whirl)
 

@@ -99,10 +99,15 @@ class Accuracy(NamedTuple):
     duration: float
     """What was simulated and compared [s]."""
     period: float
-    """Between samples that were compared [s]."""
+    """Between samples of peers that were compared [s]; also of steppers, whose steps do not end at
+    the instants that are closer."""
+    closer: float
+    """Between instants of the reference [s]: steppers are compared at those at which a step ends.
+    """
     unit: float
     """m, of errors in whirl: e, or the race's radius for a rotor without unbalance."""
-    unit_is_eccentricity: bool
+    symbol: str
+    """Of that unit: e or R."""
     as_scene_says: str
     """The stepper that the scene itself takes, and its step."""
     reference: str

@@ -4,6 +4,7 @@ The only place here that knows how the kernel calls ``derivatives``. A scene's s
 into legs at its breakpoints, so that f is smooth within each; integrators start anew at each.
 """
 
+import copy
 import math
 from typing import Any, NamedTuple
 
@@ -11,11 +12,11 @@ import numba
 import numpy as np
 
 from ab_sim.analysis.accuracy.energy import EnergyBalance
-from ab_sim.analysis.accuracy.sampling import Samples, Sampling
-from ab_sim.dynamics.assemble import start_modes, start_state, system_of
+from ab_sim.analysis.accuracy.sampling import Sampling
+from ab_sim.deviation import Samples
+from ab_sim.dynamics.assemble import place_on, start_modes, start_state, system_of
 from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.motion import Deck, Spindle
-from ab_sim.dynamics.neighbours import reduced
 from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.system import TURNS, Place, has_events
@@ -79,6 +80,13 @@ class RightHandSide:
         self.profile = SpeedProfile.of_scene(scene)
         self.legs = tuple(self._legs())
 
+    def sampled(self, sampling: Sampling) -> "RightHandSide":
+        """The same at other sample times."""
+        other = copy.copy(self)
+        other.sampling = sampling
+        other.legs = tuple(other._legs())
+        return other
+
     @property
     def scale(self) -> np.ndarray:
         """Magnitudes from which absolute tolerances are made, shape (states,)."""
@@ -122,7 +130,7 @@ class RightHandSide:
                 continue
             inside = times[(times > begin + SAME_INSTANT) & (times < end - SAME_INSTANT)]
             last = np.abs(times - end).min() <= SAME_INSTANT
-            place = Place(piece.segment, reduced(piece.start_angle)[0])
+            place = place_on(piece)
             yield Leg(
                 np.concatenate([[begin], inside, [end]]),
                 np.arange(1, len(inside) + 1 + last),

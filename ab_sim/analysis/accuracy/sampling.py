@@ -11,15 +11,10 @@ from ab_sim.scene.model import Scene
 LADDER = (0.1e-3, 0.2e-3, 0.5e-3, 1e-3, 2e-3, 2.5e-3, 5e-3, 10e-3)
 """Steps that every stepper is tried at [s]; all divide the longest."""
 LEAST_SAMPLES = 20
-
-
-class Samples(NamedTuple):
-    """A run at the sample times."""
-
-    position: np.ndarray
-    """Deck displacement on inertial axes [m], shape (samples, 2)."""
-    angles: np.ndarray
-    """Ball angles theta, unwrapped [rad], shape (samples, balls)."""
+DENSE = 0.5e-3
+"""Steps that are not shorter are compared at the end of each of them [s]: just after a jump of the
+spindle's acceleration, errors of long steps peak for some milliseconds."""
+MOST_SAMPLES = 200_000
 
 
 class Sampling(NamedTuple):
@@ -28,6 +23,9 @@ class Sampling(NamedTuple):
     period: float
     """s."""
     number: int
+    parts: int = 1
+    """The reference has samples at so many parts of each period; steppers, at those of them at
+    which a step ends."""
 
     @property
     def times(self) -> np.ndarray:
@@ -39,6 +37,10 @@ class Sampling(NamedTuple):
         """The last of them [s]."""
         return self.number * self.period
 
+    def finer(self, parts: int) -> "Sampling":
+        """With so many samples in each period."""
+        return Sampling(self.period / parts, self.number * parts)
+
     def per_period(self, step: float) -> int:
         """How many steps make a period; 0 if it is not a whole number."""
         period, one = nanoseconds(self.period), nanoseconds(step)
@@ -49,8 +51,10 @@ def sampling_of(scene: Scene) -> Sampling:
     """The common sample times of a scene.
 
     The period is the ladder's longest step, or the least multiple of it that the scene's own step
-    divides, if that leaves enough samples; a shorter step of the ladder for a short scene. Where
-    the duration is not a multiple of it, the comparison ends at the last one before.
+    divides, if that leaves enough samples; a shorter step of the ladder for a short scene. Its
+    parts are such that all steps of the ladder down to ``DENSE``, and the scene's own, end at one,
+    as long as that does not make too many. Where the duration is not a multiple of the period, the
+    comparison ends at the last one before.
 
     Raises:
         InputError: the duration is too short to compare anything.
@@ -60,12 +64,22 @@ def sampling_of(scene: Scene) -> Sampling:
     wished = [math.lcm(longest, own)] + [nanoseconds(step) for step in reversed(LADDER)]
     for period in wished:
         if duration // period >= LEAST_SAMPLES:
-            return Sampling(period / 1e9, duration // period)
+            found = Sampling(period / 1e9, duration // period)
+            return found._replace(parts=_parts(found, [scene.solver.step, *reversed(LADDER)]))
     least = LEAST_SAMPLES * LADDER[0]
     raise InputError(
         f"duration = {scene.duration:g} s: too short to compare steppers in; give at least "
         f"{least:g} s, e.g. --set duration={least:g}"
     )
+
+
+def _parts(sampling: Sampling, steps: list[float]) -> int:
+    parts = 1
+    for step in steps:
+        each = sampling.per_period(step)
+        if each and step >= DENSE and sampling.number * math.lcm(parts, each) <= MOST_SAMPLES:
+            parts = math.lcm(parts, each)
+    return parts
 
 
 def nanoseconds(time: float) -> int:

@@ -12,9 +12,9 @@ from ab_sim.analysis.accuracy.methods import FailedError, Method
 from ab_sim.analysis.accuracy.reference import Reference, event_reference, smooth_reference
 from ab_sim.analysis.accuracy.results import Accuracy, Errors, LeftOut, Row
 from ab_sim.analysis.accuracy.right_hand_side import RightHandSide
-from ab_sim.analysis.accuracy.sampling import LADDER, Samples, Sampling, nanoseconds, sampling_of
+from ab_sim.analysis.accuracy.sampling import LADDER, Sampling, nanoseconds, sampling_of
 from ab_sim.analysis.effect_cost import Progress, Spread
-from ab_sim.deviation import Deviation, deviation
+from ab_sim.deviation import Deviation, Samples, deviation
 from ab_sim.drive import priced
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import has_events
@@ -103,8 +103,8 @@ def measure(
         scene.balls.count,
         sampling.end,
         sampling.period,
-        scene.whirl_unit[0],
-        scene.rotor.eccentricity > 0.0,
+        sampling.period / sampling.parts,
+        *scene.whirl_unit,
         f"{choice.stepper.name} at {scene.solver.step:g} s",
         reference.text,
         reference.uncertainty,
@@ -177,7 +177,7 @@ class _Study:
         return ""
 
     def _deviation(self, name: str, samples: Samples) -> Deviation:
-        return deviation(*samples, *self.reference.samples_for(name), self.scene.whirl_unit[0])
+        return deviation(samples, self.reference.samples_for(name), self.scene.whirl_unit[0])
 
     def timed(self, tell: Progress) -> list[Row]:
         """All that ran, timed in turns; and what failed."""

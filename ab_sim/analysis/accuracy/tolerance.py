@@ -7,7 +7,7 @@ import numpy as np
 
 from ab_sim.analysis.accuracy.methods import FailedError
 from ab_sim.analysis.accuracy.right_hand_side import Leg, RightHandSide
-from ab_sim.analysis.accuracy.sampling import Samples
+from ab_sim.deviation import Samples
 
 ABSOLUTE = 0.01
 """Absolute tolerances are this share of the relative one, times each state's magnitude."""
