@@ -30,18 +30,14 @@ def merged(ways: Sequence[Sequence[Stretch]], step: float) -> tuple[Place, Plan]
     """
     rows = [row for doing in _between_cuts(ways) for row in _abreast(doing, step)]
     alike = len({type(stretch.piece.segment) for _, _, lanes in rows for stretch in lanes}) == 1
-    numbers = np.array([_numbers(*row) for row in rows], np.int64)
+    numbers = [(lanes[0].first, steps, finishes) for steps, finishes, lanes in rows]
     places = [[_place(stretch, alike) for stretch in lanes] for _, _, lanes in rows]
     times = [
         [(stretch.piece.start, stretch.offset, stretch.length) for stretch in lanes]
         for _, _, lanes in rows
     ]
     constants = [[leaves(place) for place in row] for row in places]
-    return places[0][0], Plan(numbers, _by_lane(constants), _by_lane(times))
-
-
-def _numbers(steps: int, finishes: bool, lanes: list[Stretch]) -> tuple[int, int, bool, bool]:
-    return lanes[0].first, steps, all(stretch.steps for stretch in lanes), finishes
+    return places[0][0], Plan(np.array(numbers, np.int64), _by_lane(constants), _by_lane(times))
 
 
 def _place(stretch: Stretch, alike: bool) -> Place:

@@ -26,8 +26,6 @@ from ab_sim.spindle import SpeedProfile
 from ab_sim.spindle.stretches import stretches
 from ab_sim.trajectory import Trajectory
 
-AT_ONCE = 1000
-"""Steps of a run that goes by itself between two looks at it."""
 MOST_VALUES = 500_000_000
 """4 GB of samples; more are refused before anything runs."""
 
@@ -79,16 +77,17 @@ def simulate_batch(
         InputError: no variations, ``every`` is no number of steps, or more samples than there is
             room for.
     """
+    if not isinstance(every, int) or every < 1:
+        raise InputError(f"every = {every!r}: must be a whole number, at least 1")
     if not isinstance(variations, Sequence) or isinstance(variations, str) or not variations:
         raise InputError(
             f"variations = {variations!r}: must be a list with one mapping per run, {{}} for the "
             "scene itself"
         )
-    scenes = varied(scene, variations)
-    _check_room(scenes, every)
-    if scene.accuracy is not None:
-        scenes = varied(priced(scene)[0], variations)
-    prepared = [_Prepared(scene) for scene in scenes]
+    varied(scene, variations)  # Before an accuracy is measured, which takes its time.
+    scenes = varied(priced(scene)[0], variations)
+    prepared = [_Prepared(scene, every) for scene in scenes]
+    _check_room(prepared, every)
     runs: list[BatchRun | None] = [None] * len(scenes)
     seconds, done, lanes_used = 0.0, 0, 0
     for members in _alike(prepared).values():
@@ -119,47 +118,43 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, Any]]) -> list[Scene]
     ]
 
 
-def _steps(scene: Scene) -> int:
-    return max(1, math.ceil(scene.duration / scene.solver.step - 1e-9))
-
-
-def _check_room(scenes: list[Scene], every: int) -> None:
-    fewest = min(map(_steps, scenes))
-    if not isinstance(every, int) or not 1 <= every <= fewest:
-        raise InputError(
-            f"every = {every!r}: must be a whole number from 1 to {fewest}, the steps of the "
-            "shortest run"
-        )
-    kept = at_work = 0
-    for scene in scenes:
-        width = 14 + 2 * scene.balls.count
-        kept += _steps(scene) // every * width
-        in_kernel = 1 if "accelerometer" in scene.effects else every
-        at_work = max(at_work, _steps(scene) // in_kernel * width * LANES + 3 * _steps(scene))
-    if kept + at_work > MOST_VALUES:
-        raise InputError(
-            f"{len(scenes)} runs of at most {max(map(_steps, scenes))} steps: would need room for "
-            f"{kept + at_work:.2g} numbers, at most {MOST_VALUES:.2g} are allowed; keep fewer "
-            "with a larger every, run fewer at once, or make solver.step longer"
-        )
-
-
 class _Prepared:
     """A scene with what its run needs."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, every: int) -> None:
         self.scene, _ = priced(scene)
         self.system = system_of(self.scene)
         self.stepper = choose_stepper(self.scene, self.system).stepper
-        self.steps = _steps(self.scene)
+        self.steps = max(1, math.ceil(self.scene.duration / self.scene.solver.step - 1e-9))
         events = has_events(self.system.effects)
         self.fits_a_lane = isinstance(self.stepper, Tableau) and not events
+        self.in_kernel = 1 if "accelerometer" in self.scene.effects else every
+        """Each so-manieth step is kept at first: an accelerometer's filter takes all of them."""
 
     @property
     def likeness(self) -> Any:
         """Runs in which this is the same go side by side."""
         kinds = tuple(type(effect) for effect in self.scene.effects.values())
         return kinds, self.scene.balls.count, self.stepper.name, self.scene.solver.step, self.steps
+
+
+def _check_room(prepared: list[_Prepared], every: int) -> None:
+    fewest, most = (f(one.steps for one in prepared) for f in (min, max))
+    if every > fewest:
+        raise InputError(
+            f"every = {every!r}: must be at most {fewest}, the steps of the shortest run"
+        )
+    kept = at_work = 0
+    for one in prepared:
+        width = 14 + 2 * one.scene.balls.count
+        kept += one.steps // every * width
+        at_work = max(at_work, one.steps // one.in_kernel * width * LANES + 3 * one.steps)
+    if kept + at_work > MOST_VALUES:
+        raise InputError(
+            f"{len(prepared)} runs of at most {most} steps: would need room for "
+            f"{kept + at_work:.2g} numbers, at most {MOST_VALUES:.2g} are allowed; keep fewer "
+            "with a larger every, run fewer at once, or make solver.step longer"
+        )
 
 
 def _alike(prepared: list[_Prepared]) -> dict[Any, list[int]]:
@@ -171,27 +166,19 @@ def _alike(prepared: list[_Prepared]) -> dict[Any, list[int]]:
 
 def _one_by_one(members: list[_Prepared], every: int) -> tuple[list[BatchRun], float]:
     runs, seconds = [], 0.0
-    piece = every * max(1, AT_ONCE // every)
     for member in members:
         drive, failure = Drive(member.scene), ""
-        parts = [drive.advance(0)]
-        while drive.steps < member.steps and not failure:
-            before, begin = drive.snapshot(), time.thread_time()
-            try:
-                part = drive.advance(min(piece, member.steps - drive.steps))
-            except DivergedError as error:
-                failure, sound = str(error), drive.steps - before.steps
-                drive.restore(before)
-                part = drive.advance(sound)
-            seconds += time.thread_time() - begin
-            parts.append(_thinned(part, every))
-        runs.append(BatchRun(member.scene, Trajectory.join(parts), failure))
+        begin = time.thread_time()
+        try:
+            taken = drive.advance(member.steps, every)
+        except DivergedError as error:
+            # Once more, up to where it was sound.
+            failure, sound = str(error), drive.steps
+            drive.reset()
+            taken = drive.advance(sound, every)
+        seconds += time.thread_time() - begin
+        runs.append(BatchRun(member.scene, taken, failure))
     return runs, seconds
-
-
-def _thinned(trajectory: Trajectory, every: int) -> Trajectory:
-    # A copy, which does not keep the rest in memory.
-    return Trajectory(trajectory.channels, trajectory.samples[every - 1 :: every].copy())
 
 
 def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun], float]:
@@ -208,8 +195,7 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
         _stacked([lane.system.balls for lane in lanes]),
         _stacked([state_bounds(lane.system, step) for lane in lanes]),
     )
-    # An accelerometer's filter takes every sample.
-    in_kernel = 1 if "accelerometer" in first.scene.effects else every
+    in_kernel = first.in_kernel
     runs = _empty_runs(lanes, tableau, steps // in_kernel)
     begin = time.thread_time()
     advance_side_by_side(
@@ -233,7 +219,7 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
         rows = np.ascontiguousarray(runs.rows[: sound // in_kernel, :, lane])
         reader = Rows(member.scene, member.system.effects)
         whole = reader.trajectory(1 + np.arange(steps)[kept], rows, spindle[kept])
-        results.append(BatchRun(member.scene, _thinned(whole, every // in_kernel), failure))
+        results.append(BatchRun(member.scene, whole.thinned(every // in_kernel), failure))
     return results, seconds
 
 

@@ -14,9 +14,9 @@ from ab_sim.integrate.fixed_step import TWO_PI_REST, record
 from ab_sim.integrate.on_stack import scratch_of, state_size
 from ab_sim.integrate.one_step import explicit_step, inlined_derivatives
 
-FIRST, STEPS, WHOLE, FINISHES = 0, 1, 2, 3
-"""Columns of a plan's stretches: steps taken before; steps, or 1 for the part of one; whether all
-runs take whole steps; whether its last part ends a step, which is then recorded."""
+FIRST, STEPS, FINISHES = 0, 1, 2
+"""Columns of a plan's stretches: steps taken before; steps, or 1 for the part of one; whether its
+last part ends a step, which is then recorded."""
 START, OFFSET, LENGTH = 0, 1, 2
 """Columns of the times of a stretch [s]: when its piece of the profile begins, where it begins in
 its step, and the length of each of its steps or parts."""
@@ -26,7 +26,7 @@ class Plan(NamedTuple):
     """Where the steps of eight runs go; see batch.plan.merged."""
 
     stretches: np.ndarray
-    """Integers, shape (stretches, 4), columns as above."""
+    """Integers, shape (stretches, 3), columns as above."""
     places: np.ndarray
     """The floats of each run's Place, shape (stretches, floats, 8)."""
     times: np.ndarray
@@ -87,7 +87,6 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
     slopes, scratch, states = work.slopes, scratch_of(drives, work), state_size(drives, state)
     for s in range(plan.stretches.shape[0]):
         first, finishes = plan.stretches[s, FIRST], plan.stretches[s, FINISHES]
-        whole = plan.stretches[s, WHOLE]
         here = spread(place, places[s])
         start, offset, length = times[s, START], times[s, OFFSET], times[s, LENGTH]
         begin = (first * step + offset) - start
@@ -102,9 +101,6 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
             sound[0] = still
             take_out_turn(drives, state, modes)
             end = begin + length
-            if whole:
-                # As a single run has it, to the last bit.
-                end = ((first + k + 1) * step + offset) - start
             A1, A2, al = inlined_derivatives(drives, here, end, state, modes, slopes[0], scratch)
             if finishes:
                 sound[1] += sound[0]
