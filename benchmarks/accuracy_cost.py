@@ -5,12 +5,12 @@
 writes accuracy-cost.json and accuracy-cost.png; it takes some minutes. Needs the extra `peers`.
 """
 
-import argparse
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.accuracy_figure import accuracy_figure  # noqa: E402
@@ -24,15 +24,11 @@ SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
 
 def main() -> None:
     """Measure and write the two files."""
-    parser = argparse.ArgumentParser(description="What an accuracy costs.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parents[1] / "docs")
-    parser.add_argument("--repeats", type=int, default=REPEATS)
-    arguments = parser.parse_args()
-    accuracy = measure_with_progress(load_scene(SCENE, CHANGES), arguments.repeats)
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    asked = arguments("What an accuracy costs.", REPEATS).parse_args()
+    accuracy = measure_with_progress(load_scene(SCENE, CHANGES), asked.repeats)
     report = {"changes": CHANGES, **accuracy.report()}
-    write_json(report, str(arguments.out / "accuracy-cost.json"))
-    accuracy_figure(accuracy, arguments.out / "accuracy-cost.png")
+    write_json(report, str(asked.out / "accuracy-cost.json"))
+    accuracy_figure(accuracy, asked.out / "accuracy-cost.png")
     print_accuracy(accuracy, Console(markup=False))
 
 

@@ -6,7 +6,6 @@ writes effect-cost.json, effect-cost.png and effect-cost.md. The first time take
 compile a kernel for each of some twenty sets of effects.
 """
 
-import argparse
 import json
 import sys
 from pathlib import Path
@@ -17,6 +16,7 @@ from rich.console import Console
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from arguments import arguments  # noqa: E402
 from hand_kernels import ThesisDrive, thesis_advance  # noqa: E402
 from package_kernel import PackageKernel, ns_per_step  # noqa: E402
 
@@ -182,25 +182,20 @@ def _numbers(spread: dict[str, float], digits: int = 0) -> str:
 
 def main() -> None:
     """Measure everything and write the three files."""
-    parser = argparse.ArgumentParser(description="What effects cost.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parents[1] / "docs")
-    parser.add_argument("--repeats", type=int, default=31)
+    parser = arguments("What effects cost.", 31)
     parser.add_argument("--scenes", nargs="*", default=SCENES)
-    arguments = parser.parse_args()
+    asked = parser.parse_args()
     console = Console(markup=False)
-    hand = Both().compare(arguments.repeats)
+    hand = Both().compare(asked.repeats)
     console.print("package / hand:", hand["ratio"])
-    costs = [
-        measure_with_progress(load_scene(name), arguments.repeats) for name in arguments.scenes
-    ]
+    costs = [measure_with_progress(load_scene(name), asked.repeats) for name in asked.scenes]
     for cost in costs:
         console.print(cost_table(cost))
     report = {**conditions(), "hand": hand, "scenes": [cost.table() for cost in costs]}
-    arguments.out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(report, indent=1, allow_nan=False) + "\n"
-    (arguments.out / "effect-cost.json").write_text(text, encoding="utf-8")
-    (arguments.out / "effect-cost.md").write_text(page(report, costs), encoding="utf-8")
-    cost_figure(costs, arguments.out / "effect-cost.png")
+    (asked.out / "effect-cost.json").write_text(text, encoding="utf-8")
+    (asked.out / "effect-cost.md").write_text(page(report, costs), encoding="utf-8")
+    cost_figure(costs, asked.out / "effect-cost.png")
 
 
 if __name__ == "__main__":

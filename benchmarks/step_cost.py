@@ -7,7 +7,6 @@ friction, at the critical speed; the compiled loops alone are timed, all kernels
 gcc for the C kernel.
 """
 
-import argparse
 import ctypes
 import itertools
 import os
@@ -21,6 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from arguments import arguments  # noqa: E402
 from c_kernels import CDrive, build, compiler  # noqa: E402
 from package_kernel import PackageKernel, ns_per_step  # noqa: E402
 from rich.console import Console  # noqa: E402
@@ -208,25 +208,21 @@ def figure(report: dict[str, Any], path: Path) -> None:
 
 def main() -> None:
     """Measure and write the two files."""
-    parser = argparse.ArgumentParser(description="Time per step, by the number of balls.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parents[1] / "docs")
-    parser.add_argument("--repeats", type=int, default=21)
-    arguments = parser.parse_args()
+    asked = arguments("Time per step, by the number of balls.", 21).parse_args()
     c_compiler = compiler()
-    found = measure(arguments.repeats)
+    found = measure(asked.repeats)
     report = {
         **conditions(),
         "c_compiler": c_compiler,
         "scene": SCENE,
         "changes": CHANGES,
-        "repeats": arguments.repeats,
+        "repeats": asked.repeats,
         "steps_per_repeat": STEPS * RUNS,
         "start": [start_seconds(SCENE, CHANGES[:1]), start_seconds(SCENE, [])],
         **found,
     }
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    write_json(report, str(arguments.out / "step-cost.json"))
-    figure(report, arguments.out / "step-cost.png")
+    write_json(report, str(asked.out / "step-cost.json"))
+    figure(report, asked.out / "step-cost.png")
     console = Console(markup=False, highlight=False)
     for row in found["rows"]:
         beside = ""

@@ -3,8 +3,6 @@
 import json
 from pathlib import Path
 
-import pytest
-
 from ab_sim.analysis.accuracy import REPEATS
 from ab_sim.integrate.registry import STEPPERS
 from tests.cli.tool import PNG, ab_sim
@@ -31,22 +29,6 @@ def test_accuracy_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> 
         assert word in done.stderr
     assert (tmp_path / "a.png").read_bytes().startswith(PNG)
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--repeats", "0"), "at least 1"),
-        (("--plot", "x.txt"), "must end in one of"),
-        (("--json", "no/folder/x.json"), "there is no folder"),
-        (("--set", "solver.step=0.1"), "beyond the stability limit"),
-        (("--set", "duration=0.001"), "too short"),
-    ],
-)
-def test_accuracy_refuses_bad_input(arguments: tuple[str, ...], words: str) -> None:
-    done = ab_sim("accuracy", "no-ball", *arguments)
-    assert done.returncode == 2
-    assert words in done.stderr and "Traceback" not in done.stderr
 
 
 def test_help_tells_the_default_that_holds() -> None:

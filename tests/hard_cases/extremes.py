@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.drive import Drive
+from ab_sim.dynamics.neighbours import start_angles
 from ab_sim.scene import Scene, check_scene
 from tests.conftest import THESIS, merge
 from tests.reference import simulate
@@ -53,7 +54,6 @@ def imbalance(drive: Drive) -> float:
 def errors(drive: Drive, method: str = "DOP853") -> tuple[float, float]:
     """Distance from the independent simulator: ball angles [rad], deck relative to its whirl."""
     scene, now = drive.scene, drive.observe()
-    begin = Drive(scene).observe().theta
-    ref = simulate(params_of(scene), begin, [drive.time], method=method, rtol=1e-11)
+    ref = simulate(params_of(scene), start_angles(scene), [drive.time], method=method, rtol=1e-11)
     off = np.hypot(ref.x[0] - now.position[0], ref.y[0] - now.position[1])
     return float(np.abs(ref.theta[0] - now.theta).max()), float(off / max(now.whirl, 1e-300))

@@ -1,0 +1,30 @@
+"""What every benchmark that measures can be told."""
+
+import argparse
+from pathlib import Path
+
+
+def arguments(description: str, repeats: int) -> argparse.ArgumentParser:
+    """Where to write, and how often to measure; the folder is made when they are parsed."""
+    parser = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.ArgumentDefaultsHelpFormatter
+    )
+    docs = Path(__file__).resolve().parents[1] / "docs"
+    parser.add_argument("--out", type=_folder, default=docs, help="folder for what is written")
+    parser.add_argument("--repeats", type=_repeats, default=repeats, help="interleaved repeats")
+    return parser
+
+
+def _folder(text: str) -> Path:
+    folder = Path(text)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"{text}: {error.strerror}") from error
+    return folder
+
+
+def _repeats(text: str) -> int:
+    if not (text.isdecimal() and int(text) >= 1):
+        raise argparse.ArgumentTypeError(f"{text}: must be a whole number, at least 1")
+    return int(text)
