@@ -1,7 +1,6 @@
 """How deck, balls and spindle accelerate under the race's drag alone: the stiff, linear part."""
 
 import numba
-import numpy as np
 
 from ab_sim.dynamics.balls import (
     curve_at,
@@ -12,6 +11,7 @@ from ab_sim.dynamics.balls import (
     sliding_friction,
 )
 from ab_sim.dynamics.dispatch import APART
+from ab_sim.dynamics.linear_system import reduce
 from ab_sim.dynamics.motion import Ball
 from ab_sim.dynamics.planar import accelerations
 from ab_sim.dynamics.rows import eliminate, lead
@@ -43,9 +43,13 @@ def drag_response(system, state, modes, slope, scratch):  # type: ignore[no-unty
         slope[5 + 2 * n] = al
 
 
-# It makes arrays of its own, and so counts references.
-@numba.njit(**{**APART, "_nrt": True})
-def drag_responses(system, modes, step, q, states, slopes, scratch):  # type: ignore[no-untyped-def]
+def table_rows(balls: int, nodes: int) -> int:
+    """Rows of WIDTH numbers that ``drag_responses`` needs for its tables."""
+    return 3 * nodes + balls * (nodes + 4)
+
+
+@numba.njit(**APART)
+def drag_responses(system, modes, step, q, states, slopes, scratch, tables):  # type: ignore[no-untyped-def]
     """The f_m that solve f_m = f_I(state_m + step sum_j q_mj f_j), on all nodes m at once.
 
     The elimination of ``derivatives`` with each ball's inertia mu replaced by the matrix
@@ -58,12 +62,15 @@ def drag_responses(system, modes, step, q, states, slopes, scratch):  # type: ig
         states: the states, shape (m, states); only their velocities are meant.
         slopes: where the f go, shape (m, states).
         scratch: for each node, as ``place_balls`` has left it, one behind the other.
+        tables: overwritten, ``table_rows`` of WIDTH numbers.
     """
-    effects = system.effects
     n, m = ball_count(system), q.shape[0]
-    unknowns = 3 if has_motor(effects) else 2
-    inertia, force = np.zeros((n, m, m)), np.zeros((n, m))
-    rows = np.zeros((n, 3, m))
+    unknowns = 3 if has_motor(system.effects) else 2
+    # The deck's and spindle's equations with their right-hand side, then of each ball its matrix
+    # with its inverse, its force, and what deck and spindle ask of it.
+    size, each = unknowns * m, m + 4
+    deck, balls = tables[:size], tables[3 * m : 3 * m + n * each]
+    tables[:] = 0.0
     for a in range(m):
         here = scratch[a * n : (a + 1) * n]
         drag_on_balls(system, states[a], modes, here)
@@ -72,63 +79,76 @@ def drag_responses(system, modes, step, q, states, slopes, scratch):  # type: ig
             at = int(here[i, LEADER])
             if at < 0:
                 continue
-            inertia[at, a, a] += here[i, INERTIA]
-            force[at, a] += here[i, PULL]
+            ball = balls[at * each : (at + 1) * each]
+            ball[a, a] += here[i, INERTIA]
+            ball[m, a] += here[i, PULL]
             for b in range(unknowns):
-                rows[at, b, a] += here[i, ROW1 + b]
+                ball[m + 1 + b, a] += here[i, ROW1 + b]
             for b in range(m):
                 there = scratch[b * n : (b + 1) * n]
                 curved = curve_at(system, i, here) / curve_at(system, i, there)
-                inertia[at, a, b] += here[i, DRAG] * step * q[a, b] * curved
-    matrix, right = np.zeros((unknowns * m, unknowns * m)), np.zeros(unknowns * m)
-    for a in range(m):
-        matrix[a, a] += system.body.total_mass
-        matrix[m + a, m + a] += system.body.total_mass
-        if has_motor(effects):
-            matrix[m + a, 2 * m + a] += system.body.unbalance
-            matrix[2 * m + a, m + a] += system.body.unbalance
-            matrix[2 * m + a, 2 * m + a] += rotor_inertia(system, scratch[a * n : (a + 1) * n])
+                ball[a, b] += here[i, DRAG] * step * q[a, b] * curved
     for i in range(n):
         if int(scratch[i, LEADER]) == i:
-            inertia[i] = np.linalg.inv(inertia[i])
-    pushed = np.zeros(unknowns)
-    for i in range(n):
-        at, mass = int(scratch[i, LEADER]), system.balls[i, MASS]
-        for a in range(m):
-            here = scratch[a * n : (a + 1) * n]
-            pushed[0], pushed[1] = -mass * here[i, SIN], mass * here[i, COS]
-            if has_motor(effects):
-                pushed[2] = here[i, LEVER]
-                d1, d2 = rigid_lever(system, i, here)
-                matrix[a, 2 * m + a] += d1
-                matrix[m + a, 2 * m + a] += d2
-                matrix[2 * m + a, a] += d1
-                matrix[2 * m + a, m + a] += d2
-            if at < 0:
-                continue
-            for b in range(m):
-                mobility = inertia[at, a, b]
-                for p in range(unknowns):
-                    right[p * m + a] -= pushed[p] * mobility * force[at, b]
-                    for r in range(unknowns):
-                        matrix[p * m + a, r * m + b] += pushed[p] * mobility * rows[at, r, b]
-    solved = np.linalg.solve(matrix, right)
+            ball = balls[i * each : (i + 1) * each]
+            for a in range(m):
+                ball[a, m + a] = 1.0
+            reduce(ball, m, 2 * m)
+    for a in range(m):
+        here = scratch[a * n : (a + 1) * n]
+        deck[a, a] += system.body.total_mass
+        deck[m + a, m + a] += system.body.total_mass
+        if has_motor(system.effects):
+            deck[m + a, 2 * m + a] += system.body.unbalance
+            deck[2 * m + a, m + a] += system.body.unbalance
+            deck[2 * m + a, 2 * m + a] += rotor_inertia(system, here)
+        for i in range(n):
+            add_ball(system, i, a, m, here, balls, deck)
+    reduce(deck, size, size + 1)
     for a in range(m):
         here = scratch[a * n : (a + 1) * n]
         slopes[a] = 0.0
-        slopes[a, 2] = solved[a]
-        slopes[a, 3] = solved[m + a]
-        if has_motor(effects):
-            slopes[a, 5 + 2 * n] = solved[2 * m + a]
+        slopes[a, 2] = deck[a, size]
+        slopes[a, 3] = deck[m + a, size]
+        if has_motor(system.effects):
+            slopes[a, 5 + 2 * n] = deck[2 * m + a, size]
         for i in range(n):
             at, g = int(here[i, LEADER]), 0.0
             if at >= 0:
+                ball = balls[at * each : (at + 1) * each]
                 for b in range(m):
-                    pull = force[at, b]
+                    pull = ball[m, b]
                     for r in range(unknowns):
-                        pull += rows[at, r, b] * solved[r * m + b]
-                    g += inertia[at, a, b] * pull
+                        pull += ball[m + 1 + r, b] * deck[r * m + b, size]
+                    g += ball[a, m + b] * pull
             slopes[a, 4 + n + i] = g / curve_at(system, i, here)
+
+
+@numba.njit(**APART)
+def add_ball(system, i, a, m, here, balls, deck):  # type: ignore[no-untyped-def]
+    """What ball i, eliminated, adds to the equations of deck and spindle at node a."""
+    at, mass = int(here[i, LEADER]), system.balls[i, MASS]
+    unknowns = 3 if has_motor(system.effects) else 2
+    if has_motor(system.effects):
+        d1, d2 = rigid_lever(system, i, here)
+        deck[a, 2 * m + a] += d1
+        deck[m + a, 2 * m + a] += d2
+        deck[2 * m + a, a] += d1
+        deck[2 * m + a, m + a] += d2
+    if at < 0:
+        return
+    ball = balls[at * (m + 4) : (at + 1) * (m + 4)]
+    for p in range(unknowns):
+        pushed = -mass * here[i, SIN]
+        if p == 1:
+            pushed = mass * here[i, COS]
+        elif p == 2:
+            pushed = here[i, LEVER]
+        for b in range(m):
+            mobility = pushed * ball[a, m + b]
+            deck[p * m + a, unknowns * m] -= mobility * ball[m, b]
+            for r in range(unknowns):
+                deck[p * m + a, r * m + b] += mobility * ball[m + 1 + r, b]
 
 
 @numba.njit(**APART)

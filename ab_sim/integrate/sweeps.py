@@ -157,7 +157,8 @@ def sweep_step(weights, system, place, begin, length, state, modes, work):  # ty
             weights.integrate[k, :size, :size],
             slopes[bare : bare + size],
             slopes[response : response + size],
-            scratch[n:],
+            scratch[n : (1 + most) * n],
+            scratch[(1 + most) * n :],
         )
         for m in range(size):
             for j in range(states):

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.dynamics.drag_response import table_rows
 from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.switches import slots
 from ab_sim.dynamics.system import System
@@ -20,7 +21,8 @@ class Workspace(NamedTuple):
     ahead: np.ndarray
     """The slope there, shape (states,)."""
     scratch: np.ndarray
-    """Shape (balls, WIDTH), and as much again for each node of a stepper that asks for it."""
+    """Shape (balls, WIDTH), and for a stepper with nodes as much again for each of them, and the
+    tables of drag_response."""
     bounds: np.ndarray
     """Magnitudes that no sound run reaches, shape (states,)."""
     margin: np.ndarray
@@ -37,12 +39,12 @@ class Workspace(NamedTuple):
 
 def workspace(system: System, slopes: int, nodes: int, bounds: np.ndarray) -> Workspace:
     """A workspace for a system and a stepper that keeps ``slopes``, and balls at ``nodes``."""
-    states, margins = bounds.size, slots(system)
+    balls, states, margins = system.balls.shape[0], bounds.size, slots(system)
     return Workspace(
         aligned((slopes, states)),
         aligned((states,)),
         aligned((states,)),
-        aligned(((1 + nodes) * system.balls.shape[0], WIDTH)),
+        aligned(((1 + nodes) * balls + table_rows(balls, nodes), WIDTH)),
         bounds,
         aligned((margins,)),
         aligned((margins,)),
