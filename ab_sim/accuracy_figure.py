@@ -27,7 +27,7 @@ def accuracy_figure(accuracy: Accuracy, path: Path) -> None:
         accuracy: what was measured.
         path: file to write; its ending says the format (png, svg, pdf).
     """
-    unit = accuracy.symbol
+    unit = accuracy.unit
     panels = [("whirl", f"largest error in whirl [{unit}]", accuracy.uncertainty.whirl)]
     if accuracy.balls:
         text = "largest error in ball angle [rad]"

@@ -1,12 +1,13 @@
 """How far one run is from another, in the units in which an accuracy is asked for."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ab_sim.trajectory import Trajectory
 
+MOST_SAMPLES = 200_000
+"""Of a run, for comparing; of a longer one fewer are kept than there are steps."""
 ROUNDING = 8.0 * float(np.finfo(float).eps)
 """No number is known better than to some of its last digits, even where two runs agree on more."""
 
@@ -43,21 +44,23 @@ class Deviation(NamedTuple):
 
 
 def deviation(run: Samples, reference: Samples, unit: float) -> Deviation:
-    """Compare two runs at all times that they have in common.
+    """Compare two runs at all times at which both have samples.
 
     Args:
-        run, reference: samples of the same stretch of time, each equally spaced up to its end.
+        run, reference: samples of the same stretch of time, each equally spaced up to its end; one
+            may have a whole multiple of the other's.
         unit: length in which the whirl's error is given [m]: the eccentricity e, or the race's
             radius for a rotor without unbalance.
 
     Raises:
-        ValueError: there are no samples, or they are of different numbers of balls.
+        ValueError: there are no samples, neither number is a multiple of the other, or they are
+            of different numbers of balls.
     """
-    common = math.gcd(len(run.position), len(reference.position))
-    if not common or run.angles.shape[1] != reference.angles.shape[1]:
+    fewest, most = sorted([len(run.position), len(reference.position)])
+    if not fewest or most % fewest or run.angles.shape[1] != reference.angles.shape[1]:
         shapes = [part.shape for part in (*run, *reference)]
         raise ValueError(f"samples of shapes {shapes} cannot be compared")
-    run, reference = (each.every(len(each.position) // common) for each in (run, reference))
+    run, reference = (each.every(len(each.position) // fewest) for each in (run, reference))
     whirl = np.hypot(*(run.position - reference.position).T) / unit
     angle = np.abs(run.angles - reference.angles).max(axis=1, initial=0.0)
     return Deviation(float(angle.max()), float(whirl.max()), float(angle[-1]), float(whirl[-1]))

@@ -141,11 +141,12 @@ class Drive:
 
         Args:
             steps: how many.
-            every: keep each so-many-th sample, for runs too long to keep them all.
+            every: keep each so-many-th sample, for runs too long to keep them all: room is needed
+                for these, and for 10,000 or one in so many. Counted from now on.
 
         Returns:
-            One sample per step, taken at its end. Where the spindle's acceleration jumps just
-            there, the sample's deck acceleration is the one before the jump.
+            One sample per step, or per so many, taken at its end. Where the spindle's acceleration
+            jumps just there, the sample's deck acceleration is the one before the jump.
 
         Raises:
             ValueError: steps is negative, or every is less than 1.
@@ -157,8 +158,8 @@ class Drive:
             return self._advance(steps)
         at_once = every * max(1, AT_ONCE // every)
         pieces = [min(at_once, steps - begin) for begin in range(0, steps, at_once)]
-        parts = [self._advance(piece).thinned(every) for piece in pieces]
-        return Trajectory.join(parts) if parts else self._advance(0)
+        taken = [self._advance(piece).thinned(every) for piece in pieces]
+        return Trajectory.join(taken) if taken else self._advance(0)
 
     def _advance(self, steps: int) -> Trajectory:
         rows, spindle = self._empty_rows(steps), np.empty((steps, 3))
@@ -370,4 +371,5 @@ def _timed_run(scene: Scene, steps: int, every: int) -> Timed:
     drive = Drive(scene)
     begin = time.thread_time()
     taken = drive.advance(steps, every)
-    return Timed(Samples.of(taken), time.thread_time() - begin)
+    seconds = time.thread_time() - begin
+    return Timed(Samples.of(taken), seconds)

@@ -36,11 +36,10 @@ measured:
 Each line is one method, each point a setting: from top to bottom the error gets smaller, from left
 to right the work gets more. **Down and left is better.** The vertical line is real time on one
 core: what lies right of it cannot keep up with a running drive. Errors are the largest over the
-whole run, at samples every {period:g} ms, of the balls' angles [rad] and of the whirl [in units of
-the eccentricity e]; for some milliseconds after the spindle's acceleration jumps, between two
-samples, the longest steps can be off by ten times as much. The grey band is where the reference
-itself is not known any better. Solid lines are the steppers of ab_sim,
-dashed ones are other integrators solving the same equations.
+whole run, of the balls' angles [rad] and of the whirl [in units of the eccentricity e], looked at
+where a step ends, at most every {reference_period:g} ms; those of other people's integrators every
+{period:g} ms. The grey band is where the reference itself is not known any better. Solid lines are
+the steppers of ab_sim, dashed ones are other integrators solving the same equations.
 
 How much accuracy do you need? A ball that is placed to 1e-3 rad is off by a thousandth of a race
 radius, less than races are round. Comparing two designs wants 1e-6. Ten digits serve for finding
@@ -186,6 +185,7 @@ def accuracy_part(report: dict[str, Any]) -> dict[str, Any]:
         "accuracy_title": f"`{report['scene']}` without rolling friction, cheapest first",
         "accuracy_table": table(head, rows),
         "period": 1e3 * report["period"],
+        "reference_period": 1e3 * report["reference_period"],
         "whirl_least": min(ratios),
         "whirl_most": max(ratios),
         "reference": report["reference"],

@@ -183,7 +183,7 @@ def _numbers(spread: dict[str, float], digits: int = 0) -> str:
 def main() -> None:
     """Measure everything and write the three files."""
     parser = arguments("What effects cost.", 31)
-    parser.add_argument("--scenes", nargs="*", default=SCENES)
+    parser.add_argument("--scenes", nargs="*", default=SCENES, help="which to measure")
     asked = parser.parse_args()
     console = Console(markup=False)
     hand = Both().compare(asked.repeats)

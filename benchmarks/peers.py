@@ -44,7 +44,7 @@ WANTED = (1e-6, 1e-9)
 GOAL = 60.0
 """Times the CPU time of ours that the best peer is to take at least."""
 SAMPLING = Sampling(0.015, 400, 60)
-"""Every step of all settings ends at one of the reference's instants."""
+"""Each of ``STEPS`` ends at one of the reference's instants; peers have samples every 15 ms."""
 STEPS = (7.5e-3, 5e-3, 3.75e-3, 3e-3, 2.5e-3, 1.5e-3, 1e-3, 0.75e-3, 0.5e-3)
 """All divide the sample period."""
 MUJOCO_STEPS = (2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)

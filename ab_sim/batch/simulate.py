@@ -27,7 +27,7 @@ from ab_sim.spindle.stretches import stretches
 from ab_sim.trajectory import Trajectory
 
 MOST_VALUES = 500_000_000
-"""4 GB of samples; more are refused before anything runs."""
+"""4 GB of samples; more are refused before anything runs, but for accuracies to be measured."""
 
 
 class BatchRun(NamedTuple):
@@ -84,10 +84,13 @@ def simulate_batch(
             f"variations = {variations!r}: must be a list with one mapping per run, {{}} for the "
             "scene itself"
         )
-    varied(scene, variations)  # Before an accuracy is measured, which takes its time.
-    scenes = varied(priced(scene)[0], variations)
+    scenes = varied(scene, variations)
+    # Where an accuracy is to be measured first, steps are not known yet.
+    _check_room([scene for scene in scenes if scene.accuracy is None], every)
+    if scene.accuracy is not None:
+        scenes = varied(priced(scene)[0], variations)
     prepared = [_Prepared(scene, every) for scene in scenes]
-    _check_room(prepared, every)
+    _check_room([one.scene for one in prepared], every)
     runs: list[BatchRun | None] = [None] * len(scenes)
     seconds, done, lanes_used = 0.0, 0, 0
     for members in _alike(prepared).values():
@@ -118,6 +121,15 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, Any]]) -> list[Scene]
     ]
 
 
+def _steps(scene: Scene) -> int:
+    return max(1, math.ceil(scene.duration / scene.solver.step - 1e-9))
+
+
+def _kept_at_first(scene: Scene, every: int) -> int:
+    """Each so-manieth step comes out of the kernel: an accelerometer's filter takes all of them."""
+    return 1 if "accelerometer" in scene.effects else every
+
+
 class _Prepared:
     """A scene with what its run needs."""
 
@@ -125,11 +137,10 @@ class _Prepared:
         self.scene, _ = priced(scene)
         self.system = system_of(self.scene)
         self.stepper = choose_stepper(self.scene, self.system).stepper
-        self.steps = max(1, math.ceil(self.scene.duration / self.scene.solver.step - 1e-9))
+        self.steps = _steps(self.scene)
         events = has_events(self.system.effects)
         self.fits_a_lane = isinstance(self.stepper, Tableau) and not events
-        self.in_kernel = 1 if "accelerometer" in self.scene.effects else every
-        """Each so-manieth step is kept at first: an accelerometer's filter takes all of them."""
+        self.in_kernel = _kept_at_first(self.scene, every)
 
     @property
     def likeness(self) -> Any:
@@ -138,20 +149,21 @@ class _Prepared:
         return kinds, self.scene.balls.count, self.stepper.name, self.scene.solver.step, self.steps
 
 
-def _check_room(prepared: list[_Prepared], every: int) -> None:
-    fewest, most = (f(one.steps for one in prepared) for f in (min, max))
+def _check_room(scenes: list[Scene], every: int) -> None:
+    fewest = min(map(_steps, scenes), default=every)
     if every > fewest:
         raise InputError(
             f"every = {every!r}: must be at most {fewest}, the steps of the shortest run"
         )
     kept = at_work = 0
-    for one in prepared:
-        width = 14 + 2 * one.scene.balls.count
-        kept += one.steps // every * width
-        at_work = max(at_work, one.steps // one.in_kernel * width * LANES + 3 * one.steps)
+    for scene in scenes:
+        width, steps = 14 + 2 * scene.balls.count, _steps(scene)
+        kept += steps // every * width
+        most = steps // _kept_at_first(scene, every) * width * LANES + 3 * steps
+        at_work = max(at_work, most)
     if kept + at_work > MOST_VALUES:
         raise InputError(
-            f"{len(prepared)} runs of at most {most} steps: would need room for "
+            f"{len(scenes)} runs of at most {max(map(_steps, scenes))} steps: would need room for "
             f"{kept + at_work:.2g} numbers, at most {MOST_VALUES:.2g} are allowed; keep fewer "
             "with a larger every, run fewer at once, or make solver.step longer"
         )

@@ -46,7 +46,7 @@ def print_accuracy(accuracy: Accuracy, console: Console) -> None:
     console.print(accuracy_table(accuracy))
     console.print(cheapest_table(accuracy))
     apart = accuracy.uncertainty
-    unit = accuracy.symbol
+    unit = accuracy.unit
     console.print(f"effects: {', '.join(accuracy.effects) or 'none'}")
     console.print(f"reference: {accuracy.reference}")
     console.print(
@@ -69,14 +69,15 @@ def print_accuracy(accuracy: Accuracy, console: Console) -> None:
 def accuracy_table(accuracy: Accuracy) -> Table:
     """All rows, the most accurate first."""
     balls = f"{accuracy.balls} ball{'' if accuracy.balls == 1 else 's'}"
-    unit = accuracy.symbol
+    unit = accuracy.unit
+    own, others = 1e3 * accuracy.reference_period, 1e3 * accuracy.period
     table = Table(
         title=f"{accuracy.scene}: {balls}, {accuracy.duration:g} s, "
         f"{accuracy.repeats} interleaved repeats",
         caption="* no other is both cheaper and more accurate; <= the reference knows no better; "
         "CPU time: median (quartiles) of the thread, per simulated second, without compiling; "
-        f"errors: the largest at the ends of steps, at most every {1e3 * accuracy.closer:g} ms; of "
-        f"peers, every {1e3 * accuracy.period:g} ms",
+        f"errors: the largest at the ends of steps, at most every {own:g} ms; of peers, every "
+        f"{others:g} ms",
     )
     table.add_column("")
     table.add_column("method")
@@ -93,7 +94,7 @@ def accuracy_table(accuracy: Accuracy) -> Table:
 
 def cheapest_table(accuracy: Accuracy) -> Table:
     """For errors that one may want: the package's cheapest setting beside the best peer."""
-    what = "ball angle [rad]" if accuracy.balls else f"whirl [{accuracy.symbol}]"
+    what = "ball angle [rad]" if accuracy.balls else f"whirl [{accuracy.unit}]"
     table = Table(title=f"cheapest of what was tried, for an error in {what} of at most")
     for name in ("error", "ab_sim", "CPU [ms/s]", "best peer", "CPU [ms/s]", "peer / ab_sim"):
         table.add_column(name, justify="right")

@@ -115,7 +115,7 @@ def chosen_by(
 
     Args:
         present: made by ``any_effect_has``.
-        yes, no: functions of the system and further arguments.
+        yes, no: functions of the system and further arguments; inlined, whatever they ask for.
     """
     methods = _methods_of[present]
 

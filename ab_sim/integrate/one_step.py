@@ -39,7 +39,7 @@ def _one_step(weights, system, place, begin, length, state, modes, work):  # typ
 
 
 inlined_derivatives = numba.njit(**INLINED)(derivatives.py_func)
-"""``derivatives`` for what every step does, where nearly all of the time is spent."""
+"""``derivatives`` for where nearly all of the time is spent."""
 
 
 @numba.njit(**INLINED)

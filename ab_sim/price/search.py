@@ -186,7 +186,9 @@ class _Search:
         return []
 
     def _between(self, one: Tried, other: Tried) -> Deviation:
-        return deviation(one.samples, other.samples, self.scene.whirl_unit[0])
+        common = math.gcd(one.kept, other.kept)
+        a, b = (each.samples.every(each.kept // common) for each in (one, other))
+        return deviation(a, b, self.scene.whirl_unit[0])
 
     def _share(self, error: Deviation) -> float:
         """The error as a share of what is asked."""

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ab_sim.deviation import Samples
+from ab_sim.deviation import MOST_SAMPLES, Samples
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.registry import Stepper
 from ab_sim.scene.load import with_solver
@@ -15,14 +15,12 @@ RUNGS = tuple(c * 10**d for d in range(4) for c in (1, 2, 4, 5))
 """Steps are the longest one divided by these: 10, 5, 2.5, 2, 1 ms ..."""
 LONGEST = 1.0
 """s, of any step."""
-MOST_SAMPLES = 200_000
-"""Of a run, for comparing; of a longer one every so-manieth sample is kept."""
 MOST_SECONDS = 300.0
 """CPU time for measuring after which it is given up."""
 ROUNDS, ENOUGH = 5, 1.0
 """Finalists are timed in this many rounds, or in fewer that have taken this long [s]."""
 PROBE = 500
-"""At most so many steps are taken first with each method, which may compile a kernel."""
+"""About so many steps are taken first with each method, which may compile a kernel."""
 
 
 class Timed(NamedTuple):
@@ -44,6 +42,8 @@ class Tried:
     scene: Scene
     stepper: Stepper
     rung: int
+    kept: int
+    """Samples per longest step, of which the rung is a whole multiple."""
     samples: Samples
     seconds: float
     """The least time that its run has taken."""
@@ -127,7 +127,7 @@ class Trials:
             if last or isinstance(error, TooExpensiveError):
                 raise
             return None
-        tried = Tried(scene, stepper, rung, timed.samples, timed.seconds)
+        tried = Tried(scene, stepper, rung, kept, timed.samples, timed.seconds)
         self.tried.append(tried)
         return tried
 
@@ -136,7 +136,9 @@ class Trials:
         spent = 0.0
         for _ in range(ROUNDS):
             for one in finalists:
-                seconds = self._go(one.scene, self._bases * one.rung, one.rung).seconds
+                seconds = self._go(
+                    one.scene, self._bases * one.rung, one.rung * self._stride
+                ).seconds
                 one.seconds = min(one.seconds, seconds)
                 spent += seconds
             if spent > ENOUGH:

@@ -218,6 +218,16 @@ def test_the_reference_of_a_scene_with_events_is_another_steppers() -> None:
     assert found.angle < 1e-10 and reference.uncertainty.angle < 1e-11
 
 
+def test_a_reference_with_events_has_samples_wherever_steps_end() -> None:
+    changes = {"duration": 0.1, "solver": {"step": 1.25e-3}}
+    scene = made(**merge(FRICTION, changes))
+    sampling = sampling_of(scene)
+    reference = event_reference(scene, sampling)
+    number = sampling.number * sampling.parts
+    assert number * 1.25e-3 > 4 * sampling.end, "closer than the scene's steps"
+    assert len(reference.first.position) == len(reference.second.position) == number
+
+
 def test_missing_peers_are_named_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     def absent() -> Any:
         raise ImportError

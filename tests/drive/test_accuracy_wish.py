@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ab_sim.description import describe
-from ab_sim.deviation import Deviation, Samples, deviation
+from ab_sim.deviation import MOST_SAMPLES, Deviation, Samples, deviation
 from ab_sim.drive import Drive, priced
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.neighbours import start_angles
@@ -262,6 +262,20 @@ def test_measuring_that_would_take_too_long_is_refused_before() -> None:
     with pytest.raises(SceneError, match="more than 300 s of CPU time.*shorter duration"):
         cheapest(wished("one-ball", angle=1e-6), runs)
     assert len(runs.seen) == 2, "two probes were enough to see it"
+
+
+def test_no_more_samples_are_kept_than_are_compared() -> None:
+    """However long the run is, and also when it is only timed."""
+    kept = []
+
+    class Counted(FakeRuns):
+        def __call__(self, scene: Scene, steps: int, every: int) -> Timed:
+            kept.append(steps // every)
+            return super().__call__(scene, steps, every)
+
+    scene = load_scene("one-ball", ["duration=1e5", "accuracy.angle=1e-6"])
+    cheapest(scene, Counted(stage=1e-9))
+    assert len(kept) > 5 and max(kept) <= MOST_SAMPLES
 
 
 def test_a_run_that_diverges_with_every_step_says_so() -> None:

@@ -94,7 +94,7 @@ def kernels() -> list[tuple[str, str]]:
         place = Place(Ramp(0.0, 40.0), 0.0)
         # Compiled afresh: code that came from the disk cache cannot be inspected.
         if has_events(system.effects):
-            # The equations of motion alone: with events it takes a minute.
+            # The equations of motion alone: with events it takes half a minute.
             fresh = numba.njit(**APART)(derivatives.py_func)
             arguments = (system, place, 0.0, state, modes, work.ahead, work.scratch)
         else:

@@ -49,7 +49,7 @@ def smooth_reference(f: RightHandSide) -> Reference:
         InputError: both could not be made.
     """
     f = f.sampled(f.sampling.finer(f.sampling.parts))
-    step = step_for(f)
+    step = min(step_for(f), f.sampling.period)
     steps = f.sampling.end / step
     try:
         if steps <= MOST_COLLOCATED:
@@ -112,10 +112,11 @@ def _shortest(
     scene: Scene, sampling: Sampling, stepper: str, below: float
 ) -> tuple[Stepping, float]:
     refusal = ""
+    finest = sampling.finer(sampling.parts)
     for step in SHORT:
         if step >= below:
             continue
-        if sampling.per_period(step) and sampling.end / step <= MOST_STEPS:
+        if finest.per_period(step) and sampling.end / step <= MOST_STEPS:
             try:
                 return Stepping(scene, sampling, stepper, step), step
             except SceneError as error:

@@ -100,14 +100,14 @@ class Accuracy(NamedTuple):
     """What was simulated and compared [s]."""
     period: float
     """Between samples of peers that were compared [s]; also of steppers, whose steps do not end at
-    the instants that are closer."""
-    closer: float
+    the reference's other instants."""
+    reference_period: float
     """Between instants of the reference [s]: steppers are compared at those at which a step ends.
     """
-    unit: float
+    unit_length: float
     """m, of errors in whirl: e, or the race's radius for a rotor without unbalance."""
-    symbol: str
-    """Of that unit: e or R."""
+    unit: str
+    """Its symbol, e or R."""
     as_scene_says: str
     """The stepper that the scene itself takes, and its step."""
     reference: str

@@ -1,10 +1,11 @@
-"""When runs are compared, and what of them."""
+"""When runs are compared."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.deviation import MOST_SAMPLES
 from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
 
@@ -14,7 +15,6 @@ LEAST_SAMPLES = 20
 DENSE = 0.5e-3
 """Steps that are not shorter are compared at the end of each of them [s]: just after a jump of the
 spindle's acceleration, errors of long steps peak for some milliseconds."""
-MOST_SAMPLES = 200_000
 
 
 class Sampling(NamedTuple):
@@ -52,7 +52,7 @@ def sampling_of(scene: Scene) -> Sampling:
 
     The period is the ladder's longest step, or the least multiple of it that the scene's own step
     divides, if that leaves enough samples; a shorter step of the ladder for a short scene. Its
-    parts are such that all steps of the ladder down to ``DENSE``, and the scene's own, end at one,
+    parts are such that all steps down to ``DENSE``, of the ladder and the scene's own, end at one,
     as long as that does not make too many. Where the duration is not a multiple of the period, the
     comparison ends at the last one before.
 
