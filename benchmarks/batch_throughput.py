@@ -1,6 +1,6 @@
 """Simulated time per CPU time of many runs side by side, and beside one run after the other.
 
-    python benchmarks/batch_throughput.py [--out docs] [--repeats 31]
+    python benchmarks/batch_throughput.py [--out docs] [--repeats 101]
 
 writes batch-throughput.json and batch-throughput.png. The runs are the thesis' start-up with a
 hold, two balls, no friction, with balls of different masses; rk8, every step recorded. "One by one"
@@ -163,7 +163,7 @@ def figure(report: dict[str, Any], path: Path) -> None:
 
 def main() -> None:
     """Measure and write the two files."""
-    asked = arguments("Throughput of runs side by side.", 31).parse_args()
+    asked = arguments("Throughput of runs side by side.", 101).parse_args()
     rows = [compare(step, asked.repeats) for step in STEPS]
     report = {
         **conditions(),
