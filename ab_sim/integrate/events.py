@@ -25,31 +25,32 @@ CLOSE = 1e-13
 
 
 @numba.njit(**INLINED)
-def _plain(system, weights, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
+def _plain(system, weights, place, begin, length, end, state, modes, work):  # type: ignore[no-untyped-def]
     one_step(weights, system, place, begin, length, state, modes, work)
+    return False, 0.0, 0.0
 
 
 @numba.njit(**INLINED)
-def _with_events(system, weights, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
+def _with_events(system, weights, place, begin, length, end, state, modes, work):  # type: ignore[no-untyped-def]
     slopes, trial, scratch = work.slopes, work.trial, work.scratch
     margin, grain = work.margin, work.grain
     most = MOST_EVENTS + 40 * ball_count(system)
     bounces = BOUNCES + 20 * ball_count(system)
     now, rest = begin, length
     for count in range(most + 1):
-        slot = trial_step(system, weights, place, now, rest, state, modes, work)
+        slot, A1, A2 = trial_step(system, weights, place, now, rest, end, state, modes, work)
         if not within_bounds(trial, work.bounds):
-            return
+            return False, 0.0, 0.0
         taken = rest
         if slot < 0:
-            slot, taken = dip(system, weights, place, now, rest, state, modes, work)
+            slot, taken = dip(system, weights, place, now, rest, end, state, modes, work)
         if slot < 0:
-            return
+            return True, A1, A2
         if count == bounces:
             work.counts[1] += 1
         if count == most:
-            trial_step(system, weights, place, now, rest, state, modes, work)
-            return
+            trial_step(system, weights, place, now, rest, end, state, modes, work)
+            return False, 0.0, 0.0
         taken, slot = locate(system, weights, place, now, taken, slot, state, modes, work)
         if taken > 0.0:
             for j in range(state.size):
@@ -74,13 +75,16 @@ def _with_events(system, weights, place, begin, length, state, modes, work):  # 
         if rest <= CLOSE * length:
             for j in range(state.size):
                 trial[j] = state[j]
-            return
+            break
+    return False, 0.0, 0.0
 
 
 step_over_events = chosen_by(has_events, _with_events, _plain)
-"""One step, cut at every event; ``(system, weights, place, begin, length, state, modes, work)``.
+"""One step, cut at every event; ``(system, weights, place, begin, length, end, state, modes,
+work)``, ``end`` being the time that the next step begins at.
 
-The result is in ``work.trial``. At events state and modes change.
+The result is in ``work.trial``. At events state and modes change. Returns whether ``work.ahead``
+and ``work.margin_ahead`` hold slope and margins there, and if so the deck's acceleration.
 """
 
 
@@ -94,16 +98,20 @@ def within_bounds(trial, bounds):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**APART)
-def trial_step(system, weights, place, now, length, state, modes, work):  # type: ignore[no-untyped-def]
-    """Step, and look at the margins at its end; the slot that is first below zero, or -1."""
+def trial_step(system, weights, place, now, length, end, state, modes, work):  # type: ignore[no-untyped-def]
+    """Step, and look at the margins at its end.
+
+    Returns:
+        The slot that is first below zero, or -1; the deck's acceleration at the end.
+    """
     one_step(weights, system, place, now, length, state, modes, work)
     A1, A2, al = inlined_derivatives(
-        system, place, now + length, work.trial, modes, work.ahead, work.scratch
+        system, place, end, work.trial, modes, work.ahead, work.scratch
     )
     inlined_margins(
         system,
         place,
-        now + length,
+        end,
         work.trial,
         modes,
         A1,
@@ -113,7 +121,7 @@ def trial_step(system, weights, place, now, length, state, modes, work):  # type
         work.margin_ahead,
         work.grain,
     )
-    return first_below(work.margin, work.margin_ahead, work.grain)
+    return first_below(work.margin, work.margin_ahead, work.grain), A1, A2
 
 
 @numba.njit(**INLINED)
@@ -130,7 +138,7 @@ def first_below(margin, ahead, grain):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**APART)
-def dip(system, weights, place, now, length, state, modes, work):  # type: ignore[no-untyped-def]
+def dip(system, weights, place, now, length, end, state, modes, work):  # type: ignore[no-untyped-def]
     """A margin that is negative within the step but not at its end: slot and where, or (-1, ..).
 
     Distances and speeds are drawn as cubics through both ends; only where one dips is the step
@@ -158,10 +166,10 @@ def dip(system, weights, place, now, length, state, modes, work):  # type: ignor
         if not 0.0 < x < 1.0 or g0 + x * (r0 + x * (p + x * q)) >= -work.grain[slot]:
             continue
         lowest = x * length
-        trial_step(system, weights, place, now, lowest, state, modes, work)
+        trial_step(system, weights, place, now, lowest, now + lowest, state, modes, work)
         if work.margin_ahead[slot] < -work.grain[slot]:
             return slot, lowest
-        trial_step(system, weights, place, now, length, state, modes, work)
+        trial_step(system, weights, place, now, length, end, state, modes, work)
     return -1, length
 
 
@@ -179,7 +187,9 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
         probe = length
         for _ in range(12):
             probe *= 0.25
-            other = trial_step(system, weights, place, now, probe, state, modes, work)
+            other, _, _ = trial_step(
+                system, weights, place, now, probe, now + probe, state, modes, work
+            )
             if work.margin_ahead[slot] > work.grain[slot]:
                 low, at_low = probe, work.margin_ahead[slot]
                 break
@@ -195,7 +205,7 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
             x = (low * at_high - high * at_low) / (at_high - at_low)
             if attempt % 8 == 7 or not low < x < high:
                 x = 0.5 * (low + high)
-        trial_step(system, weights, place, now, x, state, modes, work)
+        trial_step(system, weights, place, now, x, now + x, state, modes, work)
         earlier = other_below(work.margin_ahead, work.grain, slot)
         here = work.margin_ahead[slot]
         if earlier >= 0 and (x == high or here >= 0.0):

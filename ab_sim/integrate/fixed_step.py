@@ -45,18 +45,23 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
     enter(system, place, (first * step + offset) - start, state, modes, work)
     for k in range(rows.shape[0]):
         begin = ((first + k) * step + offset) - start
-        step_over_events(system, weights, place, begin, length, state, modes, work)
+        end = ((first + k + 1) * step + offset) - start if length == step else begin + length
+        known, A1, A2 = step_over_events(
+            system, weights, place, begin, length, end, state, modes, work
+        )
         if not within_bounds(trial, work.bounds):
             for j in range(states):
                 rows[k, j] = trial[j]
             return k
         for j in range(states):
             state[j] = trial[j]
-        take_out_turns(system, state, modes)
+        turned = take_out_turns(system, state, modes)
         # The slope at the end of this step is the first stage of the next.
-        end = ((first + k + 1) * step + offset) - start if length == step else begin + length
-        A1, A2, al = inlined_derivatives(system, place, end, state, modes, slopes[0], scratch)
-        look(system, place, end, state, modes, A1, A2, al, work)
+        if known and not turned:
+            look_back(system, work)
+        else:
+            A1, A2, al = inlined_derivatives(system, place, end, state, modes, slopes[0], scratch)
+            look(system, place, end, state, modes, A1, A2, al, work)
         record(system, place, end, state, modes, A1, A2, rows[k])
     return rows.shape[0]
 
@@ -121,22 +126,43 @@ look = chosen_by(
 
 
 @numba.njit(**INLINED)
+def _look_back(system, work):  # type: ignore[no-untyped-def]
+    slope = work.slopes[0]
+    for j in range(slope.size):
+        slope[j] = work.ahead[j]
+    for slot in range(work.margin.size):
+        work.margin[slot] = work.margin_ahead[slot]
+
+
+look_back = chosen_by(has_events, _look_back, lambda system, work: None)
+"""Take slope and margins over from the step's last trial; ``(system, work)``."""
+
+
+@numba.njit(**INLINED)
 def take_out_turns(system, state, modes):  # type: ignore[no-untyped-def]
-    """Count whole turns of balls and spindle apart: an angle keeps its digits for ever."""
-    n = ball_count(system)
+    """Count whole turns of balls and spindle apart: an angle keeps its digits for ever.
+
+    Returns:
+        Whether there were any.
+    """
+    n, turned = ball_count(system), False
     for i in range(n):
-        unwind(state, 4 + i, modes, i)
+        turned = unwind(state, 4 + i, modes, i) or turned
     if has_motor(system.effects):
-        unwind(state, 4 + 2 * n, modes, n)
+        turned = unwind(state, 4 + 2 * n, modes, n) or turned
+    return turned
 
 
 @numba.njit(**INLINED)
 def unwind(state, at, modes, i):  # type: ignore[no-untyped-def]
-    """Bring one angle back into -2 pi .. 2 pi."""
+    """Bring one angle back into -2 pi .. 2 pi; whether it was not there."""
+    turned = False
     while abs(state[at]) > 2.0 * pi:
         turn = 1.0 if state[at] > 0.0 else -1.0
         state[at] = (state[at] - turn * 2.0 * pi) - turn * TWO_PI_REST
         modes[i, TURNS] += int(turn)
+        turned = True
+    return turned
 
 
 @numba.njit(**INLINED)

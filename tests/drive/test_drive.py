@@ -74,6 +74,16 @@ def test_keeping_some_steps_only_is_leaving_out_the_others(
     assert one.steps == steps and some.channels == all_of_them.channels
 
 
+@pytest.mark.parametrize("name", ["thesis-hold", "weak-motor", "on-edge"])
+def test_with_events_too_it_does_not_matter_how_steps_are_grouped(name: str) -> None:
+    """Though within a group a step takes over what the one before has found out."""
+    one, other = Drive(load_scene(name)), Drive(load_scene(name))
+    whole = one.advance(5000)
+    parts = [other.advance(size) for size in [1, 2, 7, 90, 400] * 10]
+    assert one.events == other.events > 0
+    assert whole.samples.tobytes() == Trajectory.join(parts).samples.tobytes()
+
+
 def test_same_inputs_same_bits(scene: Any) -> None:
     def run() -> bytes:
         drive = Drive(scene(effects={"rolling_friction": {"arm": 1e-6}}), commanded=True)

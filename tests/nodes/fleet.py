@@ -99,6 +99,10 @@ class Fleet:
         client = self.node.create_client(kind, service)
         try:
             self.until(client.service_is_ready, f"service {service}")
+            # Ready says that we know the server. If it does not know us within 0.1 s of a request,
+            # as on a busy machine, Fast DDS drops the answer.
+            known = time.monotonic() + 0.5
+            self.until(lambda: time.monotonic() > known, "the server knows its client")
             request = trigger_request() if switch is None else switch_request(switch)
             future = client.call_async(request)
             self.until(future.done, f"answer of {service}")
