@@ -141,8 +141,8 @@ class Drive:
 
         Args:
             steps: how many.
-            every: keep each so-many-th sample, for runs too long to keep them all: room is needed
-                for these, and for 10,000 or one in so many. Counted from now on.
+            every: keep each so-many-th sample, counted from now on, of a run too long to keep them
+                all; at work, about ``AT_ONCE`` of them are in memory, or ``every`` if that is more.
 
         Returns:
             One sample per step, or per so many, taken at its end. Where the spindle's acceleration

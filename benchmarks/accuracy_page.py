@@ -320,12 +320,13 @@ def main() -> None:
         "step-cost": step_part,
         "batch-throughput": batch_part,
     }
-    batch = json.loads((docs / "batch-throughput.json").read_text(encoding="utf-8"))
+    reports = {
+        name: json.loads((docs / f"{name}.json").read_text(encoding="utf-8")) for name in parts
+    }
     filled: dict[str, Any] = {"safety": SAFETY}
     for name, part in parts.items():
-        filled |= part(json.loads((docs / f"{name}.json").read_text(encoding="utf-8")))
-    peers = json.loads((docs / "peers.json").read_text(encoding="utf-8"))
-    filled["own_time"] = own_time(peers, batch)
+        filled |= part(reports[name])
+    filled["own_time"] = own_time(reports["peers"], reports["batch-throughput"])
     (docs / "accuracy.md").write_text(TEXT.format(**filled), encoding="utf-8")
 
 

@@ -89,7 +89,7 @@ def simulate_batch(
     _check_room([scene for scene in scenes if scene.accuracy is None], every)
     if scene.accuracy is not None:
         scenes = varied(priced(scene)[0], variations)
-    prepared = [_Prepared(scene, every) for scene in scenes]
+    prepared = [_Prepared(scene) for scene in scenes]
     _check_room([one.scene for one in prepared], every)
     runs: list[BatchRun | None] = [None] * len(scenes)
     seconds, done, lanes_used = 0.0, 0, 0
@@ -133,14 +133,13 @@ def _kept_at_first(scene: Scene, every: int) -> int:
 class _Prepared:
     """A scene with what its run needs."""
 
-    def __init__(self, scene: Scene, every: int) -> None:
+    def __init__(self, scene: Scene) -> None:
         self.scene, _ = priced(scene)
         self.system = system_of(self.scene)
         self.stepper = choose_stepper(self.scene, self.system).stepper
         self.steps = _steps(self.scene)
         events = has_events(self.system.effects)
         self.fits_a_lane = isinstance(self.stepper, Tableau) and not events
-        self.in_kernel = _kept_at_first(self.scene, every)
 
     @property
     def likeness(self) -> Any:
@@ -207,7 +206,7 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
         _stacked([lane.system.balls for lane in lanes]),
         _stacked([state_bounds(lane.system, step) for lane in lanes]),
     )
-    in_kernel = first.in_kernel
+    in_kernel = _kept_at_first(first.scene, every)
     runs = _empty_runs(lanes, tableau, steps // in_kernel)
     begin = time.thread_time()
     advance_side_by_side(

@@ -39,8 +39,7 @@ SHARPER = 10.0
 STALLED = 3
 """Refinements in a row that fail to halve the references' difference: rounding is reached."""
 DRAG_PAYS = 4.0
-"""A step of ``sweeps`` costs about three of rk8's: it is looked at where it can be longer by this.
-"""
+"""``sweeps``, whose steps cost several of rk8's, is looked at where they can be longer by this."""
 DRAG_RULES = 20.0
 """Where it can be longer by this, the explicit methods are not looked at any more."""
 FEWEST = 4

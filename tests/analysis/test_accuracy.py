@@ -256,7 +256,7 @@ def test_samples_fall_on_steps_and_on_whole_periods() -> None:
     at = sampling_of(made(duration=1.2345))
     assert (at.period, at.number) == (0.01, 123)
     assert all(at.per_period(step) for step in LADDER)
-    assert at.parts == 20 and at.finer(at.parts).number == 2460
+    assert at.parts == 20 and at.finest.number == 2460
     own = sampling_of(made(solver={"step": 3.75e-3}))
     assert own.period == 0.03 and own.per_period(3.75e-3) == 8 and own.parts == 120
     assert sampling_of(made(duration=0.02)).period == 0.001

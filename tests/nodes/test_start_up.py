@@ -139,8 +139,9 @@ def test_no_start_without_a_drive(fleet: Fleet) -> None:
 def test_recorder_begins_another_file_after_a_reset(fleet: Fleet, tmp_path: Path) -> None:
     file = tmp_path / "deep" / "run.rrd"
     fleet.start("recorder", path=file)
-    fleet.until(lambda: fleet.health("recorder"), "the recorder listens")
-    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.start("drive_sim", scene="thesis-hold", start_paused=True)
+    fleet.until(lambda: fleet.value("recorder", "file"), "the recorder has a drive")
+    assert fleet.call("drive_sim/pause", False)[0]
     fleet.until(lambda: int(fleet.value("recorder", "samples written") or 0) > 100, "samples")
     assert fleet.call("drive_sim/reset")[0]
     fleet.until(lambda: fleet.value("recorder", "file").endswith("run-2.rrd"), "another file")
@@ -149,8 +150,7 @@ def test_recorder_begins_another_file_after_a_reset(fleet: Fleet, tmp_path: Path
     for path in (file, file.with_stem("run-2")):
         recorded = read_recording(path)
         assert recorded.complete and recorded.missing == 0
-    # The first file begins when the two have found each other, the second with the reset.
-    assert recorded.samples[0, 0] == 0
+        assert recorded.samples[0, 0] == 0
 
 
 def test_recorder_without_a_drive_says_so_and_ends_cleanly(fleet: Fleet, tmp_path: Path) -> None:

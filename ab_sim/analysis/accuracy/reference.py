@@ -48,7 +48,7 @@ def smooth_reference(f: RightHandSide) -> Reference:
     Raises:
         InputError: both could not be made.
     """
-    f = f.sampled(f.sampling.finer(f.sampling.parts))
+    f = f.sampled(f.sampling.finest)
     step = min(step_for(f), f.sampling.period)
     steps = f.sampling.end / step
     try:
@@ -112,11 +112,10 @@ def _shortest(
     scene: Scene, sampling: Sampling, stepper: str, below: float
 ) -> tuple[Stepping, float]:
     refusal = ""
-    finest = sampling.finer(sampling.parts)
     for step in SHORT:
         if step >= below:
             continue
-        if finest.per_period(step) and sampling.end / step <= MOST_STEPS:
+        if sampling.finest.per_period(step) and sampling.end / step <= MOST_STEPS:
             try:
                 return Stepping(scene, sampling, stepper, step), step
             except SceneError as error:

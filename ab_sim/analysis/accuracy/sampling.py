@@ -37,9 +37,10 @@ class Sampling(NamedTuple):
         """The last of them [s]."""
         return self.number * self.period
 
-    def finer(self, parts: int) -> "Sampling":
-        """With so many samples in each period."""
-        return Sampling(self.period / parts, self.number * parts)
+    @property
+    def finest(self) -> "Sampling":
+        """The reference's: a sample at each of the parts."""
+        return Sampling(self.period / self.parts, self.number * self.parts)
 
     def per_period(self, step: float) -> int:
         """How many steps make a period; 0 if it is not a whole number."""

@@ -103,7 +103,7 @@ def measure(
         scene.balls.count,
         sampling.end,
         sampling.period,
-        sampling.period / sampling.parts,
+        sampling.finest.period,
         *scene.whirl_unit,
         f"{choice.stepper.name} at {scene.solver.step:g} s",
         reference.text,
