@@ -57,7 +57,8 @@ def _pushes(system: Any, A1: float, A2: float, al: float, modes: Any, scratch: A
         scratch[k, PUSH] = push
 
 
-_add_normal_forces = only_if(has_friction, _normal_forces)
+normal_forces = only_if(has_friction, _normal_forces)
+"""Fill in FORCE, given accelerations; ``(system, A1, A2, al, scratch)``."""
 _add_pushes = only_if(has_contact, _pushes)
 
 
@@ -67,7 +68,7 @@ def reactions(system: Any, A1: float, A2: float, al: float, modes: Any, scratch:
 
     Right after ``derivatives``, with what it returned.
     """
-    _add_normal_forces(system, A1, A2, al, scratch)
+    normal_forces(system, A1, A2, al, scratch)
     _add_pushes(system, A1, A2, al, modes, scratch)
 
 

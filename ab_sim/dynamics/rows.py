@@ -25,7 +25,6 @@ from ab_sim.dynamics.scratch import (
 from ab_sim.dynamics.system import (
     DIRECTION,
     JOINED,
-    LOADED,
     MOBILITY,
     ball_at,
     ball_count,
@@ -36,11 +35,11 @@ from ab_sim.dynamics.system import (
 
 
 def _sticks(system: Any, modes: Any, i: int) -> bool:
-    return bool(modes[i, LOADED] == 1 and modes[i, DIRECTION] == 0)
+    return bool(modes[i, DIRECTION] == 0)
 
 
 sticks = chosen_by(has_friction, _sticks, lambda system, modes, i: False)
-"""Whether friction holds ball i on the race; ``(system, modes, i)``."""
+"""Whether ball i is held on the race, by friction or between others; ``(system, modes, i)``."""
 
 
 @register_jitable(**INLINED)

@@ -1,9 +1,11 @@
 """What happens at an event: a law takes another branch, and the others follow.
 
 At one instant several balls may come to rest, let go, meet or part; which do depends on all of
-them through the deck. From the branches at hand, one that is violated is changed after the other
-until none is: an active-set iteration on the linear complementarity problem that set-valued laws
-pose (Leine and Nijmeijer, ch. 5), at O(n) a round.
+them through the deck. All of them are decided at once, as the complementarity problem that
+set-valued laws pose (Leine and Nijmeijer, ch. 5). Given the specific force A of the deck and the
+spindle's acceleration, each row is one of its own and solved exactly (``pools``); the branches
+found give A anew, from the equations of motion. That is Newton's method for two or three piecewise
+linear equations, which ends, at the exact solution, as soon as no branch changes.
 """
 
 import numba
@@ -11,119 +13,94 @@ import numba
 from ab_sim.dynamics.dispatch import APART, INLINED, only_if
 from ab_sim.dynamics.impact import collide
 from ab_sim.dynamics.planar import derivatives, spindle_motion
-from ab_sim.dynamics.rows import moves_along, sign, sticks
-from ab_sim.dynamics.scratch import PATH_ACCELERATION
+from ab_sim.dynamics.pools import CLOSED, GRAIN, HOLD, LEVEL, PULL, pool
+from ab_sim.dynamics.reactions import normal_forces, pull_at
+from ab_sim.dynamics.rows import moves_along, sign
+from ab_sim.dynamics.scratch import FORCE, FRICTION
 from ab_sim.dynamics.switches import (
-    HOLD,
-    LOAD,
     MOTOR,
-    ROUNDING,
     SLIDE,
     TOUCH,
-    leans,
+    capacity,
+    coarseness,
+    gap,
     margins,
+    motor_margins,
+    path_radius,
 )
-from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED, ball_at, has_contact, has_friction
+from ab_sim.dynamics.system import (
+    DIRECTION,
+    JOINED,
+    LOADED,
+    ball_at,
+    ball_count,
+    has_contact,
+    has_friction,
+    has_motor,
+)
 
-PATIENCE = 3
-"""How often one slot may change in one instant; beyond, its law is at the edge, either way."""
+DIRECT = 8
+"""Rounds of Newton's method; after so many, half-way between the last two is tried as well."""
+ROUNDS = 60
 
 
 @numba.njit(**APART)
-def settle(  # type: ignore[no-untyped-def]
-    system, place, time, state, modes, slot, plastic, slope, scratch, margin, grain, changes
-):
+def settle(system, place, time, state, modes, slot, plastic, work):  # type: ignore[no-untyped-def]
     """Change the branch of ``slot`` (-1: none), then all that this makes wrong.
 
     Args:
-        system, place, time, state, modes, slope, scratch: as for ``derivatives``; state and modes
-            are changed, and slope and scratch hold what ``derivatives`` says of them at the end.
-        slot: the margin that has reached zero, or -1 to look at all of them.
+        system, place, time, state, modes: as for ``derivatives``; state and modes are changed.
+        slot: the margin that has reached zero, or -1.
         plastic: whether balls that meet no longer bounce.
-        margin, grain: as for ``margins``; hold the margins at the end.
-        changes: shape (2 slots,), overwritten.
+        work: a Workspace; slopes[0], scratch, margin and grain hold what ``derivatives`` and
+            ``margins`` say at the end. Counts an instant for which no branches are found.
     """
-    n = system.balls.shape[0]
-    slots = margin.size
-    # changes: how often each slot changed; then, per contact, whether it closed at this instant.
-    changes[:] = 0
-    if has_contact(system.effects):
-        for k in range(n):
-            changes[slots + k] = modes[k, JOINED]
-    if slot >= 0:
-        change(system, place, time, state, modes, slot, plastic, scratch, changes)
-    for _ in range(10 + 10 * n):
-        A1, A2, al = derivatives(system, place, time, state, modes, slope, scratch)
-        margins(system, place, time, state, modes, A1, A2, al, scratch, margin, grain)
-        slot = wrong_branch(system, modes, margin, grain, changes)
-        if slot >= 0:
-            change(system, place, time, state, modes, slot, plastic, scratch, changes)
-            continue
-        if friction_corrects(system, state, modes, A1, A2, scratch, changes):
-            continue
-        if not contact_corrects(system, state, modes, A1, A2, scratch, changes):
+    n = ball_count(system)
+    if 0 <= slot < MOTOR * n:
+        kind, i = slot // n, slot % n
+        if kind == TOUCH:
+            meet(system, place, time, state, modes, i, plastic, work)
+        elif kind == SLIDE and modes[i, DIRECTION] != 0:
+            come_to_rest(system, state, modes, i)
+        close_gaps(system, state, modes)
+    remember_contacts(system, modes, work.pools)
+    B1 = B2 = bl = 0.0
+    found = False
+    for count in range(ROUNDS):
+        A1, A2, al = derivatives(system, place, time, state, modes, work.slopes[0], work.scratch)
+        if not branches(system, place, time, state, modes, A1, A2, al, work):
+            found = True
             break
-
-
-@numba.njit(**APART)
-def wrong_branch(system, modes, margin, grain, changes):  # type: ignore[no-untyped-def]
-    """A slot whose margin is negative beyond rounding, or -1; forces before motion."""
-    n = system.balls.shape[0]
-    for kind in (LOAD, TOUCH, SLIDE, HOLD, MOTOR):
-        for i in range(n if kind != MOTOR else 2):
-            slot = kind * n + i
-            if kind == TOUCH and (not has_contact(system.effects) or modes[i, JOINED] == 0):
-                continue
-            if margin[slot] < -grain[slot] and changes[slot] < PATIENCE:
-                return slot
-    return -1
-
-
-@numba.njit(**APART)
-def change(system, place, time, state, modes, slot, plastic, scratch, changes):  # type: ignore[no-untyped-def]
-    """Give the law behind a slot its other branch."""
-    n = system.balls.shape[0]
-    changes[slot] += 1
-    if slot >= MOTOR * n:
-        if modes[n, DIRECTION] != 0:
-            modes[n, DIRECTION] = 0
+        if count < DIRECT:
+            B1, B2, bl = A1, A2, al
         else:
-            modes[n, DIRECTION] = -1 if slot == MOTOR * n else 1
-        return
-    kind, i = slot // n, slot % n
-    if kind == TOUCH:
-        touch_or_part(system, place, time, state, modes, i, plastic, scratch, changes)
-    else:
-        stick_or_slide(system, state, modes, kind, i)
+            B1, B2, bl = 0.5 * (A1 + B1), 0.5 * (A2 + B2), 0.5 * (al + bl)
+            branches(system, place, time, state, modes, B1, B2, bl, work)
+    if not found:
+        work.counts[1] += 1
+        A1, A2, al = derivatives(system, place, time, state, modes, work.slopes[0], work.scratch)
+    margins(system, place, time, state, modes, A1, A2, al, work.scratch, work.margin, work.grain)
 
 
 @numba.njit(**INLINED)
-def change_friction(system, state, modes, kind, i):  # type: ignore[no-untyped-def]
-    """Give ball i's friction its other branch."""
-    n = system.balls.shape[0]
-    if kind == LOAD:
-        modes[i, LOADED] = 1 - modes[i, LOADED]
-        modes[i, DIRECTION] = sign(state[4 + n + i])
-    elif kind == SLIDE and modes[i, DIRECTION] != 0:
-        stop(system, state, modes, i)
-    else:
-        let_go(system, modes, i, -1 if kind == SLIDE else 1)
+def _meet(system, place, time, state, modes, k, plastic, work):  # type: ignore[no-untyped-def]
+    if modes[k, JOINED] == 0:
+        spindle = spindle_motion(system, place, time, state, modes)
+        collide(system, spindle.speed, state, modes, k, plastic, work.scratch, work.pools)
 
 
 @numba.njit(**INLINED)
-def change_contact(system, place, time, state, modes, k, plastic, scratch, changes):  # type: ignore[no-untyped-def]
-    """Open contact k, or let its balls collide."""
-    if modes[k, JOINED] == 1:
-        modes[k, JOINED] = 0
-        return
-    spindle = spindle_motion(system, place, time, state, modes)
-    collide(system, spindle.speed, state, modes, k, plastic, scratch)
-    for other in range(system.contacts.shape[0]):
-        changes[changes.size // 2 + other] = modes[other, JOINED]
-
-
-stick_or_slide = only_if(has_friction, change_friction)
-touch_or_part = only_if(has_contact, change_contact)
+def _come_to_rest(system, state, modes, i):  # type: ignore[no-untyped-def]
+    n = ball_count(system)
+    if has_contact(system.effects):
+        ahead = behind = place_of(system, i)
+        while moves_along(system, modes, ahead):
+            ahead = (ahead + 1) % n
+        while moves_along(system, modes, (behind - 1) % n):
+            behind = (behind - 1) % n
+        for step in range((ahead - behind) % n + 1):
+            state[4 + n + ball_at(system, (behind + step) % n)] = 0.0
+    state[4 + n + i] = 0.0
 
 
 @numba.njit(**APART)
@@ -137,84 +114,81 @@ def place_of(system, i):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**APART)
-def stop(system, state, modes, i):  # type: ignore[no-untyped-def]
-    """Bring ball i, and those in a row with it, to rest on the race."""
-    n = system.balls.shape[0]
-    if has_contact(system.effects):
-        ahead = behind = place_of(system, i)
-        while moves_along(system, modes, ahead):
-            ahead = (ahead + 1) % n
-        while moves_along(system, modes, (behind - 1) % n):
-            behind = (behind - 1) % n
-        for step in range((ahead - behind) % n + 1):
-            j = ball_at(system, (behind + step) % n)
-            state[4 + n + j] = 0.0
-            modes[j, DIRECTION] = 0
-    state[4 + n + i] = 0.0
-    modes[i, DIRECTION] = 0
+def _close_gaps(system, state, modes):  # type: ignore[no-untyped-def]
+    n = system.contacts.shape[0]
+    begin = 0
+    for k in range(n):
+        if modes[(k - 1) % n, JOINED] == 0:
+            begin = k
+    for step in range(n):
+        k = (begin + step) % n
+        if modes[k, JOINED] == 1:
+            j = ball_at(system, (k + 1) % n)
+            state[4 + j] -= gap(system, state, modes, k) / path_radius(system, state, j)
+
+
+@numba.njit(**INLINED)
+def _remember_contacts(system, modes, pools):  # type: ignore[no-untyped-def]
+    for k in range(system.contacts.shape[0]):
+        pools[k, CLOSED] = modes[k, JOINED]
+
+
+meet = only_if(has_contact, _meet)
+"""Contact k has closed: an impact."""
+come_to_rest = only_if(has_friction, _come_to_rest)
+"""Bring ball i, and those in a row with it, to rest on the race."""
+close_gaps = only_if(has_contact, _close_gaps)
+"""Take out what rounding and truncation have done to the distances of balls in contact."""
+remember_contacts = only_if(has_contact, _remember_contacts)
+"""Which balls touch at this instant, whatever becomes of them."""
 
 
 @numba.njit(**APART)
-def let_go(system, modes, i, direction):  # type: ignore[no-untyped-def]
-    """Let stuck ball i slide in a direction, with the stuck balls that it pushes from behind."""
-    n = system.balls.shape[0]
-    if has_contact(system.effects):
-        at = place_of(system, i)
-        # Pushed back, ball i takes along those behind it; the one ahead is left, and vice versa.
-        if direction < 0:
-            if leans(system, modes, at):
-                modes[at, JOINED] = 0
-            while leans(system, modes, (at - 1) % n):
-                modes[ball_at(system, at), DIRECTION] = direction
-                at = (at - 1) % n
-        else:
-            if leans(system, modes, (at - 1) % n):
-                modes[(at - 1) % n, JOINED] = 0
-            while leans(system, modes, at):
-                modes[ball_at(system, at), DIRECTION] = direction
-                at = (at + 1) % n
-        modes[ball_at(system, at), DIRECTION] = direction
-    modes[i, DIRECTION] = direction
+def branches(system, place, time, state, modes, A1, A2, al, work):  # type: ignore[no-untyped-def]
+    """The branches that hold just after an instant if A and al are the accelerations there.
 
-
-@numba.njit(**INLINED)
-def stop_the_wrong_way(system, state, modes, A1, A2, scratch, changes):  # type: ignore[no-untyped-def]
-    """Hold a ball that is at rest and would slide against the direction it was let go in."""
-    n = system.balls.shape[0]
+    Right after ``derivatives``. Returns whether any was not in force.
+    """
+    changed = False
+    n, scratch, pools = ball_count(system), work.scratch, work.pools
+    normal_forces(system, A1, A2, al, scratch)
     for i in range(n):
-        if modes[i, LOADED] == 0 or sticks(system, modes, i) or state[4 + n + i] != 0.0:
-            continue
-        along = modes[i, DIRECTION] * scratch[i, PATH_ACCELERATION]
-        coarse = ROUNDING * (abs(A1) + abs(A2) + abs(scratch[i, PATH_ACCELERATION]))
-        if along < -coarse and changes[SLIDE * n + i] < PATIENCE:
-            changes[SLIDE * n + i] += 1
-            stop(system, state, modes, i)
-            return True
-    return False
+        pull = pull_at(system, i, A1, A2, al, scratch)
+        pools[i, GRAIN] = coarseness(system, i, A1, A2, pull, scratch)
+        pools[i, HOLD] = -1.0
+        if has_friction(system.effects):
+            force = scratch[i, FORCE]
+            pull += scratch[i, FRICTION] * force
+            slack = -pools[i, GRAIN] if modes[i, LOADED] == 1 else pools[i, GRAIN]
+            loaded = 1 if force > slack or (force == 0.0 and modes[i, LOADED] == 1) else 0
+            changed = changed or modes[i, LOADED] != loaded
+            modes[i, LOADED] = loaded
+            if state[4 + n + i] == 0.0:
+                pools[i, HOLD] = capacity(system, i, scratch)
+            elif loaded == 1:
+                pull -= sign(state[4 + n + i]) * capacity(system, i, scratch)
+        pools[i, PULL] = pull
+    changed = pool(system, modes, scratch, pools) or changed
+    if has_friction(system.effects):
+        for i in range(n):
+            rate = state[4 + n + i]
+            direction = sign(pools[i, LEVEL] if rate == 0.0 else rate)
+            changed = changed or modes[i, DIRECTION] != direction
+            modes[i, DIRECTION] = direction
+    return motor_branch(system, place, time, state, modes, work) or changed
 
 
 @numba.njit(**INLINED)
-def join_approaching(system, state, modes, A1, A2, scratch, changes):  # type: ignore[no-untyped-def]
-    """Join two balls that touch at one speed and whose accelerations press them together."""
-    n = system.contacts.shape[0]
-    for k in range(n):
-        if modes[k, JOINED] == 1 or changes[changes.size // 2 + k] == 0:
-            continue
-        i, j = ball_at(system, k), ball_at(system, (k + 1) % n)
-        parts = scratch[j, PATH_ACCELERATION] - scratch[i, PATH_ACCELERATION]
-        coarse = ROUNDING * (abs(A1) + abs(A2) + abs(parts))
-        if parts < -coarse and changes[TOUCH * n + k] < PATIENCE:
-            changes[TOUCH * n + k] += 1
-            modes[k, JOINED] = 1
-            if has_friction(system.effects) and (
-                sticks(system, modes, i) or sticks(system, modes, j)
-            ):
-                # One is at rest and is pushed by the other: both are, until that is too much.
-                stop(system, state, modes, i)
-                stop(system, state, modes, j)
-            return True
-    return False
+def _motor_branch(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
+    n = ball_count(system)
+    motor_margins(system, place, time, state, modes, work.margin, work.grain)
+    before = modes[n, DIRECTION]
+    if work.margin[MOTOR * n] < -work.grain[MOTOR * n]:
+        modes[n, DIRECTION] = -1 if before == 0 else 0
+    elif before == 0 and work.margin[MOTOR * n + 1] < -work.grain[MOTOR * n + 1]:
+        modes[n, DIRECTION] = 1
+    return modes[n, DIRECTION] != before
 
 
-friction_corrects = only_if(has_friction, stop_the_wrong_way)
-contact_corrects = only_if(has_contact, join_approaching)
+motor_branch = only_if(has_motor, _motor_branch)
+"""Whether the motor gives all it can; ``(system, place, time, state, modes, work)``."""

@@ -6,6 +6,8 @@ holds. An event is a margin that reaches zero; integrate/events.py finds when. S
     SLIDE    a sliding ball: its path speed the way it slides. A stuck one: the friction that is
              left against being pushed back, for it and the stuck balls behind that it touches.
     HOLD     a stuck ball: the friction left against being pushed forward, with those ahead of it.
+             A ball that the race does not carry adds nothing to either, but can be stuck between
+             others.
     LOAD     the race's normal force; its opposite while the race does not carry the ball.
     TOUCH    two balls apart: the distance between them. Joined: their push on each other.
     MOTOR    two: torque left below and above; at its limit, torque asked for beyond it.
@@ -48,8 +50,8 @@ SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
 """Slot = kind times n + ball (TOUCH: contact); the motor's two come last."""
 NEVER = 1e300
 """Margin of what cannot happen."""
-TOUCHING = 1e-9
-"""Part of the distance between two centres that counts as none: a picometre or two."""
+TOUCHING = 1e-12
+"""Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
 ROUNDING = 1e-12
 """Relative size of a margin that may be rounding."""
 
@@ -60,26 +62,32 @@ def slots(system: Any) -> int:
 
 
 @numba.njit(**INLINED)
+def coarseness(system, i, A1, A2, pull, scratch):  # type: ignore[no-untyped-def]
+    """What of the forces on ball i, ``pull`` along the race, may be rounding [N]."""
+    size = system.balls[i, MASS] * (abs(A1) + abs(A2)) + abs(pull)
+    if has_friction(system.effects):
+        size += abs(scratch[i, FORCE])
+    return ROUNDING * size
+
+
+@numba.njit(**INLINED)
 def friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain):  # type: ignore[no-untyped-def]
     """SLIDE, HOLD and LOAD."""
     n = ball_count(system)
-    size = abs(A1) + abs(A2)
     for i in range(n):
-        m = system.balls[i, MASS]
         force = scratch[i, FORCE]
         pull = pull_at(system, i, A1, A2, al, scratch)
-        coarse = ROUNDING * (m * size + abs(force) + abs(pull))
+        coarse = coarseness(system, i, A1, A2, pull, scratch)
         margin[LOAD * n + i] = force if modes[i, LOADED] == 1 else -force
         grain[LOAD * n + i] = coarse
-        if modes[i, LOADED] == 1:
-            if modes[i, DIRECTION] != 0:
-                margin[SLIDE * n + i] = modes[i, DIRECTION] * state[4 + n + i]
-                grain[SLIDE * n + i] = 1e-14
-            else:
-                left = holding_force(system, i, scratch)
-                margin[SLIDE * n + i] = left + pull
-                margin[HOLD * n + i] = left - pull
-                grain[SLIDE * n + i] = grain[HOLD * n + i] = coarse
+        if modes[i, DIRECTION] == 0:
+            left = capacity(system, i, scratch)
+            margin[SLIDE * n + i] = left + pull
+            margin[HOLD * n + i] = left - pull
+            grain[SLIDE * n + i] = grain[HOLD * n + i] = coarse
+        elif modes[i, LOADED] == 1:
+            margin[SLIDE * n + i] = modes[i, DIRECTION] * state[4 + n + i]
+            grain[SLIDE * n + i] = 1e-14
     if has_contact(system.effects):
         # Stuck balls that touch lean on each other: a push on one is a push on the next.
         begin = row_start(system, modes)
@@ -98,7 +106,7 @@ def friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain): 
 
 
 @numba.njit(**INLINED)
-def contact_margins(system, state, modes, A1, A2, scratch, margin, grain):  # type: ignore[no-untyped-def]
+def contact_margins(system, state, modes, A1, A2, al, scratch, margin, grain):  # type: ignore[no-untyped-def]
     """TOUCH."""
     n = system.contacts.shape[0]
     for k in range(n):
@@ -108,14 +116,14 @@ def contact_margins(system, state, modes, A1, A2, scratch, margin, grain):  # ty
             grain[slot] = TOUCHING * system.contacts[k, SPACING]
         elif moves_along(system, modes, k):
             margin[slot] = scratch[k, PUSH]
-            m = system.balls[ball_at(system, k), MASS]
-            grain[slot] = ROUNDING * (m * (abs(A1) + abs(A2)) + abs(scratch[k, PUSH]))
-            grain[slot] += ROUNDING * abs(scratch[ball_at(system, k), FORCE])
+            for i in (ball_at(system, k), ball_at(system, (k + 1) % n)):
+                pull = pull_at(system, i, A1, A2, al, scratch)
+                grain[slot] += coarseness(system, i, A1, A2, pull, scratch)
 
 
 @numba.njit(**INLINED)
-def holding_force(system, i, scratch):  # type: ignore[no-untyped-def]
-    """Largest friction on ball i at rest [N]."""
+def capacity(system, i, scratch):  # type: ignore[no-untyped-def]
+    """Largest friction on ball i [N]."""
     ball = Ball(system.balls[i, MASS], system.balls[i, RADIUS])
     return friction_coefficient(system.effects, ball) * max(scratch[i, FORCE], 0.0)
 
@@ -147,8 +155,23 @@ def gap(system, state, modes, k):  # type: ignore[no-untyped-def]
     return apart - system.contacts[k, SPACING]
 
 
+@numba.njit(**INLINED)
+def motor_margins(system, place, time, state, modes, margin, grain):  # type: ignore[no-untyped-def]
+    """MOTOR."""
+    n, effects = ball_count(system), system.effects
+    error = segment_speed(place.segment, time) - state[5 + 2 * n]
+    asked, most = loop_torque(effects, error, state[6 + 2 * n]), torque_limit(effects)
+    if modes[n, DIRECTION] == 0:
+        margin[MOTOR * n] = most + asked
+        margin[MOTOR * n + 1] = most - asked
+    else:
+        margin[MOTOR * n] = modes[n, DIRECTION] * asked - most
+    grain[MOTOR * n] = grain[MOTOR * n + 1] = ROUNDING * (most + abs(asked))
+
+
 add_friction_margins = only_if(has_friction, friction_margins)
 add_contact_margins = only_if(has_contact, contact_margins)
+add_motor_margins = only_if(has_motor, motor_margins)
 
 
 @numba.njit(**APART)
@@ -161,22 +184,12 @@ def margins(system, place, time, state, modes, A1, A2, al, scratch, margin, grai
         margin: where the margins go, shape (slots,).
         grain: where it goes what rounding may make of each, same shape.
     """
-    n = ball_count(system)
-    effects = system.effects
     margin[:] = NEVER
     grain[:] = 0.0
     reactions(system, A1, A2, al, modes, scratch)
     add_friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain)
-    add_contact_margins(system, state, modes, A1, A2, scratch, margin, grain)
-    if has_motor(effects):
-        error = segment_speed(place.segment, time) - state[5 + 2 * n]
-        asked, most = loop_torque(effects, error, state[6 + 2 * n]), torque_limit(effects)
-        if modes[n, DIRECTION] == 0:
-            margin[MOTOR * n] = most + asked
-            margin[MOTOR * n + 1] = most - asked
-        else:
-            margin[MOTOR * n] = modes[n, DIRECTION] * asked - most
-        grain[MOTOR * n] = grain[MOTOR * n + 1] = ROUNDING * (most + abs(asked))
+    add_contact_margins(system, state, modes, A1, A2, al, scratch, margin, grain)
+    add_motor_margins(system, place, time, state, modes, margin, grain)
 
 
 inlined_margins = numba.njit(**INLINED)(margins.py_func)
@@ -184,8 +197,8 @@ inlined_margins = numba.njit(**INLINED)(margins.py_func)
 
 
 @numba.njit(**APART)
-def margin_rate(system, state, slope, modes, slot, scratch):  # type: ignore[no-untyped-def]
-    """Time derivative of a margin that is a speed or a distance; 0 for forces."""
+def motion_rate(system, state, slope, modes, slot):  # type: ignore[no-untyped-def]
+    """Time derivative of a margin that is a speed or a distance; NEVER for forces."""
     n = ball_count(system)
     if has_friction(system.effects) and slot < n and not sticks(system, modes, slot):
         return modes[slot, DIRECTION] * slope[4 + n + slot]
@@ -193,7 +206,7 @@ def margin_rate(system, state, slope, modes, slot, scratch):  # type: ignore[no-
         k = slot - TOUCH * n
         if modes[k, JOINED] == 0:
             return parting_speed(system, state, k)
-    return 0.0
+    return NEVER
 
 
 @numba.njit(**INLINED)

@@ -21,10 +21,11 @@ it to the next one in contact [m]."""
 DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
 """Columns of modes, the branches of set-valued laws that hold between two events.
 
-DIRECTION: +1 or -1, in which a ball slides along the race; 0, it sticks. Of the last row: +1 or
--1 while the motor gives all it can in that direction, else 0. LOADED: 1 where the race carries the
-ball. JOINED: 1 where the two balls at a contact touch and stay so. TURNS: whole turns taken out of
-a ball's angle; of the last row, out of the spindle's."""
+DIRECTION: +1 or -1, in which a ball slides along the race; 0, it sticks, or it is held between
+others. Of the last row: +1 or -1 while the motor gives all it can in that direction, else 0.
+LOADED: 1 where the race carries the ball. JOINED: 1 where the two balls at a contact touch and
+stay so: both slide, or both stick. TURNS: whole turns taken out of a ball's angle; of the last
+row, out of the spindle's."""
 MODES = 4
 
 

@@ -11,8 +11,9 @@ from math import sqrt
 import numba
 
 from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
+from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.settle import settle
-from ab_sim.dynamics.switches import inlined_margins, margin_rate
+from ab_sim.dynamics.switches import NEVER, ROUNDING, inlined_margins, margins, motion_rate
 from ab_sim.dynamics.system import ball_count, has_events
 from ab_sim.integrate.one_step import inlined_derivatives, one_step
 
@@ -22,6 +23,17 @@ MOST_EVENTS = 120
 """Events per step, and 40 more per ball, after which the rest is not located."""
 CLOSE = 1e-13
 """An event's time is known to this part of a step."""
+DEPTH = 2.0
+"""A margin has been crossed when it is this many times below zero what rounding may make of it.
+
+Branches are chosen at one time that, so a step never begins beyond an event, nor with one."""
+NEAR = 0.25
+"""A force may dip below zero within a step if less than this part of it is left at an end; what
+turns as fast as the spindle changes by an eighth of (w h)^2 between two steps."""
+DOUBT = 1e-3
+"""Part of a force that a cubic through both ends of a step may be wrong by."""
+SHORTLY = 1e-5
+"""Part of a step over which the rates of forces are measured."""
 
 
 @numba.njit(**INLINED)
@@ -32,8 +44,7 @@ def _plain(system, weights, place, begin, length, end, state, modes, work):  # t
 
 @numba.njit(**INLINED)
 def _with_events(system, weights, place, begin, length, end, state, modes, work):  # type: ignore[no-untyped-def]
-    slopes, trial, scratch = work.slopes, work.trial, work.scratch
-    margin, grain = work.margin, work.grain
+    trial = work.trial
     most = MOST_EVENTS + 40 * ball_count(system)
     bounces = BOUNCES + 20 * ball_count(system)
     now, rest = begin, length
@@ -58,20 +69,7 @@ def _with_events(system, weights, place, begin, length, end, state, modes, work)
         work.counts[0] += 1
         now += taken
         rest -= taken
-        settle(
-            system,
-            place,
-            now,
-            state,
-            modes,
-            slot,
-            count >= bounces,
-            slopes[0],
-            scratch,
-            margin,
-            grain,
-            work.changes,
-        )
+        settle(system, place, now, state, modes, slot, count >= bounces, work)
         if rest <= CLOSE * length:
             for j in range(state.size):
                 trial[j] = state[j]
@@ -125,13 +123,20 @@ def trial_step(system, weights, place, now, length, end, state, modes, work):  #
 
 
 @numba.njit(**INLINED)
+def left(margins, grain, slot):  # type: ignore[no-untyped-def]
+    """How far a margin is from counting as crossed."""
+    return margins[slot] + DEPTH * grain[slot]
+
+
+@numba.njit(**INLINED)
 def first_below(margin, ahead, grain):  # type: ignore[no-untyped-def]
-    """The slot whose margin, drawn as a straight line, is the first to reach zero; -1 if none."""
+    """The slot whose margin, drawn as a straight line, is the first to be crossed; -1 if none."""
     found, first = -1, 2.0
     for slot in range(margin.size):
-        if ahead[slot] < -grain[slot]:
-            start = max(margin[slot], 0.0)
-            reaches = start / (start - ahead[slot])
+        end = left(ahead, grain, slot)
+        if end < 0.0:
+            start = max(left(margin, grain, slot), 0.0)
+            reaches = start / (start - end)
             if reaches < first:
                 found, first = slot, reaches
     return found
@@ -139,21 +144,36 @@ def first_below(margin, ahead, grain):  # type: ignore[no-untyped-def]
 
 @numba.njit(**APART)
 def dip(system, weights, place, now, length, end, state, modes, work):  # type: ignore[no-untyped-def]
-    """A margin that is negative within the step but not at its end: slot and where, or (-1, ..).
+    """A margin that is crossed within the step but not at its end: slot and where, or (-1, ..).
 
-    Distances and speeds are drawn as cubics through both ends; only where one dips is the step
-    taken to its lowest point to see.
+    Margins are drawn as cubics through both ends; only where one dips is the step taken to its
+    lowest point to see. Rates of forces are measured, and only where one could dip.
     """
-    margin, ahead = work.margin, work.margin_ahead
+    margin, ahead, grain = work.margin, work.margin_ahead, work.grain
+    measured = False
     for slot in range(margin.size):
         if margin[slot] > 1e200 or ahead[slot] > 1e200:
             continue
         g0, g1 = margin[slot], ahead[slot]
-        r0 = length * margin_rate(system, state, work.slopes[0], modes, slot, work.scratch)
-        if r0 >= 0.0:
-            continue
-        r1 = length * margin_rate(system, work.trial, work.ahead, modes, slot, work.scratch)
-        if r1 <= 0.0:
+        doubt = 0.0
+        r0 = motion_rate(system, state, work.slopes[0], modes, slot)
+        if r0 < NEVER:
+            r1 = motion_rate(system, work.trial, work.ahead, modes, slot)
+        else:
+            size = grain[slot] / ROUNDING
+            if min(g0, g1) > NEAR * size:
+                continue
+            if not measured:
+                measured = True
+                slope, brief = work.slopes[0], SHORTLY * length
+                force_rates(system, place, now, brief, state, slope, margin, modes, work, 0)
+                slope = work.ahead
+                force_rates(system, place, end, brief, work.trial, slope, ahead, modes, work, 1)
+            r0, r1 = work.rates[0, slot], work.rates[1, slot]
+            doubt = DOUBT * size
+        r0 *= length
+        r1 *= length
+        if r0 >= 0.0 or r1 <= 0.0:
             continue
         # Cubic g0 + r0 x + p x^2 + q x^3 on 0..1; its minimum is where the derivative rises
         # through zero.
@@ -163,55 +183,71 @@ def dip(system, weights, place, now, length, end, state, modes, work):  # type: 
         if root < 0.0:
             continue
         x = -r0 / (p + sqrt(root))
-        if not 0.0 < x < 1.0 or g0 + x * (r0 + x * (p + x * q)) >= -work.grain[slot]:
+        if not 0.0 < x < 1.0 or g0 + x * (r0 + x * (p + x * q)) >= doubt - grain[slot]:
             continue
         lowest = x * length
         trial_step(system, weights, place, now, lowest, now + lowest, state, modes, work)
-        if work.margin_ahead[slot] < -work.grain[slot]:
+        if left(work.margin_ahead, grain, slot) < 0.0:
             return slot, lowest
         trial_step(system, weights, place, now, length, end, state, modes, work)
     return -1, length
 
 
 @numba.njit(**APART)
+def force_rates(system, place, time, shortly, state, slope, margin, modes, work, line):  # type: ignore[no-untyped-def]
+    """Rates of margins at a state, measured ``shortly`` [s] after; into work.rates."""
+    for j in range(state.size):
+        work.near[0, j] = state[j] + shortly * slope[j]
+    A1, A2, al = derivatives(
+        system, place, time + shortly, work.near[0], modes, work.near[1], work.scratch
+    )
+    margins(
+        system,
+        place,
+        time + shortly,
+        work.near[0],
+        modes,
+        A1,
+        A2,
+        al,
+        work.scratch,
+        work.rates[2],
+        work.rates[3],
+    )
+    for slot in range(margin.size):
+        work.rates[line, slot] = (work.rates[2, slot] - margin[slot]) / shortly
+
+
+@numba.njit(**APART)
 def locate(system, weights, place, now, length, slot, state, modes, work):  # type: ignore[no-untyped-def]
-    """The first event of a step, given that ``slot`` is negative at ``length``.
+    """The first event of a step, given that ``slot`` has been crossed at ``length``.
 
     Returns:
         How far into the step it is [s], with the state there in ``work.trial``, and its slot.
     """
+    grain = work.grain
     low, high = 0.0, length
-    at_low, at_high = work.margin[slot], work.margin_ahead[slot]
-    if at_low <= work.grain[slot]:
-        # It starts at zero: find where it has risen, to have the crossing behind that.
-        probe = length
-        for _ in range(12):
-            probe *= 0.25
-            other, _, _ = trial_step(
-                system, weights, place, now, probe, now + probe, state, modes, work
-            )
-            if work.margin_ahead[slot] > work.grain[slot]:
-                low, at_low = probe, work.margin_ahead[slot]
-                break
-            if other >= 0:
-                slot, high, at_high = other, probe, work.margin_ahead[other]
-        else:
-            return 0.0, slot
+    at_low = max(left(work.margin, grain, slot), 0.0)
+    at_high = left(work.margin_ahead, grain, slot)
     side = 0
     for attempt in range(200):
         x = high
         if high - low > CLOSE * length:
-            # Illinois' regula falsi, with a bisection now and then against a stubborn end.
+            # Illinois' regula falsi, with a bisection now and then against a stubborn end. What
+            # starts at zero first has to be found where it has risen, for the crossing behind that.
             x = (low * at_high - high * at_low) / (at_high - at_low)
-            if attempt % 8 == 7 or not low < x < high:
+            if low == 0.0 and at_low <= 10.0 * DEPTH * grain[slot]:
+                x = 0.25 * high
+            elif attempt % 8 == 7 or not low < x < high:
                 x = 0.5 * (low + high)
         trial_step(system, weights, place, now, x, now + x, state, modes, work)
-        earlier = other_below(work.margin_ahead, work.grain, slot)
-        here = work.margin_ahead[slot]
+        earlier = other_below(work.margin_ahead, grain, slot)
+        here = left(work.margin_ahead, grain, slot)
         if earlier >= 0 and (x == high or here >= 0.0):
-            # Another margin was negative before: go for that one, from the start.
+            # Another margin has been crossed before: go for that one, from the start.
             slot, low, high = earlier, 0.0, x
-            at_low, at_high = max(work.margin[slot], 0.0), work.margin_ahead[slot]
+            at_low = max(left(work.margin, grain, slot), 0.0)
+            at_high = left(work.margin_ahead, grain, slot)
             side = 0
         elif x == high:
             break
@@ -230,8 +266,8 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
 
 @numba.njit(**INLINED)
 def other_below(ahead, grain, slot):  # type: ignore[no-untyped-def]
-    """A slot other than ``slot`` whose margin is negative, or -1."""
+    """A slot other than ``slot`` whose margin has been crossed, or -1."""
     for other in range(ahead.size):
-        if other != slot and ahead[other] < -grain[other]:
+        if other != slot and left(ahead, grain, other) < 0.0:
             return other
     return -1

@@ -11,7 +11,7 @@ from ab_sim.dynamics.settle import settle
 from ab_sim.dynamics.switches import inlined_margins
 from ab_sim.dynamics.system import TURNS, ball_count, has_events, has_gravity, has_motor
 from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.events import step_over_events, within_bounds
+from ab_sim.integrate.events import first_below, step_over_events, within_bounds
 from ab_sim.integrate.on_stack import scratch_of, state_size
 from ab_sim.integrate.one_step import inlined_derivatives
 
@@ -88,23 +88,16 @@ def _enter(system, place, time, state, modes, work):  # type: ignore[no-untyped-
 
 @numba.njit(**INLINED)
 def _enter_with_events(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
-    # Where the spindle's acceleration jumps, what held so far may not hold any more. Variables,
-    # because numba would compile all of it once more for literals.
-    slot, plastic = np.int64(-1), work.counts[0] < 0
-    settle(
-        system,
-        place,
-        time,
-        state,
-        modes,
-        slot,
-        plastic,
-        work.slopes[0],
-        work.scratch,
-        work.margin,
-        work.grain,
-        work.changes,
+    A1, A2, al = inlined_derivatives(
+        system, place, time, state, modes, work.slopes[0], work.scratch
     )
+    look(system, place, time, state, modes, A1, A2, al, work)
+    # Where the spindle's acceleration jumps, what held so far may not hold any more; elsewhere
+    # nothing may change, or a run would depend on how it is cut up.
+    if first_below(work.margin, work.margin, work.grain) >= 0:
+        # Variables, because numba would compile all of it once more for literals.
+        slot, plastic = np.int64(-1), work.counts[0] < 0
+        settle(system, place, time, state, modes, slot, plastic, work)
 
 
 enter = chosen_by(has_events, _enter_with_events, _enter)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.dynamics.drag_response import table_rows
+from ab_sim.dynamics.pools import POOL_WIDTH
 from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.switches import slots
 from ab_sim.dynamics.system import System
@@ -31,10 +32,16 @@ class Workspace(NamedTuple):
     """Margins at its end, shape (slots,)."""
     grain: np.ndarray
     """What of a margin may be rounding, shape (slots,)."""
-    changes: np.ndarray
-    """How often branches changed, shape (2 slots,); see settle."""
+    pools: np.ndarray
+    """Balls that touch, at an instant, shape (balls, POOL_WIDTH); see dynamics/pools.py."""
+    near: np.ndarray
+    """A state and its slope shortly after another, shape (2, states)."""
+    rates: np.ndarray
+    """Rates of the margins at the step's start and end, and margins shortly after with what may be
+    rounding, shape (4, slots)."""
     counts: np.ndarray
-    """Events met; events too many for one step, which were not located. Shape (2,)."""
+    """Events met; steps with events too many to locate, and instants at which no branches were
+    found for all laws. Shape (2,)."""
 
 
 def workspace(system: System, slopes: int, nodes: int, bounds: np.ndarray) -> Workspace:
@@ -49,7 +56,9 @@ def workspace(system: System, slopes: int, nodes: int, bounds: np.ndarray) -> Wo
         aligned((margins,)),
         aligned((margins,)),
         aligned((margins,)),
-        np.zeros(2 * margins, np.int64),
+        aligned((balls, POOL_WIDTH)),
+        aligned((2, states)),
+        aligned((4, margins)),
         np.zeros(2, np.int64),
     )
 
