@@ -232,7 +232,7 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
     side = 0
     for attempt in range(200):
         x = high
-        if high - low > CLOSE * length:
+        if high - low > CLOSE * length and attempt < 199:
             # Illinois' regula falsi, with a bisection now and then against a stubborn end. What
             # starts at zero first has to be found where it has risen, for the crossing behind that.
             x = (low * at_high - high * at_low) / (at_high - at_low)
@@ -241,26 +241,24 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
             elif attempt % 8 == 7 or not low < x < high:
                 x = 0.5 * (low + high)
         trial_step(system, weights, place, now, x, now + x, state, modes, work)
-        earlier = other_below(work.margin_ahead, grain, slot)
-        here = left(work.margin_ahead, grain, slot)
-        if earlier >= 0 and (x == high or here >= 0.0):
-            # Another margin has been crossed before: go for that one, from the start.
-            slot, low, high = earlier, 0.0, x
-            at_low = max(left(work.margin, grain, slot), 0.0)
-            at_high = left(work.margin_ahead, grain, slot)
-            side = 0
-        elif x == high:
+        if x == high:
             break
-        elif here < 0.0:
-            high, at_high = x, here
-            if side == -1:
-                at_low *= 0.5
-            side = -1
-        else:
-            low, at_low = x, here
-            if side == 1:
-                at_high *= 0.5
-            side = 1
+        here = left(work.margin_ahead, grain, slot)
+        if here >= 0.0:
+            other = other_below(work.margin_ahead, grain, slot)
+            if other < 0:
+                low, at_low = x, here
+                if side == 1:
+                    at_high *= 0.5
+                side = 1
+                continue
+            # Another margin has been crossed before: that one, then. At ``low`` none has been.
+            slot, here = other, left(work.margin_ahead, grain, other)
+            at_low = max(left(work.margin, grain, slot), 0.0) if low == 0.0 else -here
+            side = 0
+        elif side == -1:
+            at_low *= 0.5
+        high, at_high, side = x, here, -1
     return high, slot
 
 
