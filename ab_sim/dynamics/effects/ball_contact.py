@@ -23,8 +23,9 @@ class BallContact(NamedTuple):
     Impacts are located within a step and pass on momentum, to the deck as well; they never add
     energy. A ball that hits a row hits its balls one after the other, as in Newton's cradle.
     Friction is not part of an impact, and balls do not rub against each other. A push acts along
-    the race: that its line leans outwards, and so presses both balls on the race, is left out. On
-    an oval race the distance is measured along the race.
+    the race: that its line leans outwards, and so presses both balls on the race, is left out. D is
+    the same all along an oval race: where its radius of curvature is l, balls touch too late by
+    some (a_i + a_i+1)^3 (1/l^2 - 1/R^2) / 24, or early by its opposite.
     """
 
     restitution_coefficient: Annotated[
