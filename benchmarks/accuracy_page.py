@@ -52,8 +52,10 @@ You need not choose: write what you want into the scene, instead of a solver,
 
 and the cheapest setting that is *measured* to deliver it on this scene is taken, with a safety
 factor of {safety:g} on the error, and reported with its price by `ab-sim check`, `ab-sim run` and
-the node. What double precision cannot give is refused with the best that can be had. For your own
-scene,
+the node. What double precision cannot give is refused with the best that can be had. What measures
+it is ab_sim's own stepper at a shorter step: that tells the error of the integration, not a mistake
+in equations, laws or events, which the tests look for with
+[a simulator that shares no line with ab_sim](../tests/reference). For your own scene,
 
     ab-sim accuracy my-scene.yaml --plot accuracy.png --json accuracy.json
 
@@ -64,6 +66,12 @@ draws the picture above.
 {accuracy_table}
 
 The reference: {reference}. Its uncertainty: {uncertainty_angle:.1e} rad, {uncertainty_whirl:.1e} e.
+It is independent of the steppers here: collocation at Gauss' nodes is the method of none of them,
+and shares the equations of motion with them (DOP853 has `rk8`'s coefficients, in SciPy's code).
+There is such a reference for scenes without events only; with friction, contact or a motor
+`ab-sim accuracy` compares ab_sim's own `rk8` and `tsit5` at short steps, which share its laws and
+its location of events, and says so.
+
 Made by `python benchmarks/accuracy_cost.py`; {accuracy_conditions}.
 
 {left_out}

@@ -49,6 +49,14 @@ def print_accuracy(accuracy: Accuracy, console: Console) -> None:
     unit = accuracy.unit
     console.print(f"effects: {', '.join(accuracy.effects) or 'none'}")
     console.print(f"reference: {accuracy.reference}")
+    shared = ", ".join(accuracy.reference_shares)
+    if accuracy.independent:
+        console.print(f"it is independent: what it shares with ab_sim's steppers is the {shared}")
+    else:
+        console.print(
+            f"it is not independent: it shares with what it judges the {shared}; ab_sim's tests "
+            "compare those with another simulator"
+        )
     console.print(
         f"its uncertainty: {apart.angle:.1e} rad, {apart.whirl:.1e} {unit}, by which the two "
         "differ at most; of the integration, not of the equations"

@@ -170,8 +170,9 @@ def accuracy(
 ) -> None:
     """Measure what an accuracy costs: each stepper over a range of steps, beside other solvers.
 
-    Errors in ball angle, whirl and energy balance against an independent reference whose own
-    uncertainty is stated; CPU time per simulated second, which is the share of one core that real
+    Errors in ball angle, whirl and energy balance against a reference whose own uncertainty is
+    stated: an independent one for scenes without friction, contact and motor, for others ab_sim's
+    own at short steps. CPU time per simulated second, which is the share of one core that real
     time takes. SUNDIALS and MuJoCo come along with pip install 'ab_sim[peers]'. It takes minutes;
     shorten a long scene with --set duration=2.
     """

@@ -8,13 +8,13 @@ from scipy.optimize import root
 from ab_sim.dynamics.ledger import Ledger, deck_energy, ledger_states, space_energy
 from ab_sim.dynamics.motion import Ball, Body, Deck
 from ab_sim.dynamics.neighbours import contacts_of, reduced, start_angles
+from ab_sim.dynamics.switches import TOUCHING, gap
 from ab_sim.dynamics.system import (
     FIRST_TURNS,
     JOINED,
     LOADED,
     MASS,
     MODES,
-    ORDER,
     RADIUS,
     SPACING,
     TURNS,
@@ -135,12 +135,9 @@ def start_modes(scene: Scene, system: System) -> np.ndarray:
     modes[:n, LOADED] = 1
     modes[:n, TURNS] = system.balls[:, FIRST_TURNS]
     modes[n, TURNS] = reduced(scene.start.angle)[1]
-    if len(system.contacts) > 1:
-        R = system.body.race_radius
-        angles = start_state(scene, system)[4 + system.contacts[:, ORDER].astype(int)]
-        ahead = np.append(angles[1:], angles[0] + 2 * math.pi)
-        room = system.contacts[:, SPACING]
-        modes[:n, JOINED] = R * (ahead - angles) - room <= 1e-9 * room
+    state = start_state(scene, system)
+    for k, spacing in enumerate(system.contacts[:, SPACING]):
+        modes[k, JOINED] = gap(system, state, modes, k) <= TOUCHING * spacing
     return modes
 
 

@@ -17,9 +17,11 @@ from math import cos, pi, sin
 from typing import Any
 
 import numba
+from numba.extending import register_jitable
 
 from ab_sim.dynamics.dispatch import APART, INLINED, only_if
 from ab_sim.dynamics.motion import Ball
+from ab_sim.dynamics.neighbours import race_length
 from ab_sim.dynamics.reactions import pull_at, reactions
 from ab_sim.dynamics.rows import moves_along, row_start, sticks
 from ab_sim.dynamics.scratch import FORCE, PUSH
@@ -138,10 +140,12 @@ def leans(system, modes, k):  # type: ignore[no-untyped-def]
     )
 
 
-@numba.njit(**INLINED)
-def gap(system, state, modes, k):  # type: ignore[no-untyped-def]
+length_between = register_jitable(**INLINED)(race_length)
+
+
+@register_jitable(**INLINED)
+def gap(system: Any, state: Any, modes: Any, k: int) -> float:
     """Distance along the race between the balls at contact k [m]; negative where they overlap."""
-    R = system.body.race_radius
     n = system.contacts.shape[0]
     i, j = ball_at(system, k), ball_at(system, (k + 1) % n)
     turns = (modes[j, TURNS] - system.balls[j, FIRST_TURNS]) - (
@@ -149,10 +153,15 @@ def gap(system, state, modes, k):  # type: ignore[no-untyped-def]
     )
     if k == n - 1:
         turns += 1.0
-    apart = R * (state[4 + j] - state[4 + i] + 2.0 * pi * turns)
-    if has_runout(system.effects):
-        apart += race_arc(system.effects, state[4 + j]) - race_arc(system.effects, state[4 + i])
-    return apart - system.contacts[k, SPACING]
+    behind, ahead = state[4 + i], state[4 + j]
+    apart = length_between(
+        system.body.race_radius,
+        behind,
+        ahead + 2.0 * pi * turns,
+        race_arc(system.effects, behind),
+        race_arc(system.effects, ahead),
+    )
+    return float(apart - system.contacts[k, SPACING])
 
 
 @numba.njit(**INLINED)

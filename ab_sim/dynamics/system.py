@@ -2,10 +2,9 @@
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numba.core.types.containers import BaseTuple
-from numba.extending import overload
+from numba.extending import overload, register_jitable
 
 from ab_sim.dynamics.dispatch import INLINED, any_effect_has, forward, sum_over_effects
 from ab_sim.dynamics.motion import Body
@@ -65,8 +64,8 @@ def _ball_count(system):  # type: ignore[no-untyped-def]
     return lambda system: system.each
 
 
-@numba.njit(**INLINED)
-def ball_at(system, place):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def ball_at(system: Any, place: int) -> int:
     """Which ball is at a place of the row."""
     return int(system.contacts[place, ORDER])
 

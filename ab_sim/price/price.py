@@ -18,6 +18,8 @@ class Price(NamedTuple):
     """s."""
     measured: Deviation
     """Largest error over the scene's run, without safety factor; the reference's is included."""
+    reference: str
+    """What it was measured against: one of the package's own steppers, at a shorter step."""
     unit: str
     """Of the whirl's error: e, or R, the race's radius."""
     seconds: float
@@ -36,7 +38,8 @@ class Price(NamedTuple):
                 asked.append(f"{wish:g} {unit}")
         return (
             f"{self.stepper} at {1e3 * self.step:g} ms: measured error {', '.join(measured)} "
-            f"(asked {', '.join(asked)}, safety factor {SAFETY:g}), "
+            f"(asked {', '.join(asked)}, safety factor {SAFETY:g}) by ab_sim's own "
+            f"{self.reference}, "
             f"{1e6 * self.seconds:.0f} us of CPU time per simulated second"
         )
 
@@ -45,6 +48,7 @@ class Price(NamedTuple):
         return {
             "asked": self.asked.model_dump(exclude_none=True),
             "measured": {"angle": self.measured.angle, "whirl": self.measured.whirl},
+            "measured_by": f"ab_sim's own {self.reference}",
             "whirl_unit": self.unit,
             "safety_factor": SAFETY,
             "cpu_seconds_per_simulated_second": self.seconds,

@@ -100,6 +100,7 @@ class _Search:
             taken.stepper.name,
             taken.step,
             self._error(taken),
+            f"{self._reference.stepper.name} at {1e3 * self._reference.step:g} ms",
             self.scene.whirl_unit[1],
             taken.seconds / self._trials.length,
         )

@@ -1,5 +1,6 @@
 """What an accuracy costs: whether the study's errors are true. Nothing here asserts a time."""
 
+import io
 import json
 from functools import lru_cache
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from ab_sim.accuracy_figure import accuracy_figure
 from ab_sim.analysis.accuracy import Accuracy, Bound, Row, measure
@@ -18,6 +20,7 @@ from ab_sim.analysis.accuracy.ours import Stepping
 from ab_sim.analysis.accuracy.reference import event_reference, smooth_reference
 from ab_sim.analysis.accuracy.right_hand_side import RightHandSide
 from ab_sim.analysis.accuracy.sampling import LADDER, sampling_of
+from ab_sim.cli.accuracy import print_accuracy
 from ab_sim.deviation import Samples, deviation
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError, SceneError
@@ -210,6 +213,7 @@ def test_the_reference_of_a_scene_with_events_is_another_steppers() -> None:
     sampling = sampling_of(scene)
     reference = event_reference(scene, sampling)
     assert "cross-checked by tsit5" in reference.text
+    assert {"steppers", "location of events"} <= set(reference.shares)
     assert reference.samples_for("rk8") is reference.second
     assert reference.samples_for("rk4") is reference.first
     run = Stepping(scene, sampling, "rk8", 1e-3)
@@ -226,6 +230,22 @@ def test_a_reference_with_events_has_samples_wherever_steps_end() -> None:
     number = sampling.number * sampling.parts
     assert number * 1.25e-3 > 4 * sampling.end, "closer than the scene's steps"
     assert len(reference.first.position) == len(reference.second.position) == number
+
+
+def test_what_is_not_independent_is_said_to_be_so() -> None:
+    """In JSON and in print; the numbers are another study's."""
+    scene = made(**merge(FRICTION, {"duration": 0.1}))
+    reference = event_reference(scene, sampling_of(scene))
+    ours = study()._replace(reference=reference.text, reference_shares=reference.shares)
+    assert ours.report()["reference_independent"] is False
+    for accuracy, words in (
+        (study(), "it is independent: what it shares with ab_sim's steppers is the equations"),
+        (ours, "it is not independent: it shares with what it judges the equations of motion, "
+         "laws of friction and contact, steppers, location of events"),
+    ):  # fmt: skip
+        console = Console(file=io.StringIO(), width=1000)
+        print_accuracy(accuracy, console)
+        assert words in console.file.getvalue()  # type: ignore[attr-defined]
 
 
 def test_missing_peers_are_named_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -282,6 +302,8 @@ def test_the_report_survives_json_and_makes_a_picture(tmp_path: Path) -> None:
     report = json.loads(json.dumps(study().report(), allow_nan=False))
     assert {"date", "machine", "versions", "reference", "uncertainty", "rows"} <= set(report)
     assert {"scipy", "scikit-sundae", "mujoco"} <= set(report["versions"])
+    assert report["reference_shares"] == ["equations of motion"]
+    assert report["reference_independent"] is True
     row = report["rows"][0]
     assert row["errors"]["angle"].keys() == {"value", "at_most"}
     assert row["cpu"]["lower"] <= row["cpu"]["median"] <= row["cpu"]["upper"]

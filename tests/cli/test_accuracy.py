@@ -21,6 +21,7 @@ def test_accuracy_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> 
     for word in (
         *methods,
         "reference: Gauss",
+        "it is independent",
         "uncertainty",
         "whirl [e]",
         "of a core",

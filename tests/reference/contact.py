@@ -1,14 +1,19 @@
 """Which balls can touch, how far apart they are, and what an impact does.
 
-Neighbours i, j in cyclic order keep theta_j - theta_i >= Delta = 2 asin((a_i + a_j) / (2 R)).
-A contact force with tangential component lambda pushes i back and j forward; that it also presses
-both on the race is left out, as in what this is the reference of.
+Neighbours i, j in cyclic order keep their distance along the race,
+
+    (s_j - s_i) / R >= Delta = 2 asin((a_i + a_j) / (2 R)),    s_j - s_i = integral of |X'(theta)|
+
+from theta_i to theta_j, found by quadrature; on a circle theta_j - theta_i >= Delta. A contact
+force lambda along the race pushes i back and j forward; that it also presses both on the race is
+left out, as in what this is the reference of.
 """
 
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 
 from .model import Array, Model
 
@@ -18,32 +23,51 @@ HOP_RATE = 3e-6
 """rad/s: an impact elsewhere that would open a contact more slowly than this leaves it closed."""
 TOUCHING = 1e-10
 """rad: gaps smaller than this are none."""
+NODES, WEIGHTS = leggauss(28)
+"""Of Gauss' quadrature; so many find the length of a whole turn to rounding."""
 
 
 class Chain(NamedTuple):
-    """The possible contacts: arrays with one entry for each."""
+    """The possible contacts: arrays with one entry for each. Gaps are lengths over R."""
 
+    model: Model
     behind: Array
     ahead: Array
     closest: Array
     """Delta."""
     turns: Array
-    """What unwraps theta_j - theta_i - Delta to the gap: a multiple of 2 pi."""
-    directions: Array
-    """Rows c of gap' = c q'."""
+    """What unwraps theta_j - theta_i: a multiple of 2 pi."""
 
     @property
     def size(self) -> int:
         """Number of contacts."""
         return len(self.behind)
 
-    def gaps(self, angles: Array) -> Array:
-        """Free angle between neighbours [rad], from absolute or relative ball angles."""
-        return angles[self.ahead] - angles[self.behind] + self.turns - self.closest
+    def gaps(self, theta: Array) -> Array:
+        """Free length of the race between neighbours, from ball angles relative to the spindle."""
+        begin, turn = theta[self.behind], theta[self.ahead] - theta[self.behind] + self.turns
+        _, _, path, _ = self.model.race(begin[:, None] + turn[:, None] * 0.5 * (NODES + 1.0))
+        return 0.5 * turn * (path @ WEIGHTS) / self.model.p.race_radius - self.closest
 
-    def rates(self, rates: Array) -> Array:
-        """theta_j' - theta_i'."""
-        return rates[self.ahead] - rates[self.behind]
+    def directions(self, q: Array) -> Array:
+        """Rows c of gap' = c q': s_j' - s_i' with s' = g (psi_i' - psi')."""
+        _, _, path, _ = self.model.race(q[3:] - q[2])
+        each, scale = np.arange(self.size), path / self.model.p.race_radius
+        found = np.zeros((self.size, self.model.size))
+        found[each, 3 + self.ahead] = scale[self.ahead]
+        found[each, 3 + self.behind] = -scale[self.behind]
+        found[:, 2] = scale[self.behind] - scale[self.ahead]
+        return found
+
+    def bias(self, q: Array, rates: Array) -> Array:
+        """What gap'' has beside c q''."""
+        _, _, _, dpath = self.model.race(q[3:] - q[2])
+        bend = dpath * (rates[3:] - rates[2]) ** 2 / self.model.p.race_radius
+        return bend[self.ahead] - bend[self.behind]
+
+    def rates(self, q: Array, rates: Array) -> Array:
+        """gap'."""
+        return self.directions(q) @ rates
 
 
 def chain_of(model: Model, angles: Array) -> Chain:
@@ -55,11 +79,8 @@ def chain_of(model: Model, angles: Array) -> Chain:
     reach = model.radii[behind] + model.radii[ahead]
     closest = 2.0 * np.arcsin(reach / (2.0 * model.p.race_radius))
     apart = angles[ahead] - angles[behind]
-    each = np.arange(len(behind))
-    directions = np.zeros((len(each), model.size))
-    directions[each, 3 + ahead], directions[each, 3 + behind] = 1.0, -1.0
     turns = np.mod(apart, 2.0 * np.pi) - apart
-    chain = Chain(behind, ahead, closest, turns, directions)
+    chain = Chain(model, behind, ahead, closest, turns)
     if (chain.gaps(angles) < -TOUCHING).any():
         raise ValueError("balls overlap at the start")
     return chain
@@ -67,8 +88,8 @@ def chain_of(model: Model, angles: Array) -> Chain:
 
 def touching(chain: Chain, q: Array, rates: Array) -> Array:
     """Which contacts have neither gap nor approach."""
-    still = np.abs(chain.rates(rates[3:])) <= REST_RATE
-    return (np.abs(chain.gaps(q[3:])) <= TOUCHING) & still
+    still = np.abs(chain.rates(q, rates)) <= REST_RATE
+    return (np.abs(chain.gaps(q[3:] - q[2])) <= TOUCHING) & still
 
 
 def impact(model: Model, chain: Chain, hit: int, q: Array, rates: Array) -> Array:
@@ -81,7 +102,7 @@ def impact(model: Model, chain: Chain, hit: int, q: Array, rates: Array) -> Arra
     assert p.contact is not None
     mass = model.kinematics(q, rates).mass
     free = np.array([i for i in range(3 + p.count) if i != 2 or p.motor is not None])
-    rows = chain.directions
+    rows = chain.directions(q)
     resting = touching(chain, q, rates)
     resting[hit] = True
     active = np.flatnonzero(resting)

@@ -6,7 +6,7 @@ Unknowns (q'', F, lambda), for every ball and every contact, from
     ball free:    F = 0
     ball slips:   F + s f N = 0,  N = -m (P'' - g) . n,  s = +-1
     ball sticks:  psi_i'' - psi'' = 0
-    contact closed:  psi_j'' - psi_i'' = 0,   open:  lambda = 0
+    contact closed:  gap'' = 0,   open:  lambda = 0
 
 B has the rows s' = B q', the path speeds along the race; C the rows gap' = C q' times R, so that
 lambda is a force.
@@ -65,7 +65,7 @@ def solve(
         right[2] += motors.torque(p.motor, mode.regime, raw, rates[2])
     for i in range(n):
         matrix[3 + i, size + i], matrix[2, size + i] = -k.path[i], k.path[i]
-    directions = chain.directions
+    directions, turning = chain.directions(q), chain.bias(q, rates)
     matrix[:size, size + n :] = -p.race_radius * directions.T
 
     # N = normal_rows . unknowns + normal_known
@@ -88,7 +88,7 @@ def solve(
     for c, closed in enumerate(mode.closed):
         row = size + n + c
         if closed:
-            matrix[row, :size] = directions[c]
+            matrix[row, :size], right[row] = directions[c], -turning[c]
         else:
             matrix[row, row] = 1.0
 

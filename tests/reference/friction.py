@@ -101,7 +101,7 @@ def agrees(model: Model, chain: Chain, mode: Mode, forces: Forces, q: Array, rat
                 return False
         if state == STUCK and abs(forces.friction[i]) > coefficient * max(normal, 0.0) + slack:
             return False
-    opening = chain.rates(forces.accelerations[3:])
+    opening = chain.directions(q) @ forces.accelerations + chain.bias(q, rates)
     for c, touch in enumerate(touching(chain, q, rates)):
         if mode.closed[c] and forces.contact[c] < -slack:
             return False
@@ -159,7 +159,7 @@ def guards(
             found.append(Guard("unload", i, normal + FORCE_SLACK))
             if i not in fixed:
                 found.append(Guard("stop", i, state * float(slide[i]) + RATE_SLACK))
-    gaps = chain.gaps(q[3:])
+    gaps = chain.gaps(q[3:] - q[2])
     for c in range(chain.size):
         if mode.closed[c]:
             found.append(Guard("part", c, float(forces.contact[c]) + FORCE_SLACK))
@@ -178,11 +178,12 @@ def settled(model: Model, chain: Chain, mode: Mode, q: Array, rates: Array) -> t
     for i, coefficient in enumerate(model.coefficients):
         if coefficient and abs(rates[3 + i] - rates[2]) <= 2.0 * RATE_SLACK:
             rates[3 + i] = rates[2]
-    for c in np.flatnonzero(np.abs(chain.gaps(q[3:])) <= 3.0 * GAP_SLACK):
-        gap = chain.gaps(q[3:])[c]
-        q[3 + chain.behind[c]] += 0.5 * gap
-        q[3 + chain.ahead[c]] -= 0.5 * gap
+    closes = np.abs(chain.gaps(q[3:] - q[2])) <= 3.0 * GAP_SLACK
+    for c in np.flatnonzero(closes | np.array(mode.closed, bool)):
+        pair = np.array([3 + chain.behind[c], 3 + chain.ahead[c]])
+        half = 0.5 * chain.directions(q)[c, pair]
+        q[pair] -= chain.gaps(q[3:] - q[2])[c] * half / (2.0 * half @ half)
         if mode.closed[c]:
-            mean = 0.5 * (rates[3 + chain.behind[c]] + rates[3 + chain.ahead[c]])
-            rates[3 + chain.behind[c]] = rates[3 + chain.ahead[c]] = mean
+            speed = np.abs(half) @ (rates[pair] - rates[2])
+            rates[pair] = rates[2] + 0.5 * speed / np.abs(half)
     return q, rates

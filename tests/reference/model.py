@@ -80,10 +80,7 @@ class Model:
         p, n, psi, w = self.p, self.count, float(q[2]), float(rates[2])
         slide = rates[3:] - w
         co, si = np.cos(q[3:]), np.sin(q[3:])
-        twice = 2.0 * (q[3:] - (psi + p.runout.oval_angle))
-        swell, tilt = p.runout.oval * np.cos(twice), p.runout.oval * np.sin(twice)
-        h, dh = p.race_radius + swell, -2.0 * tilt
-        path, dpath = p.race_radius - 3.0 * swell, 6.0 * tilt
+        h, dh, path, dpath = self.race(q[3:] - psi)
         ax, ay = cos(psi), sin(psi)
         d1, d2 = p.runout.offset
         arm_x = d1 * ax - d2 * ay + h * co - dh * si
@@ -107,6 +104,13 @@ class Model:
         bias[spins] = -dpath * square / self.radii
         mass = rows.T @ (self.weights[:, None] * rows)
         return Kinematics(rows, bias, mass, co, si, path, np.array([arm_x, arm_y]))
+
+    def race(self, theta: Array) -> tuple[Array, Array, Array, Array]:
+        """h, h', g = h + h'' and g' of the race at the angles ``theta``."""
+        twice = 2.0 * (theta - self.p.runout.oval_angle)
+        swell, tilt = self.p.runout.oval * np.cos(twice), self.p.runout.oval * np.sin(twice)
+        radius = self.p.race_radius
+        return radius + swell, -2.0 * tilt, radius - 3.0 * swell, 6.0 * tilt
 
     def known_forces(self, k: Kinematics, q: Array, rates: Array) -> Array:
         """Q - V^T W b, with Q of suspension, gravity (V^T W g) and race drag.

@@ -14,18 +14,13 @@ from tests.reference.params import (
 )
 
 
-def params_of(scene: Any, contact: bool = True) -> Params:
-    """The parameters of a scene whose profile is a start-up, or none.
-
-    Args:
-        scene: the scene.
-        contact: whether its balls may not pass each other, if it says so.
-    """
+def params_of(scene: Any) -> Params:
+    """The parameters of a scene whose profile is a start-up, or none."""
     effects = scene.effects
     gravity = effects.get("gravity")
     runout = effects.get("race_runout")
     rolling, dry = effects.get("rolling_friction"), effects.get("race_friction")
-    touch, motor = effects.get("ball_contact") if contact else None, effects.get("motor")
+    touch, motor = effects.get("ball_contact"), effects.get("motor")
     n = scene.balls.count
     return Params(
         mass=scene.total_mass,

@@ -50,7 +50,7 @@ class Friction:
 class Contact:
     """Balls that cannot pass each other: Newton restitution.
 
-    Impacts slower than ``rest_speed`` [m/s], which is R |theta_j' - theta_i'|, are plastic.
+    Impacts slower than ``rest_speed`` [m/s], which is |s_j' - s_i'|, are plastic.
     """
 
     restitution: float = 0.0
@@ -113,8 +113,6 @@ class Params:
     def __post_init__(self) -> None:
         if len(self.ball_masses) != len(self.ball_radii):
             raise ValueError("as many ball radii as ball masses, please")
-        if self.contact is not None and self.runout.oval:
-            raise ValueError("ball contact is written for a circular race")
         if self.motor is not None and not self.spindle.feel_acceleration:
             raise ValueError("with a motor, psi'' cannot be left out")
 

@@ -1,4 +1,10 @@
-"""What all runs of a scene are compared with, and how far that itself may be wrong."""
+"""What all runs of a scene are compared with, and how far that itself may be wrong.
+
+Two makers who share nothing but the equations would have to be wrong alike for that to be too
+little. Without events there are such: collocation and SciPy. With events both are the package's own
+and a mistake in the laws of friction and contact, or in where events are found, would be in both:
+those are compared with a simulator of its own in the package's tests, not here.
+"""
 
 import math
 from typing import NamedTuple
@@ -22,6 +28,8 @@ MOST_COLLOCATED = 1_500_000
 SHORT = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2e-7, 1e-7)
 """Steps for references with events [s]; the longest that is stable is taken."""
 MOST_STEPS = 10_000_000
+EQUATIONS = ("equations of motion",)
+OURS = (*EQUATIONS, "laws of friction and contact", "steppers", "location of events")
 
 
 class Reference(NamedTuple):
@@ -29,6 +37,9 @@ class Reference(NamedTuple):
 
     text: str
     """What it is, for people."""
+    shares: tuple[str, ...]
+    """What it has in common with the package's methods that it judges: with ``EQUATIONS`` alone it
+    is independent of them."""
     uncertainty: Deviation
     """How far its two makers are apart, at most over the run (at its end, one instant, they may
     agree by chance); and no less than rounding."""
@@ -70,7 +81,9 @@ def smooth_reference(f: RightHandSide) -> Reference:
             f"{f.scene.name}: no reference could be made: {error}; try a shorter duration"
         ) from error
     judged_by_second = () if steps <= MOST_COLLOCATED else ("Radau",)
-    return Reference(text, _apart(f.scene, first, second), first, second, judged_by_second)
+    return Reference(
+        text, EQUATIONS, _apart(f.scene, first, second), first, second, judged_by_second
+    )
 
 
 def _by_tolerance(f: RightHandSide, name: str, tolerance: float) -> Samples:
@@ -105,7 +118,7 @@ def event_reference(scene: Scene, sampling: Sampling) -> Reference:
         f"rk8 at {step:g} s, cross-checked by tsit5 at {other:g} s, by which rk8 is judged; both "
         "locate events by the package's own code, because the peers here do not"
     )
-    return Reference(text, _apart(scene, first, second), first, second, (RK8.name,))
+    return Reference(text, OURS, _apart(scene, first, second), first, second, (RK8.name,))
 
 
 def _shortest(

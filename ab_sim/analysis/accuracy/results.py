@@ -3,6 +3,7 @@
 import importlib.metadata
 from typing import Any, NamedTuple
 
+from ab_sim.analysis.accuracy.reference import EQUATIONS
 from ab_sim.analysis.effect_cost import Spread, conditions
 from ab_sim.deviation import Deviation
 
@@ -111,12 +112,19 @@ class Accuracy(NamedTuple):
     as_scene_says: str
     """The stepper that the scene itself takes, and its step."""
     reference: str
+    reference_shares: tuple[str, ...]
+    """What the reference has in common with the package's methods."""
     uncertainty: Deviation
     """Of the reference: of its integration, not of the equations."""
     repeats: int
     rows: tuple[Row, ...]
     left_out: tuple[LeftOut, ...]
     notes: tuple[str, ...]
+
+    @property
+    def independent(self) -> bool:
+        """Whether the reference has no more than the equations in common with what it judges."""
+        return self.reference_shares == EQUATIONS
 
     def by_error(self) -> list[Row]:
         """All that ran, the most accurate first, and among equals the cheapest."""
@@ -157,6 +165,7 @@ class Accuracy(NamedTuple):
         return {
             **where,
             **self._asdict(),
+            "reference_independent": self.independent,
             "uncertainty": self.uncertainty._asdict(),
             "rows": [row.report() for row in self.rows],
             "left_out": [each._asdict() for each in self.left_out],

@@ -107,6 +107,7 @@ def measure(
         *scene.whirl_unit,
         f"{choice.stepper.name} at {scene.solver.step:g} s",
         reference.text,
+        reference.shares,
         reference.uncertainty,
         repeats,
         tuple(rows),

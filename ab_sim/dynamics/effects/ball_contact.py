@@ -21,10 +21,13 @@ class BallContact(NamedTuple):
     """Balls have a size: they collide, and can rest against each other in a packed row.
 
     Impacts are located within a step and pass on momentum, to the deck as well; they never add
-    energy. A ball that hits a row hits its balls one after the other, as in Newton's cradle.
+    energy. Newton's law holds for all balls that touch at the instant: a ball that hits a row at
+    rest starts all of it, unlike in Newton's cradle, where elastic waves pass through one after
+    the other.
     Friction is not part of an impact, and balls do not rub against each other. A push acts along
-    the race: that its line leans outwards, and so presses both balls on the race, is left out. On
-    an oval race the distance is measured along the race.
+    the race: that its line leans outwards, and so presses both balls on the race, is left out. D is
+    the same all along an oval race: where its radius of curvature is l, balls touch too late by
+    some (a_i + a_i+1)^3 (1/l^2 - 1/R^2) / 24, or early by its opposite.
     """
 
     restitution_coefficient: Annotated[
