@@ -19,6 +19,7 @@ from ab_sim.observation import Energy
 from ab_sim.scene import Scene, check_scene
 from ab_sim.trajectory import Trajectory
 from tests.conftest import THESIS, merge
+from tests.overlap import assert_apart
 
 Changes = dict[str, Any]
 
@@ -115,6 +116,8 @@ def run(scene: Scene, steps: int, ledger: bool = True) -> Run:
         kept.append(drive.snapshot())
         if ledger:
             energies.append(drive.energy())
+    for part in parts:
+        assert_apart(drive, part)
     states, modes = np.array([k.state for k in kept]), np.array([k.modes for k in kept])
     return Run(drive, Trajectory.join(parts), states, modes, tuple(energies))
 

@@ -8,6 +8,7 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.dynamics.neighbours import start_angles
 from tests.effects.parts import Changes, scene_of
+from tests.overlap import assert_apart
 from tests.reference import simulate
 from tests.reference.of_scene import params_of
 
@@ -139,6 +140,7 @@ def test_same_motion_as_the_reference(name: str) -> None:
     at = np.rint(times / drive.step).astype(int) - 1
     assert np.abs(want.theta - want.theta[0]).max() > 0.01 and np.abs(want.x).max() > 1e-5
     assert drive.crowded_steps == 0
+    assert_apart(drive, got)
     deck = got.position[at] - np.column_stack([want.x, want.y])
     assert np.abs(deck).max() < 2e-9 * 0.01
     assert np.abs(got.ball_angles[at] - want.theta).max() < 2e-9

@@ -8,6 +8,7 @@ from ab_sim.drive import Drive
 from ab_sim.dynamics.neighbours import start_angles
 from ab_sim.scene import Scene, check_scene
 from tests.conftest import THESIS, merge
+from tests.overlap import assert_apart
 from tests.reference import simulate
 from tests.reference.of_scene import params_of
 
@@ -32,12 +33,16 @@ def fast(**changes: Any) -> Scene:
 
 
 def run(scene: Scene, time: float) -> Drive:
-    """A drive advanced by ``time`` in pieces; every sample finite, every step within its means."""
+    """A drive advanced by ``time`` in pieces: at every sample finite and nothing overlaps.
+
+    Every step is within its means.
+    """
     drive = Drive(scene, ledger=True)
     left = round(time / drive.step)
     while left:
         part = drive.advance(min(left, 5000))
         assert np.isfinite(part.samples).all()
+        assert_apart(drive, part)
         left -= len(part)
     assert drive.crowded_steps == 0
     return drive

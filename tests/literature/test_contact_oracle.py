@@ -23,6 +23,7 @@ import yaml
 from ab_sim.drive import Drive
 from ab_sim.scene import check_scene
 from tests.conftest import merge
+from tests.overlap import assert_apart
 
 CASES = json.loads(Path(__file__).with_name("contact_oracle.json").read_text())["cases"]
 TOLERANCE = 1e-8
@@ -47,7 +48,7 @@ def test_motion(name: str) -> None:
 
     def go_to(time: float) -> None:
         """To the end of the last step before a time."""
-        drive.advance(int(time / drive.step + 1e-9) - drive.steps)
+        assert_apart(drive, drive.advance(int(time / drive.step + 1e-9) - drive.steps))
 
     for time, want, doubt in zip(case["times"], case["expected"], case["uncertainty"], strict=True):
         while commands and commands[0][0] < time:
