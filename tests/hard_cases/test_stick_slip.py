@@ -9,6 +9,7 @@ import numpy as np
 
 from ab_sim.drive import Drive
 from tests.hard_cases.extremes import RUBBING, imbalance, scene_of
+from tests.overlap import assert_apart
 
 
 def stick_slip(step: float) -> Drive:
@@ -31,7 +32,7 @@ def test_two_minutes() -> None:
     drive = stick_slip(1e-3)
     stuck = 0
     for _ in range(1200):
-        drive.advance(100)
+        assert_apart(drive, drive.advance(100))
         stuck += int(drive.observe().stuck.sum())
     assert drive.events > 1000
     assert drive.crowded_steps == 0
