@@ -16,7 +16,7 @@ def least_gap(drive: Drive, run: Trajectory) -> float:
     Infinite where balls can pass each other.
     """
     scene = drive.scene
-    if "ball_contact" not in scene.effects or scene.balls.count < 2:
+    if "ball_contact" not in scene.effects or scene.balls.count < 2 or not len(run):
         return np.inf
     chain = chain_of(Model(params_of(scene)), np.asarray(start_angles(scene)))
     if "race_runout" in scene.effects:

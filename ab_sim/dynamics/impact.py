@@ -12,7 +12,7 @@ import numba
 from ab_sim.dynamics.balls import path_acceleration, place_balls, rigid_lever, set_rows
 from ab_sim.dynamics.dispatch import APART
 from ab_sim.dynamics.planar import accelerations
-from ab_sim.dynamics.pools import CLOSED, GRAIN, HOLD, SHIFT, first_open, pool
+from ab_sim.dynamics.pools import CLOSED, GRAIN, HOLD, HOP, SHIFT, first_open, pool
 from ab_sim.dynamics.pools import PULL as POOLED
 from ab_sim.dynamics.reactions import pull_at
 from ab_sim.dynamics.rows import eliminate, sign
@@ -30,6 +30,11 @@ from ab_sim.dynamics.system import (
 
 ROUNDING = 1e-14
 """Part of the fastest ball's momentum that may be rounding."""
+SLOW_HOP = 3e-8
+"""m/s. Balls at rest against each other that an impact elsewhere would part more slowly stay so."""
+SLOW_IMPACT = 1e-6
+"""m/s. An impact slower than this parts none: it may come of the distance that counts as none,
+which balls fall through between two events, and would go on for ever."""
 ROUNDS = 60
 
 
@@ -60,7 +65,7 @@ def collide(system, w, state, modes, struck, plastic, scratch, pools):  # type: 
         scratch[i, PATH] = path_speed(system, state, i)
         fastest = max(fastest, abs(scratch[i, PATH]))
     modes[struck, JOINED] = 1
-    f1, f2, torque = bounce(system, fastest, modes, plastic, scratch, pools)
+    f1, f2, torque = bounce(system, fastest, modes, struck, plastic, scratch, pools)
     d1 = d2 = dw = 0.0
     for _ in range(ROUNDS):
         eliminate(system, modes, scratch)
@@ -89,7 +94,7 @@ def collide(system, w, state, modes, struck, plastic, scratch, pools):  # type: 
 
 
 @numba.njit(**APART)
-def bounce(system, fastest, modes, plastic, scratch, pools):  # type: ignore[no-untyped-def]
+def bounce(system, fastest, modes, struck, plastic, scratch, pools):  # type: ignore[no-untyped-def]
     """The balls' equations for their speeds after an impact, less what they bounce (SHIFT).
 
     So shifted, u+ + e u- >= 0 says that speeds do not fall along the row, as for accelerations.
@@ -98,8 +103,11 @@ def bounce(system, fastest, modes, plastic, scratch, pools):  # type: ignore[no-
         Momentum [N s] and angular momentum [N m s] that these speeds are short of.
     """
     n = system.contacts.shape[0]
+    hit = scratch[ball_at(system, struck), PATH] - scratch[ball_at(system, (struck + 1) % n), PATH]
     for k in range(n):
         pools[k, CLOSED] = modes[k, JOINED]
+        pools[k, HOP] = hit if 0.0 < hit <= SLOW_IMPACT else SLOW_HOP
+    pools[struck, HOP] = 0.0
     begin = first_open(system, pools)
     shift = f1 = f2 = torque = 0.0
     for step in range(n):

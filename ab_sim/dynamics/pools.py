@@ -26,10 +26,12 @@ CLOSED = 4
 """Of each contact: 1 where its balls touch and neither approach nor part."""
 SHIFT = 5
 """Of each ball: impact only."""
-FIRST = 6
+HOP = 6
+"""Of each contact: where its balls would part no faster than this they stay together."""
+FIRST = 7
 """Of a pool: how far along the row it begins. The same balls' sums and the common g follow."""
-POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_GRAIN, POOL_LEVEL = 7, 8, 9, 10, 11
-POOL_WIDTH = 12
+POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_GRAIN, POOL_LEVEL = 8, 9, 10, 11, 12
+POOL_WIDTH = 13
 """Columns of the array of pools: one line for each ball, contact or pool."""
 
 
@@ -54,17 +56,17 @@ def first_open(system, pools):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**INLINED)
-def together(pools, before, tolerance):  # type: ignore[no-untyped-def]
+def together(pools, before, hop, grain):  # type: ignore[no-untyped-def]
     """Whether pool ``before`` and the next one push each other, or would but for rounding."""
     here = before + 1
     parts = pools[here, POOL_LEVEL] - pools[before, POOL_LEVEL]
-    if parts <= 0.0:
+    if parts <= hop:
         return True
     rests = pools[here, POOL_HOLD] >= 0.0
     if rests and pools[here, POOL_LEVEL] * pools[before, POOL_LEVEL] <= 0.0:
         return False
     a, b = pools[before, POOL_INERTIA], pools[here, POOL_INERTIA]
-    return parts * a * b / (a + b) <= tolerance
+    return parts * a * b / (a + b) <= grain
 
 
 @numba.njit(**APART)
@@ -87,9 +89,8 @@ def _pool(system, modes, scratch, pools):  # type: ignore[no-untyped-def]
             k = (begin + int(pools[top, FIRST]) - 1) % n
             if pools[k, CLOSED] == 0.0:
                 break
-            tolerance = pools[ball_at(system, k), GRAIN]
-            tolerance += pools[ball_at(system, (k + 1) % n), GRAIN]
-            if not together(pools, top - 1, tolerance):
+            grain = pools[ball_at(system, k), GRAIN] + pools[ball_at(system, (k + 1) % n), GRAIN]
+            if not together(pools, top - 1, pools[k, HOP], grain):
                 break
             top -= 1
             for column in (POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_GRAIN):
@@ -124,6 +125,6 @@ def _each_alone(system, modes, scratch, pools):  # type: ignore[no-untyped-def]
 pool = chosen_by(has_contact, _pool, _each_alone)
 """Fill in LEVEL, and join the balls of each pool; ``(system, modes, scratch, pools)``.
 
-PULL, HOLD, GRAIN and CLOSED say what holds at the instant. Returns whether a contact that was
+PULL, HOLD, GRAIN, CLOSED and HOP say what holds at the instant. Returns whether a contact that was
 joined is not any more, or vice versa.
 """

@@ -13,7 +13,7 @@ import numba
 from ab_sim.dynamics.dispatch import APART, INLINED, only_if
 from ab_sim.dynamics.impact import collide
 from ab_sim.dynamics.planar import derivatives, spindle_motion
-from ab_sim.dynamics.pools import CLOSED, GRAIN, HOLD, LEVEL, PULL, pool
+from ab_sim.dynamics.pools import CLOSED, GRAIN, HOLD, HOP, LEVEL, PULL, pool
 from ab_sim.dynamics.reactions import normal_forces, pull_at
 from ab_sim.dynamics.rows import moves_along, sign
 from ab_sim.dynamics.scratch import FORCE, FRICTION
@@ -131,6 +131,7 @@ def _close_gaps(system, state, modes):  # type: ignore[no-untyped-def]
 def _remember_contacts(system, modes, pools):  # type: ignore[no-untyped-def]
     for k in range(system.contacts.shape[0]):
         pools[k, CLOSED] = modes[k, JOINED]
+        pools[k, HOP] = 0.0
 
 
 meet = only_if(has_contact, _meet)
