@@ -11,12 +11,12 @@ import numpy as np
 from ab_sim.batch.plan import merged
 from ab_sim.drive import Drive, priced
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
-from ab_sim.dynamics.lanes import LANES, leaves
+from ab_sim.dynamics.lanes import LANES, leaves, pattern
 from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.system import MODES, has_events
 from ab_sim.errors import DivergedError, InputError
 from ab_sim.integrate.choose import choose_stepper
-from ab_sim.integrate.side_by_side import Runs, advance_side_by_side
+from ab_sim.integrate.side_by_side import Runs, advance_side_by_side, lanes_can
 from ab_sim.integrate.tableau import Tableau
 from ab_sim.integrate.workspace import aligned
 from ab_sim.rows import BEYOND_STATES, Rows, follow
@@ -59,10 +59,11 @@ def simulate_batch(
 ) -> Batch:
     """Run a scene's profile once for each variation, for the scene's duration.
 
-    Runs that differ in numbers only go eight side by side, with vector instructions, and give
-    what a Drive gives to rounding; in the last digits they may depend on what goes beside them.
-    Runs of scenes with events (friction, contact, a motor), or whose stepper solves for the drag,
-    go one by one.
+    Runs that differ in numbers only, not in a count or a choice, go eight side by side, with vector
+    instructions, and give what a Drive gives to rounding; in the last digits they may depend on
+    what goes beside them. Runs of scenes with events (friction, contact, a motor), with an effect
+    that branches on its numbers (see dynamics.effects), or whose stepper solves for the drag, go
+    one by one.
 
     Args:
         scene: what the runs have in common; an accuracy that it asks for is measured with it as it
@@ -94,16 +95,17 @@ def simulate_batch(
     runs: list[BatchRun | None] = [None] * len(scenes)
     seconds, done, lanes_used = 0.0, 0, 0
     for members in _alike(prepared).values():
-        side_by_side = prepared[members[0]].fits_a_lane
-        width = LANES if side_by_side else 1
+        fit = prepared[members[0]].fits_a_lane
+        width = LANES if fit else 1
         for begin in range(0, len(members), width):
             chosen = members[begin : begin + width]
-            simulate = _side_by_side if side_by_side else _one_by_one
-            results, spent = simulate([prepared[i] for i in chosen], every)
+            these = [prepared[i] for i in chosen]
+            taken = _side_by_side(these, every) if fit else None
+            lanes_used += len(chosen) if taken else 0
+            results, spent = taken or _one_by_one(these, every)
             for i, result in zip(chosen, results, strict=True):
                 runs[i] = result
             seconds, done = seconds + spent, done + len(chosen)
-            lanes_used += len(chosen) if side_by_side else 0
             if progress is not None:
                 progress(done, len(scenes))
     return Batch(tuple(run for run in runs if run is not None), lanes_used, seconds)
@@ -144,8 +146,10 @@ class _Prepared:
     @property
     def likeness(self) -> Any:
         """Runs in which this is the same go side by side."""
-        kinds = tuple(type(effect) for effect in self.scene.effects.values())
-        return kinds, self.scene.balls.count, self.stepper.name, self.scene.solver.step, self.steps
+        names = tuple(self.scene.effects)
+        constants = pattern((self.system.body, self.system.effects))
+        solver = self.stepper.name, self.scene.solver.step
+        return names, constants, self.scene.balls.count, solver, self.steps
 
 
 def _check_room(scenes: list[Scene], every: int) -> None:
@@ -192,7 +196,8 @@ def _one_by_one(members: list[_Prepared], every: int) -> tuple[list[BatchRun], f
     return runs, seconds
 
 
-def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun], float]:
+def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun], float] | None:
+    """Runs and CPU time; None if lanes cannot do what an effect does."""
     # Lanes without a run of their own repeat the last one.
     lanes = [*members, *itertools.repeat(members[-1], LANES - len(members))]
     first, tableau = members[0], members[0].stepper
@@ -208,10 +213,12 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
     )
     in_kernel = _kept_at_first(first.scene, every)
     runs = _empty_runs(lanes, tableau, steps // in_kernel)
+    clock = step, in_kernel
+    arguments = first.system, place, tableau.weights, constants, plan, clock, runs
     begin = time.thread_time()
-    advance_side_by_side(
-        first.system, place, tableau.weights, constants, plan, (step, in_kernel), runs
-    )
+    if not lanes_can(*arguments):
+        return None
+    advance_side_by_side(*arguments)
     seconds = time.thread_time() - begin
     results = []
     for lane, member in enumerate(members):

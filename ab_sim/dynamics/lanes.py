@@ -2,8 +2,9 @@
 
 Compiled code that is given lanes where it otherwise has floats becomes vector instructions,
 each doing the arithmetic of all lanes; nothing has to be written twice, and no compiler has to
-find out by itself that it may do so. Lanes take arithmetic, cosine and sine; what chooses a branch
-by a number cannot be done side by side, as the lanes would part.
+find out by itself that it may do so. Lanes take arithmetic, abs, cosine and sine; what chooses a
+branch by a number cannot be done side by side, as the lanes would part. What is not a float is the
+same in all lanes, and may choose.
 """
 
 import math
@@ -203,3 +204,10 @@ def leaves(values: Any) -> list[float]:
     if isinstance(values, tuple):
         return [leaf for value in values for leaf in leaves(value)]
     return [values] if isinstance(values, float) else []
+
+
+def pattern(values: Any) -> Any:
+    """What of nested tuples is the same in all lanes: their kinds, and all that is not a float."""
+    if isinstance(values, tuple):
+        return type(values), *map(pattern, values)
+    return float if isinstance(values, float) else (type(values), values)

@@ -151,7 +151,13 @@ class KernelFiles(_Cache):  # type: ignore[misc]
         return names, arguments, result, target, digests, versions(homes)
 
 
-_NAMED_ALIKE = (types.Number, types.Boolean, types.Array, type(types.none))
+_NAMED_ALIKE = (
+    types.Number,
+    types.Boolean,
+    types.Array,
+    type(types.none),
+    type(types.unicode_type),
+)
 """Kinds of numba's types whose names are the same in every process, and say all."""
 
 

@@ -1,10 +1,12 @@
 """Fixed steps of eight runs at once, each in a lane of its own; see dynamics.lanes."""
 
+import functools
 from math import pi
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
+from numba.core.errors import TypingError
 
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.lanes import as_lanes, spread, where_less
@@ -107,6 +109,23 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
                 if (first + k + 1) % every == 0:
                     row = (first + k + 1) // every - 1
                     record(drives, here, end, state, modes, A1, A2, rows[row])
+
+
+def lanes_can(*arguments: Any) -> bool:
+    """Whether ``advance_side_by_side`` can take these, compiling it if need be.
+
+    It cannot where an effect does with its numbers what lanes do not: see dynamics.lanes.
+    """
+    return _compiles(tuple(map(numba.typeof, arguments)))
+
+
+@functools.cache
+def _compiles(kinds: tuple[Any, ...]) -> bool:
+    try:
+        advance_side_by_side.compile(kinds)
+    except TypingError:
+        return False
+    return True
 
 
 @numba.njit(**INLINED)

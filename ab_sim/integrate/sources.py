@@ -95,19 +95,25 @@ def _file(module: str) -> Path | None:
     return Path(found.origin).resolve()
 
 
-@functools.cache
 def _source(module: str) -> Source:
     path = None if module == "__main__" else _file(module)
     if path is None:
         raise NotOfSources(f"{module} has no file to import it from")
     try:
-        content = path.read_bytes()
-        # The time at which the file itself was changed, which nothing can set.
+        source = _read(module, path)
+        # The time at which the file itself was changed, which nothing can set; each time anew,
+        # because a module that was edited may be imported again.
         changed = path.stat().st_ctime
     except OSError as error:
         raise NotOfSources(str(error)) from error
     if changed > _process_start():
         raise NotOfSources(f"{path} is newer than this process")
+    return source
+
+
+@functools.cache
+def _read(module: str, path: Path) -> Source:
+    content = path.read_bytes()
     imports = _imports(content, module, path) if path.suffix == ".py" else frozenset[str]()
     return Source(path, hashlib.sha256(content).hexdigest(), imports)
 

@@ -36,11 +36,22 @@ def register(
         source: where that is from, with the equation's number there.
         uses_ball_radius: whether a scene with it has to give ``balls.radius``.
         acts: whether it acts on the motion; a sensor only looks, and no kernel contains it.
+
+    Raises:
+        ValueError: another effect has the name, or a class of the same name.
     """
 
     def add(effect: EffectClass) -> EffectClass:
         if name in _effects:
             raise ValueError(f"effect {name!r} is registered twice")
+        for other, known in _effects.items():
+            # Numba tells named tuples apart by no more than their class' name and fields: one of
+            # them would be computed by the other's law.
+            if known.__name__ == effect.__name__:
+                raise ValueError(
+                    f"effect {name!r}: its class is called {effect.__name__}, as that of the "
+                    f"effect {other!r} is; give it a name of its own"
+                )
         effect.equation = equation
         effect.source = source
         effect.uses_ball_radius = uses_ball_radius

@@ -1,7 +1,8 @@
 """Runs side by side against one Drive after the other."""
 
 import math
-from typing import Any
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -9,8 +10,11 @@ import pytest
 from ab_sim.batch import simulate_batch
 from ab_sim.batch.simulate import varied
 from ab_sim.drive import Drive
+from ab_sim.dynamics.motion import Deck
 from ab_sim.errors import DivergedError, InputError, SceneError
-from ab_sim.scene import Scene
+from ab_sim.scene import Scene, load, registry
+from ab_sim.scene.quantities import Count, Number, quantity
+from ab_sim.scene.registry import effect_classes, register
 
 HOLD = {
     "kind": "start_up",
@@ -41,9 +45,13 @@ def quick(scene: Any, **changes: Any) -> Scene:
     return made
 
 
-def assert_equal_to_drives(base: Scene, variations: list[dict[str, Any]], every: int = 1) -> None:
+def assert_equal_to_drives(
+    base: Scene, variations: list[dict[str, Any]], every: int = 1, side_by_side: int | None = None
+) -> None:
+    """Each run is its Drive's to rounding; all go side by side unless said otherwise."""
     batch = simulate_batch(base, variations, every)
     assert len(batch.runs) == len(variations)
+    assert batch.side_by_side == (len(variations) if side_by_side is None else side_by_side)
     for run, scene in zip(batch.runs, varied(base, variations), strict=True):
         assert run.failure == ""
         assert run.scene == scene
@@ -114,6 +122,59 @@ def test_runs_that_differ_in_more_than_numbers_find_their_like(scene: Any) -> No
         {"solver.stepper": "rk4"},
     ]
     assert_equal_to_drives(base, variations)
+
+
+class Magnets(NamedTuple):
+    """As many springs as are counted, of one kind or the other."""
+
+    stiffness: Annotated[Number, quantity("k", "N/m")]
+    number: Annotated[Count, quantity("how many", "1")] = 1
+    twisted: Annotated[bool, quantity("whether they pull across", "1")] = False
+
+    def deck_force(self, deck: Deck) -> tuple[float, float]:
+        k = self.stiffness * self.number
+        return (k * deck.y, -k * deck.x) if self.twisted else (-k * deck.x, -k * deck.y)
+
+
+class Bumper(NamedTuple):
+    """A spring that the deck meets behind a gap."""
+
+    gap: Annotated[Number, quantity("to the spring", "m")]
+
+    def space_force(self, deck: Deck) -> tuple[float, float]:
+        return (-300.0 * (deck.x - self.gap), 0.0) if deck.x > self.gap else (0.0, 0.0)
+
+
+@pytest.fixture
+def more_effects(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setattr(registry, "_effects", effect_classes())
+    for name, effect in (("magnets", Magnets), ("bumper", Bumper)):
+        register(name, equation="f = -k u", source="this test")(effect)
+    load._effects_model.cache_clear()
+    yield
+    load._effects_model.cache_clear()
+
+
+def test_counts_and_choices_of_effects_may_vary(scene: Any, more_effects: None) -> None:
+    base = quick(scene, balls={"count": 0}, effects={"magnets": {"stiffness": 100.0}})
+    variations: list[dict[str, Any]] = [
+        {},
+        {"effects.magnets.number": 3},
+        {"effects.magnets.twisted": True, "effects.magnets.stiffness": 10.0},
+        {"effects.magnets.number": 3, "effects.magnets.stiffness": 50.0},
+        {"effects.magnets.number": 0},
+    ]
+    assert_equal_to_drives(base, variations)
+
+
+def test_an_effect_that_branches_on_its_numbers_runs_one_by_one(
+    scene: Any, more_effects: None
+) -> None:
+    base = quick(scene, balls={"count": 0}, effects={"bumper": {"gap": 1e-5}})
+    variations = [{}, {"effects.bumper.gap": 1.0}]
+    assert_equal_to_drives(base, variations, side_by_side=0)
+    met, alone = (run.trajectory for run in simulate_batch(base, variations).runs)
+    assert np.abs(met["x"] - alone["x"]).max() > 1e-6, "it was met"
 
 
 def test_scenes_with_events_run_one_by_one_and_exactly(scene: Any) -> None:

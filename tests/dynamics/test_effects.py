@@ -1,23 +1,26 @@
 """What holds for every registered effect, whatever it does, and what a kernel is made of."""
 
+import inspect
 import re
 from typing import Any
 
 import numba
 import numpy as np
 import pytest
+from numba.extending import register_jitable
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics import effects
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
-from ab_sim.dynamics.dispatch import APART, any_effect_has, sum_over_effects
+from ab_sim.dynamics.dispatch import APART, any_effect_has, forward, sum_over_effects
 from ab_sim.dynamics.effects import RollingFriction, Suspension, ViscousDrag
-from ab_sim.dynamics.motion import Ball
+from ab_sim.dynamics.lanes import LANES, as_lanes, leaves, spread
+from ab_sim.dynamics.motion import Ball, Deck
 from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.system import Place, has_events
 from ab_sim.integrate.fixed_step import advance
 from ab_sim.integrate.rk8 import RK8
-from ab_sim.integrate.workspace import workspace
+from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene import check_scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.spindle import Ramp
@@ -80,6 +83,66 @@ HALVES: tuple[dict[str, Any], ...] = (
     },
 )
 """Each effect that acts is in one of them and not in the other; the first has no events."""
+
+
+ACTING = [name for name, effect in effect_classes().items() if effect.acts]
+MOVING: dict[str, Any] = {"deck": Deck(3e-4, -2e-4, 0.05, 0.04), "ball": Ball(1e-3, 2e-3)}
+"""Arguments by name; others are numbers."""
+
+
+def scaled(values: Any, factor: float) -> Any:
+    """Nested tuples with all their floats changed, and nothing else."""
+    if isinstance(values, tuple):
+        parts = [scaled(value, factor) for value in values]
+        return type(values)(*parts) if hasattr(values, "_fields") else tuple(parts)
+    return values * factor if isinstance(values, float) else values
+
+
+def in_lanes(
+    method: str, count: int, thing: Any, arguments: tuple[Any, ...], factors: list[float]
+) -> Any:
+    """What compiled code makes of a method with the floats times each factor, side by side."""
+    call = forward(method)
+    several = register_jitable((lambda result: result) if count > 1 else (lambda result: (result,)))
+
+    @numba.njit(error_model="numpy")
+    def run(thing, arguments, table, out):  # type: ignore[no-untyped-def]
+        this, given = spread((thing, arguments), as_lanes(table))
+        result = several(call(this, *given))
+        for i in range(count):
+            as_lanes(out)[i] = result[i]
+
+    numbers = leaves((thing, arguments))
+    table, out = aligned((len(numbers), LANES)), aligned((count, LANES))
+    table[:] = np.outer(numbers, factors)
+    run(thing, arguments, table, out)
+    return out
+
+
+@pytest.mark.parametrize("name", ACTING)
+def test_an_effect_computes_and_does_nothing_else(name: str) -> None:
+    """As the folder's documentation says: the same compiled, and unless it has events in lanes."""
+    (half,) = [half for half in HALVES if name in half]
+    effect = check_scene({**THESIS, "effects": half}, "test").effects[name]
+    factors = [1.0 + 0.01 * lane for lane in range(LANES)]
+    for method in METHODS & set(vars(type(effect))):
+        names = list(inspect.signature(getattr(effect, method)).parameters)
+        arguments = tuple(MOVING.get(key, 0.3 + 0.1 * i) for i, key in enumerate(names))
+        expected = []
+        for factor in factors:
+            this, given = scaled((effect, arguments), factor)
+            result = getattr(this, method)(*given)
+            assert result == getattr(this, method)(*given)
+            numbers = result if isinstance(result, tuple) else (result,)
+            assert {type(number) for number in numbers} == {float}
+            expected.append(numbers)
+        count = len(numbers)
+        if has_events((effect,)):
+            compiled = numba.njit(error_model="numpy")(getattr(type(effect), method))
+            found = np.reshape(compiled(effect, *arguments), (count, 1))
+        else:
+            found = in_lanes(method, count, effect, arguments, factors)
+        np.testing.assert_allclose(found, np.transpose(expected[: found.shape[1]]), rtol=1e-12)
 
 
 @pytest.fixture(scope="module")

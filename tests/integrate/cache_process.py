@@ -4,6 +4,7 @@ As a program: it computes the laws named by its arguments with a toy kernel, and
 about to do, before it does it, to whoever started it, who then lets it go on.
 """
 
+import importlib
 import os
 import subprocess
 import sys
@@ -45,10 +46,10 @@ class Halved(NamedTuple):
     size: float
 
     def law(self, x):
-        return 0.5 * self.size * x
+        return 0.25 * FACTOR * self.size * x
 """
 FACTOR = "FACTOR = 2.0\n"
-LOOKS, WAITS, WRITES = "looks", "waits", "writes"
+LOOKS, WAITS, WRITES, RELOADS = "looks", "waits", "writes", "reloads"
 
 
 def write_toy(folder: Path) -> None:
@@ -62,9 +63,9 @@ class Process:
 
     Args:
         folder: with the toy in it.
-        laws: names of classes, computed in this order.
+        laws: names of classes, computed in this order; RELOADS, it imports them again.
         held: what it is held before: LOOKS, all is imported and nothing compiled; WAITS, it asks
-            for a lock; WRITES, it gives a file its final name.
+            for a lock; WRITES, it gives a file its final name; RELOADS.
     """
 
     def __init__(self, folder: Path, *laws: str, held: tuple[str, ...] = ()) -> None:
@@ -120,11 +121,19 @@ def main() -> None:
             hold(WAITS)
 
     sys.addaudithook(about_to)
+    import factor
     import laws as kinds
     import toy
 
     hold(LOOKS)
-    numbers = [toy.run(getattr(kinds, law)(3.0), 5.0) for law in laws]
+    numbers = []
+    for law in laws:
+        if law == RELOADS:
+            hold(RELOADS)
+            importlib.reload(factor)
+            importlib.reload(kinds)
+        else:
+            numbers.append(toy.run(getattr(kinds, law)(3.0), 5.0))
     print(*numbers, "compiled", sum(toy.run.stats.cache_misses.values()), flush=True)
 
 

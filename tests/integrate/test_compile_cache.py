@@ -16,7 +16,16 @@ import pytest
 import ab_sim
 from ab_sim.integrate.cache_folder import cache_folder
 from ab_sim.integrate.sources import sources, versions
-from tests.integrate.cache_process import LOOKS, WAITS, WRITES, Process, results, write_toy
+from tests.integrate.cache_process import (
+    FACTOR,
+    LOOKS,
+    RELOADS,
+    WAITS,
+    WRITES,
+    Process,
+    results,
+    write_toy,
+)
 
 
 def test_folder_follows_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -195,3 +204,12 @@ def test_what_was_edited_after_it_was_imported_is_not_kept(toy: Path) -> None:
     (toy / "factor.py").write_text("FACTOR = 3.0\n")
     assert old.finish() == "30.0 compiled 1", "it goes on as it began"
     assert results(toy, "Twice") == "45.0 compiled 1"
+
+
+def test_what_was_edited_and_imported_again_is_not_kept_as_what_it_was(toy: Path) -> None:
+    process = Process(toy, "Twice", RELOADS, "Halved", held=(RELOADS,))
+    assert process.says() == RELOADS
+    (toy / "factor.py").write_text("FACTOR = 3.0\n")
+    assert process.finish() == "30.0 11.25 compiled 2"
+    (toy / "factor.py").write_text(FACTOR)
+    assert results(toy, "Halved") == "7.5 compiled 1"

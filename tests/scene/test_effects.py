@@ -121,3 +121,17 @@ def test_defaults_are_what_checking_makes_of_them(name: str, effect: Any) -> Non
     checked = TypeAdapter(effect).validate_python(given)._asdict()
     for key, default in defaults.items():
         assert (checked[key], type(checked[key])) == (default, type(default)), key
+
+
+def test_two_effects_whose_classes_have_one_name_are_refused(magnets: None) -> None:
+    """Compiled, the one that comes second would be computed by the law of the first."""
+
+    class Suspension(NamedTuple):
+        """Another law."""
+
+        stiffness: Annotated[Number, quantity("k", "N/m")]
+        damping: Annotated[Number, quantity("c", "N s/m")]
+
+    with pytest.raises(ValueError, match="'springs': its class is called Suspension.*'suspension'"):
+        register("springs", equation="f = 0", source="nowhere")(Suspension)
+    assert "springs" not in effect_classes()

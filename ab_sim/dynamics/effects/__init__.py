@@ -2,7 +2,15 @@
 
 An effect is a ``NamedTuple``: its fields are its parameters, its docstring its meaning, and it
 has the methods, of those below, that it needs. A method that no effect of a scene has is not in
-that scene's kernel. Methods are plain Python, compiled by numba; ``self`` is the effect.
+that scene's kernel. Methods are plain Python, also compiled by numba; ``self`` is the effect.
+
+What a method may do: compute its result from its arguments and the effect's fields, with + - * /,
+abs, cos and sin, and nothing else. It keeps no state, makes no arrays, and raises nothing; the same
+arguments give the same result. Fields that are not floats, as a count or a choice, may also decide
+what is computed. A method may branch on numbers and call other functions of ``math`` as well, but
+runs of a batch that have such an effect go one by one, not side by side (``dynamics.lanes``);
+those with events do so anyway (``system.has_events``). Steppers take results as smooth: a kink that
+no event locates costs accuracy.
 
     deck_force(self, deck) -> (f1, f2)
         force on the deck [N], rotating axes in and out; for what is equal in every direction
