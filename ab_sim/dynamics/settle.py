@@ -19,6 +19,7 @@ from ab_sim.dynamics.rows import moves_along, sign
 from ab_sim.dynamics.scratch import FORCE, FRICTION
 from ab_sim.dynamics.switches import (
     MOTOR,
+    RATE_GRAIN,
     SLIDE,
     TOUCH,
     capacity,
@@ -42,6 +43,9 @@ from ab_sim.dynamics.system import (
 DIRECT = 8
 """Rounds of Newton's method; after so many, half-way between the last two is tried as well."""
 ROUNDS = 60
+STILL = 4.0 * RATE_GRAIN
+"""rad/s. Balls that roll side by side come to rest together, though rounding tells them apart: a
+rate as small as at the end of sliding is that of a ball at rest."""
 
 
 @numba.njit(**APART)
@@ -60,8 +64,8 @@ def settle(system, place, time, state, modes, slot, plastic, work):  # type: ign
         kind, i = slot // n, slot % n
         if kind == TOUCH:
             meet(system, place, time, state, modes, i, plastic, work)
-        elif kind == SLIDE and modes[i, DIRECTION] != 0:
-            come_to_rest(system, state, modes, i)
+        stopped = i if kind == SLIDE and modes[i, DIRECTION] != 0 else -1
+        come_to_rest(system, state, modes, stopped)
         close_gaps(system, state, modes)
     remember_contacts(system, modes, work.pools)
     B1 = B2 = bl = 0.0
@@ -89,18 +93,25 @@ def _meet(system, place, time, state, modes, k, plastic, work):  # type: ignore[
         collide(system, spindle.speed, state, modes, k, plastic, work.scratch, work.pools)
 
 
-@numba.njit(**INLINED)
-def _come_to_rest(system, state, modes, i):  # type: ignore[no-untyped-def]
+@numba.njit(**APART)
+def _come_to_rest(system, state, modes, stopped):  # type: ignore[no-untyped-def]
     n = ball_count(system)
-    if has_contact(system.effects):
-        ahead = behind = place_of(system, i)
-        while moves_along(system, modes, ahead):
-            ahead = (ahead + 1) % n
-        while moves_along(system, modes, (behind - 1) % n):
-            behind = (behind - 1) % n
-        for step in range((ahead - behind) % n + 1):
-            state[4 + n + ball_at(system, (behind + step) % n)] = 0.0
-    state[4 + n + i] = 0.0
+    for i in range(n):
+        if i == stopped or 0.0 < abs(state[4 + n + i]) <= STILL:
+            state[4 + n + i] = 0.0
+            stop_row(system, state, modes, i)
+
+
+@numba.njit(**INLINED)
+def _stop_row(system, state, modes, i):  # type: ignore[no-untyped-def]
+    n = ball_count(system)
+    ahead = behind = place_of(system, i)
+    while moves_along(system, modes, ahead):
+        ahead = (ahead + 1) % n
+    while moves_along(system, modes, (behind - 1) % n):
+        behind = (behind - 1) % n
+    for step in range((ahead - behind) % n + 1):
+        state[4 + n + ball_at(system, (behind + step) % n)] = 0.0
 
 
 @numba.njit(**APART)
@@ -137,7 +148,10 @@ def _remember_contacts(system, modes, pools):  # type: ignore[no-untyped-def]
 meet = only_if(has_contact, _meet)
 """Contact k has closed: an impact."""
 come_to_rest = only_if(has_friction, _come_to_rest)
-"""Bring ball i, and those in a row with it, to rest on the race."""
+"""Bring to rest on the race the ball that has ``stopped`` (-1: none), others as slow as it, and those
+in a row with them."""
+stop_row = only_if(has_contact, _stop_row)
+"""Bring those in a row with ball i to rest."""
 close_gaps = only_if(has_contact, _close_gaps)
 """Take out what rounding and truncation have done to the distances of balls in contact."""
 remember_contacts = only_if(has_contact, _remember_contacts)

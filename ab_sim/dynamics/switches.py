@@ -56,6 +56,8 @@ TOUCHING = 1e-12
 """Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
 ROUNDING = 1e-12
 """Relative size of a margin that may be rounding."""
+RATE_GRAIN = 1e-14
+"""rad/s, of a rate that may be rounding."""
 
 
 def slots(system: Any) -> int:
@@ -89,7 +91,7 @@ def friction_margins(system, state, modes, A1, A2, al, scratch, margin, grain): 
             grain[SLIDE * n + i] = grain[HOLD * n + i] = coarse
         elif modes[i, LOADED] == 1:
             margin[SLIDE * n + i] = modes[i, DIRECTION] * state[4 + n + i]
-            grain[SLIDE * n + i] = 1e-14
+            grain[SLIDE * n + i] = RATE_GRAIN
     if has_contact(system.effects):
         # Stuck balls that touch lean on each other: a push on one is a push on the next.
         begin = row_start(system, modes)
