@@ -148,8 +148,7 @@ def _remember_contacts(system, modes, pools):  # type: ignore[no-untyped-def]
 meet = only_if(has_contact, _meet)
 """Contact k has closed: an impact."""
 come_to_rest = only_if(has_friction, _come_to_rest)
-"""Bring to rest on the race the ball that has ``stopped`` (-1: none), others as slow as it, and those
-in a row with them."""
+"""Bring to rest the ball that has ``stopped`` (-1: none), others as slow as it, and their rows."""
 stop_row = only_if(has_contact, _stop_row)
 """Bring those in a row with ball i to rest."""
 close_gaps = only_if(has_contact, _close_gaps)
