@@ -10,8 +10,10 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 WINDOW = 0.01
 """Share of the time axis in which swings are counted."""
-SWINGS = 6
+SWINGS = 4
 """With so many turning points in a window, swings run into each other: their range is shown."""
+VISIBLE = 1e-4
+"""Smaller swings than this share of the largest value are none."""
 LINE = 0.15
 """Height of a line of a label [in]."""
 
@@ -26,21 +28,28 @@ def draw_curve(axes: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -
         style: as of ``Axes.plot``, with a color.
     """
     width = max(3, round(WINDOW * len(time)))
-    turns = np.zeros(len(values))
-    turns[1:-1] = np.diff(np.sign(np.diff(values))) != 0
-    fast = uniform_filter1d(turns, width, mode="nearest") * width >= SWINGS
+    fast = uniform_filter1d(_turns(values), width, mode="nearest") * width >= SWINGS
     if fast.any():
         # Both ways over by a window, so that range and curve meet.
         blurred = maximum_filter1d(fast, width)
         low = minimum_filter1d(values, width, mode="nearest")
         high = maximum_filter1d(values, width, mode="nearest")
-        mean = uniform_filter1d(values, width, mode="nearest")
+        mean = uniform_filter1d(uniform_filter1d(values, width, mode="nearest"), width)
         axes.fill_between(
             time, low, high, where=blurred, color=style["color"], alpha=0.25, lw=0,
             zorder=style.get("zorder", 2),
         )  # fmt: skip
         values = np.where(fast, mean, values)
     axes.plot(time, values, **style)
+
+
+def _turns(values: np.ndarray) -> np.ndarray:
+    """1 at each turning point of swings that can be seen, else 0; shape (samples,)."""
+    points = 1 + np.flatnonzero(np.diff(np.sign(np.diff(values))))
+    swings = np.abs(np.diff(values[points])) > VISIBLE * np.max(np.abs(values))
+    turns = np.zeros(len(values))
+    turns[points[1:-1]] = swings[1:] & swings[:-1]
+    return turns
 
 
 class Label(NamedTuple):

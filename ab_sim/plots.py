@@ -29,6 +29,8 @@ BALLS = (
     "k",
 )
 KINDS = {"start_up": "Start-up", "speed_change": "Speed change"}
+LEAST = 1e-4
+"""Whirl smaller than this share of its peak is not drawn."""
 MOST_LABELS = 8
 """Balls beyond so many are drawn without names."""
 
@@ -143,10 +145,10 @@ def _draw_whirl(
     if finals and peak > 0:
         axes.set_yscale("log")
         top = max(m.peak_whirl for m in shown)
-        axes.set_ylim(0.3 * min(finals) * scale, 3.0 * top * scale)
+        axes.set_ylim(max(0.3 * min(finals), LEAST * top) * scale, 3.0 * top * scale)
         axes.yaxis.set_major_formatter("{x:g}")
         axes.annotate(
-            f"peak {peak:.4g} at {merits.peak_time:.3f} s", (merits.peak_time, top * scale),
+            f"peak {peak:.4g} at {merits.peak_time:.3f} s", (merits.peak_time, peak),
             xytext=(0, 6), textcoords="offset points", color=RUN,
             ha=_towards_the_middle(merits.peak_time, path["time"]),
         )  # fmt: skip
@@ -212,9 +214,12 @@ def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
     passed = merits.first_passage_of_opposite
     if passed is not None and passed > 0:
         axes.plot(passed, -180, "ko", ms=5, zorder=4)
+        # Balls come from above and go on to the right: room is below to the left, or above.
+        late = passed > 0.3 * time[-1]
         axes.annotate(
-            f"all balls at -180 deg first: {passed:.3f} s", (passed, -180), xytext=(8, 6),
-            textcoords="offset points", fontsize=8,
+            f"all balls at -180 deg first: {passed:.3f} s", (passed, -180), fontsize=8,
+            xytext=(-8, -10) if late else (8, 8), textcoords="offset points",
+            ha="right" if late else "left",
         )  # fmt: skip
     label_at_right(axes, labels)
 

@@ -1,6 +1,12 @@
 """What a run shows and is judged by, and running a scene offline, alone or beside others."""
 
-from ab_sim.analysis.comparison import Compared, Comparison, compare
+from ab_sim.analysis.comparison import (
+    Compared,
+    Comparison,
+    compare,
+    without_balls,
+    without_period,
+)
 from ab_sim.analysis.merits import Merits, merits_of
 from ab_sim.analysis.offline import OfflineRun, run_scene
 from ab_sim.analysis.replay import replay
@@ -24,4 +30,6 @@ __all__ = [
     "replay",
     "run_scene",
     "time_of_speed",
+    "without_balls",
+    "without_period",
 ]

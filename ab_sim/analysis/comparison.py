@@ -76,38 +76,48 @@ def compare(
         run: what to compare with; the others last as long, with its stepper and step.
         progress: as in ``run_scene``.
     """
-    scene = run.scene
-    same: dict[str, Any] = {
-        "solver.stepper": run.stepper,
-        "duration": float(run.trajectory["time"][-1]),
-    }
-
-    def beside(what: str, changes: dict[str, Any]) -> Compared | str:
-        try:
-            changed = changed_scene(
-                scene, {**same, "name": f"{scene.name}, {what}", **changes}, what
-            )
-            other = run_scene(changed, progress=progress)
-        except AbSimError as error:
-            return str(error)
-        path = other.trajectory
-        return Compared(other.merits, path["time"].copy(), path.whirl, path["speed"].copy())
-
     period = balls = None
     if run.variable_speed_period is not None:
-        period = beside("without variable-speed period", {"profile.variable_speed_period": None})
-    if scene.balls.count:
-        balls = beside("without balls", _balls_taken_out(scene))
+        period = _beside(run, without_period, progress)
+    if run.scene.balls.count:
+        balls = _beside(run, without_balls, progress)
     return Comparison(period, balls)
 
 
-def _balls_taken_out(scene: Scene) -> dict[str, Any]:
-    return {
+def without_period(scene: Scene) -> Scene:
+    """The scene whose spindle accelerates through, without its variable-speed period."""
+    what = "without variable-speed period"
+    changes = {"name": f"{scene.name}, {what}", "profile.variable_speed_period": None}
+    return changed_scene(scene, changes, what)
+
+
+def without_balls(scene: Scene) -> Scene:
+    """The scene whose balls, and their mass, have been taken out; the unbalance M0 e remains."""
+    what = "without balls"
+    changes = {
+        "name": f"{scene.name}, {what}",
         "balls": {"count": 0},
-        "start.ball_angles": None,
+        "start.ball_angles": [],
         "rotor": {
             "mass": scene.total_mass - scene.balls.total_mass,
             "eccentricity": scene.rotor.eccentricity,
             "eccentric_mass": scene.eccentric_mass,
         },
     }
+    return changed_scene(scene, changes, what)
+
+
+def _beside(
+    run: OfflineRun,
+    change: Callable[[Scene], Scene],
+    progress: Callable[[Drive, Trajectory], None] | None,
+) -> Compared | str:
+    duration = float(run.trajectory["time"][-1])
+    same = {"solver.stepper": run.stepper, "duration": duration}
+    try:
+        scene = changed_scene(change(run.scene), same, "compared run")
+        other = run_scene(scene, progress=progress)
+    except AbSimError as error:
+        return str(error)
+    path = other.trajectory
+    return Compared(other.merits, path["time"].copy(), path.whirl, path["speed"].copy())

@@ -114,4 +114,4 @@ def _residual_unbalance(angles: np.ndarray, scene: Scene) -> float | None:
     if unbalance == 0:
         return None
     moments = np.array(scene.balls.masses) * scene.race.radius
-    return rms(np.abs(unbalance + np.exp(1j * angles) @ moments)) / unbalance
+    return rms(np.abs(1.0 + np.exp(1j * angles) @ moments / unbalance))
