@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 WINDOW = 0.01
 """Share of the time axis in which swings are counted."""
-SWINGS = 4
+SWINGS = 3.3
 """With so many turning points in a window, swings run into each other: their range is shown."""
 VISIBLE = 1e-4
 """Smaller swings than this share of the largest value are none."""
@@ -28,7 +28,8 @@ def draw_curve(axes: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -
         style: as of ``Axes.plot``, with a color.
     """
     width = max(3, round(WINDOW * len(time)))
-    fast = uniform_filter1d(_turns(values), width, mode="nearest") * width >= SWINGS
+    # Counted over some windows, so that it does not change from one to the next.
+    fast = uniform_filter1d(_turns(values), 5 * width, mode="reflect") * width >= SWINGS
     if fast.any():
         # Both ways over by a window, so that range and curve meet.
         blurred = maximum_filter1d(fast, width)

@@ -153,8 +153,9 @@ def _draw_whirl(
             ha=_towards_the_middle(merits.peak_time, path["time"]),
         )  # fmt: skip
     if merits.in_band_from is not None:
-        begins = path["time"].searchsorted(merits.in_band_from)
-        axes.plot(merits.in_band_from, path.whirl[begins] * scale, "v", color=RUN, ms=7, zorder=4)
+        # Upon the band, whose edges the whirl may still touch.
+        edge = 1.2 * (merits.final_whirl + merits.band) * scale
+        axes.plot(merits.in_band_from, edge, "v", color=RUN, mec="k", ms=8, zorder=4)
     label_at_right(axes, labels)
 
 
