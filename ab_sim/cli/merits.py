@@ -32,18 +32,21 @@ def merits_table(
     e = scene.rotor.eccentricity
     scale, unit, symbol = (1 / e, "e", "W/e") if e > 0 else (1e3, "mm", "W [mm]")
     balls = scene.balls.count > 0
-    table = Table("", *columns, title=title, caption="\n".join([_caption(scene), *failures]))
+    table = Table(title=title, caption="\n".join([_caption(scene), *failures]))
     table.caption_justify = "left"
+    table.add_column("", no_wrap=True)
+    for head in columns:
+        table.add_column(head, overflow="fold")
 
     table.add_row(f"peak {symbol}", *(_peak(m, scale) for m in merits))
     table.add_row(f"final {symbol}", *(_final(m, scale) for m in merits))
     if balls:
         shares = [comparison.relative_whirl(m) for m in merits]
-        table.add_row("final W / without balls", *(_number(share) for share in shares))
+        table.add_row("... / without balls", *(_number(share) for share in shares))
         table.add_row("residual unbalance", *(_number(m.residual_unbalance) for m in merits))
-    table.add_row("W within the band", *(_in_band(m, scale, unit) for m in merits))
+    table.add_row("in the band", *(_in_band(m, scale, unit) for m in merits))
     if balls and scene.profile is not None and scene.profile.kind == "start_up":
-        table.add_row("all balls at -180 deg first", *(_passage(m) for m in merits))
+        table.add_row("all at -180 deg", *(_passage(m) for m in merits))
     if balls:
         table.add_row("final ball angles", *(_angles(m) for m in merits))
     table.add_row("final speed", *(f"{m.final_speed:.4g} rad/s" for m in merits))
@@ -55,7 +58,7 @@ def _caption(scene: Scene) -> str:
         yield (
             f"Final: root mean square over the last {100 * LAST:g} % of the run. Band: "
             f"+-{100 * BAND:g} % of final W, at least +-{100 * FLOOR:g} % of M0 e/M. "
-            "Times from the run's start."
+            "Times, and when all balls were at -180 deg first, from the run's start."
         )
         if scene.balls.count:
             yield "Without balls: their mass is taken out too."
@@ -83,7 +86,7 @@ def _number(value: float | None) -> str:
 
 def _in_band(merits: Merits, scale: float, unit: str) -> str:
     if merits.in_band_from is not None:
-        return f"+-{merits.band * scale:.2g} {unit} from {merits.in_band_from:.3f} s"
+        return f"+-{merits.band * scale:.2g} {unit} from {merits.in_band_from:.2f} s"
     least, most = (whirl * scale for whirl in merits.span)
     return f"not before the end: {least:.3g} to {most:.3g} {unit}"
 

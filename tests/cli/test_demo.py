@@ -41,8 +41,8 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 def test_says_what_it_did(finished: tuple[Path, str]) -> None:
     _, text = finished
     for words in (
-        "peak W/e", "final W/e", "residual unbalance", "without variable-speed period",
-        "without balls", "final ball angles", "real-time factor", "worst lateness",
+        "peak W/e", "final W/e", "residual unbalance", "... / without balls",
+        "period", "final ball angles", "real-time factor", "worst lateness",
         "steps dropped", "messages lost", "startup.rrd", "startup.png", "of 9 s",
     ):  # fmt: skip
         assert words in text
