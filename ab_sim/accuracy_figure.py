@@ -2,14 +2,11 @@
 
 from pathlib import Path
 
-import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
-matplotlib.use("Agg")  # no display needed, anywhere
-import matplotlib.pyplot as plt  # noqa: E402
-from matplotlib.axes import Axes  # noqa: E402
-from matplotlib.patheffects import withStroke  # noqa: E402
-
-from ab_sim.analysis.accuracy import Accuracy, Bound, Row  # noqa: E402
+from ab_sim.analysis.accuracy import Accuracy, Bound, Row
 
 OURS = ("tab:red", "tab:orange", "tab:purple", "tab:brown", "tab:pink", "tab:olive")
 PEERS = ("tab:blue", "tab:cyan", "tab:green", "tab:gray", "black", "navy", "teal")
@@ -32,10 +29,8 @@ def accuracy_figure(accuracy: Accuracy, path: Path) -> None:
     if accuracy.balls:
         text = "largest error in ball angle [rad]"
         panels.insert(0, ("angle", text, accuracy.uncertainty.angle))
-    figure, axes = plt.subplots(
-        1, len(panels), figsize=(6.2 * len(panels) + 1.8, 6), squeeze=False, sharex=True,
-        constrained_layout=True,
-    )  # fmt: skip
+    figure = Figure(figsize=(6.2 * len(panels) + 1.8, 6), layout="constrained")
+    axes = figure.subplots(1, len(panels), squeeze=False, sharex=True)
     for panel, (key, text, uncertainty) in zip(axes[0], panels, strict=True):
         _panel(panel, accuracy, key, text, uncertainty)
     handles, labels = axes[0, 0].get_legend_handles_labels()
@@ -46,10 +41,7 @@ def accuracy_figure(accuracy: Accuracy, path: Path) -> None:
         f"{accuracy.scene}: {balls}, {accuracy.duration:g} s, {effects}\ndown and left is better",
         fontsize=11,
     )
-    try:
-        figure.savefig(path, dpi=120)
-    finally:
-        plt.close(figure)
+    figure.savefig(path, dpi=120)
 
 
 def _panel(axes: Axes, accuracy: Accuracy, key: str, text: str, uncertainty: float) -> None:

@@ -2,13 +2,10 @@
 
 from pathlib import Path
 
-import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-matplotlib.use("Agg")  # no display needed, anywhere
-import matplotlib.pyplot as plt  # noqa: E402
-from matplotlib.axes import Axes  # noqa: E402
-
-from ab_sim.analysis.effect_cost import ALL, BASE, EffectCost  # noqa: E402
+from ab_sim.analysis.effect_cost import ALL, BASE, EffectCost
 
 COLOURS = {BASE: "tab:gray", ALL: "tab:red"}
 
@@ -21,21 +18,12 @@ def cost_figure(costs: list[EffectCost], path: Path) -> None:
         path: file to write; its ending says the format (png, svg, pdf).
     """
     heights = [1.2 + 0.34 * len(cost.rows) for cost in costs]
-    figure, panels = plt.subplots(
-        len(costs),
-        1,
-        figsize=(9, sum(heights)),
-        squeeze=False,
-        height_ratios=heights,
-        constrained_layout=True,
-    )
+    figure = Figure(figsize=(9, sum(heights)), layout="constrained")
+    panels = figure.subplots(len(costs), 1, squeeze=False, height_ratios=heights)
     for axes, cost in zip(panels[:, 0], costs, strict=True):
         _panel(axes, cost)
     panels[-1, 0].set_xlabel("time per step [µs]: median, and quartiles of interleaved repeats")
-    try:
-        figure.savefig(path, dpi=120)
-    finally:
-        plt.close(figure)
+    figure.savefig(path, dpi=120)
 
 
 def _panel(axes: Axes, cost: EffectCost) -> None:

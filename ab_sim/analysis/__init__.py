@@ -1,15 +1,35 @@
-"""What a run shows: peak whirl, settling period, driving force; and running a scene offline."""
+"""What a run shows and is judged by, and running a scene offline, alone or beside others."""
 
+from ab_sim.analysis.comparison import (
+    Compared,
+    Comparison,
+    compare,
+    without_balls,
+    without_period,
+)
+from ab_sim.analysis.merits import Merits, merits_of
 from ab_sim.analysis.offline import OfflineRun, run_scene
 from ab_sim.analysis.replay import replay
-from ab_sim.analysis.startup import driving_forces, peak_whirl, settling_period, time_of_speed
+from ab_sim.analysis.startup import (
+    driving_forces,
+    first_passage_of_opposite,
+    peak_whirl,
+    time_of_speed,
+)
 
 __all__ = [
+    "Compared",
+    "Comparison",
+    "Merits",
     "OfflineRun",
+    "compare",
     "driving_forces",
+    "first_passage_of_opposite",
+    "merits_of",
     "peak_whirl",
     "replay",
     "run_scene",
-    "settling_period",
     "time_of_speed",
+    "without_balls",
+    "without_period",
 ]

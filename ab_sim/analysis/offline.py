@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import ab_sim
-from ab_sim.analysis.startup import peak_whirl, settling_period
+from ab_sim.analysis.merits import LAST, Merits, merits_of
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError
 from ab_sim.observation import Observation
@@ -36,18 +36,19 @@ class OfflineRun:
     """Events located: reversals, sticking, release, impacts, limits of the motor."""
     crowded_steps: int
     """Steps with too many events to locate them all."""
+    merits: Merits
+    """What it is judged by."""
     price: Price | None
     """How the solver was found, if an accuracy was asked for."""
 
     def report(self) -> dict[str, Any]:
         """Everything as JSON-able values, SI units: see ``ab-sim run --help``."""
-        peak, peak_time = peak_whirl(self.trajectory)
-        e, start = self.scene.rotor.eccentricity, self.variable_speed_period
+        duration = float(self.trajectory["time"][-1])
         return {
             "samples": [_sample(observation) for observation in self.samples],
-            "peak_whirl_over_e": peak / e if e > 0 else None,
-            "peak_time": peak_time,
-            "settling_period": (None if start is None else settling_period(self.trajectory, start)),
+            **self.merits.report(self.scene.rotor.eccentricity),
+            "final_stretch": LAST * duration,
+            "variable_speed_period": self.variable_speed_period,
             "scene": self.scene.name,
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
             "stepper": self.stepper,
@@ -55,7 +56,7 @@ class OfflineRun:
             "accuracy": None if self.price is None else self.price.report(),
             "events": self.events,
             "crowded_steps": self.crowded_steps,
-            "duration": float(self.trajectory["time"][-1]),
+            "duration": duration,
             "version": ab_sim.__version__,
         }
 
@@ -105,14 +106,16 @@ def run_scene(
             samples[time] = drive.observe_at(max(time, drive.time))
         if progress is not None and len(newest):
             progress(drive, newest)
+    whole = Trajectory.join(taken)
     return OfflineRun(
         drive.scene,
-        Trajectory.join(taken),
+        whole,
         tuple(samples[time] for time in times),
         drive.profile.variable_speed_period,
         drive.stepper.name,
         drive.events,
         drive.crowded_steps,
+        merits_of(whole, drive.scene),
         drive.price,
     )
 

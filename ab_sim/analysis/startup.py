@@ -1,4 +1,4 @@
-"""Figures of merit of a start-up, as the thesis defines them, from samples of a run."""
+"""Figures of a start-up, as the thesis defines them, from samples of a run."""
 
 import math
 
@@ -44,37 +44,33 @@ def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
     return float(whirl[top]), float(time[top])
 
 
-def settling_period(trajectory: Trajectory, start: float) -> float | None:
-    """Settling period [s]: from ``start`` to the first instant at which all balls have settled.
+def first_passage_of_opposite(trajectory: Trajectory) -> float | None:
+    """When all balls first have theta <= -180 deg, unwrapped [s]: opposite the unbalance.
+
+    The thesis' "settling period" (4.4) is this less the time at which its variable-speed period
+    starts. It does not say that balls stay there, nor that the rotor is balanced: balls whose
+    unbalance together is more than twice the rotor's make it worse there.
 
     Args:
         trajectory: consecutive samples.
-        start: start of the variable-speed period [s].
 
     Returns:
-        Time from ``start`` until all balls have theta <= -180 deg, unwrapped (thesis 4.4); None
-        if that does not happen after ``start``, or there are no balls.
+        The time, found between samples; None if it does not happen, or there are no balls.
     """
     time = trajectory["time"]
     if trajectory.balls == 0 or len(time) < 2:
         return None
-    settled = np.all(trajectory.ball_angles <= -math.pi, axis=1) & (time >= start)
-    if not settled.any():
+    passed = np.all(trajectory.ball_angles <= -math.pi, axis=1)
+    if not passed.any():
         return None
-    k = int(np.argmax(settled))
-    if k == 0 or time[k - 1] < start:
-        return float(time[k] - start)
+    k = int(np.argmax(passed))
+    if k == 0:
+        return float(time[0])
     near = slice(k - 1, k + 1)
     angle = CubicHermiteSpline(
         time[near], trajectory.ball_angles[near], trajectory.ball_rates[near]
     )
-
-    def last_ball(t: float) -> float:
-        return float(np.max(angle(t))) + math.pi
-
-    if last_ball(time[k - 1]) <= 0:
-        return float(time[k] - start)
-    return float(brentq(last_ball, time[k - 1], time[k]) - start)
+    return float(brentq(lambda t: float(np.max(angle(t))) + math.pi, time[k - 1], time[k]))
 
 
 def time_of_speed(trajectory: Trajectory, speed: float) -> float | None:

@@ -83,7 +83,13 @@ def run(
 
     The JSON has `samples` (one per requested time, each with t, psi, omega, u, v, x, y, vx, vy,
     whirl, theta, ball_rate, stuck, and where the scene has them motor_torque, accelerometer),
-    peak_whirl_over_e, peak_time, settling_period, events, crowded_steps, and what was run; where
+    events, crowded_steps, what was run, and what the run is judged by: peak_whirl_over_e,
+    peak_time; final_whirl_over_e, the root mean square over the last tenth of the run
+    (final_stretch), and whether it is still_changing; final_whirl_relative_to_no_balls;
+    residual_unbalance; in_band_from, the time from which the whirl stays within band_over_e of its
+    final value; first_passage_of_opposite, the time at which all balls first have theta <= -180
+    deg (less variable_speed_period, the time at which that starts, it is the thesis' "settling
+    period"). The same run without_variable_speed_period and without_balls is judged alike. Where
     the scene asks for an accuracy, what was measured and what it costs.
     Exit codes: 0 done, 2 bad input, 3 diverged.
     """
@@ -187,7 +193,11 @@ def demo(
         "out"
     ),
 ) -> None:
-    """Run the thesis' start-up live: three ROS 2 nodes, recorded by Rerun, then summed up."""
+    """Run a start-up that gets balanced live: three ROS 2 nodes, recorded by Rerun, then judged.
+
+    The table and the picture show it beside the same start-up without its variable-speed period,
+    and without balls.
+    """
     from ab_sim.cli.demo import run_demo
 
     run_demo(out)

@@ -1,4 +1,4 @@
-"""`ab-sim demo`: the thesis' start-up, live over ROS 2, recorded, summed up and drawn."""
+"""`ab-sim demo`: a start-up that gets balanced, live over ROS 2, recorded, judged and drawn."""
 
 import contextlib
 import importlib
@@ -16,7 +16,7 @@ from ab_sim.cli.outputs import check_writable
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
 
-SCENE = "thesis-hold"
+SCENE = "balanced-start-up"
 REPORT = "ab_sim.cli.startup_report"
 console = Console()
 

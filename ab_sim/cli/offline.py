@@ -1,7 +1,6 @@
 """`ab-sim run`."""
 
 import contextlib
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,8 @@ from typing import Any
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ab_sim.analysis import OfflineRun, run_scene
+from ab_sim.analysis import OfflineRun, compare, run_scene
+from ab_sim.cli.merits import merits_table
 from ab_sim.cli.outputs import check_outputs, people, write_json
 from ab_sim.description import describe
 from ab_sim.drive import Drive
@@ -32,15 +32,19 @@ def run_command(
     files = check_outputs(json, plot, rrd)
     with _progress(scene) as update:
         result = run_scene(scene, wanted, update)
-    report = result.report()
+        comparison = compare(result, update)
+    eccentricity = result.scene.rotor.eccentricity
+    report = {**result.report(), **comparison.report(result.merits, eccentricity)}
     if json is not None:
         write_json(report, json)
     if plot is not None:
-        from ab_sim.plots import startup_figure
+        from ab_sim.plots import run_figure
 
-        startup_figure(result.trajectory, result.scene, plot, result.variable_speed_period)
+        run_figure(result.trajectory, result.scene, plot, comparison, result.variable_speed_period)
     if rrd is not None:
         _record(result, rrd)
+    title = f"{result.scene.name}, {report['duration']:g} s"
+    people.print(merits_table(title, result.scene, {"this run": result.merits}, comparison))
     people.print(_summary(result, report))
     for file in files:
         people.print(f"wrote {file}")
@@ -77,7 +81,7 @@ def _progress(scene: Scene) -> Iterator[Any]:
 
         def update(drive: Drive, newest: Trajectory) -> None:
             state = f"{newest['speed'][-1]:6.1f} rad/s"
-            bar.update(task, completed=drive.time, description=scene.name, state=state)
+            bar.update(task, completed=drive.time, description=drive.scene.name, state=state)
 
         yield update
 
@@ -92,20 +96,10 @@ def _record(result: OfflineRun, path: Path) -> None:
 
 
 def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
-    table = Table(title=f"{result.scene.name}, {report['duration']:g} s", show_header=False)
-    peak = report["peak_whirl_over_e"]
-    if peak is not None:
-        table.add_row("peak W/e", f"{peak:.2f} at {report['peak_time']:.3f} s")
-    settled = report["settling_period"]
-    if result.variable_speed_period is not None and result.trajectory.balls:
-        table.add_row("settling period", "not settled" if settled is None else f"{settled:.3f} s")
-    angles = result.trajectory.ball_angles[-1]
-    if len(angles):
-        text = ", ".join(f"{math.degrees(angle):.1f}" for angle in angles)
-        table.add_row("final ball angles", f"{text} deg")
-    speed, command = (result.trajectory[name][-1] for name in ("speed", "command"))
-    asked = f" of {command:.4g} commanded" if "motor" in result.scene.effects else ""
-    table.add_row("final speed", f"{speed:.4g}{asked} rad/s")
+    table = Table(show_header=False)
+    if "motor" in result.scene.effects:
+        speed, command = (result.trajectory[name][-1] for name in ("speed", "command"))
+        table.add_row("motor", f"at {speed:.4g} of {command:.4g} commanded rad/s in the end")
     table.add_row("stepper", f"{report['stepper']}, {report['step']:g} s")
     if result.price is not None:
         table.add_row("accuracy", result.price.reason)

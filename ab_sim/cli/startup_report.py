@@ -1,6 +1,5 @@
-"""What a live start-up came to: a table beside the offline run, and the three-part figure."""
+"""What a live start-up came to: a table beside offline runs, and the figure."""
 
-import math
 import sys
 from pathlib import Path
 
@@ -8,9 +7,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from ab_sim.analysis import peak_whirl, replay, run_scene, settling_period, time_of_speed
+from ab_sim.analysis import compare, merits_of, replay, run_scene, time_of_speed
+from ab_sim.cli.merits import merits_table
 from ab_sim.errors import AbSimError
-from ab_sim.plots import startup_figure
+from ab_sim.plots import run_figure
 from ab_sim.recording import read_recording
 from ab_sim.scene import Scene
 from ab_sim.spindle import SpeedProfile
@@ -35,29 +35,23 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
     whole = Trajectory(recorded.channels, recorded.samples)
     live = _from_profile_start(whole, scene.duration)
     offline = run_scene(scene)
+    comparison = compare(offline)
     profile, begins = SpeedProfile.of_scene(scene), offline.variable_speed_period
     assert begins is not None
     starts = time_of_speed(live, profile.speed(begins))
 
-    table = Table("", "live", "offline", title="Start-up with a 0.5 s hold at the critical speed")
-    for label, (one, other) in {
-        "peak W/e": [_peak(t, scene) for t in (live, offline.trajectory)],
-        "settling period": [
-            _seconds(start, t) for start, t in ((starts, live), (begins, offline.trajectory))
-        ],
-        "final ball angles": [_degrees(t) for t in (live, offline.trajectory)],
-    }.items():
-        table.add_row(label, one, other)
+    runs = {"live": merits_of(live, scene), "offline": offline.merits}
+    console.print(merits_table(f"Start-up of {scene.name}", scene, runs, comparison))
+    table = Table(show_header=False, title="The live run")
     lost = recorded.missing + sum(int(figures.pop(label)) for label in LOSSES)
     for label, value in {**figures, "messages lost": str(lost)}.items():
-        table.add_row(label, value, "")
+        table.add_row(label, value)
     if recorded.missing == 0:
         worst = np.max(np.abs(replay(scene, whole).ball_angles - whole.ball_angles), initial=0.0)
-        table.add_row("ball angles against a replay of the commands", f"{worst:.1e} rad", "")
+        table.add_row("ball angles against a replay of the commands", f"{worst:.1e} rad")
     console.print(table)
-    startup_figure(
-        live, scene, picture, starts, title=f"Start-up of {scene.name}, live over ROS 2 topics"
-    )
+    title = f"Start-up of {scene.name}, live over ROS 2 topics"
+    run_figure(live, scene, picture, comparison, starts, title)
     viewer = Path(sys.executable).with_name("rerun")
     viewer = viewer.relative_to(Path.cwd()) if viewer.is_relative_to(Path.cwd()) else viewer
     console.print(f"wrote {recording}   (look at it: {viewer} {recording})")
@@ -74,17 +68,3 @@ def _from_profile_start(whole: Trajectory, duration: float) -> Trajectory:
     samples = whole.samples[first:].copy()
     samples[:, 1] -= samples[0, 1]
     return Trajectory(whole.channels, samples[samples[:, 1] <= duration])
-
-
-def _peak(trajectory: Trajectory, scene: Scene) -> str:
-    peak, at = peak_whirl(trajectory)
-    return f"{peak / scene.rotor.eccentricity:.2f} at {at:.3f} s"
-
-
-def _seconds(start: float | None, trajectory: Trajectory) -> str:
-    settled = None if start is None else settling_period(trajectory, start)
-    return "not settled" if settled is None else f"{settled:.3f} s"
-
-
-def _degrees(trajectory: Trajectory) -> str:
-    return ", ".join(f"{math.degrees(angle):.1f}" for angle in trajectory.ball_angles[-1]) + " deg"

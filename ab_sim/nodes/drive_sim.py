@@ -82,7 +82,7 @@ class DriveSim(Node):
         self._accepted = self._rejected = 0
         self._trouble = ""
         self._report_at = (time.monotonic(), 0)
-        self._factor = 0.0
+        self._factor = math.nan  # not measured yet
         self._dropped = self._crowded = 0
 
         self._joints = topics.JOINT_STATES.publisher(self)
@@ -182,6 +182,7 @@ class DriveSim(Node):
         now = time.monotonic()
         self._pacer.start(now)
         self._dropped = 0
+        self._factor = math.nan
         self._report_at = (now, self.drive.steps)
 
     def _judge(self, message: Float64) -> None:
@@ -249,7 +250,8 @@ class DriveSim(Node):
         """Once a second, and as soon as somebody else can command."""
         now, (since, steps) = time.monotonic(), self._report_at
         if now - since >= REPORT_PERIOD:
-            self._factor = (self.drive.steps - steps) * self.drive.step / (now - since)
+            if not self._paused:
+                self._factor = (self.drive.steps - steps) * self.drive.step / (now - since)
             self._report_at = (now, self.drive.steps)
         elif self._subscription.get_publisher_count() == self._sources:
             return

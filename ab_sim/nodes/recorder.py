@@ -1,23 +1,27 @@
 """`recorder`: streams every topic of a drive into a Rerun recording."""
 
 import datetime
-import queue
+import functools
+import math
 import threading
 import time
-from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from rclpy.node import Node
 
 from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, topics
 from ab_msgs_py.samples import command_of, description_of, event_of, text_of
 from ab_sim.errors import RecordingError
+from ab_sim.nodes.inbox import Inbox
 from ab_sim.nodes.parameters import declare, output_file
 from ab_sim.nodes.process import run_node
 from ab_sim.recording import Recording
 from ab_sim.recording.drawing import Drawing
 from ab_sim.trajectory import channels_for
 
+WRITE_PERIOD = 0.2
+"""s between two batches; a recording that is killed or looked at is not older than this."""
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
 SILENCE = 5.0
@@ -25,10 +29,11 @@ SILENCE = 5.0
 
 
 class Recorder(Node):
-    """Collects messages in callbacks, writes them from the main thread.
+    """Collects messages in callbacks, writes them in batches from the main thread.
 
-    Between the two is a bounded queue: a disk that is too slow costs the oldest messages, which
-    are counted, and never the simulation its time.
+    Between the two is an inbox of bounded length: a disk that is too slow costs the oldest
+    messages, which are counted, and never the simulation its time. What is written, too, leaves
+    nothing in memory, so that a recording may go on for days.
     """
 
     def __init__(self) -> None:
@@ -37,82 +42,79 @@ class Recorder(Node):
         now = datetime.datetime.now()
         self.path = output_file(asked or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
         length = declare(
-            self, "queue", 2000, "messages kept while the disk is slow", "1", (10, 1e6)
-        )
-        self._queue: queue.Queue[tuple[Callable[..., None], Any]] = queue.Queue(length)
+            self, "queue", 10_000, "messages of each topic kept while the disk is slow", "1",
+            (10, 1e6),
+        )  # fmt: skip
         self._recording: Recording | None = None
         self._description: dict[str, Any] | None = None
         self._files = 1
-        self._last_step: float | None = None
         self._time = 0.0
         self._levels: dict[str, Level] = {}
-        self.dropped = self.missing = self.malformed = self.written = 0
+        self._written = self._missing = 0  # in the files before this one
+        self._malformed = 0
 
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
-        for topic, write in (
+        heard = (
             (topics.DESCRIPTION, self._write_description),
             (topics.BLOCK, self._write_block),
             (topics.COMMAND, self._write_command),
             (topics.DIAGNOSTICS, self._write_health),
             (topics.PROFILE_STATUS, self._write_status),
             (topics.EVENTS, self._write_event),
-        ):
-            topic.subscription(self, self._enqueue(write))
+        )
+        self._write = {topic.name: write for topic, write in heard}
+        self._inbox = Inbox(self._write, length)
+        for topic, _ in heard:
+            topic.subscription(self, functools.partial(self._inbox.put, topic.name))
         self.get_logger().info(f"recording to {self.path} as soon as a drive describes itself")
 
     def run(self, stopping: threading.Event) -> None:
-        """Write what comes in until told to stop, then what is left."""
+        """Write what comes in until told to stop, then what is left.
+
+        Raises:
+            RecordingError: the file cannot be written further; says how much it holds, which is
+                what the last diagnostics say, too.
+        """
+        failed, text = True, "ended by an error"
         try:
-            self._write_until(stopping)
+            try:
+                self._write_until(stopping)
+            finally:
+                self._close()
+            failed, text = False, ENDED
+        except RecordingError as error:
+            text = str(error)
+            raise
         finally:
-            self._close()
-            self._report(ended=True)
+            self._report(text, failed)
 
     def _write_until(self, stopping: threading.Event) -> None:
         began = reported = time.monotonic()
         warned = False
-        while not stopping.is_set():
-            self._write_next(timeout=0.2)
+        while not stopping.wait(WRITE_PERIOD):
+            self._write_all()
             now = time.monotonic()
             if now - reported >= REPORT_PERIOD:
                 reported = now
-                self._report()
+                self._report("recording" if self._recording else "waiting for a drive")
             if self._description is None and not warned and now - began > SILENCE:
                 warned = True
                 self.get_logger().warning(
                     f"no drive heard for {SILENCE:g} s: is drive_sim running, in this namespace "
                     "and on this ROS_DOMAIN_ID?"
                 )
-        # What is there now; more may keep coming.
-        for _ in range(self._queue.qsize()):
-            self._write_next(timeout=0.0)
+        self._write_all()
 
-    def _enqueue(self, write: Callable[..., None]) -> Callable[[Any], None]:
-        def callback(message: Any) -> None:
-            while True:
-                try:
-                    self._queue.put_nowait((write, message))
-                    return
-                except queue.Full:
-                    try:
-                        self._queue.get_nowait()
-                        self.dropped += 1
-                    except queue.Empty:
-                        pass
-
-        return callback
-
-    def _write_next(self, timeout: float) -> bool:
-        try:
-            write, message = self._queue.get(timeout=timeout) if timeout else self._queue.get(False)
-        except queue.Empty:
-            return False
-        try:
-            write(message)
-        except MalformedMessage as error:
-            self.malformed += 1
-            self.get_logger().warning(f"ignored: {error}", throttle_duration_sec=1.0)
-        return True
+    def _write_all(self) -> None:
+        """Write what has come so far."""
+        for topic, message in self._inbox.take():
+            try:
+                self._write[topic](message)
+            except MalformedMessage as error:
+                self._malformed += 1
+                self.get_logger().warning(f"ignored: {error}", throttle_duration_sec=1.0)
+        if self._recording is not None:
+            self._recording.flush()
 
     def _write_description(self, message: Any) -> None:
         description = description_of(message)
@@ -131,16 +133,14 @@ class Recorder(Node):
             return
         if self._description is not None and block.channels != _channels_of(self._description):
             raise MalformedMessage(f"vibration/block has the channels {block.channels}")
-        first, last = block.samples[0, 0], block.samples[-1, 0]
-        if self._last_step is not None and first <= self._last_step:
+        if not np.isfinite(block.samples[:, 1]).all():
+            raise MalformedMessage("vibration/block: time must be finite")
+        if block.samples[0, 0] <= self._recording.last_step:
             # The drive was reset; a recording's steps only grow, so begin another one.
             self._close()
             self._open()
-        if self._last_step is not None:
-            self.missing += int(first - self._last_step) - 1
-        self._last_step, self._time = last, block.samples[-1, 1]
         self._recording.block(block.channels, block.samples)
-        self.written += len(block.samples)
+        self._time = block.samples[-1, 1]
 
     def _write_command(self, message: Any) -> None:
         if self._recording is not None:
@@ -150,9 +150,9 @@ class Recorder(Node):
         for health in Health.all_of(message):
             if health.namespace != self.get_namespace():
                 continue
-            factor = health.values.get("real-time factor")
-            if self._recording is not None and factor is not None:
-                self._recording.scalar("real_time_factor", self._time, float(factor))
+            factor = _number(health.values.get("real-time factor", "nan"))
+            if self._recording is not None and math.isfinite(factor):
+                self._recording.scalar("real_time_factor", self._time, factor)
             changed = self._levels.get(health.node, Level.OK) is not health.level
             self._levels[health.node] = health.level
             if self._recording is not None and changed:
@@ -181,33 +181,42 @@ class Recorder(Node):
             # Nothing that was recorded is ever overwritten.
             self._files += 1
             path = self.path.with_stem(f"{self.path.stem}-{self._files}")
-        self._recording = Recording(path, description=self._description)
-        self._last_step = None
+        self._recording = Recording(path, description=self._description, index=False)
         self.get_logger().info(f"recording to {path}")
 
     def _close(self) -> None:
-        if self._recording is not None:
-            self._recording.close()
+        if (recording := self._recording) is None:
+            return
+        try:
+            recording.close()
             self.get_logger().info(
-                f"wrote {self._recording.path}: {self._recording.rows} samples, "
-                f"{self.missing} missing, {self.dropped} messages dropped"
+                f"wrote {recording.path}: {recording.rows_written} samples, "
+                f"{recording.missing} missing"
             )
+        finally:
             self._recording = None
+            self._written += recording.rows_written
+            self._missing += recording.missing
 
-    def _report(self, ended: bool = False) -> None:
-        lost = self.missing + self.dropped + self.malformed
+    def _report(self, text: str, failed: bool = False) -> None:
+        now = self._recording
+        dropped = {topic: count for topic, count in self._inbox.dropped.items() if count}
+        missing = self._missing + (now.missing if now else 0)
+        lost = missing or dropped or self._malformed
+        values = {
+            "file": str(now.path) if now else "",
+            "samples written": self._written + (now.rows_written if now else 0),
+            "samples missing": missing,
+            "messages dropped": sum(dropped.values()),
+            **{f"messages dropped, {topic}": count for topic, count in dropped.items()},
+            "messages malformed": self._malformed,
+            "messages waiting": len(self._inbox),
+        }
         health = Health(
             self.get_fully_qualified_name(),
-            Level.WARN if lost else Level.OK,
-            ENDED if ended else "recording" if self._recording else "waiting for a drive",
-            {
-                "file": str(self._recording.path) if self._recording else "",
-                "samples written": str(self.written),
-                "samples missing": str(self.missing),
-                "messages dropped": str(self.dropped),
-                "messages malformed": str(self.malformed),
-                "messages waiting": str(self._queue.qsize()),
-            },
+            Level.ERROR if failed else Level.WARN if lost else Level.OK,
+            text,
+            {key: str(value) for key, value in values.items()},
         )
         self._diagnostics.publish(health.message_at(round(self._time * 1e9)))
 
@@ -216,6 +225,13 @@ def _channels_of(description: dict[str, Any]) -> tuple[str, ...]:
     """The channels of the drive that describes itself so."""
     effects = description.get("effects") or ()
     return channels_for(int(description["balls"]), "motor" in effects, "accelerometer" in effects)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise MalformedMessage(f"/diagnostics: {text!r} is no number") from error
 
 
 def main() -> None:

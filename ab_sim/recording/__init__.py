@@ -13,28 +13,36 @@ entity                      contents                                    shown as
 ``/spindle/torque``         motor_torque [N m], with a motor            plot
 ``/deck/displacement``      x, y [m], inertial axes
 ``/deck/velocity``          vx, vy [m/s]
-``/deck/acceleration``      ax, ay [m/s^2]                              plot
+``/deck/acceleration``      ax, ay [m/s^2]
 ``/deck/accelerometer``     accelerometer_1, accelerometer_2 [m/s^2],
-                            on its axes, with an accelerometer          plot
+                            on its axes, with an accelerometer
 ``/balls/angle``            ball_0_angle, ... [rad, from the
                             unbalance, unwrapped]
 ``/balls/rate``             ball_0_rate, ... [rad/s]
 ``/other/NAME``             any other channel
-``/plot``, ``/top``         derived: W/e, degrees; the drawing, in mm   plots, two top views
+``/plot``, ``/top``         derived: W/e, degrees, lengths of the
+                            deck's vectors; the drawing, in mm          plots, two top views
 ``/run/NAME``               what `Recording.scalar` is given            plot
 ``/events/SOURCE``          what `Recording.event` is given             text log
+``/closed``                 how many samples there are, once all are
 ==========================  ==========================================  ===================
 
-Timelines: ``sim_time`` and ``step``. Writing and reading files sends no analytics; Rerun's viewer
-does, until ``rerun analytics disable`` has been run once.
+Timelines: ``sim_time`` and ``step``. A recording of unknown length has no index, so that it takes
+no memory; ``rerun rrd verify`` then asks for one, and ``rerun rrd optimize`` adds it. Writing and
+reading files sends no analytics; Rerun's viewer does, until ``rerun analytics disable`` has been
+run once.
 """
 
-from ab_sim.recording.reader import Event, RecordedRun, read_recording
-from ab_sim.recording.writer import BATCH_ROWS, BATCH_SECONDS, CHUNK_ROWS, Recording
+import os
+
+# Rerun reads this when it is imported. It would warn of every file without an index.
+os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
+
+from ab_sim.recording.reader import Event, RecordedRun, read_recording  # noqa: E402
+from ab_sim.recording.writer import BATCH_ROWS, CHUNK_ROWS, Recording  # noqa: E402
 
 __all__ = [
     "BATCH_ROWS",
-    "BATCH_SECONDS",
     "CHUNK_ROWS",
     "Event",
     "RecordedRun",

@@ -21,8 +21,22 @@ _HUES = [(70, 150, 255), (255, 170, 40), (60, 210, 200), (200, 120, 255), (240, 
 _HUES += [(255, 130, 180), (170, 140, 100), (120, 130, 255)]
 _TITLES = {
     "real_time_factor": "Real-time factor [1]; 1 keeps up",
-    "commands_received": "Commands received [rad/s]",
+    "commands_received": "Commands received, speed, command [rad/s]",
 }
+# Rerun links the time axes of plots only once one of them is zoomed; until then each spans its own
+# data. So every plot holds something of the whole run.
+_BESIDE = {"real_time_factor": "/plot/real_time", "commands_received": "/spindle/speed"}
+_RANGES = {"real_time_factor": (0.0, 1.25)}
+_STYLES: dict[str, Any] = {
+    "real_time_factor": rr.SeriesLines(names="measured", colors=_HUES[2], widths=3.0),
+    "commands_received": rr.SeriesPoints(names="received", colors=_WHITE, marker_sizes=1.5),
+}
+SIZES = {
+    "/deck/acceleration": "/plot/vibration/deck",
+    "/deck/accelerometer": "/plot/vibration/reading",
+}
+"""Entities of vectors, each with the one that holds their lengths: one curve, never a solid block,
+on an axis that begins at 0."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +87,9 @@ class Drawing:
         return (
             f"**{self.balls} balls on a race of radius {self.race:g} mm, "
             f"eccentricity e = {self.eccentricity:g} mm.**\n\nTop views, to scale: balls in the "
-            "colours of the plot, unbalance in red, a white cross where the shaft would rest, in "
-            f"green where its centre was in the last 50 ms.\n\n```json\n{text}\n```\n"
+            "colours of the plot (one that covers another is drawn smaller), unbalance in red, a "
+            "white cross where the shaft would rest, in green where its centre was in the last "
+            f"50 ms.\n\n```json\n{text}\n```\n"
         )
 
     def scenery(self) -> Parts:
@@ -96,9 +111,14 @@ class Drawing:
         )
         if self.balls:
             colors = [_HUES[ball % len(_HUES)] for ball in range(self.balls)]
-            yield "/top/rotor/balls", rr.Points2D.from_fields(colors=colors, radii=self.radii)
-            yield "/plot/balls", lines([f"ball {ball}" for ball in range(self.balls)])
+            yield "/top/rotor/balls", rr.Points2D.from_fields(colors=colors)
+            # Where curves coincide, the first ones show on both sides of the last ones.
+            widths = np.linspace(4.0, 1.5, self.balls).tolist()
+            yield "/plot/balls", lines([f"ball {ball}" for ball in range(self.balls)], widths)
         yield "/plot/whirl", lines(["W/e" if self.eccentricity else "W [mm]"])
+        yield "/plot/real_time", rr.SeriesLines(names="real time", colors=_GREY)
+        for color, (vector, size) in zip(_HUES, SIZES.items(), strict=False):
+            yield size, rr.SeriesLines(names=vector.rpartition("/")[2], colors=color)
 
     def frames(self, angle: Array, x: Array, y: Array, balls: Array) -> Parts:
         """What moves: columns, one row per sample. angle, x, y (rows,), balls (rows, balls)."""
@@ -112,9 +132,29 @@ class Drawing:
         yield "/plot/whirl", scalar_columns(whirl[:, None])
         if self.balls:
             places = self.race * np.stack([np.cos(balls), -np.sin(balls)], axis=-1)
-            points = rr.Points2D.columns(positions=places.reshape(-1, 2))
+            points = rr.Points2D.columns(
+                positions=places.reshape(-1, 2), radii=self._drawn_radii(balls).ravel()
+            )
             yield "/top/rotor/balls", points.partition(np.full(len(balls), self.balls))
             yield "/plot/balls", scalar_columns(np.degrees(balls))
+
+    def style(self, scalar: str) -> Any:
+        """Archetype that says how a scalar is drawn."""
+        return _STYLES.get(scalar, lines([scalar]))
+
+    def _drawn_radii(self, balls: Array) -> Array:
+        """Radii (rows, balls) in mm: the true ones, smaller for a ball that covers one before it.
+
+        Without contact balls may pass through each other, and started together they stay so.
+        """
+        drawn = np.tile(self.radii, (len(balls), 1))
+        for ball in range(1, self.balls):
+            radius, before = self.radii[ball], drawn[:, :ball]
+            chord = 2 * self.race * abs(np.sin(0.5 * (balls[:, :ball] - balls[:, ball, None])))
+            cover = np.clip(1 - chord / radius, 0.0, 1.0)  # 1: in the same place
+            inside = np.minimum(radius, 0.62 * before)
+            drawn[:, ball] = (radius + cover * (inside - radius)).min(axis=1)
+        return drawn
 
     def blueprint(self, scalars: Sequence[str] = ()) -> rrb.Blueprint:
         """Lay out the views, with one plot for each of the scalars."""
@@ -124,18 +164,15 @@ class Drawing:
         ]
         whirl = f"whirl W/e [1], e = {self.eccentricity:g} mm" if self.eccentricity else "W [mm]"
         middle = [
-            _plot("Spindle: speed and command [rad/s]", "/spindle/speed"),
+            _plot("Spindle: speed and command [rad/s]", "/spindle/speed", legend=True),
             _plot(f"Shaft: {whirl}", "/plot/whirl"),
-            _plot("Deck: vibration, ax and ay [m/s²]", "/deck/acceleration"),
+            _plot("Deck: vibration |a| [m/s²]", "/plot/vibration", legend=self.accelerometer),
         ]
         if self.balls:
             name = "Balls: angle from the unbalance [deg]"
-            middle.insert(2, _plot(name, "/plot/balls", legend=self.balls <= 8))
+            middle.insert(2, _plot(name, "/plot/balls", legend=self.balls <= 8, top=True))
         if self.motor:
             middle.insert(1, _plot("Motor: torque [N m]", "/spindle/torque"))
-        if self.accelerometer:
-            title = "Accelerometer: readings on its axes [m/s²]"
-            middle.append(_plot(title, "/deck/accelerometer"))
         columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body", "EntityPath"])
         right = [
             rrb.TextDocumentView(origin="/description", name="This run"),
@@ -143,7 +180,8 @@ class Drawing:
         ]
         for scalar in scalars:
             title = _TITLES.get(scalar, scalar.replace("_", " ").capitalize())
-            right.append(_plot(title, f"/run/{scalar}"))
+            beside, span = _BESIDE.get(scalar, ""), _RANGES.get(scalar)
+            right.append(_plot(title, f"/run/{scalar}", beside, legend=bool(beside), span=span))
         sides = [rrb.Vertical(*views) for views in (left, middle, right)]
         return rrb.Blueprint(
             rrb.Horizontal(*sides, column_shares=[3, 4, 3]),
@@ -165,17 +203,31 @@ class Drawing:
         )
 
 
-def _plot(name: str, origin: str, *, legend: bool = True) -> rrb.View:
+def _plot(
+    name: str,
+    origin: str,
+    beside: str = "",
+    *,
+    legend: bool = False,
+    top: bool = False,
+    span: tuple[float, float] | None = None,
+) -> rrb.View:
     return rrb.TimeSeriesView(
         name=name,
         origin=origin,
+        contents=["$origin/**", beside] if beside else "$origin/**",
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),  # zooming one zooms all
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=legend),
+        axis_y=rrb.ScalarAxis(range=span) if span else None,
+        # On the right, where it covers the end: a run begins with what matters.
+        plot_legend=rrb.PlotLegend(
+            rrb.Corner2D.RightTop if top else rrb.Corner2D.RightBottom, visible=legend
+        ),
     )
 
 
-def lines(names: list[str]) -> rr.SeriesLines:
+def lines(names: list[str], widths: list[float] | None = None) -> rr.SeriesLines:
     """Name and colour the series of an entity."""
     colors = [_GREY if n == "command" else _HUES[i % len(_HUES)] for i, n in enumerate(names)]
-    widths = [3.0 if n == "speed" else 1.5 for n in names]  # command lies on top of speed
+    if widths is None:
+        widths = [3.0 if n == "speed" else 1.5 for n in names]  # command lies on top of speed
     return rr.SeriesLines(names=names, colors=colors, widths=widths)

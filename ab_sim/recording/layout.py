@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+CLOSED = "/closed"
+"""Where a recording says, last of all, how many rows it has."""
+
 _GROUPS = {
     "/clock/time": ("time",),
     "/spindle/angle": ("angle",),

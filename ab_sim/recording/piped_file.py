@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import select
+import stat
 import threading
 from pathlib import Path
 
@@ -23,29 +24,32 @@ class PipedFile:
     A pipe never fails, and errors of the file come up here, where they can be raised.
     """
 
-    def __init__(self, path: Path, stream: rr.RecordingStream) -> None:
+    def __init__(self, path: Path, stream: rr.RecordingStream, index: bool) -> None:
         if not path.parent.is_dir():
             raise RecordingError(f"cannot record to {path}: there is no folder {path.parent}")
         try:
             self._file = path.open("wb", buffering=0)
         except OSError as error:
             raise RecordingError(f"cannot record to {path}: {error.strerror}") from error
+        self._path = path
         self._error: OSError | None = None
         self._whole = 0  # size [bytes] when the file last ended in a whole message
         self._lock = threading.Lock()  # held while anything is on its way from pipe to file
         outlet, inlet = os.pipe()
         os.set_blocking(outlet, False)
         self._pipe = os.fdopen(outlet, "rb", buffering=0)
-        stream.set_sinks(rr.FileSink(f"/dev/fd/{inlet}"))
+        stream.set_sinks(rr.FileSink(f"/dev/fd/{inlet}", write_footer=index))
         os.close(inlet)  # Rerun has opened its own: when it closes that, the pipe ends
         self._thread = threading.Thread(target=self._pump, name="recording", daemon=True)
         self._thread.start()
 
     def sync(self) -> None:
-        """Wait until all that Rerun has flushed is in the file; OSError if that fails."""
+        """Wait until all that Rerun has flushed is in the file.
+
+        OSError if that fails; FileNotFoundError if nothing of it is to be found there any more.
+        """
         self._drain()
-        if not self._error and os.fstat(self._file.fileno()).st_nlink == 0:
-            self._error = FileNotFoundError("the file has been deleted")
+        self._error = self._error or self._loss()
         if self._error:
             raise self._error
         self._whole = self._file.tell()
@@ -57,6 +61,20 @@ class PipedFile:
             raise TimeoutError(f"the disk did not answer for {FLUSH_SECONDS:g} s")
         self.sync()
         self._file.close()
+
+    def _loss(self) -> OSError | None:
+        """Why nothing of what was written can be read back under the file's name, if so."""
+        file = os.fstat(self._file.fileno())
+        try:
+            if not os.path.samestat(self._path.stat(), file):
+                return FileNotFoundError("the file has been replaced")
+        except FileNotFoundError:
+            return FileNotFoundError("the file has been deleted or renamed")
+        except OSError as error:
+            return error
+        if stat.S_ISREG(file.st_mode) and file.st_size != self._file.tell():
+            return FileNotFoundError("somebody else has written to the file, or emptied it")
+        return None
 
     def cut(self) -> None:
         """Drop a torn message at the end: it would make the whole file unreadable."""
@@ -74,6 +92,7 @@ class PipedFile:
         with self._lock:
             while data := self._pipe.read(1 << 20):
                 rest = memoryview(data)
+                self._error = self._error or self._loss()
                 try:
                     while rest and not self._error:  # after an error, only keep the pipe empty
                         rest = rest[self._file.write(rest) :]

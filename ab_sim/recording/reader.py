@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 from rerun.chunk import RrdReader
 
 from ab_sim.errors import RecordingError
-from ab_sim.recording.layout import Array, layout_of
-
-_FOOTER = b"RRF2FOOT"  # among the last bytes of every file that was closed
+from ab_sim.recording.layout import CLOSED, Array, layout_of
 
 
 @dataclass(frozen=True)
@@ -72,7 +70,7 @@ def read_recording(path: Path | str) -> RecordedRun:
         missing=int((leaps - 1).sum()),
         events=sorted(events, key=lambda event: event.time),
         scalars={name: np.column_stack([times, *values]) for name, times, values in scalars},
-        complete=_has_footer(path),
+        complete=CLOSED in static and _column(static[CLOSED], "rows")[0] == len(samples),
     )
 
 
@@ -86,7 +84,7 @@ def _batches(path: Path) -> tuple[Batches, Batches]:
         raise RecordingError(f"cannot read the recording {path}: {reason}")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # it warns of every file that was not closed
+            warnings.simplefilter("ignore")  # it warns of every file without an index
             chunks = RrdReader(path).stream().to_chunks()
     except (RuntimeError, ValueError) as error:
         raise RecordingError(f"{path} is not a Rerun recording, or is torn: {error}") from error
@@ -126,9 +124,3 @@ def _notes(moving: Batches, root: str, *names: str) -> Iterator[tuple[str, list[
         if entity.startswith(root):
             times = _column(batches, "sim_time").astype(np.int64) / 1e9
             yield entity.removeprefix(root), times.tolist(), [_column(batches, n) for n in names]
-
-
-def _has_footer(path: Path) -> bool:
-    with path.open("rb") as file:
-        file.seek(max(0, path.stat().st_size - 64))
-        return _FOOTER in file.read()

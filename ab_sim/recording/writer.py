@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time as wall
 import uuid
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,12 +12,18 @@ import rerun as rr
 from numpy.typing import ArrayLike
 
 from ab_sim.errors import RecordingError
-from ab_sim.recording.drawing import Drawing, lines
-from ab_sim.recording.layout import Array, entity_path, index_columns, layout_of, scalar_columns
+from ab_sim.recording.drawing import SIZES, Drawing, lines
+from ab_sim.recording.layout import (
+    CLOSED,
+    Array,
+    entity_path,
+    index_columns,
+    layout_of,
+    scalar_columns,
+)
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
 
-BATCH_ROWS = 200  # Sending costs the same for 1 and for 200 rows, so rows are collected, but a
-BATCH_SECONDS = 0.2  # file that is opened or cut off meanwhile is never older than this.
+BATCH_ROWS = 1000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
 _NEEDED = ("step", "time", "angle", "x", "y")
@@ -31,29 +36,39 @@ class Recording:
     An existing file is replaced. Use it from one thread at a time. Every method raises
     `RecordingError`. After a write error (disk full, file gone) all but `close` raise it again,
     and the file is cut back to the last batch that was written whole, so that it stays readable.
-    A recording that is killed loses the last `BATCH_SECONDS`.
+    What is given is collected until there are `BATCH_ROWS` of it, or until `flush`: who records
+    live calls that now and then, and what comes in between is what a killed recording loses.
 
     :param path: the file; its folder must exist.
     :param description: what was run, JSON-able; kept as it is. The pictures use ``race_radius``
         [m], ``eccentricity`` [m], ``balls`` (how many), ``ball_radii`` [m] (one per ball; None:
         some that fit), and of ``effects`` whether there is a motor or an accelerometer.
+    :param index: whether the file ends with Rerun's index, for quick access to parts of it. Until
+        then Rerun keeps an entry of 1 to 2 kB in memory for everything that is sent, some 300 MB
+        an hour for a drive at 1 kHz, so recordings of unknown length go without; ``rerun rrd
+        optimize`` adds it afterwards.
     """
 
-    def __init__(self, path: Path | str, *, description: Mapping[str, Any]) -> None:
+    def __init__(
+        self, path: Path | str, *, description: Mapping[str, Any], index: bool = True
+    ) -> None:
         self.path = Path(path)
         self.rows = 0  # rows taken by block()
-        self.rows_written = 0  # of these, rows known to be in the file
+        self.rows_written = 0  # of these, rows that are in the file
+        self.missing = 0  # steps between the first and the last of those that are not among them
+        self.last_step = -np.inf  # of the rows taken
         self._channels: tuple[str, ...] = ()
-        self._pending: list[Array] = []
-        self._last_step = -np.inf
-        self._last_flush = wall.monotonic()
+        self._blocks: list[Array] = []
+        self._scalars: dict[str, list[tuple[float, float]]] = {}  # by name: time, value
+        self._events: dict[str, list[tuple[float, str, str]]] = {}  # by source: time, text, level
+        self._collected = 0  # rows, scalars and events not sent yet
+        self._first_step = np.nan
         self._error: RecordingError | None = None
         self._closed = False
-        self._scalars: list[str] = []
         self._drawing = Drawing.of(description)
         text = self._drawing.document(description)
         self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
-        self._file = PipedFile(self.path, self._stream)
+        self._file = PipedFile(self.path, self._stream, index)
         self._stream.send_recording_name(self.path.stem)
         self._stream.send_blueprint(self._drawing.blueprint())
         self._static("/description", rr.TextDocument(text, media_type="text/markdown"))
@@ -68,7 +83,7 @@ class Recording:
         self.close()
 
     def block(self, channels: Sequence[str], samples: ArrayLike) -> None:
-        """Take samples. They are in the file after `BATCH_ROWS`, `BATCH_SECONDS`, or `close`.
+        """Take samples.
 
         :param channels: the same in every block. ``step``, ``time`` come first; ``angle``, ``x``,
             ``y`` and the angles of all balls are needed for the drawing; the rest is free.
@@ -87,12 +102,12 @@ class Recording:
         if len(rows) == 0:
             return
         self._check_steps(rows)
-        self._pending.append(rows)
-        self._last_step = rows[-1, 0]
+        if np.isnan(self._first_step):
+            self._first_step = rows[0, 0]
+        self._blocks.append(rows)
+        self.last_step = rows[-1, 0]
         self.rows += len(rows)
-        waited = wall.monotonic() - self._last_flush
-        if self.rows - self.rows_written >= BATCH_ROWS or waited >= BATCH_SECONDS:
-            self.flush()
+        self._collect(len(rows))
 
     def scalar(self, name: str, time: float, value: float) -> None:
         """Note a number that is not in the samples, such as the real-time factor, at time [s].
@@ -105,42 +120,38 @@ class Recording:
                 f"{self.path}: the name of a scalar must be one word, not {name!r}"
             )
         if name not in self._scalars:  # every name gets a plot; an empty one would only puzzle
-            self._scalars.append(name)
-            self._stream.send_blueprint(self._drawing.blueprint(self._scalars))
-        self._send(
-            entity_path("run", name),
-            index_columns([time]),
-            rr.Scalars.columns(scalars=[float(value)]),
-        )
+            self._scalars[name] = []
+            self._static(entity_path("run", name), self._drawing.style(name))
+            self._stream.send_blueprint(self._drawing.blueprint(list(self._scalars)))
+        self._scalars[name].append((time, float(value)))
+        self._collect(1)
 
     def event(self, time: float, text: str, level: str = "INFO", source: str = "run") -> None:
         """Note what happened at time [s]; ``level`` as in Python's logging."""
         self._check_usable()
         level = _LEVELS.get(level.upper(), level.upper())
-        columns = [*rr.TextLog.columns(text=[text], level=[level])]
-        columns += rr.AnyValues.columns(source=[source])
-        self._send(entity_path("events", source), index_columns([time]), columns)
+        self._events.setdefault(source, []).append((time, text, level))
+        self._collect(1)
 
     def flush(self) -> None:
         """Send what was collected, and wait until it is in the file."""
         self._check_usable()
-        self._last_flush = wall.monotonic()
-        rows = np.concatenate(self._pending) if self._pending else np.empty((0, 0))
-        self._pending.clear()
-        for start in range(0, len(rows), CHUNK_ROWS):
-            self._send_rows(rows[start : start + CHUNK_ROWS])
+        self._send_collected()
         try:
             self._stream.flush(timeout_sec=FLUSH_SECONDS)
             self._file.sync()
         except (RuntimeError, OSError) as error:
             raise self._fail(error) from error
         self.rows_written = self.rows
+        if self.rows:
+            self.missing = int(self.last_step - self._first_step) + 1 - self.rows
 
     def close(self) -> None:
-        """Write the rest and the index. Does nothing when closed already, or after an error."""
+        """Write the rest, and that this is all. Does nothing when closed, or after an error."""
         if self._closed or self._error:
             return
         self.flush()
+        self._static(CLOSED, rr.AnyValues(rows=self.rows))
         self._closed = True
         self._stream.disconnect()  # writes the index
         try:
@@ -176,16 +187,50 @@ class Recording:
         steps = rows[:, 0]
         if not (np.isfinite(rows[:, :2]).all() and (steps == np.rint(steps)).all()):
             raise RecordingError(f"{self.path}: step must be whole and time finite in every row")
-        if (np.diff(steps, prepend=self._last_step) <= 0).any():
+        if (np.diff(steps, prepend=self.last_step) <= 0).any():
             raise RecordingError(
                 f"{self.path}: step must grow from row to row, but {steps[0]:.0f}..{steps[-1]:.0f} "
-                f"came after {self._last_step:.0f}; after a reset, start a new recording"
+                f"came after {self.last_step:.0f}; after a reset, start a new recording"
             )
+
+    def _collect(self, count: int) -> None:
+        self._collected += count
+        if self._collected >= BATCH_ROWS:
+            self.flush()
+
+    def _send_collected(self) -> None:
+        rows = np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
+        for start in range(0, len(rows), CHUNK_ROWS):
+            self._send_rows(rows[start : start + CHUNK_ROWS])
+        for name, noted in self._scalars.items():
+            if noted:
+                times, values = zip(*noted, strict=True)
+                columns = rr.Scalars.columns(scalars=values)
+                self._send(entity_path("run", name), index_columns(times), columns)
+                noted.clear()
+        for source, happened in self._events.items():
+            if happened:
+                times, texts, levels = zip(*happened, strict=True)
+                columns = rr.TextLog.columns(text=texts, level=levels)
+                self._send(
+                    entity_path("events", source),
+                    index_columns(times),
+                    [*columns, *rr.AnyValues.columns(source=[source] * len(times))],
+                )
+        self._blocks.clear()
+        self._events.clear()
+        self._collected = 0
 
     def _send_rows(self, rows: Array) -> None:
         index, layout = index_columns(rows[:, 1], rows[:, 0]), layout_of(self._channels)
         for entity, columns in layout.items():
             self._send(entity, index, scalar_columns(rows[:, columns]))
+            if entity in SIZES:
+                sizes = np.linalg.norm(rows[:, columns], axis=1)
+                self._send(SIZES[entity], index, scalar_columns(sizes[:, None]))
+        ends = rows[[0, -1]]
+        one = scalar_columns(np.ones((2, 1)))
+        self._send("/plot/real_time", index_columns(ends[:, 1], ends[:, 0]), one)
         angle, x, y = (rows[:, self._channels.index(name)] for name in ("angle", "x", "y"))
         balls = rows[:, layout.get("/balls/angle", [])]
         for entity, part in self._drawing.frames(angle, x, y, balls):
@@ -198,8 +243,11 @@ class Recording:
         rr.log(entity, archetype, static=True, recording=self._stream, strict=True)
 
     def _fail(self, reason: Exception) -> RecordingError:
-        if isinstance(reason, OSError):  # otherwise the disk hangs, and so would these
+        if isinstance(reason, FileNotFoundError):
+            self.rows_written = self.missing = 0
+        elif isinstance(reason, OSError):
             self._file.cut()
+        if isinstance(reason, OSError):  # otherwise the disk hangs, and so would this
             self._stream.disconnect()
         self._error = RecordingError(
             f"recording stopped: {self.path} holds {self.rows_written} of {self.rows} rows and "

@@ -8,23 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.analysis import peak_whirl, replay, run_scene, settling_period, time_of_speed
+from ab_sim.analysis import (
+    first_passage_of_opposite,
+    peak_whirl,
+    replay,
+    run_scene,
+    time_of_speed,
+)
 from ab_sim.description import describe
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError
 from ab_sim.recording import Recording, read_recording
 from ab_sim.scene import check_scene
-from ab_sim.trajectory import Trajectory, channels_for
-
-
-def made(balls: int = 1, step: float = 1e-3, count: int = 1001, **channels: Any) -> Trajectory:
-    names = channels_for(balls)
-    samples = np.zeros((count, len(names)))
-    samples[:, 0] = np.arange(count)
-    samples[:, 1] = samples[:, 0] * step
-    for name, function in channels.items():
-        samples[:, names.index(name)] = function(samples[:, 1])
-    return Trajectory(names, samples)
+from ab_sim.trajectory import Trajectory
+from tests.analysis.made import made
 
 
 def test_peak_between_samples() -> None:
@@ -49,7 +46,7 @@ def test_peak_at_the_end() -> None:
     assert (peak, at) == (1.0, 1.0)
 
 
-def test_settling_needs_all_balls_and_is_found_between_samples() -> None:
+def test_first_passage_needs_all_balls_and_is_found_between_samples() -> None:
     run = made(
         balls=2,
         ball_0_angle=lambda t: -8 * t,
@@ -57,16 +54,13 @@ def test_settling_needs_all_balls_and_is_found_between_samples() -> None:
         ball_1_angle=lambda t: -5 * t,
         ball_1_rate=lambda t: np.full_like(t, -5.0),
     )
-    assert settling_period(run, 0.25) == pytest.approx(math.pi / 5 - 0.25, abs=1e-9)
+    assert first_passage_of_opposite(run) == pytest.approx(math.pi / 5, abs=1e-9)
 
 
-def test_settling_is_counted_from_the_period_and_may_not_happen() -> None:
-    gone = made(ball_0_angle=lambda t: np.full_like(t, -4.0))
-    assert settling_period(gone, 0.3) == pytest.approx(0.0)
-    never = made(ball_0_angle=lambda t: np.full_like(t, -3.0))
-    assert settling_period(never, 0.0) is None
-    assert settling_period(made(balls=0), 0.0) is None
-    assert settling_period(gone, 5.0) is None
+def test_first_passage_may_be_at_the_start_or_not_happen() -> None:
+    assert first_passage_of_opposite(made(ball_0_angle=lambda t: np.full_like(t, -4.0))) == 0.0
+    assert first_passage_of_opposite(made(ball_0_angle=lambda t: np.full_like(t, -3.0))) is None
+    assert first_passage_of_opposite(made(balls=0)) is None
 
 
 def test_time_of_speed() -> None:

@@ -48,7 +48,18 @@ def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
     assert np.degrees(report["samples"][2]["theta"]) == pytest.approx([-198.3, -198.3], abs=0.1)
     assert report["peak_whirl_over_e"] == pytest.approx(62.53, rel=1e-3)
     assert report["peak_time"] == pytest.approx(3.297, rel=1e-3)
-    assert report["settling_period"] == pytest.approx(0.873, rel=1e-3)
+    passed = report["first_passage_of_opposite"] - report["variable_speed_period"]
+    assert passed == pytest.approx(0.873, rel=1e-3)
+    assert report["final_stretch"] == pytest.approx(0.6)
+    assert report["still_changing"] is True and report["in_band_from"] is None
+    through, alone = report["without_variable_speed_period"], report["without_balls"]
+    assert through["peak_whirl_over_e"] == pytest.approx(54.56, rel=1e-3), "thesis-baseline's"
+    assert alone["residual_unbalance"] == alone["final_whirl_relative_to_no_balls"] == 1.0
+    share = report["final_whirl_over_e"] / alone["final_whirl_over_e"]
+    assert report["final_whirl_relative_to_no_balls"] == pytest.approx(share)
+    assert share > 2, "the thesis' set is not balanced by its hold"
+    for words in ("without balls", "residual unbalance", "still changing", "3.373 s"):
+        assert words in done.stderr
     assert report["scene"] == "thesis-hold"
     assert report["effects"]["suspension"] == {"stiffness": 1000.0, "damping": 0.2}
     assert (report["stepper"], report["step"]) == ("rk8", 0.001)
@@ -71,7 +82,10 @@ def test_json_to_standard_output_is_only_json() -> None:
     report = json.loads(done.stdout)
     assert report["samples"] == []
     assert (report["stepper"], report["step"]) == ("rk4", 0.0005)
-    assert report["settling_period"] is None
+    assert report["first_passage_of_opposite"] is None
+    assert report["without_balls"] is None and report["without_variable_speed_period"] is None
+    assert report["final_whirl_relative_to_no_balls"] is None
+    assert report["residual_unbalance"] == 1.0
 
 
 @pytest.mark.parametrize(

@@ -41,8 +41,9 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 def test_says_what_it_did(finished: tuple[Path, str]) -> None:
     _, text = finished
     for words in (
-        "peak W/e", "settling period", "final ball angles", "real-time factor", "worst lateness",
-        "steps dropped", "messages lost", "startup.rrd", "startup.png", "of 6 s",
+        "peak W/e", "final W/e", "residual unbalance", "... / without balls",
+        "period", "final ball angles", "real-time factor", "worst lateness",
+        "steps dropped", "messages lost", "startup.rrd", "startup.png", "of 9 s",
     ):  # fmt: skip
         assert words in text
 
@@ -52,18 +53,18 @@ def test_recorded_ball_angles_equal_an_offline_run(finished: tuple[Path, str]) -
     recorded = read_recording(finished[0] / "startup.rrd")
     assert recorded.missing == 0
     live = Trajectory(recorded.channels, recorded.samples)
-    assert live["time"][-1] > 6.0
+    assert live["time"][-1] > 9.0
     assert len(set(live["command"].tolist())) > 100
     offline = replay(check_scene(recorded.description["scene"], "recording"), live)
     np.testing.assert_allclose(offline.ball_angles, live.ball_angles, rtol=0, atol=1e-9)
 
 
-def test_start_up_is_the_thesis_one(finished: tuple[Path, str]) -> None:
-    """Peak W/e about 62 (ours offline: 62.53), balls past -180 deg: a live run comes to 1 %."""
+def test_the_drive_gets_balanced(finished: tuple[Path, str]) -> None:
+    """Ours offline: 0.107 e in the end. Live, where balls stick differs by a few degrees."""
     recorded = read_recording(finished[0] / "startup.rrd")
     live = Trajectory(recorded.channels, recorded.samples)
-    assert live.whirl.max() / 1e-4 == pytest.approx(62.53, rel=0.01)
-    assert np.degrees(live.ball_angles).min(axis=0) == pytest.approx([-205, -205], abs=3)
+    assert live.whirl.max() / 1e-4 == pytest.approx(26.9, rel=0.02)
+    assert live.whirl[-500:].max() / 1e-4 < 0.3, "1.34 without balls"
 
 
 def test_picture(finished: tuple[Path, str]) -> None:

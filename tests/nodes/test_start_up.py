@@ -1,14 +1,16 @@
 """The three nodes together: a start-up, recorded, read back, and run again offline."""
 
 import math
+import resource
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ab_msgs_py import Block, topics
+from ab_msgs_py import Block, Health, Level, topics
 from ab_msgs_py.samples import description_message, text_of
 from ab_sim.analysis import replay
+from ab_sim.errors import RecordingError
 from ab_sim.recording import read_recording
 from ab_sim.scene import check_scene, find_scene
 from ab_sim.trajectory import Trajectory
@@ -45,6 +47,8 @@ def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_
     assert fleet.call("drive_sim/pause", False)[0]
     fleet.until(lambda: status and text_of(status[-1]) == "done", "the profile is done")
     fleet.until(lambda: joints and joints[-1].velocity[0] == 200.0, "the drive is there")
+    measured = lambda: fleet.value("drive_sim", "real-time factor") not in ("", "nan")  # noqa: E731
+    fleet.until(measured, "the real-time factor has been measured")
     for node in ("drive_sim", "profile_controller", "recorder"):
         assert fleet.stop(node) == 0, node
         assert "Traceback" not in fleet.log(node)
@@ -64,7 +68,8 @@ def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_
     texts = [event.text for event in recorded.events]
     assert any("profile: running" in text for text in texts)
     assert any("profile: done" in text for text in texts)
-    assert "real_time_factor" in recorded.scalars
+    factors = recorded.scalars["real_time_factor"][:, 1]
+    assert len(factors) > 0 and factors.min() > 0.0, "while it stood still there was none"
 
 
 def test_abort_commands_standstill(fleet: Fleet) -> None:
@@ -95,26 +100,72 @@ def test_reset_of_the_drive_aborts_the_profile(fleet: Fleet) -> None:
 
 
 def test_recorder_survives_malformed_messages(fleet: Fleet, tmp_path: Path) -> None:
-    file = tmp_path / "run.rrd"
+    file, blocks = tmp_path / "run.rrd", fleet.listen(topics.BLOCK)
     fleet.start("recorder", path=file)
     fleet.start("drive_sim", scene="thesis-hold")
     fleet.until(lambda: int(fleet.value("recorder", "samples written") or 0) > 100, "samples")
     block = topics.BLOCK.publisher(fleet.node)
     description = topics.DESCRIPTION.publisher(fleet.node)
+    diagnostics = topics.DIAGNOSTICS.publisher(fleet.node)
+    timeless = Block.of(blocks[-1])
+    timeless.samples[0, 1] = math.nan
     for bad in (
         Block(("step", "time"), np.zeros((3, 2))),
         Block(("step", "time"), np.array([[math.nan, 0.0]])),
         Block(("step", "time"), np.array([[1e9, 0.0]])),
+        timeless,
     ):
         block.publish(bad.message())
     description.publish(description_message({"balls": "two"}))
+    factor = {"real-time factor": "one"}
+    diagnostics.publish(Health("/drive_sim", Level.OK, "", factor).message_at(0))
     fleet.until(
-        lambda: int(fleet.value("recorder", "messages malformed") or 0) == 4, "four are counted"
+        lambda: int(fleet.value("recorder", "messages malformed") or 0) == 6, "six are counted"
     )
     for node in ("drive_sim", "recorder"):
         assert fleet.stop(node) == 0
     recorded = read_recording(file)
     assert recorded.complete and recorded.missing == 0
+
+
+def test_recorder_whose_disk_is_full_says_what_the_file_holds(fleet: Fleet, tmp_path: Path) -> None:
+    """A real write error: the kernel lets its files grow no further."""
+    file = tmp_path / "run.rrd"
+    process = fleet.start("recorder", path=file)
+    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.until(lambda: int(fleet.value("recorder", "samples written") or 0) > 100, "samples")
+    size = file.stat().st_size + 300_000
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (size, size))
+    assert fleet.ended("recorder") == RecordingError.exit_code
+    fleet.until(lambda: fleet.health("recorder").level is Level.ERROR, "its last diagnostics")
+    recorded = read_recording(file)
+    assert not recorded.complete and len(recorded.samples) > 100
+    log, last = fleet.log("recorder"), fleet.health("recorder")
+    assert f"run.rrd holds {len(recorded.samples)} of " in last.message
+    assert last.message in log and "File too large" in last.message
+    assert int(last.values["samples written"]) == len(recorded.samples)
+    assert int(last.values["samples missing"]) == recorded.missing == 0
+    assert f"{file}: {len(recorded.samples)} samples, 0 missing" in log
+
+
+def test_a_flood_of_commands_costs_no_samples(fleet: Fleet, tmp_path: Path) -> None:
+    file = tmp_path / "run.rrd"
+    fleet.start("recorder", path=file, queue=200)
+    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.until(lambda: int(fleet.value("recorder", "samples written") or 0) > 100, "samples")
+
+    def lost() -> int:
+        fleet.command(*[50.0] * 500)
+        return int(fleet.value("recorder", "messages dropped") or 0)
+
+    fleet.until(lambda: lost() > 1000, "messages are dropped")
+    for node in ("drive_sim", "recorder"):
+        assert fleet.stop(node) == 0
+    last, recorded = fleet.health("recorder"), read_recording(file)
+    assert recorded.complete and recorded.missing == int(last.values["samples missing"]) == 0
+    assert int(last.values["samples written"]) == len(recorded.samples)
+    assert last.level is Level.WARN
+    assert last.values["messages dropped"] == last.values["messages dropped, spindle/command"]
 
 
 def test_recorder_never_overwrites(fleet: Fleet, tmp_path: Path) -> None:

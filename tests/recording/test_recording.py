@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import resource
-from collections.abc import Iterator
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -11,8 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 import rerun as rr
+import rerun_cli
 from numpy.typing import NDArray
 from rerun.chunk import RrdReader
+from rerun_bindings import check_for_rrd_footer
 
 from ab_sim.errors import RecordingError
 from ab_sim.recording import BATCH_ROWS, CHUNK_ROWS, Recording, read_recording
@@ -133,8 +138,9 @@ def test_motor_and_accelerometer_have_places_of_their_own(tmp_path: Path) -> Non
     readings = np.array(cells(path, "/deck/accelerometer", "Scalars:scalars"))
     assert np.array_equal(np.column_stack([torque, readings]), wide[:, -3:])
     record(tmp_path / "plain.rrd", names, samples)
-    extra = set(views(path)) - set(views(tmp_path / "plain.rrd"))
-    assert extra == {"Motor: torque [N m]", "Accelerometer: readings on its axes [m/s²]"}
+    assert set(views(path)) - set(views(tmp_path / "plain.rrd")) == {"Motor: torque [N m]"}
+    sizes = np.array(cells(path, "/plot/vibration/reading", "Scalars:scalars"))[:, 0]
+    np.testing.assert_allclose(sizes, np.hypot(*readings.T))
 
 
 def test_the_callers_buffer_may_be_reused(tmp_path: Path) -> None:
@@ -231,6 +237,41 @@ def test_whirl_is_given_in_units_of_the_eccentricity(tmp_path: Path) -> None:
     np.testing.assert_allclose(whirl, np.hypot(samples[:, 5], samples[:, 6]) / 1e-4, rtol=1e-12)
 
 
+def test_vibration_is_shown_as_one_curve(tmp_path: Path) -> None:
+    names, samples = run(5)
+    record(tmp_path / "run.rrd", names, samples)
+    sizes = np.array(cells(tmp_path / "run.rrd", "/plot/vibration/deck", "Scalars:scalars"))[:, 0]
+    ax, ay = (samples[:, names.index(name)] for name in ("ax", "ay"))
+    np.testing.assert_allclose(sizes, np.hypot(ax, ay))
+
+
+def test_plots_of_scalars_hold_something_of_the_whole_run(tmp_path: Path) -> None:
+    """Rerun gives each plot the span of its data, whatever its axis is linked to."""
+    names, samples = run(700)
+    path = tmp_path / "run.rrd"
+    with Recording(path, description=describe()) as recording:
+        for name in ("real_time_factor", "commands_received"):
+            recording.scalar(name, 0.3, 1.0)
+        recording.block(names, samples)
+    reader = RrdReader(path)
+    contents: dict[str, list[str]] = {}
+    for blueprint in reader.blueprints():
+        for chunk in reader.stream(store=blueprint).to_chunks():
+            batch = chunk.to_record_batch()
+            if "ViewContents:query" in batch.schema.names:
+                contents[chunk.entity_path] = batch["ViewContents:query"].to_pylist()[0]
+    beside = {query[1] for query in contents.values() if len(query) > 1} - {"/top/rest"}
+    assert beside == {"/plot/real_time", "/spindle/speed"}
+    for entity in beside:
+        times = [
+            time
+            for chunk in reader.stream().to_chunks()
+            if chunk.entity_path == entity and not chunk.is_static
+            for time in chunk.to_record_batch()["step"].to_pylist()
+        ]
+        assert (min(times), max(times)) == (0, 699)
+
+
 def test_a_balanced_rotor_has_no_division_by_zero(tmp_path: Path) -> None:
     names, samples = run(5)
     with Recording(tmp_path / "run.rrd", description=describe(eccentricity=0.0)) as recording:
@@ -240,11 +281,17 @@ def test_a_balanced_rotor_has_no_division_by_zero(tmp_path: Path) -> None:
 
 
 def test_every_ball_is_drawn_in_its_size_within_the_race(tmp_path: Path) -> None:
+    """But one that covers another's middle is smaller, so that both are seen."""
     names, samples = run(3)
     path = tmp_path / "run.rrd"
+    samples[:, names.index("ball_0_angle")] = 7.0
+    samples[:, names.index("ball_1_angle")] = 7.0 + np.array([0.3, 0.1, 0.0])
     with Recording(path, description=describe(ball_radii=[1e-3, 2e-3])) as recording:
         recording.block(names, samples)
-    assert still(path, "/top/rotor/balls", "Points2D:radii") == pytest.approx([1.0, 2.0])
+    apart, near, together = cells(path, "/top/rotor/balls", "Points2D:radii")
+    assert apart == pytest.approx([1.0, 2.0])
+    assert together == pytest.approx([1.0, 0.62])
+    assert near[0] == 1.0 and together[1] < near[1] < apart[1]
     wall = np.array(still(path, "/top/rotor/race", "LineStrips2D:strips")[0])
     np.testing.assert_allclose(np.hypot(*wall.T), 12.0, rtol=1e-6)
 
@@ -264,6 +311,45 @@ def test_rows_are_collected_and_sent_together(tmp_path: Path) -> None:
         assert recording.rows == BATCH_ROWS - 1
         recording.block(names, samples[-1:])
         assert recording.rows == recording.rows_written == BATCH_ROWS
+
+
+@pytest.mark.filterwarnings("ignore:RRD file has no footer")
+def test_what_is_sent_and_kept_does_not_grow_with_the_messages(tmp_path: Path) -> None:
+    """100,000 messages in 20 batches, as a recorder writes them: Rerun is sent, and keeps, few."""
+    batches, notes, path = 20, 2500, tmp_path / "run.rrd"
+    names, samples = run(batches * 200)
+    times = np.linspace(0.0, 1.0, notes)
+    with Recording(path, description=describe(), index=False) as recording:
+        for batch in np.split(samples, batches):
+            recording.block(names, batch)
+            for time in times:
+                recording.scalar("commands_received", time, 100.0)
+                recording.event(time, "rejected", source="log")
+            recording.flush()
+    back = read_recording(path)
+    assert len(back.scalars["commands_received"]) == len(back.events) == batches * notes
+    assert back.complete and back.samples.tobytes() == samples.tobytes()
+    chunks = [chunk.entity_path for chunk in RrdReader(path).stream().to_chunks()]
+    sendings = 1 + batches * (200 + 2 * notes) // BATCH_ROWS + batches
+    assert max(chunks.count(entity) for entity in chunks) <= sendings
+    assert not check_for_rrd_footer(path), "an index would have been kept in memory"
+
+
+@pytest.mark.filterwarnings("ignore:RRD file has no footer")
+def test_an_index_can_be_added_afterwards(tmp_path: Path) -> None:
+    """By Rerun's own tool, as the documentation says; with it, its check of a file passes."""
+    names, samples = run(500)
+    bare, indexed = tmp_path / "run.rrd", tmp_path / "indexed.rrd"
+    with Recording(bare, description=describe(), index=False) as recording:
+        recording.block(names, samples)
+        recording.scalar("real_time_factor", 0.1, 1.0)
+    rerun = [str(Path(rerun_cli.__file__).with_name("rerun")), "rrd"]
+    subprocess.run([*rerun, "optimize", bare, "-o", indexed], check=True, capture_output=True)
+    subprocess.run([*rerun, "verify", indexed], check=True, capture_output=True)
+    back = read_recording(indexed)
+    assert back.complete and back.samples.tobytes() == samples.tobytes()
+    assert back.scalars["real_time_factor"].tolist() == [[0.1, 1.0]]
+    assert len(RrdReader(indexed).blueprints()) == len(RrdReader(bare).blueprints()) > 0
 
 
 def test_a_recording_can_be_read_while_it_runs(tmp_path: Path) -> None:
@@ -335,6 +421,7 @@ def test_write_error_at_the_very_end_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "run.rrd"
     recording = Recording(path, description=describe())
     recording.block(names, samples)
+    recording.flush()
     with (
         files_limited_to(path.stat().st_size + 10),
         pytest.raises(RecordingError, match=r"holds 400 of 400 rows.*File too large"),
@@ -345,17 +432,32 @@ def test_write_error_at_the_very_end_is_reported(tmp_path: Path) -> None:
     assert not back.complete
 
 
-@pytest.mark.parametrize("folder_too", [False, True])
-def test_a_file_that_is_deleted_meanwhile_is_reported(tmp_path: Path, folder_too: bool) -> None:
-    names, samples = run(10)
+@pytest.mark.parametrize(
+    ("harm", "match"),
+    [
+        (lambda file: file.unlink(), "deleted or renamed"),
+        (lambda file: shutil.rmtree(file.parent), "deleted or renamed"),
+        (lambda file: file.rename(file.with_stem("other")), "deleted or renamed"),
+        (lambda file: shutil.copy(file, file.with_suffix("")).replace(file), "replaced"),
+        (lambda file: os.truncate(file, 0), "emptied"),
+    ],
+    ids=["deleted", "folder", "renamed", "replaced", "emptied"],
+)
+def test_a_file_that_is_lost_meanwhile_holds_nothing(
+    tmp_path: Path, harm: Callable[[Path], Any], match: str
+) -> None:
+    names, samples = run(20)
     (tmp_path / "runs").mkdir()
-    recording = Recording(tmp_path / "runs" / "run.rrd", description=describe())
-    (tmp_path / "runs" / "run.rrd").unlink()
-    if folder_too:
-        (tmp_path / "runs").rmdir()
-    recording.block(names, samples)
-    with pytest.raises(RecordingError, match=r"run\.rrd.*has been deleted"):
+    path = tmp_path / "runs" / "run.rrd"
+    recording = Recording(path, description=describe())
+    recording.block(names, samples[:10])
+    recording.flush()
+    assert recording.rows_written == 10
+    harm(path)
+    recording.block(names, samples[10:])
+    with pytest.raises(RecordingError, match=rf"run\.rrd holds 0 of 20 rows.*{match}"):
         recording.close()
+    assert recording.rows_written == recording.missing == 0
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,103 @@
+"""What a run is judged by, as a table: beside the same run without period, and without balls."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+from rich.table import Table
+
+from ab_sim.analysis import Compared, Comparison, Merits
+from ab_sim.analysis.merits import BAND, FLOOR, LAST
+from ab_sim.scene import Scene
+
+
+def merits_table(
+    title: str, scene: Scene, runs: Mapping[str, Merits], comparison: Comparison
+) -> Table:
+    """A column for each run, and for each that they are compared with.
+
+    Args:
+        title: the table's.
+        scene: what was run.
+        runs: by the heads of their columns.
+        comparison: what stands beside them.
+    """
+    columns = dict(runs)
+    failures = []
+    for head, beside in comparison.by_name().items():
+        if isinstance(beside, Compared):
+            columns[head] = beside.merits
+        else:
+            failures.append(f"{head} it could not run: {beside}")
+    merits = list(columns.values())
+    e = scene.rotor.eccentricity
+    scale, unit, symbol = (1 / e, "e", "W/e") if e > 0 else (1e3, "mm", "W [mm]")
+    balls = scene.balls.count > 0
+    table = Table(title=title, caption="\n".join([_caption(scene), *failures]))
+    table.caption_justify = "left"
+    table.add_column("", no_wrap=True)
+    for head in columns:
+        table.add_column(head, overflow="fold")
+
+    table.add_row(f"peak {symbol}", *(_peak(m, scale) for m in merits))
+    table.add_row(f"final {symbol}", *(_final(m, scale) for m in merits))
+    if balls:
+        shares = [comparison.relative_whirl(m) for m in merits]
+        table.add_row("... / without balls", *(_number(share) for share in shares))
+        table.add_row("residual unbalance", *(_number(m.residual_unbalance) for m in merits))
+    table.add_row("in the band", *(_in_band(m, scale, unit) for m in merits))
+    if balls and scene.profile is not None and scene.profile.kind == "start_up":
+        table.add_row("all at -180 deg", *(_passage(m) for m in merits))
+    if balls:
+        table.add_row("final ball angles", *(_angles(m) for m in merits))
+    table.add_row("final speed", *(f"{m.final_speed:.4g} rad/s" for m in merits))
+    return table
+
+
+def _caption(scene: Scene) -> str:
+    def sentences() -> Iterator[str]:
+        yield (
+            f"Final: root mean square over the last {100 * LAST:g} % of the run. Band: "
+            f"+-{100 * BAND:g} % of final W, at least +-{100 * FLOOR:g} % of M0 e/M. "
+            "Times, and when all balls were at -180 deg first, from the run's start."
+        )
+        if scene.balls.count:
+            yield "Without balls: their mass is taken out too."
+        if "gravity" in scene.effects:
+            yield "W counts from where the deck hangs."
+
+    return " ".join(sentences())
+
+
+def _peak(merits: Merits, scale: float) -> str:
+    return f"{merits.peak_whirl * scale:.4g} at {merits.peak_time:.3f} s"
+
+
+def _final(merits: Merits, scale: float) -> str:
+    text = f"{merits.final_whirl * scale:.3g}"
+    if merits.changing:
+        first, second = (half * scale for half in merits.halves)
+        text += f", still changing ({first:.3g}, then {second:.3g})"
+    return text
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+def _in_band(merits: Merits, scale: float, unit: str) -> str:
+    if merits.in_band_from is not None:
+        return f"+-{merits.band * scale:.2g} {unit} from {merits.in_band_from:.2f} s"
+    least, most = (whirl * scale for whirl in merits.span)
+    return f"not before the end: {least:.3g} to {most:.3g} {unit}"
+
+
+def _passage(merits: Merits) -> str:
+    if not merits.final_ball_angles:
+        return "-"
+    passed = merits.first_passage_of_opposite
+    return "never" if passed is None else f"{passed:.3f} s"
+
+
+def _angles(merits: Merits) -> str:
+    angles = merits.final_ball_angles
+    return ", ".join(f"{math.degrees(a):.1f}" for a in angles) + " deg" if angles else "-"

@@ -1,0 +1,148 @@
+"""Merits of curves whose merits are known; runs beside those without balls and without period."""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_sim.analysis import Compared, compare, merits_of, run_scene, without_balls, without_period
+from ab_sim.dynamics.assemble import system_of
+from ab_sim.scene import load_scene, scene_names
+from ab_sim.trajectory import Trajectory
+from tests.analysis.made import made
+
+E = 1e-4
+
+
+def whirling(whirl: Any, **channels: Any) -> Trajectory:
+    """Along x, for 10 s."""
+    return made(balls=2, step=1e-2, x=whirl, **channels)
+
+
+def test_final_whirl_and_time_into_the_band(scene: Any) -> None:
+    """W = 2 e + 50 e exp(-2 t): within a tenth of its end from t = ln(50 / 0.2) / 2 on."""
+    merits = merits_of(whirling(lambda t: E * (2 + 50 * np.exp(-2 * t))), scene())
+    assert merits.final_whirl == pytest.approx(2 * E, rel=1e-6)
+    assert merits.band == pytest.approx(0.2 * E, rel=1e-6)
+    assert merits.in_band_from == pytest.approx(math.log(250) / 2, abs=1e-2)
+    assert not merits.changing
+    assert merits.peak_whirl == pytest.approx(52 * E)
+
+
+def test_a_balanced_disc_has_a_band_too(scene: Any) -> None:
+    """W falls to nothing: within 5 % of M0 e / M, where M0 = 98 g of M = 100 g."""
+    merits = merits_of(whirling(lambda t: 50 * E * np.exp(-2 * t)), scene())
+    assert merits.band == pytest.approx(0.05 * 0.98 * E)
+    assert merits.in_band_from == pytest.approx(math.log(50 / 0.049) / 2, abs=1e-2)
+
+
+def test_a_run_that_ends_too_soon_says_so(scene: Any) -> None:
+    merits = merits_of(whirling(lambda t: 50 * E * np.exp(-0.3 * t)), scene())
+    assert merits.changing and merits.in_band_from is None
+    first, second = merits.halves
+    assert second / first == pytest.approx(math.exp(-0.15), abs=1e-3)
+
+
+def test_a_whirl_that_keeps_varying_is_in_no_band_but_does_not_change(scene: Any) -> None:
+    merits = merits_of(whirling(lambda t: E * (2 + np.sin(4 * math.pi * t))), scene())
+    assert not merits.changing and merits.in_band_from is None
+    assert merits.span == pytest.approx((E, 3 * E), rel=0.01)
+    assert merits.final_whirl == pytest.approx(math.sqrt(4.5) * E, rel=0.01)
+
+
+def test_residual_unbalance(scene: Any) -> None:
+    """2 m R / (M0 e) = 2.04: 1.04 opposite the unbalance, 0 at +-119.34 deg (EQUATIONS)."""
+
+    def at(*degrees: float) -> float | None:
+        angles = {
+            f"ball_{i}_angle": lambda t, a=a: np.full_like(t, math.radians(a))
+            for i, a in enumerate(degrees)
+        }
+        return merits_of(made(balls=2, **angles), scene()).residual_unbalance
+
+    ratio = 2 * 1e-3 * 0.01 / (0.098 * E)
+    assert at(-180, 180) == pytest.approx(ratio - 1)
+    balanced = math.degrees(math.acos(-1 / ratio))
+    assert balanced == pytest.approx(119.34, abs=0.01)
+    assert at(balanced, -balanced) == pytest.approx(0, abs=1e-12)
+    assert merits_of(made(balls=0), without_balls(scene())).residual_unbalance == 1.0
+
+
+def test_without_an_unbalance_nothing_is_relative_to_it(scene: Any) -> None:
+    merits = merits_of(whirling(lambda t: 0 * t), scene(rotor={"eccentricity": 0.0}))
+    assert merits.residual_unbalance is None
+    report = merits.report(0.0)
+    assert report["final_whirl_over_e"] is None and report["in_band_from"] == 0.0
+    json.dumps(report, allow_nan=False)
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_every_scene_can_do_without_its_balls(name: str) -> None:
+    scene = load_scene(name)
+    alone = without_balls(scene)
+    assert alone.balls.count == 0
+    assert alone.eccentric_mass == scene.eccentric_mass
+    assert alone.total_mass == pytest.approx(scene.total_mass - scene.balls.total_mass)
+    assert len(system_of(alone).balls) == 0
+    assert alone.effects == scene.effects and alone.profile == scene.profile
+
+
+def test_a_run_beside_others() -> None:
+    """Without period thesis-hold is thesis-baseline; without balls a rotor whose whirl is known."""
+    run = run_scene(load_scene("thesis-hold", ["duration=16"]))
+    comparison = compare(run)
+    through, alone = comparison.without_period, comparison.without_balls
+    assert isinstance(through, Compared) and isinstance(alone, Compared)
+    baseline = run_scene(load_scene("thesis-baseline", ["duration=16"]))
+    assert through.whirl.tobytes() == baseline.trajectory.whirl.tobytes()
+    assert through.merits == baseline.merits
+    M, w, k, c = 0.098, 200.0, 1000.0, 0.2
+    steady = M * E * w**2 / abs(k - M * w**2 + 1j * c * w)
+    assert alone.merits.final_whirl == pytest.approx(steady, rel=1e-3)
+    assert comparison.relative_whirl(run.merits) == pytest.approx(
+        run.merits.final_whirl / alone.merits.final_whirl
+    )
+    json.dumps(comparison.report(run.merits, E), allow_nan=False)
+
+
+def test_who_cannot_run_is_named_and_stops_nobody() -> None:
+    """Without its balls so little is left of this drive that no scene may have it."""
+    changes = ["effects.suspension.stiffness=0", "effects.suspension.damping=0"]
+    changes += ["rotor.total_mass=1e-8", "balls.mass=4.8e-9", "effects.rolling_friction.arm=0"]
+    run = run_scene(load_scene("thesis-hold", [*changes, "duration=0.1"]))
+    comparison = compare(run)
+    assert "rotor.mass" in str(comparison.without_balls)
+    assert comparison.relative_whirl(run.merits) is None
+    report = comparison.report(run.merits, E)
+    assert report["without_balls"] == {"failure": comparison.without_balls}
+    assert report["without_variable_speed_period"]["peak_whirl_over_e"] > 0
+
+
+def test_the_demo_gets_balanced_by_its_balls_and_its_period() -> None:
+    """Without balls 1.34 e; with them but without the hold more than half of that; with it, 8 %."""
+    run = run_scene(load_scene("balanced-start-up"))
+    comparison = compare(run)
+    through = comparison.without_period
+    assert isinstance(through, Compared)
+    share, through_share = (comparison.relative_whirl(m) for m in (run.merits, through.merits))
+    assert share is not None and share < 0.1
+    assert through_share is not None and through_share > 0.5
+    assert run.merits.in_band_from is not None and not run.merits.changing
+    assert run.merits.first_passage_of_opposite is None, "which says nothing of balance"
+
+
+def test_the_demo_is_no_lucky_start() -> None:
+    """From ten starts at random: the worst with the hold is better than the median without."""
+    random = np.random.default_rng(1)
+    scene = load_scene("balanced-start-up")
+    ends: dict[bool, list[float]] = {True: [], False: []}
+    for angles in random.uniform(-math.pi, math.pi, (10, 2)).tolist():
+        for hold in ends:
+            start = scene.start.model_copy(update={"ball_angles": tuple(angles)})
+            one = scene.model_copy(update={"start": start})
+            end = run_scene(one if hold else without_period(one)).merits.final_whirl
+            ends[hold].append(end / E)
+    assert np.median(ends[True]) < 0.3 < 0.6 < np.median(ends[False])
+    assert np.max(ends[True]) < np.median(ends[False])
