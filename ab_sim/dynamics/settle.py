@@ -127,15 +127,17 @@ def place_of(system, i):  # type: ignore[no-untyped-def]
 @numba.njit(**APART)
 def _close_gaps(system, state, modes):  # type: ignore[no-untyped-def]
     n = system.contacts.shape[0]
-    begin = 0
+    begin, widest = 0, 0.0
     for k in range(n):
-        if modes[(k - 1) % n, JOINED] == 0:
-            begin = k
-    for step in range(n):
+        room = gap(system, state, modes, k)
+        if room > widest:
+            begin, widest = (k + 1) % n, room
+    for step in range(n - 1):
         k = (begin + step) % n
-        if modes[k, JOINED] == 1:
+        moved = gap(system, state, modes, k)
+        if modes[k, JOINED] == 1 or moved < 0.0:
             j = ball_at(system, (k + 1) % n)
-            state[4 + j] -= gap(system, state, modes, k) / path_radius(system, state, j)
+            state[4 + j] -= moved / path_radius(system, state, j)
 
 
 @numba.njit(**INLINED)
@@ -152,7 +154,7 @@ come_to_rest = only_if(has_friction, _come_to_rest)
 stop_row = only_if(has_contact, _stop_row)
 """Bring those in a row with ball i to rest."""
 close_gaps = only_if(has_contact, _close_gaps)
-"""Take out what rounding and truncation have done to the distances of balls in contact."""
+"""Take out what rounding and truncation have done to balls in contact, and any overlap."""
 remember_contacts = only_if(has_contact, _remember_contacts)
 """Which balls touch at this instant, whatever becomes of them."""
 
