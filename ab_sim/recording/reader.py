@@ -16,6 +16,7 @@ from rerun.chunk import RrdReader
 
 from ab_sim.errors import RecordingError
 from ab_sim.recording.layout import Array, layout_of
+from ab_sim.trajectory import column_of
 
 _FOOTER = b"RRF2FOOT"  # among the last bytes of every file that was closed
 
@@ -44,7 +45,7 @@ class RecordedRun:
     complete: bool  # False: the recording was never closed (still running, killed, disk full)
 
     def __getitem__(self, channel: str) -> Array:
-        return self.samples[:, self.channels.index(channel)]
+        return self.samples[:, column_of(channel, self.channels)]
 
 
 def read_recording(path: Path | str) -> RecordedRun:
