@@ -1,0 +1,141 @@
+"""Which sources a kernel is made of: found by its imports, so that no list can go stale."""
+
+import ast
+import functools
+import hashlib
+import importlib.util
+import os
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from importlib import metadata
+from pathlib import Path
+from typing import NamedTuple
+
+_TYPES_ONLY = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
+
+
+class NotOfSources(Exception):
+    """What a kernel is made of does not follow from files as they are now."""
+
+
+class Source(NamedTuple):
+    """A module's file."""
+
+    path: Path
+    digest: str
+    imports: frozenset[str]
+    """Names of modules, and of what else stands where one could."""
+
+
+def sources(modules: Iterable[str]) -> dict[str, Source]:
+    """The sources of modules and of all that these import, by the modules' names.
+
+    Imports for type checkers only do not count, nor does the standard library. Nor do installed
+    packages of others, see ``versions``.
+
+    Raises:
+        NotOfSources: a module has no source file, or the file was changed after this process began
+            and may not be what it has imported.
+    """
+    found: dict[str, Source] = {}
+    own = {module.partition(".")[0] for module in modules}
+    ahead = sorted(set(modules))
+    while ahead:
+        module = ahead.pop()
+        if module not in found:
+            found[module] = _source(module)
+            ahead += [name for name, version in _imported(module, own) if not version]
+    return dict(sorted(found.items()))
+
+
+def versions(modules: Iterable[str]) -> dict[str, str]:
+    """The versions of Python and of others' packages that the sources of modules import."""
+    own = {module.partition(".")[0] for module in modules}
+    found = {
+        name.partition(".")[0]: version
+        for module in sources(modules)
+        for name, version in _imported(module, own)
+        if version
+    }
+    return {"python": sys.version, **dict(sorted(found.items()))}
+
+
+def _imported(module: str, own: set[str]) -> Iterator[tuple[str, str]]:
+    """Modules that a module imports, each with its version if that is what says what is in it."""
+    for name in sorted(_source(module).imports):
+        top = name.partition(".")[0]
+        if top in sys.stdlib_module_names:
+            continue
+        version = "" if top in own else _version(top)
+        if version or _file(name):
+            yield name, version
+
+
+@functools.cache
+def _version(package: str) -> str:
+    """An installed package's version; empty if what is imported by its name is something else."""
+    file = _file(package)
+    try:
+        installed = metadata.distribution(package)
+    except metadata.PackageNotFoundError:
+        return ""
+    place = Path(str(installed.locate_file(package))).resolve()
+    return installed.version if file is not None and place in file.parents else ""
+
+
+@functools.cache
+def _file(module: str) -> Path | None:
+    try:
+        found = importlib.util.find_spec(module)
+    except (ImportError, ValueError):
+        return None  # not a module, but something in one
+    if found is None or not found.has_location or found.origin is None:
+        return None
+    return Path(found.origin).resolve()
+
+
+@functools.cache
+def _source(module: str) -> Source:
+    path = None if module == "__main__" else _file(module)
+    if path is None:
+        raise NotOfSources(f"{module} has no file to import it from")
+    try:
+        content = path.read_bytes()
+        # The time at which the file itself was changed, which nothing can set.
+        changed = path.stat().st_ctime
+    except OSError as error:
+        raise NotOfSources(str(error)) from error
+    if changed > _process_start():
+        raise NotOfSources(f"{path} is newer than this process")
+    imports = _imports(content, module, path) if path.suffix == ".py" else frozenset[str]()
+    return Source(path, hashlib.sha256(content).hexdigest(), imports)
+
+
+def _imports(content: bytes, module: str, path: Path) -> frozenset[str]:
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    found: set[str] = set()
+    ahead: list[ast.AST] = [ast.parse(content)]
+    while ahead:
+        node = ahead.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) in _TYPES_ONLY:
+            ahead += node.orelse
+            continue
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = "." * node.level + (node.module or "")
+            base = importlib.util.resolve_name(base, package)
+            found.update((base, *(f"{base}.{alias.name}" for alias in node.names)))
+        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+            ahead += getattr(node, part, [])
+    return frozenset(found)
+
+
+@functools.cache
+def _process_start() -> float:
+    """Seconds since the epoch, to the clock's tick after it."""
+    fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
+    ticks = os.sysconf("SC_CLK_TCK")
+    age = time.clock_gettime(time.CLOCK_BOOTTIME) - (float(fields[19]) + 1.0) / ticks
+    return time.time() - age
