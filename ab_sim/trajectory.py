@@ -48,7 +48,7 @@ def check_room(steps: int, every: int, channels: Sequence[str]) -> None:
     if steps // every > fit:
         raise ValueError(
             f"steps = {steps}: with every = {every} there would be {steps // every} samples, and "
-            f"at most {fit} fit; keep fewer with every = {-(-steps // fit)} or more, or advance in "
+            f"at most {fit} fit; keep fewer with every = {steps // (fit + 1) + 1} or more, or advance in "
             "parts"
         )
 

@@ -1,9 +1,6 @@
 """`ab-sim` as a user runs it: output, files, messages, exit codes."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,21 +12,7 @@ from ab_sim.integrate import registry
 from ab_sim.integrate.registry import AUTO
 from ab_sim.recording import read_recording
 from ab_sim.scene import find_scene, scene_names
-
-PNG = b"\x89PNG\r\n"
-
-
-def ab_sim(*arguments: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    root = Path(__file__).resolve().parents[2]
-    path = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
-    return subprocess.run(
-        [sys.executable, "-m", "ab_sim", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, "PYTHONPATH": path, "COLUMNS": "200"},
-        timeout=120,
-    )
+from tests.cli.tool import PNG, ab_sim
 
 
 def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
