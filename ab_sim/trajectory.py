@@ -46,10 +46,10 @@ def check_room(steps: int, every: int, channels: Sequence[str]) -> None:
     """
     fit = MAX_VALUES // len(channels)
     if steps // every > fit:
+        enough = steps // (fit + 1) + 1
         raise ValueError(
             f"steps = {steps}: with every = {every} there would be {steps // every} samples, and "
-            f"at most {fit} fit; keep fewer with every = {steps // (fit + 1) + 1} or more, or advance in "
-            "parts"
+            f"at most {fit} fit; keep fewer with every = {enough} or more, or advance in parts"
         )
 
 
