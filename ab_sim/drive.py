@@ -18,8 +18,8 @@ from ab_sim.dynamics.driving_force import driving_force
 from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.motion import Deck, Spindle
 from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_friction, has_motor
-from ab_sim.errors import DivergedError, SceneError
-from ab_sim.integrate.choose import choose_stepper
+from ab_sim.errors import CommandError, DivergedError, SceneError, exact
+from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.fixed_step import acceleration_at, advance
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.observation import Energy, Observation, Snapshot
@@ -28,7 +28,7 @@ from ab_sim.rows import BEYOND_STATES, Rows, follow
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
 from ab_sim.spindle.stretches import Stretch, parts, piece_after, same_instant, stretches
-from ab_sim.trajectory import Trajectory
+from ab_sim.trajectory import Trajectory, check_room
 
 AT_ONCE = 10_000
 """Steps between two thinnings of what need not all be kept."""
@@ -65,10 +65,11 @@ class Drive:
                 "a ledger needs the effect spindle_acceleration: without it the equations leave "
                 "out what the motor's torque does, and no energy balance can close"
             )
-        scene, self.price = priced(scene, period)
+        scene, self.price = priced(scene, period, commanded)
         self.scene = scene
         self.system = system_of(scene, ledger)
-        self.choice = choose_stepper(scene, self.system)
+        self._stable_to = top_speed(scene, commanded)
+        self.choice = choose_stepper(scene, self.system, self._stable_to)
         if self.price is not None:
             self.choice = self.choice._replace(reason=self.price.reason)
         self.stepper = self.choice.stepper
@@ -126,9 +127,11 @@ class Drive:
         equal to the one in force changes nothing.
 
         Raises:
-            CommandError: not finite, or beyond ``spindle.max_speed``; nothing has changed.
+            CommandError: not finite, beyond ``spindle.max_speed``, or, of a drive that was not made
+                ``commanded``, so much faster than its profile that the step is too long for it;
+                nothing has changed.
         """
-        self.servo.check(speed)
+        self._check_stable(self.servo.check(speed))
         if speed == self._command:
             return
         now = self.time
@@ -136,30 +139,43 @@ class Drive:
         self.profile = self.servo.approach(now, angle, present, speed)
         self._command = float(speed)
 
+    def _check_stable(self, speed: float) -> None:
+        if abs(speed) <= self._stable_to:
+            return
+        try:
+            choose_stepper(self.scene, self.system, abs(speed))
+        except SceneError as error:
+            raise CommandError(f"command = {exact(speed)} rad/s: {error}") from error
+        self._stable_to = abs(speed)
+
     def advance(self, steps: int = 1, every: int = 1) -> Trajectory:
         """Take whole integration steps.
 
         Args:
             steps: how many.
             every: keep each so-many-th sample, counted from now on, of a run too long to keep them
-                all; at work, about ``AT_ONCE`` of them are in memory, or ``every`` if that is more.
+                all; at work, ``AT_ONCE`` of them are in memory.
 
         Returns:
             One sample per step, or per so many, taken at its end. Where the spindle's acceleration
             jumps just there, the sample's deck acceleration is the one before the jump.
 
         Raises:
-            ValueError: steps is negative, or every is less than 1.
+            ValueError: steps is negative, every is less than 1, or there is no room for so many
+                samples.
             DivergedError: the state went beyond all bounds; the drive keeps its last good one.
         """
         if steps < 0 or every < 1:
             raise ValueError(f"steps = {steps}, every = {every}: must be at least 0 and at least 1")
+        check_room(steps, every, self.channels)
         if every == 1:
             return self._advance(steps)
-        at_once = every * max(1, AT_ONCE // every)
-        pieces = [min(at_once, steps - begin) for begin in range(0, steps, at_once)]
-        taken = [self._advance(piece).thinned(every) for piece in pieces]
-        return Trajectory.join(taken) if taken else self._advance(0)
+        kept = [self._advance(0)]
+        for done in range(0, steps, AT_ONCE):
+            taken = self._advance(min(AT_ONCE, steps - done)).thinned(every, after=done)
+            if len(taken):
+                kept.append(taken)
+        return Trajectory.join(kept)
 
     def _advance(self, steps: int) -> Trajectory:
         rows, spindle = self._empty_rows(steps), np.empty((steps, 3))
@@ -350,7 +366,9 @@ class Drive:
         )
 
 
-def priced(scene: Scene, period: float | None = None) -> tuple[Scene, Price | None]:
+def priced(
+    scene: Scene, period: float | None = None, commanded: bool = False
+) -> tuple[Scene, Price | None]:
     """The scene with a solver: where it asks for an accuracy, the cheapest that delivers it.
 
     That is measured on the scene's own run, from its start over its profile and duration; the
@@ -359,12 +377,15 @@ def priced(scene: Scene, period: float | None = None) -> tuple[Scene, Price | No
     Args:
         scene: a scene; if it asks for no accuracy it is returned as it is, with no price.
         period: s; the step goes into it a whole number of times.
+        commanded: whether the step has to be stable up to ``spindle.max_speed``.
 
     Raises:
         SceneError: what is asked for cannot be had; says what can.
         DivergedError: the scene's run diverges with every step.
     """
-    return (scene, None) if scene.accuracy is None else cheapest(scene, _timed_run, period)
+    if scene.accuracy is None:
+        return scene, None
+    return cheapest(scene, _timed_run, period, commanded)
 
 
 def _timed_run(scene: Scene, steps: int, every: int) -> Timed:

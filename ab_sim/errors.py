@@ -32,6 +32,15 @@ class DivergedError(AbSimError):
     exit_code = 3
 
 
+def exact(value: float) -> str:
+    """A number in the fewest digits that say which it is; for the text of an error.
+
+    A value just beyond a limit must not read like the limit.
+    """
+    short = f"{value:g}"
+    return short if float(short) == value else repr(float(value))
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """``; did you mean 'x'?`` for the nearest known name, or nothing; for the text of an error."""
     near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)

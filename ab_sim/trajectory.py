@@ -5,6 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ab_sim.errors import nearest
+
+MAX_VALUES = 250_000_000
+"""2 GB of samples; who asks for more in one piece is refused before anything runs."""
+
 DECK_CHANNELS = (
     "step",
     "time",
@@ -28,6 +33,40 @@ def channels_for(balls: int, motor: bool = False, accelerometer: bool = False) -
     return (*DECK_CHANNELS, *each, *torque, *readings)
 
 
+def check_room(steps: int, every: int, channels: Sequence[str]) -> None:
+    """Refuse a run whose samples would not fit.
+
+    Args:
+        steps: how many are taken.
+        every: one sample of so many is kept.
+        channels: of a sample.
+
+    Raises:
+        ValueError: names how many samples fit, and an ``every`` with which they do.
+    """
+    fit = MAX_VALUES // len(channels)
+    if steps // every > fit:
+        enough = steps // (fit + 1) + 1
+        raise ValueError(
+            f"steps = {steps}: with every = {every} there would be {steps // every} samples, and "
+            f"at most {fit} fit; keep fewer with every = {enough} or more, or advance in parts"
+        )
+
+
+def column_of(channel: str, channels: Sequence[str]) -> int:
+    """Which column a channel is.
+
+    Raises:
+        KeyError: there is none of that name; names the nearest, and all there are.
+    """
+    if channel not in channels:
+        raise KeyError(
+            f"no channel {channel!r}{nearest(str(channel), channels)}; there are: "
+            + ", ".join(channels)
+        )
+    return channels.index(channel)
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """Consecutive samples, in SI units.
@@ -48,18 +87,27 @@ class Trajectory:
         """Trajectories one after the other."""
         return cls(parts[0].channels, np.concatenate([part.samples for part in parts]))
 
-    def thinned(self, every: int) -> "Trajectory":
-        """Each so-many-th sample, the last of every so many; a copy, if any is left out."""
+    def thinned(self, every: int, after: int = 0) -> "Trajectory":
+        """Each so-many-th sample, the last of every so many; a copy, if any is left out.
+
+        Args:
+            every: how many.
+            after: samples before this trajectory that count along.
+        """
         if every == 1:
             return self
-        return Trajectory(self.channels, self.samples[every - 1 :: every].copy())
+        return Trajectory(self.channels, self.samples[(-1 - after) % every :: every].copy())
 
     def __len__(self) -> int:
         return len(self.samples)
 
     def __getitem__(self, channel: str) -> np.ndarray:
-        """One channel, shape (samples,)."""
-        return self.samples[:, self.channels.index(channel)]
+        """One channel, shape (samples,).
+
+        Raises:
+            KeyError: see ``column_of``.
+        """
+        return self.samples[:, column_of(channel, self.channels)]
 
     @property
     def balls(self) -> int:

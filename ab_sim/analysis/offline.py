@@ -8,14 +8,11 @@ from typing import Any
 import ab_sim
 from ab_sim.analysis.merits import LAST, Merits, merits_of
 from ab_sim.drive import Drive
-from ab_sim.errors import InputError
+from ab_sim.errors import InputError, exact
 from ab_sim.observation import Observation
 from ab_sim.price import Price
 from ab_sim.scene.model import Scene
-from ab_sim.trajectory import Trajectory
-
-MAX_VALUES = 250_000_000
-"""2 GB of samples; a longer run is refused before it starts."""
+from ab_sim.trajectory import MAX_VALUES, Trajectory
 
 
 @dataclass(frozen=True)
@@ -86,10 +83,10 @@ def run_scene(
     drive = Drive(scene)
     if end / drive.step * len(drive.channels) > MAX_VALUES:
         what = "duration" if end == scene.duration else "times:"
-        most = MAX_VALUES / len(drive.channels) * drive.step
+        most = MAX_VALUES // len(drive.channels) * drive.step
         raise InputError(
-            f"{what} = {end:g} s: every step is kept, and with steps of {drive.step:g} s at most "
-            f"{most:.4g} s fit; use a longer solver.step or a shorter run"
+            f"{what} = {exact(end)} s: every step is kept, and with steps of {drive.step:g} s at "
+            f"most {most:.10g} s fit; use a longer solver.step or a shorter run"
         )
     steps = math.ceil(end / drive.step - 1e-9)
     stops = {math.floor(time / drive.step + 1e-9) for time in times}

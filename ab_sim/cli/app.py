@@ -13,7 +13,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
+    rich_markup_mode="markdown",
 )
 
 STEPPERS = "auto, rk4, tsit5, rk8 or sweeps"
@@ -56,7 +56,11 @@ def run(
     change: SetOption = None,
     times: Annotated[
         str | None,
-        typer.Option(metavar="T,T,...", help="When to take samples [s], e.g. 2.5,3,6."),
+        typer.Option(
+            metavar="T,T,...",
+            help="When to take samples [s], e.g. 2.5,3,6; the run goes on to the last of them. "
+            "Default: 101 times, evenly spaced over the scene's duration.",
+        ),
     ] = None,
     stepper: Annotated[
         str | None, typer.Option(help=f"Stepper instead of the scene's: {STEPPERS}.")
@@ -66,22 +70,24 @@ def run(
         str | None,
         typer.Option(
             metavar="FILE|-",
-            help="Write the result as JSON, SI units, to a file or to standard output.",
+            help="Write the result as JSON, SI units, to a .json file or to standard output.",
         ),
     ] = None,
     plot: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Draw speed, W/e, driving force, ball angles, motor torque."
+            metavar="FILE",
+            help="Draw speed, W/e, driving force, ball angles, motor torque: .png, .svg or .pdf.",
         ),
     ] = None,
     rrd: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a Rerun recording of every step.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a Rerun recording of every step: .rrd."),
     ] = None,
 ) -> None:
     """Run a scene without ROS, as fast as it goes.
 
-    The JSON has `samples` (one per requested time, each with t, psi, omega, u, v, x, y, vx, vy,
+    The JSON has `samples` (one per time, each with t, psi, omega, u, v, x, y, vx, vy,
     whirl, theta, ball_rate, stuck, and where the scene has them motor_torque, accelerometer),
     events, crowded_steps, what was run, and what the run is judged by: peak_whirl_over_e,
     peak_time; final_whirl_over_e, the root mean square over the last tenth of the run
@@ -91,6 +97,7 @@ def run(
     deg (less variable_speed_period, the time at which that starts, it is the thesis' "settling
     period"). The same run without_variable_speed_period and without_balls is judged alike. Where
     the scene asks for an accuracy, what was measured and what it costs.
+
     Exit codes: 0 done, 2 bad input, 3 diverged.
     """
     from json import dumps as quoted

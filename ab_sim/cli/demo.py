@@ -12,8 +12,8 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from ab_sim.cli.outputs import check_writable
 from ab_sim.errors import InputError
+from ab_sim.output_file import check_writable
 from ab_sim.scene import Scene, load_scene
 
 SCENE = "balanced-start-up"
@@ -44,7 +44,7 @@ def run_demo(out: Path) -> None:
         raise InputError(f"--out {out}: {logs} cannot be made: {error.strerror}") from error
     recording, picture = out / "startup.rrd", out / "startup.png"
     for file in (recording, picture):
-        check_writable(file)
+        check_writable(file, "--out")
         file.unlink(missing_ok=True)
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, _interrupt)

@@ -13,9 +13,12 @@ from ab_sim.cli.merits import merits_table
 from ab_sim.cli.outputs import check_outputs, people, write_json
 from ab_sim.description import describe
 from ab_sim.drive import Drive
-from ab_sim.errors import InputError
+from ab_sim.errors import InputError, exact
 from ab_sim.scene import Scene, load_scene
 from ab_sim.trajectory import Trajectory
+
+INTERVALS = 100
+"""Between samples in the JSON, where no times are asked for."""
 
 
 def run_command(
@@ -27,8 +30,10 @@ def run_command(
     rrd: Path | None,
 ) -> None:
     """Load, run, and write what was asked for; outputs are tried before the run, not after."""
-    wanted = parse_times(times)
     scene = load_scene(scene_name, changes)
+    wanted = parse_times(times)
+    if not wanted and json is not None:
+        wanted = [i / INTERVALS * scene.duration for i in range(INTERVALS + 1)]
     files = check_outputs(json, plot, rrd)
     with _progress(scene) as update:
         result = run_scene(scene, wanted, update)
@@ -46,6 +51,11 @@ def run_command(
     title = f"{result.scene.name}, {report['duration']:g} s"
     people.print(merits_table(title, result.scene, {"this run": result.merits}, comparison))
     people.print(_summary(result, report))
+    if max(wanted, default=0.0) > scene.duration:
+        people.print(
+            f"--times go beyond duration = {exact(scene.duration)} s: the run, and all that is "
+            f"said of it, lasts {report['duration']:g} s"
+        )
     for file in files:
         people.print(f"wrote {file}")
 
@@ -69,7 +79,7 @@ def parse_times(text: str | None) -> list[float]:
 @contextlib.contextmanager
 def _progress(scene: Scene) -> Iterator[Any]:
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.completed:6.2f} of {task.total:g} s simulated"),
         TimeElapsedColumn(),

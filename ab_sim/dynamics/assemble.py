@@ -33,7 +33,7 @@ from ab_sim.dynamics.system import (
     rotor_moment,
     space_force,
 )
-from ab_sim.errors import SceneError
+from ab_sim.errors import SceneError, exact
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece
 
@@ -185,7 +185,7 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
     turning = [pole + 1j * (top_speed if pole.imag >= 0 else -top_speed) for pole in poles]
     rates = {
         DRAG: complex(-drag_rate(system)),
-        "the deck's whirl at spindle.max_speed": complex(max(turning, key=abs)),
+        f"the deck's whirl at {exact(top_speed)} rad/s": complex(max(turning, key=abs)),
     }
     if has_motor(effects):
         moment = rotor_moment(effects)

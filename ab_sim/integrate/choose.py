@@ -10,6 +10,7 @@ from ab_sim.integrate.registry import AUTO, Stepper, stepper_named
 from ab_sim.integrate.rk8 import RK8
 from ab_sim.integrate.sweeps import SWEEPS, Sweeps
 from ab_sim.scene.model import Scene
+from ab_sim.spindle import SpeedProfile
 
 
 class Choice(NamedTuple):
@@ -22,8 +23,27 @@ class Choice(NamedTuple):
     limited_by: str
 
 
-def choose_stepper(scene: Scene, system: System) -> Choice:
+def top_speed(scene: Scene, commanded: bool = False) -> float:
+    """The fastest that the spindle can go [rad/s], which steps have to be stable at.
+
+    Args:
+        scene: what is run.
+        commanded: whether commands are taken, which go up to ``spindle.max_speed``; else its
+            profile says how fast, but for a motor's, whose speed need not follow it.
+    """
+    if commanded or "motor" in scene.effects:
+        return scene.spindle.max_speed
+    return SpeedProfile.of_scene(scene).top_speed
+
+
+def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -> Choice:
     """The stepper that a scene names, or the one that its drag calls for if it leaves that open.
+
+    Args:
+        scene: what is run.
+        system: its system.
+        fastest: spindle speed [rad/s] up to which the step has to be stable; default: the
+            ``top_speed`` of the scene's profile.
 
     Raises:
         SceneError: unknown stepper, the step is beyond its stability limit, or the scene asks for
@@ -35,7 +55,7 @@ def choose_stepper(scene: Scene, system: System) -> Choice:
             "scene; `Drive` does that, and its `scene` has them"
         )
     step, name = scene.solver.step, scene.solver.stepper
-    rates = linear_rates(system, scene.spindle.max_speed)
+    rates = linear_rates(system, top_speed(scene) if fastest is None else fastest)
     beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
     if name != AUTO:
         stepper, reason = stepper_named(name), "named by the scene"

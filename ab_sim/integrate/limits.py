@@ -5,7 +5,7 @@ import functools
 import math
 from collections.abc import Mapping
 
-from ab_sim.errors import SceneError
+from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.registry import Stepper, stepper_named
 
 TOLERANCE = 1e-3
@@ -75,7 +75,7 @@ def check_step(tableau: Stepper, step: float, rates: Mapping[str, complex]) -> N
     if largest < 1e-8:
         advice = f"no {tableau.name} step of useful length is stable: lower the rate"
     raise SceneError(
-        f"solver.step = {step:g} s: is beyond the stability limit of {what}, whose rate is "
+        f"solver.step = {exact(step)} s: is beyond the stability limit of {what}, whose rate is "
         f"{abs(rates[what]):.4g} 1/s; {advice}"
     )
 

@@ -20,7 +20,7 @@ from ab_sim.error_checks import ErrorChecks
 from ab_sim.errors import CommandError, DivergedError
 from ab_sim.integrate.registry import AUTO
 from ab_sim.nodes.pacing import Pacer
-from ab_sim.nodes.parameters import declare, whole_ratio
+from ab_sim.nodes.parameters import declare, refuse_undeclared, whole_ratio
 from ab_sim.nodes.process import run_node
 from ab_sim.price import share_of
 from ab_sim.scene import load_scene
@@ -38,17 +38,11 @@ class DriveSim(Node):
 
     def __init__(self) -> None:
         super().__init__("drive_sim")
-        scene = load_scene(
-            declare(self, "scene", "thesis-hold", "name or YAML file of the scene to simulate"),
-            filter(None, declare(self, "changes", [""], "changes to the scene, each key=value")),
-        )
+        name = declare(self, "scene", "thesis-hold", "name or YAML file of the scene to simulate")
+        changes = declare(self, "changes", [""], "changes to the scene, each key=value")
         wake = declare(
             self, "wake_rate", 250.0, "wake-ups, each publishing once", "1/s", (1.0, 2000.0)
         )
-        if scene.accuracy is not None:
-            self.get_logger().info(f"{scene.name}: measuring what delivers the accuracy asked for")
-        self.drive = Drive(scene, commanded=True, period=1.0 / wake)
-        scene, step = self.drive.scene, self.drive.step
         blocks = declare(self, "block_rate", 50.0, "blocks of samples", "1/s", (0.1, 1000.0))
         patience = declare(
             self, "patience", 0.5, "lag beyond which steps are dropped", "s", (0.01, 60.0)
@@ -64,11 +58,18 @@ class DriveSim(Node):
             "1",
             (0.0, 0.5),
         )
+        self._paused = declare(self, "start_paused", False, "wait for ~/pause with false")
+        refuse_undeclared(self)
+
+        scene = load_scene(name, filter(None, changes))
+        if scene.accuracy is not None:
+            self.get_logger().info(f"{scene.name}: measuring what delivers the accuracy asked for")
+        self.drive = Drive(scene, commanded=True, period=1.0 / wake)
+        scene, step = self.drive.scene, self.drive.step
         self._checks: ErrorChecks | None = None
         if share > 0:
             self._checks = ErrorChecks(self.drive, share, longest=LONGEST_CHECK / wake)
         self._stepped: Drive | ErrorChecks = self._checks or self.drive
-        self._paused = declare(self, "start_paused", False, "wait for ~/pause with false")
         self._per_wake = whole_ratio(1.0 / wake, step, "period of wake_rate over the scene's step")
         self._per_block = whole_ratio(1.0 / blocks, 1.0 / wake, "period of block_rate")
         self._pacer = Pacer(step, self._per_wake, int(catch_up * self._per_wake), patience)

@@ -5,8 +5,10 @@ from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
-from ab_sim.errors import InputError
+from ab_sim.errors import InputError, nearest
+from ab_sim.output_file import RECORDING, check_ending, check_writable
 
 
 def declare(
@@ -55,6 +57,25 @@ def declare(
     return value
 
 
+def refuse_undeclared(node: Node) -> None:
+    """To be called when all parameters are declared: refuse a value for any other.
+
+    ROS drops such a value without a word. What a file says of other nodes, under their names, never
+    gets here.
+
+    Raises:
+        InputError: names the parameters that were given and are not there, and the nearest.
+    """
+    known = [name for name in node.get_parameters_by_prefix("") if "." not in name]
+    for name in node.handle.get_parameters(Parameter):
+        if not node.has_parameter(name):
+            raise InputError(
+                f"parameter {name}: {node.get_fully_qualified_name()} has none of that name"
+                f"{nearest(name, known)}; it has {', '.join(known)}; one that is for other nodes "
+                "goes into a file, under their names"
+            )
+
+
 def whole_ratio(long: float, short: float, meaning: str) -> int:
     """How often ``short`` goes into ``long``, which must be a whole number of times.
 
@@ -64,23 +85,25 @@ def whole_ratio(long: float, short: float, meaning: str) -> int:
     ratio = long / short
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
         raise InputError(
-            f"{meaning}: {long:g} s must be a whole number of times {short:g} s; "
+            f"{meaning}: {long:.10g} s must be a whole number of times {short:.10g} s; "
             f"a rate of {1 / (max(round(ratio), 1) * short):g} 1/s would do"
         )
     return round(ratio)
 
 
-def output_file(path: str) -> Path:
-    """A file to write to, its folder made.
+def recording_file(path: str) -> Path:
+    """The file that the parameter ``path`` of a recorder names, its folder made.
 
     Raises:
-        InputError: the folder cannot be made.
+        InputError: it is no .rrd file, or cannot be written.
     """
-    file = Path(path).expanduser()
+    file, said = Path(path).expanduser(), "parameter path ="
+    check_ending(file, RECORDING, said)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{file}: its folder cannot be made: {error.strerror}") from error
+        raise InputError(f"{said} {file}: its folder cannot be made: {error.strerror}") from error
+    check_writable(file, said, replaced=False)
     return file
 
 

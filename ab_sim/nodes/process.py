@@ -13,9 +13,9 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from ab_sim.errors import AbSimError
+from ab_sim.nodes.arguments import init_ros
 
 LINGER = 0.2
 """s."""
@@ -31,15 +31,15 @@ def run_node(
     it with 0, a second one at once.
 
     Args:
-        make: makes the node; rclpy is initialised by then.
+        make: makes the node; rclpy is initialised by then, and must not be before.
         loop: runs in the main thread until the event it is given is set. ROS still works then,
             so that it can publish what is left.
     """
     stopping = threading.Event()
     _wait_for_signals(stopping)
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     code = 0
     try:
+        init_ros()
         node = make()
         try:
             with _answering(node, stopping):

@@ -14,7 +14,7 @@ from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, topics
 from ab_msgs_py.samples import command_of, description_of, event_of, text_of
 from ab_sim.errors import RecordingError
 from ab_sim.nodes.inbox import Inbox
-from ab_sim.nodes.parameters import declare, output_file
+from ab_sim.nodes.parameters import declare, recording_file, refuse_undeclared
 from ab_sim.nodes.process import run_node
 from ab_sim.recording import Recording
 from ab_sim.recording.drawing import Drawing
@@ -40,11 +40,12 @@ class Recorder(Node):
         super().__init__("recorder")
         asked = declare(self, "path", "", ".rrd file; empty: recordings/<date>_<time>.rrd")
         now = datetime.datetime.now()
-        self.path = output_file(asked or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
+        self.path = recording_file(asked or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
         length = declare(
             self, "queue", 10_000, "messages of each topic kept while the disk is slow", "1",
             (10, 1e6),
         )  # fmt: skip
+        refuse_undeclared(self)
         self._recording: Recording | None = None
         self._description: dict[str, Any] | None = None
         self._files = 1

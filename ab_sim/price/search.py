@@ -21,7 +21,8 @@ import math
 
 from ab_sim.deviation import Deviation, deviation, rounding
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
-from ab_sim.errors import SceneError
+from ab_sim.errors import SceneError, exact
+from ab_sim.integrate.choose import top_speed
 from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import Stepper
 from ab_sim.integrate.rk4 import RK4
@@ -46,27 +47,30 @@ FEWEST = 4
 """Steps to choose from that a period has to leave."""
 
 
-def cheapest(scene: Scene, run: Run, period: float | None = None) -> tuple[Scene, Price]:
+def cheapest(
+    scene: Scene, run: Run, period: float | None = None, commanded: bool = False
+) -> tuple[Scene, Price]:
     """The scene with the solver that delivers the accuracy it asks for at the least price.
 
     Args:
         scene: asks for an accuracy.
         run: runs a scene.
         period: s; the step goes into it a whole number of times, as a live node needs it.
+        commanded: whether the step has to be stable up to ``spindle.max_speed``.
 
     Raises:
         SceneError: what is asked for cannot be had, or not be measured in a sensible time; says
             what can.
         DivergedError: the scene's run diverges with every step.
     """
-    return _Search(scene, run, period).settle()
+    return _Search(scene, run, period, commanded).settle()
 
 
 class _Search:
-    def __init__(self, scene: Scene, run: Run, period: float | None) -> None:
+    def __init__(self, scene: Scene, run: Run, period: float | None, commanded: bool) -> None:
         assert scene.accuracy is not None
         self.scene, self.asked = scene, scene.accuracy
-        rates = linear_rates(system_of(scene), scene.spindle.max_speed)
+        rates = linear_rates(system_of(scene), top_speed(scene, commanded))
         beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
         longest = {s.name: largest_step(s, rates)[0] for s in (RK8, TSIT5, RK4)}
         longest[SWEEPS.name] = largest_step(SWEEPS, beside_drag)[0]
@@ -146,7 +150,7 @@ class _Search:
         best = min(runs, key=lambda one: self._share(self._error(one)))
         error = self._error(best)
         wishes = [
-            f"accuracy.{key} = {wish:g} {unit}: the best that can be had is about "
+            f"accuracy.{key} = {exact(wish)} {unit}: the best that can be had is about "
             f"{_rounded_up(SAFETY * found):g} {unit}"
             for key, wish, found, unit in (
                 ("angle", self.asked.angle, error.angle, "rad"),

@@ -16,6 +16,7 @@ from rerun.chunk import RrdReader
 
 from ab_sim.errors import RecordingError
 from ab_sim.recording.layout import CLOSED, Array, layout_of
+from ab_sim.trajectory import column_of
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class RecordedRun:
     complete: bool  # False: the recording was never closed (still running, killed, disk full)
 
     def __getitem__(self, channel: str) -> Array:
-        return self.samples[:, self.channels.index(channel)]
+        return self.samples[:, column_of(channel, self.channels)]
 
 
 def read_recording(path: Path | str) -> RecordedRun:

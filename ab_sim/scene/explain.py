@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from ab_sim.errors import nearest
+from ab_sim.errors import exact, nearest
 from ab_sim.scene.model import Scene
 from ab_sim.scene.quantities import EACH, ONE
 from ab_sim.scene.registry import effect_classes, effect_parameters
@@ -61,7 +61,7 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
         return f"{key} = {value!r}: must be a finite number{_meaning(loc)}"
     if kind in _BOUNDS:
         bound, words = _BOUNDS[kind]
-        return f"{key} = {value!r}: must be {words} {context[bound]:g}{_meaning(loc)}"
+        return f"{key} = {value!r}: must be {words} {exact(context[bound])}{_meaning(loc)}"
     if kind in ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float"):
         what = "a whole number" if kind.startswith("int") else "a number"
         return f"{key} = {value!r}: must be {what}{_meaning(loc)}"

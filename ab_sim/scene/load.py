@@ -63,8 +63,8 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
         scene: name of a scene that comes with the package, or path of a YAML file.
         changes: ``key=value`` with a dotted key, e.g. ``balls.mass=0.002`` or
             ``effects.viscous_drag.coefficient=2``; the value is read as YAML; an empty value
-            removes the key. A change that asks for an ``accuracy`` takes the file's ``solver``
-            away, which it stands instead of, and the other way round.
+            removes the key, which has to be there. A change that asks for an ``accuracy`` takes
+            the file's ``solver`` away, which it stands instead of, and the other way round.
 
     Raises:
         SceneError: names file, key, value, what is allowed, and the nearest known name.
@@ -81,11 +81,13 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
 
     Args:
         scene: stays as it is.
-        changes: values by dotted key, e.g. ``{"balls.mass": 0.002}``; None removes the key.
+        changes: values by dotted key, e.g. ``{"balls.mass": 0.002}``; None removes the key, which
+            has to be there.
         origin: what to call the changes in messages.
 
     Raises:
-        SceneError: a key is not a text, or what comes out is not a valid scene.
+        SceneError: a key is not a text, there is nothing to remove, or what comes out is not a
+            valid scene.
     """
     if not isinstance(changes, Mapping) or not all(isinstance(key, str) for key in changes):
         raise SceneError(
@@ -233,23 +235,51 @@ def _parsed(change: str) -> _Change:
 
 
 def _change(raw: dict[str, Any], changes: Sequence[_Change]) -> None:
+    for change in changes:
+        if change.value is _REMOVED:
+            _remove(raw, change)
+        else:
+            _set(raw, change)
     # Who changes the accuracy does not want the file's solver any more, and vice versa; who
     # changes both is told that they exclude each other, when the scene is checked.
     given = {change.key.partition(".")[0] for change in changes if change.value is not _REMOVED}
     for wanted, other in (("accuracy", "solver"), ("solver", "accuracy")):
         if wanted in given and other not in given:
             raw.pop(other, None)
-    for key, value, said in changes:
-        *sections, last = key.split(".")
-        place = raw
-        for section in sections:
-            inner = place.get(section)
-            if inner is None:
-                inner = place[section] = {}
-            if not isinstance(inner, dict):
-                raise SceneError(f"{said}: {section} is a value, it has no keys")
-            place = inner
-        if value is _REMOVED:
-            place.pop(last, None)
-        else:
-            place[last] = value
+
+
+def _set(raw: dict[str, Any], change: _Change) -> None:
+    *sections, last = change.key.split(".")
+    place = raw
+    for section in sections:
+        if place.get(section) is None:
+            place[section] = {}
+        place = _inside(place, section, change)
+    place[last] = change.value
+
+
+def _remove(raw: dict[str, Any], change: _Change) -> None:
+    *sections, last = change.key.split(".")
+    place, owner = raw, "the scene"
+    for section in sections:
+        _check_there(place, section, owner, change)
+        place, owner = _inside(place, section, change), section
+    _check_there(place, last, owner, change)
+    del place[last]
+
+
+def _check_there(place: dict[str, Any], key: str, owner: str, change: _Change) -> None:
+    """What is not there may be a slip of the pen for what is, which would silently stay."""
+    if key not in place:
+        there = [str(other) for other in place]
+        raise SceneError(
+            f"{change.said}: {owner} has no {key!r} to remove{nearest(key, there)}; it has "
+            + (", ".join(there) or "no keys")
+        )
+
+
+def _inside(place: dict[str, Any], section: str, change: _Change) -> dict[str, Any]:
+    inner = place[section]
+    if not isinstance(inner, dict):
+        raise SceneError(f"{change.said}: {section} is a value, it has no keys")
+    return inner

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from ab_sim.errors import exact
 from ab_sim.scene.quantities import Count, Number, PerBall, quantity
 from ab_sim.scene.registry import effect_classes
 
@@ -288,7 +289,7 @@ def _check_lists(scene: Scene) -> None:
 def _check_masses(scene: Scene) -> None:
     if 0 < scene.rotor.eccentricity < 1e-12:
         raise ValueError(
-            f"rotor.eccentricity = {scene.rotor.eccentricity:g} m: must be 0 or at least 1e-12"
+            f"rotor.eccentricity = {exact(scene.rotor.eccentricity)} m: must be 0 or at least 1e-12"
         )
     rotor, balls = scene.rotor, scene.balls
     if (rotor.total_mass is None) == (rotor.mass is None):
@@ -300,13 +301,13 @@ def _check_masses(scene: Scene) -> None:
     rest = scene.total_mass - balls.total_mass
     if rest <= 0:
         raise ValueError(
-            f"rotor.total_mass = {scene.total_mass:g} kg: must be more than the {balls.count} "
-            f"balls' {balls.total_mass:g} kg that it includes"
+            f"rotor.total_mass = {exact(scene.total_mass)} kg: must be more than the {balls.count} "
+            f"balls' {exact(balls.total_mass)} kg that it includes"
         )
     if scene.eccentric_mass > rest * (1 + 1e-12):
         raise ValueError(
-            f"rotor.eccentric_mass = {rotor.eccentric_mass:g} kg: must be at most the "
-            f"{rest:g} kg that move on the suspension besides the balls"
+            f"rotor.eccentric_mass = {exact(scene.eccentric_mass)} kg: must be at most the "
+            f"{exact(rest)} kg that move on the suspension besides the balls"
         )
 
 
@@ -328,7 +329,9 @@ def _check_radii(scene: Scene) -> None:
     for ball, radius in enumerate(given):
         if radius is not None and radius >= race:
             key = f"balls.radius.{ball}" if given is balls.radius else "balls.radius"
-            raise ValueError(f"{key} = {radius:g} m: must be less than race.radius = {race:g} m")
+            raise ValueError(
+                f"{key} = {exact(radius)} m: must be less than race.radius = {exact(race)} m"
+            )
 
 
 def _check_speeds(scene: Scene) -> None:
@@ -341,8 +344,8 @@ def _check_speeds(scene: Scene) -> None:
     for key, value in asked.items():
         if abs(value) > limit:
             raise ValueError(
-                f"{key} = {value:g} rad/s: is beyond spindle.max_speed = {limit:g} rad/s; "
-                "lower it or raise the limit"
+                f"{key} = {exact(value)} rad/s: is beyond spindle.max_speed = {exact(limit)} "
+                "rad/s; lower it or raise the limit"
             )
 
 
@@ -353,28 +356,30 @@ def _check_profile(scene: Scene) -> None:
     first, target = scene.start.speed, profile.target_speed
     if target <= first:
         raise ValueError(
-            f"profile.target_speed = {target:g} rad/s: must be above start.speed = {first:g} rad/s"
+            f"profile.target_speed = {exact(target)} rad/s: must be above start.speed = "
+            f"{exact(first)} rad/s"
         )
     if profile.acceleration > scene.spindle.max_acceleration:
         raise ValueError(
-            f"profile.acceleration = {profile.acceleration:g} rad/s^2: is more than "
-            f"spindle.max_acceleration = {scene.spindle.max_acceleration:g} rad/s^2, so that a "
-            "live drive could not follow the profile"
+            f"profile.acceleration = {exact(profile.acceleration)} rad/s^2: is more than "
+            f"spindle.max_acceleration = {exact(scene.spindle.max_acceleration)} rad/s^2, so that "
+            "a live drive could not follow the profile"
         )
     period = profile.variable_speed_period
     if period is None:
         return
     if period.start_speed is not None:
-        key, begins = f"start_speed = {period.start_speed:g} rad/s", period.start_speed
+        key, begins = f"start_speed = {exact(period.start_speed)} rad/s", period.start_speed
     else:
         assert period.start_time is not None
-        key = f"start_time = {period.start_time:g} s"
+        key = f"start_time = {exact(period.start_time)} s"
         begins = first + profile.acceleration * period.start_time
     ends = begins + period.acceleration * period.duration
     if not first <= begins < target or not first <= ends <= target:
         raise ValueError(
-            f"profile.variable_speed_period.{key}: the period runs from {begins:g} to {ends:g} "
-            f"rad/s, which must lie between start.speed = {first:g} and target_speed = {target:g}"
+            f"profile.variable_speed_period.{key}: the period runs from {exact(begins)} to "
+            f"{exact(ends)} rad/s, which must lie between start.speed = {exact(first)} and "
+            f"target_speed = {exact(target)}"
         )
 
 

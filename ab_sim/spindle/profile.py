@@ -60,6 +60,15 @@ class SpeedProfile:
         return self.pieces[-1].start
 
     @property
+    def top_speed(self) -> float:
+        """The largest magnitude of the speed [rad/s]; it is monotonous within every segment."""
+        return max(
+            abs(piece.segment.speed(local))
+            for piece in self.pieces
+            for local in (0.0, piece.end - piece.start if piece.end < math.inf else 0.0)
+        )
+
+    @property
     def breakpoints(self) -> tuple[float, ...]:
         """Times [s] at which the acceleration may jump."""
         return tuple(piece.end for piece in self.pieces[:-1])

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from ab_sim.errors import CommandError
+from ab_sim.errors import CommandError, exact
 from ab_sim.spindle.profile import SpeedProfile
 from ab_sim.spindle.segments import Ramp
 
@@ -32,7 +32,7 @@ class SpeedServo(NamedTuple):
             )
         if abs(command) > self.max_speed:
             raise CommandError(
-                f"command = {command:g} rad/s: must be within +-{self.max_speed:g} rad/s "
+                f"command = {exact(command)} rad/s: must be within +-{exact(self.max_speed)} rad/s "
                 "(spindle.max_speed of the scene); the speed stays as it was"
             )
         return command

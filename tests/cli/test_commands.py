@@ -1,9 +1,6 @@
 """`ab-sim` as a user runs it: output, files, messages, exit codes."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,21 +12,7 @@ from ab_sim.integrate import registry
 from ab_sim.integrate.registry import AUTO
 from ab_sim.recording import read_recording
 from ab_sim.scene import find_scene, scene_names
-
-PNG = b"\x89PNG\r\n"
-
-
-def ab_sim(*arguments: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    root = Path(__file__).resolve().parents[2]
-    path = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
-    return subprocess.run(
-        [sys.executable, "-m", "ab_sim", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, "PYTHONPATH": path, "COLUMNS": "200"},
-        timeout=120,
-    )
+from tests.cli.tool import PNG, ab_sim
 
 
 def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
@@ -80,7 +63,8 @@ def test_json_to_standard_output_is_only_json() -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     report = json.loads(done.stdout)
-    assert report["samples"] == []
+    times = [sample["t"] for sample in report["samples"]]
+    assert times == pytest.approx(np.linspace(0.0, 0.5, 101)), "evenly, where none are asked for"
     assert (report["stepper"], report["step"]) == ("rk4", 0.0005)
     assert report["first_passage_of_opposite"] is None
     assert report["without_balls"] is None and report["without_variable_speed_period"] is None
@@ -101,7 +85,10 @@ def test_json_to_standard_output_is_only_json() -> None:
         (("run", "thesis-hold", "--step", "nan"), "solver.step = 'nan': must be a finite number"),
         (("run", "thesis-hold", "--plot", "p.bmp"), "must end in one of .png, .svg, .pdf"),
         (("run", "thesis-hold", "--json", "no/r.json"), "there is no folder"),
-        (("run", "thesis-hold", "--rrd", "/"), "is a folder"),
+        (("run", "thesis-hold", "--rrd", "/"), "--rrd /: is a folder"),
+        (("run", "thesis-hold", "--rrd", "/dev/full"), "--rrd /dev/full: must end in .rrd"),
+        (("run", "thesis-hold", "--json", "hold.png"), "--json hold.png: must end in .json"),
+        (("run", "thesis-hold", "--set", "effects.rolling_fricton="), "'rolling_friction'"),
         (("run", "thesis-hold", "--set", "duration=1e5"), "every step is kept"),
         (("effects", "viscus_drag"), "no such effect; did you mean 'viscous_drag'?; known are:"),
         (("run",), "Missing argument"),
@@ -117,6 +104,31 @@ def test_bad_input_exits_with_2_and_leaves_nothing(
     assert words in done.stderr
     assert "Traceback" not in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_picture_is_not_replaced_by_a_recording(tmp_path: Path) -> None:
+    picture = tmp_path / "hold.png"
+    picture.write_bytes(PNG)
+    done = ab_sim("run", "no-ball", "--set", "duration=0.01", "--rrd", "hold.png", cwd=tmp_path)
+    assert done.returncode == 2 and "--rrd hold.png: must end in .rrd" in done.stderr
+    assert picture.read_bytes() == PNG
+
+
+def test_a_device_behind_a_good_name_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "run.rrd").symlink_to("/dev/full")
+    done = ab_sim("run", "no-ball", "--set", "duration=0.01", "--rrd", "run.rrd", cwd=tmp_path)
+    assert done.returncode == 2 and "--rrd run.rrd: is a device or a pipe" in done.stderr
+
+
+def test_times_beyond_the_duration_lengthen_the_run_and_that_is_said() -> None:
+    run = ("run", "no-ball", "--set", "duration=0.01", "--json", "-", "--times")
+    done = ab_sim(*run, "0.005,0.03")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["duration"] == 0.03
+    assert "beyond duration = 0.01 s: the run, and all that is said of it, lasts 0.03" in (
+        " ".join(done.stderr.split())
+    )
+    assert "beyond duration" not in ab_sim(*run, "0.01").stderr
 
 
 MOTOR = "rotor_inertia: 2.9e-5, torque_limit: 1.5e-3, proportional_gain: 1.0e-3"
@@ -180,7 +192,7 @@ def test_check_says_what_would_be_simulated(tmp_path: Path) -> None:
         "0.00117 N m to accelerate at 40 rad/s^2",
         "1000 samples/s, one every step",
         "sweeps (order 7), auto: rk8 would need steps of at most",
-        "s for the deck's whirl at spindle.max_speed",
+        "s for the deck's whirl at 420 rad/s",
     ):
         assert words in done.stdout, words
 

@@ -1,6 +1,7 @@
 """A running drive: commands, determinism, snapshots, and clear errors."""
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from ab_sim.description import describe
 from ab_sim.drive import Drive
 from ab_sim.errors import CommandError, DivergedError, SceneError
 from ab_sim.scene import check_scene, load_scene
-from ab_sim.trajectory import Trajectory
+from ab_sim.trajectory import Trajectory, check_room
 
 
 def test_runs_the_scene_profile_until_commanded(scene: Any) -> None:
@@ -63,7 +64,9 @@ def test_repeated_command_changes_nothing(scene: Any) -> None:
     assert one.advance(700).samples.tobytes() == Trajectory.join(again).samples.tobytes()
 
 
-@pytest.mark.parametrize(("steps", "every"), [(25_003, 7), (20_000, 20_000), (5, 9), (0, 3)])
+@pytest.mark.parametrize(
+    ("steps", "every"), [(25_003, 7), (20_000, 20_000), (50_000, 23_456), (5, 9), (0, 3)]
+)
 def test_keeping_some_steps_only_is_leaving_out_the_others(
     scene: Any, steps: int, every: int
 ) -> None:
@@ -72,6 +75,23 @@ def test_keeping_some_steps_only_is_leaving_out_the_others(
     some, all_of_them = one.advance(steps, every), other.advance(steps)
     assert some.samples.tobytes() == all_of_them.samples[every - 1 :: every].tobytes()
     assert one.steps == steps and some.channels == all_of_them.channels
+
+
+def test_samples_that_do_not_fit_are_refused_before_any_is_taken(scene: Any) -> None:
+    drive = Drive(scene())
+    with pytest.raises(ValueError, match="at most 16666666 fit; keep fewer with every") as caught:
+        drive.advance(10**12)
+    assert drive.steps == 0
+    named = re.search(r"with every = (\d+) or more", str(caught.value))
+    assert named is not None
+    check_room(10**12, int(named[1]), drive.channels)
+    with pytest.raises(ValueError, match="every = 59999"):
+        check_room(10**12, int(named[1]) - 1, drive.channels)
+
+
+def test_an_unknown_channel_is_named_with_the_nearest(scene: Any) -> None:
+    with pytest.raises(KeyError, match=r"no channel 'sped'; did you mean 'speed'\?; there are: st"):
+        Drive(scene()).present()["sped"]
 
 
 @pytest.mark.parametrize("name", ["thesis-hold", "weak-motor", "on-edge"])

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import drag_rate, linear_rates
-from ab_sim.errors import DivergedError, SceneError
+from ab_sim.dynamics.assemble import drag_rate, linear_rates, system_of
+from ab_sim.errors import CommandError, DivergedError, SceneError
 from ab_sim.integrate import STEPPERS
+from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.limits import largest_step, stability_limit
 from ab_sim.integrate.sweeps import Sweeps
 
@@ -31,7 +32,7 @@ def test_drag_rate_of_the_thesis_ball(scene: Any) -> None:
 
 def test_rates_of_the_thesis_deck(scene: Any) -> None:
     system = Drive(scene()).system
-    rate = linear_rates(system, 500.0)["the deck's whirl at spindle.max_speed"]
+    rate = linear_rates(system, 500.0)["the deck's whirl at 500 rad/s"]
     whirl = (1000 / 0.098 - (0.1 / 0.098) ** 2) ** 0.5
     assert rate.real == pytest.approx(-0.1 / 0.098)
     assert abs(rate.imag) == pytest.approx(whirl + 500.0)
@@ -99,7 +100,7 @@ def test_refusal_names_a_step_that_is_accepted(name: str, balls: int, scene: Any
     assert named is not None
     step = float(named.group(1))
     drive = Drive(scene(balls={"count": balls}, solver={"stepper": name, "step": step}))
-    rates = linear_rates(drive.system, 500.0).values()
+    rates = linear_rates(drive.system, 400.0).values()
     reach = max(
         abs(rate) * step / stability_limit(name, cmath.rect(1.0, cmath.phase(rate)))
         for rate in rates
@@ -131,9 +132,33 @@ def test_auto_asks_the_drag(coefficient: float, chosen: str, reason: str, scene:
 
 
 def test_auto_does_not_help_a_deck_that_whirls_too_fast(scene: Any) -> None:
-    with pytest.raises(SceneError, match="limit of the deck's whirl at spindle.max_speed") as told:
+    with pytest.raises(SceneError, match="limit of the deck's whirl at 400 rad/s") as told:
         Drive(scene(balls={"count": 0}, solver={"stepper": "auto", "step": 0.05}))
     assert "sweeps" not in str(told.value)
+
+
+def test_a_speed_that_is_never_reached_limits_nothing(scene: Any) -> None:
+    """Where no commands are taken; a step for 1e5 rad/s would be 45 us."""
+    far = {"spindle": {"max_speed": 1e5}}
+    with pytest.raises(SceneError, match="whirl at 100000 rad/s"):
+        Drive(scene(**far), commanded=True)
+    drive, same = Drive(scene(**far)), Drive(scene())
+    assert drive.advance(500).samples.tobytes() == same.advance(500).samples.tobytes()
+    before = drive.observe().command
+    with pytest.raises(CommandError, match=r"command = 9000 rad/s: .* use at most"):
+        drive.command(9000.0)
+    assert drive.observe().command == before
+    drive.command(450.0)
+    drive.advance(10)
+    drive.command(-450.0)
+    assert drive.observe().command == -450.0
+
+
+def test_a_motor_may_overshoot_its_profile(scene: Any) -> None:
+    motor = {"rotor_inertia": 2.9e-5, "torque_limit": 1e-3, "proportional_gain": 1e-3}
+    made = scene(effects={"motor": motor}, spindle={"max_speed": 1e5})
+    with pytest.raises(SceneError, match="whirl at 100000 rad/s"):
+        choose_stepper(made, system_of(made))
 
 
 @pytest.mark.parametrize("arm", [1e-6, 5e-4, 1e-2])

@@ -7,7 +7,9 @@ import pytest
 from pydantic import TypeAdapter
 
 from ab_sim.cli.tables import print_effects
+from ab_sim.dynamics.assemble import system_of
 from ab_sim.errors import InputError, SceneError
+from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, check_scene, load, load_scene, registry
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, effect_parameters, register
@@ -94,6 +96,16 @@ def test_an_effect_is_not_asked_about_a_scene_that_is_wrong_anyhow(
     with pytest.raises(SceneError) as caught:
         check_scene(mapping, "test")
     assert "balls.mass" in str(caught.value) and "magnets" not in str(caught.value)
+
+
+def test_a_disc_that_lies_flat_needs_nothing_to_hold_it(scene: Any) -> None:
+    def tilted(tilt: float) -> Scene:
+        return scene(effects={"suspension": None, "gravity": {"tilt": tilt}})
+
+    flat = tilted(0.0)
+    assert choose_stepper(flat, system_of(flat)).stepper.name == "rk8"
+    with pytest.raises(SceneError, match=r"aside with 0\.979 m/s\^2 for ever, no suspension"):
+        tilted(0.1)
 
 
 def test_a_printed_effect_shows_its_defaults(

@@ -1,5 +1,6 @@
 """Scenes: found, read, changed, checked, and refused with a message that helps."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.errors import SceneError
 from ab_sim.scene import check_scene, find_scene, load_scene, scene_names
+from ab_sim.scene.load import changed_scene
 
 EXPECTED = {
     "thesis-baseline",
@@ -108,6 +110,11 @@ def test_case_2_is_exactly_degenerate() -> None:
         ),
         ("solver.step=1e-10", ["whole number of nanoseconds"]),
         ("effects=[friction]", ["effects", "no such effect", "rolling_friction"]),
+        ("effects.rolling_fricton=", ["no 'rolling_fricton'", "did you mean 'rolling_friction'?"]),
+        ("effects.rolling_fricton.arm=", ["no 'rolling_fricton'", "'rolling_friction'"]),
+        ("balls.mas=", ["balls has no 'mas' to remove; did you mean 'mass'?; it has count, mass"]),
+        ("bals.mass=", ["the scene has no 'bals' to remove; did you mean 'balls'?"]),
+        ("balls.mass.0=", ["mass is a value, it has no keys"]),
         ("solver", ["must be key=value"]),
         ("solver.step.size=1", ["solver.step", "has no keys"]),
         ("a..b=1", ["must be key=value"]),
@@ -141,6 +148,33 @@ def test_bad_input_is_named(change: str, words: list[str]) -> None:
         load_scene("thesis-hold", [change])
     for word in words:
         assert word in str(caught.value)
+
+
+def test_a_variation_cannot_remove_what_is_not_there() -> None:
+    scene = load_scene("thesis-hold")
+    with pytest.raises(SceneError, match="run 3: effects.rolling_fricton: effects has no"):
+        changed_scene(scene, {"effects.rolling_fricton": None}, "run 3")
+    assert changed_scene(scene, {"balls": scene.as_mapping()["balls"]}, "same") == scene
+
+
+JUST_BEYOND = [
+    ("thesis-hold", "spindle.max_speed", 420.0, "profile.target_speed"),
+    ("thesis-hold", "spindle.max_speed", 420.0, "start.speed"),
+    ("thesis-hold", "spindle.max_acceleration", 50.0, "profile.acceleration"),
+    ("thesis-hold", "race.radius", 0.01, "balls.radius"),
+    ("on-edge", "effects.accelerometer.range", 156.9064, "effects.accelerometer.resolution"),
+]
+
+
+@pytest.mark.parametrize(("name", "limit", "most", "key"), JUST_BEYOND)
+def test_a_value_just_beyond_a_limit_does_not_read_like_it(
+    name: str, limit: str, most: float, key: str
+) -> None:
+    beyond = math.nextafter(most, math.inf)
+    with pytest.raises(SceneError) as caught:
+        load_scene(name, [f"{limit}={most!r}", f"{key}={beyond!r}"])
+    assert f"{key} = {beyond!r} " in str(caught.value)
+    assert f" {most:.7g} " in str(caught.value)
 
 
 def test_a_radius_that_no_effect_uses_is_refused() -> None:

@@ -237,13 +237,6 @@ def test_axes_are_at_their_angles() -> None:
     np.testing.assert_allclose(sensor.reading, [1.0, math.sqrt(3)], rtol=1e-15)
 
 
-def test_position_does_not_matter_on_a_deck_that_does_not_turn() -> None:
-    force = np.random.default_rng(0).standard_normal((50, 2))
-    np.testing.assert_array_equal(
-        pickup(position_x=0.1, position_y=-0.2).process(1, force), pickup().process(1, force)
-    )
-
-
 REAL = {
     "axis_angle": 0.3,
     "range": 3.0,
@@ -338,7 +331,7 @@ def test_parameters_are_documented_and_have_defaults() -> None:
         ("seed", -1),
         ("seed", 1.5),
         ("axis_angle", math.nan),
-        ("position_x", True),
+        ("bandwidth", True),
     ],
 )
 def test_refuses_parameters_out_of_bounds(key: str, value: Any) -> None:

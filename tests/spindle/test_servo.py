@@ -33,6 +33,11 @@ def test_refuses(command: float) -> None:
         SERVO.check(command)
 
 
+def test_a_command_just_beyond_the_limit_does_not_read_like_it() -> None:
+    with pytest.raises(CommandError, match=r"command = 200\.00000000000003 .* within \+-200 rad"):
+        SERVO.check(math.nextafter(200.0, math.inf))
+
+
 def test_the_limit_itself_is_allowed() -> None:
     assert SERVO.check(200.0) == 200.0
     assert SERVO.check(-200.0) == -200.0

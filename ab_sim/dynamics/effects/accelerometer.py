@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
+from ab_sim.errors import exact
 from ab_sim.scene.quantities import Count, Number, quantity
 from ab_sim.scene.registry import register
 
@@ -31,20 +32,13 @@ class Accelerometer(NamedTuple):
     the sensor's axes, white noise is added, a second-order Butterworth low-pass follows, then
     come the sampling, the range and the quantisation (``ab_sim.sensing.Pickup``).
 
-    The planar deck does not turn, so that every position reads the same; the position is for a
-    deck with six degrees of freedom.
+    The planar deck does not turn, so that every place on it reads the same.
 
     Between integration steps the low-pass sees the force as straight lines. That takes
     (pi F h)^2 / 3 off the amplitude at the frequency F with the step h: at F_c the gain is
     -3.02 dB with F_c h = 1/50, -3.3 dB with 1/10, and nothing is left with 1/2.
     """
 
-    position_x: Annotated[
-        Number, quantity("x of the sensor on the deck, from the shaft axis", "m", ge=-10, le=10)
-    ] = 0.0
-    position_y: Annotated[
-        Number, quantity("y of the sensor on the deck, from the shaft axis", "m", ge=-10, le=10)
-    ] = 0.0
     axis_angle: Annotated[
         Number,
         quantity(
@@ -79,8 +73,8 @@ class Accelerometer(NamedTuple):
         """
         if self.resolution > self.range:
             raise ValueError(
-                f"effects.accelerometer.resolution = {self.resolution:g} m/s^2: must be at most "
-                f"the range, {self.range:g} m/s^2; or 0 for none"
+                f"effects.accelerometer.resolution = {exact(self.resolution)} m/s^2: must be at "
+                f"most the range, {exact(self.range)} m/s^2; or 0 for none"
             )
         if scene.accuracy is not None:
             return  # there is no step yet; those that do not suit are not chosen

@@ -1,6 +1,6 @@
 """Gravity across the shaft, for any mounting angle of the drive."""
 
-from math import cos, sin
+from math import cos, hypot, sin
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from ab_sim.scene.quantities import Number, quantity
@@ -42,7 +42,8 @@ class Gravity(NamedTuple):
         return (across * cos(self.direction), across * sin(self.direction))
 
     def check_scene(self, scene: "Scene") -> None:
-        """Refuse a deck that nothing holds."""
+        """Refuse a deck that is pulled aside and that nothing holds."""
+        pull = hypot(*self.gravity())
         held = (
             ("suspension", "stiffness"),
             ("unequal_suspension", "stiffness_1"),
@@ -53,8 +54,9 @@ class Gravity(NamedTuple):
             for name, key in held
             if name in scene.effects and getattr(scene.effects[name], key) > 0
         ]
-        if not stiff:
+        if pull > 0 and not stiff:
             raise ValueError(
-                "effects.gravity: pulls the deck away for ever, no suspension with a stiffness "
-                "holds it; name the effect suspension, or leave out gravity"
+                f"effects.gravity: pulls the deck aside with {pull:.3g} m/s^2 for ever, no "
+                "suspension with a stiffness holds it; name the effect suspension, leave out "
+                "gravity, or lay the disc flat (tilt: 0)"
             )

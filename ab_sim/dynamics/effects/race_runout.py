@@ -3,6 +3,7 @@
 from math import cos, sin
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
+from ab_sim.errors import exact
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 
@@ -58,6 +59,7 @@ class RaceRunout(NamedTuple):
             value = getattr(self, key)
             if abs(value) > most:
                 raise ValueError(
-                    f"effects.race_runout.{key} = {value:g} m: must be at most a quarter of "
-                    f"race.radius = {R:g} m, so that the race is convex and goes around the shaft"
+                    f"effects.race_runout.{key} = {exact(value)} m: must be at most a quarter of "
+                    f"race.radius = {exact(R)} m, so that the race is convex and goes around "
+                    "the shaft"
                 )

@@ -1,0 +1,51 @@
+"""Files that results go to are refused before any work is done, by whoever will write them."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from ab_sim.errors import InputError
+
+PICTURE = (".png", ".svg", ".pdf")
+RECORDING = (".rrd",)
+REPORT = (".json",)
+
+
+def check_ending(path: Path, endings: Sequence[str], said: str) -> None:
+    """Refuse a name that is for something else: a slip of the pen would replace, say, a picture.
+
+    Args:
+        path: a file that is to be written.
+        endings: what its name may end in.
+        said: what to call it in messages, e.g. ``--plot``.
+
+    Raises:
+        InputError: names the path and what is allowed.
+    """
+    if path.is_dir():
+        raise InputError(f"{said} {path}: is a folder; name a file in it")
+    if path.suffix.lower() not in endings:
+        one_of = "one of " if len(endings) > 1 else ""
+        raise InputError(f"{said} {path}: must end in {one_of}{', '.join(endings)}")
+
+
+def check_writable(path: Path, said: str, replaced: bool = True) -> None:
+    """Refuse a file that cannot be written.
+
+    Args:
+        path: where.
+        said: what to call it in messages, e.g. ``--plot``.
+        replaced: whether a file that is there will be; else another one is made beside it.
+
+    Raises:
+        InputError: names the path and what is wrong with it.
+    """
+    if path.exists() and not path.is_file():
+        what = "a folder" if path.is_dir() else "a device or a pipe"
+        raise InputError(f"{said} {path}: is {what}; name a file")
+    if not path.parent.is_dir():
+        raise InputError(f"{said} {path}: there is no folder {path.parent}; make it first")
+    if not os.access(path if replaced and path.exists() else path.parent, os.W_OK):
+        raise InputError(
+            f"{said} {path}: cannot be written; choose another place or change its rights"
+        )
