@@ -54,8 +54,8 @@ def test_ramps_and_long_curves_take_whole_steps() -> None:
     assert [(one.steps, one.length) for one in stretches(ramp, GRID, 0, 5)] == [
         (0, pytest.approx(2e-4)), (0, pytest.approx(8e-4)), (4, STEP),
     ]  # fmt: skip
-    long = list(stretches(curve(0.01, 12e-3), GRID, 0, 40))
-    assert [(one.first, one.steps) for one in long] == [(0, 10), (10, 12), (22, 18)]
+    long = list(stretches(curve(0.01, 15e-3), GRID, 0, 40))
+    assert [(one.first, one.steps) for one in long] == [(0, 10), (10, 15), (25, 15)]
 
 
 @pytest.mark.parametrize("count", [1, 3, 7])
