@@ -27,7 +27,7 @@ from ab_sim.price import Price, Timed, cheapest
 from ab_sim.rows import BEYOND_STATES, Rows, follow
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
-from ab_sim.spindle.stretches import Stretch, parts, piece_after, same_instant, stretches
+from ab_sim.spindle.stretches import Grid, Stretch, parts, piece_after, same_instant, stretches
 from ab_sim.trajectory import Trajectory, check_room
 
 AT_ONCE = 10_000
@@ -74,6 +74,7 @@ class Drive:
             self.choice = self.choice._replace(reason=self.price.reason)
         self.stepper = self.choice.stepper
         self.step = scene.solver.step
+        self._grid = Grid(self.step, self.choice.cycle)
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
         self._has_motor = bool(has_motor(self.system.effects))
         self._rubs = bool(has_friction(self.system.effects))
@@ -180,7 +181,7 @@ class Drive:
     def _advance(self, steps: int) -> Trajectory:
         rows, spindle = self._empty_rows(steps), np.empty((steps, 3))
         begin = self.steps
-        for stretch in stretches(self.profile, self.step, begin, steps):
+        for stretch in stretches(self.profile, self._grid, begin, steps):
             at = slice(stretch.first - begin, stretch.first - begin + max(stretch.steps, 1))
             self.steps = stretch.first
             self._integrate(stretch, rows[at])
@@ -223,7 +224,7 @@ class Drive:
         kept, modes, counts = self._state.copy(), self._modes.copy(), self._work.counts.copy()
         try:
             if time - self.time > same_instant(time, self.step):
-                for part in parts(self.profile, self.step, self.steps, time):
+                for part in parts(self.profile, self._grid, self.steps, time):
                     self._integrate(part, self._empty_rows(1))
             return self._observation(time, self._state)
         finally:

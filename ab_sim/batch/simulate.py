@@ -23,7 +23,7 @@ from ab_sim.rows import BEYOND_STATES, Rows, follow
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 from ab_sim.spindle import SpeedProfile
-from ab_sim.spindle.stretches import stretches
+from ab_sim.spindle.stretches import Grid, stretches
 from ab_sim.trajectory import Trajectory
 
 MOST_VALUES = 500_000_000
@@ -138,7 +138,8 @@ class _Prepared:
     def __init__(self, scene: Scene) -> None:
         self.scene, _ = priced(scene)
         self.system = system_of(self.scene)
-        self.stepper = choose_stepper(self.scene, self.system).stepper
+        choice = choose_stepper(self.scene, self.system)
+        self.stepper, self.grid = choice.stepper, Grid(self.scene.solver.step, choice.cycle)
         self.steps = _steps(self.scene)
         events = has_events(self.system.effects)
         self.fits_a_lane = isinstance(self.stepper, Tableau) and not events
@@ -203,8 +204,9 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
     first, tableau = members[0], members[0].stepper
     assert isinstance(tableau, Tableau)
     step, steps = first.scene.solver.step, first.steps
-    profiles = [SpeedProfile.of_scene(lane.scene) for lane in lanes]
-    ways = [list(stretches(profile, step, 0, steps)) for profile in profiles]
+    ways = [
+        list(stretches(SpeedProfile.of_scene(lane.scene), lane.grid, 0, steps)) for lane in lanes
+    ]
     place, plan = merged(ways, step)
     constants = (
         _stacked([leaves((lane.system.body, lane.system.effects)) for lane in lanes]),

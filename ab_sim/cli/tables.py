@@ -86,7 +86,7 @@ def print_check(name: str, changes: list[str]) -> None:
     for row in (*_motor(scene), *_accelerometer(scene)):
         table.add_row(*row)
     table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
-    stepper, reason, longest, limited_by = choice
+    stepper, reason, longest, limited_by, _ = choice
     if price is not None:
         reason = "the cheapest measured to be accurate enough"
     table.add_row("stepper", f"{stepper.name} (order {stepper.order}), {reason}")

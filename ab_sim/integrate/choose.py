@@ -1,5 +1,6 @@
 """Which stepper a scene is run with, and why."""
 
+import math
 from typing import NamedTuple
 
 from ab_sim.dynamics.assemble import DRAG, linear_rates
@@ -21,6 +22,9 @@ class Choice(NamedTuple):
     longest: float
     """s; infinite where nothing limits the step."""
     limited_by: str
+    cycle: float
+    """Of the fastest motion that its steps follow [s]: the deck's whirl or the motor's loop. What
+    the drag makes of a ball's speed is faster now and then, but dies away."""
 
 
 def top_speed(scene: Scene, commanded: bool = False) -> float:
@@ -75,4 +79,5 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
         if largest_step(stepper, limits)[1] == DRAG:
             raise SceneError(f"{error}; or leave solver.stepper to auto, or name sweeps") from None
         raise
-    return Choice(stepper, reason, *largest_step(stepper, limits))
+    cycle = 2.0 * math.pi / max(abs(rate) for rate in beside_drag.values())
+    return Choice(stepper, reason, *largest_step(stepper, limits), cycle)

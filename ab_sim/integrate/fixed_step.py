@@ -28,7 +28,8 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
         weights: the stepper's.
         start: time [s] at which the segment begins.
         clock: (number of the first step, nominal step [s], offset into it [s]). Times are
-            products of these, not sums, so that they do not depend on how a run is cut up.
+            products of these, not sums, so that they do not depend on how a run is cut up; the
+            offset comes last, so that a segment of microseconds keeps its digits.
         length: step to take [s]: the nominal one, or a part of it next to a breakpoint.
         state: the state; holds the last good one at the end.
         modes: the branches in force; settled first, and changed at events.
@@ -42,10 +43,10 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
     first, step, offset = clock
     slopes, trial, scratch = work.slopes, work.trial, scratch_of(system, work)
     states = state_size(system, state)
-    enter(system, place, (first * step + offset) - start, state, modes, work)
+    enter(system, place, (first * step - start) + offset, state, modes, work)
     for k in range(rows.shape[0]):
-        begin = ((first + k) * step + offset) - start
-        end = ((first + k + 1) * step + offset) - start if length == step else begin + length
+        begin = ((first + k) * step - start) + offset
+        end = ((first + k + 1) * step - start) + offset if length == step else begin + length
         known, A1, A2 = step_over_events(
             system, weights, place, begin, length, end, state, modes, work
         )

@@ -91,10 +91,10 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
         first, finishes = plan.stretches[s, FIRST], plan.stretches[s, FINISHES]
         here = spread(place, places[s])
         start, offset, length = times[s, START], times[s, OFFSET], times[s, LENGTH]
-        begin = (first * step + offset) - start
+        begin = (first * step - start) + offset
         inlined_derivatives(drives, here, begin, state, modes, slopes[0], scratch)
         for k in range(plan.stretches[s, STEPS]):
-            begin = ((first + k) * step + offset) - start
+            begin = ((first + k) * step - start) + offset
             explicit_step(weights, drives, here, begin, length, state, modes, work)
             still = sound[0]
             for j in range(states):

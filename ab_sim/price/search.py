@@ -7,7 +7,9 @@ other, which takes some milliseconds each for a start-up of seconds:
 1. The method of the highest order runs with shorter and shorter steps until two neighbours differ
    by far less than what is asked. The last run is the reference; what it differs by from the one
    before bounds what is left of its own error, rounding that events amplify included. If shorter
-   steps do not bring it down any more, that is the best that double precision gives here.
+   steps do not bring it down any more, that is the best that double precision gives here. Its
+   steps are such that other runs' steps end where one of its own does: just after a jump of the
+   spindle's acceleration, errors peak for some milliseconds, which the longest steps leave out.
 2. The other methods run with the steps that their order lets expect to be enough, as long as they
    can be cheaper than what has been found.
 3. Of each method the longest step whose error, times ``SAFETY``, is within what is asked is timed
@@ -38,7 +40,11 @@ ALIKE = 1.15
 SHARPER = 10.0
 """How much less than the error allowed, ``SAFETY`` included, the references may differ by."""
 STALLED = 3
-"""Refinements in a row that fail to halve the references' difference: rounding is reached."""
+"""Refinements in a row that fail to halve the references' difference: rounding is reached. One
+that makes it larger by ``SHARPER`` shows instead that what came before it agreed by chance."""
+SHARED = 20
+"""The reference's rung is a multiple of this: the steps of all shorter rungs, and every second or
+fifth step of the others, then end at one of its samples."""
 DRAG_PAYS = 4.0
 """``sweeps``, whose steps cost several of rk8's, is looked at where they can be longer by this."""
 DRAG_RULES = 20.0
@@ -119,25 +125,30 @@ class _Search:
     def _find_reference(self) -> None:
         """Shorten the step of the first method until that changes nothing that matters."""
         differences: list[Deviation] = []
-        least, stalled = math.inf, 0
+        least, stalled, enough = math.inf, 0, False
         previous: Tried | None = None
         rungs = self._trials.rungs(self._first)
         for rung in rungs:
+            if enough and rung % SHARED and rung != rungs[-1]:
+                continue
             tried = self._trials.run(self._first, rung, last=rung == rungs[-1])
             if tried is None:
                 continue
             if previous is not None:
                 differences.append(self._between(previous, tried))
                 share = self._share(differences[-1])
-                stalled = 0 if share < 0.5 * least else stalled + 1
-                least = min(least, share)
-                if SHARPER * SAFETY * share <= 1.0 or stalled == STALLED:
-                    previous = tried
-                    break
+                if share > SHARPER * least:
+                    least, stalled = share, 0
+                else:
+                    stalled = 0 if share < 0.5 * least else stalled + 1
+                    least = min(least, share)
+                enough = SHARPER * SAFETY * share <= 1.0 or stalled >= STALLED
             previous = tried
+            if enough and rung % SHARED == 0:
+                break
         assert previous is not None, "the last one of all would have raised"
-        self._reference = previous
-        newest = differences[-stalled:] if stalled else differences[-1:]
+        self._reference, self._stalled = previous, stalled >= STALLED
+        newest = differences[-max(stalled, 1) :]
         endless = [Deviation(*(math.inf,) * 4)]
         doubts = [rounding(previous.samples, self.scene.whirl_unit[0]), *(newest or endless)]
         self._doubt = Deviation(*(max(part) for part in zip(*doubts, strict=True)))
@@ -158,10 +169,15 @@ class _Search:
             )
             if wish is not None and SAFETY * found > wish
         ]
+        reason = "a shorter step is not tried"
+        if self._stalled:
+            reason = (
+                "shorter steps bring runs of this scene no closer to each other, because of "
+                "rounding and of what the motion makes of it"
+            )
         raise SceneError(
             f"{'; '.join(wishes)}, with {best.stepper.name} at {1e3 * best.step:g} ms and a safety "
-            f"factor of {SAFETY:g}: shorter steps bring runs of this scene no closer to each "
-            "other, because of rounding and of what its events make of it; ask for no more"
+            f"factor of {SAFETY:g}: {reason}; ask for no more"
         )
 
     def _cheaper(self, stepper: Stepper, price: float) -> list[Tried]:

@@ -108,7 +108,9 @@ def test_all_effects_that_are_smooth(scene: Any) -> None:
 def test_a_raised_cosine_beside_ramps(scene: Any) -> None:
     change = {"kind": "speed_change", "start_time": 0.1, "duration": 0.2, "to_speed": 130.0}
     base = scene(start={"speed": 90.0}, profile=change, duration=0.4)
+    variations: list[dict[str, Any]]
     variations = [{"profile.start_time": 0.05 + 0.0203 * i} for i in range(9)]
+    variations[3]["profile.duration"] = 1e-4  # in more parts than a step of the others
     assert_equal_to_drives(base, variations)
 
 

@@ -6,9 +6,10 @@ With raw = kp (w_cmd - w) + ki z and a limit L the regimes are
     SATURATED +-  T = +-L,   z' = w_cmd - w - (raw - T) / kp      while +-raw > L
 """
 
+from math import cos, pi, sin
 from typing import NamedTuple
 
-from .params import Motor, Params
+from .params import Motor, Params, Swing
 
 LINEAR, SATURATED = 0, 1
 SLACK = 1e-12
@@ -33,8 +34,8 @@ class Command(NamedTuple):
 def breakpoints(p: Params) -> list[float]:
     """Times at which the commanded acceleration jumps."""
     times, now = [], 0.0
-    for duration, _ in p.spindle.segments:
-        now += duration
+    for segment in p.spindle.segments:
+        now += duration_of(segment)
         times.append(now)
     return times
 
@@ -42,18 +43,29 @@ def breakpoints(p: Params) -> list[float]:
 def command(p: Params, start: float, time: float) -> Command:
     """The command at ``time``, on the segment that is in force just after ``start``."""
     begin, angle, speed = 0.0, p.spindle.angle, p.spindle.speed
-    for duration, acceleration in p.spindle.segments:
+    for segment in p.spindle.segments:
+        duration = duration_of(segment)
         if start < begin + duration:
-            break
-        angle += speed * duration + 0.5 * acceleration * duration**2
-        speed += acceleration * duration
+            return along(segment, angle, speed, time - begin)
+        angle, speed, _ = along(segment, angle, speed, duration)
         begin += duration
-    else:
-        acceleration = 0.0
-    t = time - begin
-    return Command(
-        angle + speed * t + 0.5 * acceleration * t**2, speed + acceleration * t, acceleration
-    )
+    return along((0.0, 0.0), angle, speed, time - begin)
+
+
+def duration_of(segment: tuple[float, float] | Swing) -> float:
+    """How long it lasts [s]."""
+    return segment.duration if isinstance(segment, Swing) else segment[0]
+
+
+def along(segment: tuple[float, float] | Swing, angle: float, speed: float, t: float) -> Command:
+    """The command ``t`` [s] after a segment begins with an angle and a speed."""
+    if isinstance(segment, Swing):
+        half, rate = 0.5 * segment.change, pi / segment.duration
+        turned = (speed + half) * t - half / rate * sin(rate * t)
+        gained = half * (1.0 - cos(rate * t))
+        return Command(angle + turned, speed + gained, half * rate * sin(rate * t))
+    turned = speed * t + 0.5 * segment[1] * t**2
+    return Command(angle + turned, speed + segment[1] * t, segment[1])
 
 
 def raw_torque(motor: Motor, asked: Command, speed: float, z: float) -> float:

@@ -11,11 +11,12 @@ from tests.reference.params import (
     Runout,
     Spindle,
     Suspension,
+    Swing,
 )
 
 
 def params_of(scene: Any) -> Params:
-    """The parameters of a scene whose profile is a start-up, or none."""
+    """The parameters of a scene."""
     effects = scene.effects
     gravity = effects.get("gravity")
     runout = effects.get("race_runout")
@@ -75,12 +76,14 @@ def _suspension(effects: Any) -> Suspension:
     return Suspension(0.0, 0.0, cubic=cubic)
 
 
-def _segments(scene: Any) -> tuple[tuple[float, float], ...]:
-    """The reference wants (duration, acceleration); the drive's own pieces would be no check."""
+def _segments(scene: Any) -> tuple[tuple[float, float] | Swing, ...]:
+    """As the reference wants them; the drive's own pieces would be no check."""
     profile = scene.profile
     if profile is None:
         return ()
-    assert profile.kind == "start_up"
+    if profile.kind == "speed_change":
+        change = profile.to_speed - scene.start.speed
+        return ((profile.start_time, 0.0), Swing(profile.duration, change))
     first, slope, last = scene.start.speed, profile.acceleration, profile.target_speed
     period = profile.variable_speed_period
     if period is None:

@@ -73,16 +73,25 @@ class Motor:
 
 
 @dataclass(frozen=True)
-class Spindle:
-    """Speed (or, with a motor, command) from ``speed`` on, in segments [duration, acceleration].
+class Swing:
+    """A segment in which the speed goes along half a cosine, by ``change`` [rad/s] in all."""
 
-    After the last segment the speed is held. Without ``feel_acceleration`` the angle follows the
-    profile, but no inertia force knows of psi''.
+    duration: float
+    change: float
+
+
+@dataclass(frozen=True)
+class Spindle:
+    """Speed (or, with a motor, command) from ``speed`` on, in segments.
+
+    A segment is a Swing, or [duration, acceleration]. After the last segment the speed is held.
+    Without ``feel_acceleration`` the angle follows the profile, but no inertia force knows of
+    psi''.
     """
 
     speed: float = 0.0
     angle: float = 0.0
-    segments: tuple[tuple[float, float], ...] = ()
+    segments: tuple[tuple[float, float] | Swing, ...] = ()
     feel_acceleration: bool = True
 
 
