@@ -2,11 +2,11 @@
 
 import contextlib
 import os
-import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TypeVar
 
 import rclpy
@@ -15,6 +15,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from ab_sim import interruption
 from ab_sim.errors import AbSimError
 
 LINGER = 0.2
@@ -27,32 +28,44 @@ def run_node(
 ) -> None:
     """Make a node, answer its callbacks in a thread, run ``loop``, and end the process.
 
-    Bad input ends the process with one message and the error's exit code; Ctrl-C and SIGTERM end
-    it with 0, a second one at once.
+    Bad input ends the process with one message and the error's exit code. Ctrl-C and SIGTERM end
+    it at once while the node is being made, with 128 + the signal's number; then in order, with 0,
+    and a second one at once.
 
     Args:
         make: makes the node; rclpy is initialised by then.
         loop: runs in the main thread until the event it is given is set. ROS still works then,
             so that it can publish what is left.
     """
-    stopping = threading.Event()
-    _wait_for_signals(stopping)
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    interruption.watch(Path(sys.argv[0]).stem)
+    init_on_this_machine()
     code = 0
     try:
         node = make()
-        try:
-            with _answering(node, stopping):
-                loop(node, stopping)
-            _let_last_words_out(node)
-        finally:
-            node.destroy_node()
+        with interruption.in_order() as stopping:
+            try:
+                with _answering(node, stopping):
+                    loop(node, stopping)
+                _let_last_words_out(node)
+            finally:
+                node.destroy_node()
     except AbSimError as error:
         print(error, file=sys.stderr)
         code = error.exit_code
     finally:
         rclpy.try_shutdown()
     sys.exit(code)
+
+
+def init_on_this_machine() -> None:
+    """Initialise rclpy, to discover and be discovered on this machine only.
+
+    Unless the user has set ``ROS_AUTOMATIC_DISCOVERY_RANGE``: a drive obeys whoever it discovers.
+    Handling signals is left to ``ab_sim.interruption``; rclpy's own handlers would tear the context
+    down under whatever is in flight.
+    """
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
 
 
 def _let_last_words_out(node: Node) -> None:
@@ -64,29 +77,6 @@ def _let_last_words_out(node: Node) -> None:
     end = time.monotonic() + LINGER
     for publisher in node.publishers:
         publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
-
-
-def _wait_for_signals(stopping: threading.Event) -> None:
-    """Set ``stopping`` when asked to end; end at once when asked a second time.
-
-    rclpy's own handlers would tear the context down under whatever is in flight. A handler that
-    sets the event itself deadlocks if it interrupts the wait for that very event; so it only
-    writes to a pipe, and a thread reads that.
-    """
-    outlet, inlet = os.pipe()
-
-    def pass_on(number: int, _: object) -> None:
-        os.write(inlet, bytes([number]))
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, pass_on)
-
-    def wait() -> None:
-        os.read(outlet, 1)
-        stopping.set()
-        os._exit(128 + os.read(outlet, 1)[0])
-
-    threading.Thread(target=wait, name="signals", daemon=True).start()
 
 
 @contextlib.contextmanager
