@@ -18,13 +18,10 @@ _stopping: threading.Event | None = None
 _watching = False
 
 
-def watch(program: str) -> None:
+def watch() -> None:
     """From now on, a signal ends the process at once: one line, exit code 128 + its number.
 
     To be called before anything slow is imported. A second call does nothing.
-
-    Args:
-        program: whose name begins the line.
     """
     global _watching
     if _watching:
@@ -40,7 +37,7 @@ def watch(program: str) -> None:
         numbers.append(signal.SIGHUP)
     for number in numbers:
         signal.signal(number, _leave_to_the_thread)
-    thread = threading.Thread(target=_obey, args=(outlet, program), name="signals", daemon=True)
+    thread = threading.Thread(target=_obey, args=(outlet,), name="signals", daemon=True)
     thread.start()
 
 
@@ -59,7 +56,7 @@ def _leave_to_the_thread(*_: object) -> None:
     pass
 
 
-def _obey(outlet: int, program: str) -> None:
+def _obey(outlet: int) -> None:
     while True:
         number = os.read(outlet, 1)[0]
         stopping = _stopping
@@ -68,5 +65,5 @@ def _obey(outlet: int, program: str) -> None:
             continue
         with contextlib.suppress(OSError):  # the terminal may be gone
             bar = SHOW_CURSOR + b"\n" if os.isatty(2) else b""
-            os.write(2, bar + f"{program}: interrupted\n".encode())
+            os.write(2, bar + b"interrupted\n")
         os._exit(128 + number)

@@ -10,7 +10,7 @@ def main() -> None:
 
     0 done, 2 bad input, 3 diverged, 130 interrupted.
     """
-    interruption.watch("ab-sim")
+    interruption.watch()
     from ab_sim.errors import AbSimError
 
     try:

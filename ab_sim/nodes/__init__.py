@@ -6,4 +6,4 @@ from ab_sim import interruption
 
 if sys.argv[0] == "-m":
     # `python -m` is on its way to a node, whose own imports take seconds.
-    interruption.watch("ab_sim")
+    interruption.watch()

@@ -6,7 +6,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TypeVar
 
 import rclpy
@@ -37,7 +36,7 @@ def run_node(
         loop: runs in the main thread until the event it is given is set. ROS still works then,
             so that it can publish what is left.
     """
-    interruption.watch(Path(sys.argv[0]).stem)
+    interruption.watch()
     init_on_this_machine()
     code = 0
     try:
