@@ -1,5 +1,6 @@
 """Topics of the contract: name, message type and quality of service, each in one place."""
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -55,6 +56,23 @@ class Topic(NamedTuple):
             self.qos,
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
+
+    def publishers(self, node: Node) -> int:
+        """How many publish it, under the name that the topic has for a node."""
+        return node.count_publishers(node.resolve_topic_name(self.name))
+
+
+def arrived(subscription: Subscription[Any]) -> Iterator[Any]:
+    """Take what has arrived, oldest first, without an executor.
+
+    At most as many as the queue holds: whoever sends faster than this takes gets no end of it.
+    """
+    with subscription.handle:
+        for _ in range(_DEEP.depth):
+            taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+            if taken is None:
+                return
+            yield taken[0]
 
 
 COMMAND = Topic("spindle/command", Float64, _DEEP)

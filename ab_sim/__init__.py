@@ -6,7 +6,3 @@ drive), and then either ``nodes`` (live, ROS 2) or ``analysis`` and ``cli`` (off
 """
 
 __version__ = "0.1.0"
-
-# The effects register themselves with the scene room when they are imported, so that a scene
-# can be checked against them without that room knowing who provides them.
-from ab_sim.dynamics import effects as _effects  # noqa: F401

@@ -26,6 +26,12 @@ class RecordingError(AbSimError):
     """A recording cannot be written or read."""
 
 
+class Interrupted(AbSimError):
+    """Asked to end, by Ctrl-C or otherwise, and what had to be put in order is."""
+
+    exit_code = 130
+
+
 class DivergedError(AbSimError):
     """The state went beyond all bounds: names the variable, the time and a likely cause."""
 

@@ -2,12 +2,15 @@
 
 import sys
 
+from ab_sim import interruption
+
 
 def main() -> None:
     """Entry point: runs the command; errors are one message and an exit code.
 
     0 done, 2 bad input, 3 diverged, 130 interrupted.
     """
+    interruption.watch()
     from ab_sim.errors import AbSimError
 
     try:
@@ -17,6 +20,3 @@ def main() -> None:
     except AbSimError as error:
         print(f"ab-sim: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        print("ab-sim: interrupted", file=sys.stderr)
-        sys.exit(130)

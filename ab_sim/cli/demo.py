@@ -3,7 +3,6 @@
 import contextlib
 import importlib
 import math
-import signal
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -46,8 +45,6 @@ def run_demo(out: Path) -> None:
     for file in (recording, picture):
         check_writable(file, "--out")
         file.unlink(missing_ok=True)
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, _interrupt)
 
     scene = load_scene(SCENE)
     console.print(f"Start-up of [bold]{scene.name}[/] in real time: {scene.description}")
@@ -65,10 +62,6 @@ def run_demo(out: Path) -> None:
         figures = live.stop()
     reporting.join()
     importlib.import_module(REPORT).report_startup(scene, recording, picture, figures)
-
-
-def _interrupt(*_: Any) -> None:
-    raise KeyboardInterrupt
 
 
 @contextlib.contextmanager

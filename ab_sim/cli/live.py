@@ -16,12 +16,13 @@ from typing import Any
 import rclpy
 from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
 from ab_msgs_py import ENDED, Health, JointSample, MalformedMessage, VectorSample, topics
 from ab_msgs_py.services import answer_of, switch_request, trigger_request
-from ab_sim.errors import AbSimError, InputError
+from ab_sim import interruption
+from ab_sim.errors import AbSimError, InputError, Interrupted
+from ab_sim.nodes.arguments import init_ros
 from ab_sim.scene import Scene
 
 READY = 90.0
@@ -35,6 +36,8 @@ SILENCE = 10.0
 class LiveRun:
     """A live run of a scene: use it as a context, which ends the nodes whatever happens.
 
+    Within it Ctrl-C raises ``Interrupted`` from whatever waits for the nodes.
+
     Args:
         scene: its name is handed to the nodes.
         recording: .rrd file that the recorder writes.
@@ -44,6 +47,7 @@ class LiveRun:
     def __init__(self, scene: Scene, recording: Path, logs: Path) -> None:
         self._scene, self._recording, self._logs = scene, recording, logs
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._context = contextlib.ExitStack()
         self._health: dict[str, Health] = {}
         self._heard = time.monotonic()
         self._began: float | None = None
@@ -53,9 +57,10 @@ class LiveRun:
 
     def __enter__(self) -> "LiveRun":
         try:
-            # Before there are threads: the new processes run a line of ours before their program.
+            self._stopping = self._context.enter_context(interruption.in_order())
+            # Before there are busy threads: the new processes run a line of ours at first.
             self._start_processes()
-            rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+            init_ros(["ab-sim"])
             self._watch()
         except BaseException:
             self._end()
@@ -113,10 +118,11 @@ class LiveRun:
 
         Raises:
             AbSimError: one of them has ended, or the drive has fallen silent.
+            Interrupted: asked to end.
         """
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0:
-            self._executor.spin_once(timeout_sec=left)
+            self._listen(left)
         for name, process in self._processes.items():
             if process.poll() is not None:
                 raise AbSimError(
@@ -214,12 +220,18 @@ class LiveRun:
                 )
 
     def _refuse_company(self) -> None:
-        if self._node.count_publishers("/clock") > 1:
+        if topics.CLOCK.publishers(self._node) > 1:
             domain = os.environ.get("ROS_DOMAIN_ID", "0")
             raise InputError(
                 f"another simulator publishes /clock on ROS_DOMAIN_ID {domain}; "
                 "stop it, or run the demo on another domain: ROS_DOMAIN_ID=17 make demo"
             )
+
+    def _listen(self, seconds: float) -> None:
+        """Until something is heard, at most so long."""
+        if self._stopping.is_set():
+            raise Interrupted("interrupted")
+        self._executor.spin_once(timeout_sec=seconds)
 
     def _spin_until(self, condition: Callable[[], bool], deadline: float) -> bool:
         end = time.monotonic() + deadline
@@ -254,15 +266,15 @@ class LiveRun:
                 end = time.monotonic() + 0.5  # what it said may still be on its way
             if time.monotonic() > end:
                 return
-            self._executor.spin_once(timeout_sec=0.02)
+            self._listen(0.02)
 
     def _log_of(self, name: str) -> str:
         text = (self._logs / f"{name}.log").read_text(errors="replace")
         return "\n".join(text.splitlines()[-15:])
 
     def _end(self) -> None:
-        # Whatever happens now, no node is left running: no ROS here, and no interruption.
-        ignored = {n: signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, signal.SIGTERM)}
+        # Whatever happens now, no node is left running: no ROS here, and if there is not even time
+        # for this, they are told when this process has gone.
         for process in self._processes.values():
             process.send_signal(signal.SIGINT)
         for process in self._processes.values():
@@ -276,8 +288,7 @@ class LiveRun:
             self._executor.shutdown()
             self._node.destroy_node()
             rclpy.try_shutdown()
-        for number, handler in ignored.items():
-            signal.signal(number, handler)
+        self._context.close()
 
 
 def _end_with_parent() -> None:

@@ -1,5 +1,6 @@
 """A node's command line: what ROS would pass over without a word is an error."""
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -10,7 +11,12 @@ from ab_sim.errors import InputError
 
 
 def init_ros(arguments: Sequence[str] | None = None) -> None:
-    """``rclpy.init``, for a process that handles its signals itself.
+    """``rclpy.init``: strict with arguments, and discovering on this machine only.
+
+    A drive obeys whoever it discovers, so it takes a user who sets
+    ``ROS_AUTOMATIC_DISCOVERY_RANGE`` for others to come in. Signals are left to
+    ``ab_sim.interruption``; rclpy's own handlers would tear the context down under whatever is in
+    flight.
 
     Args:
         arguments: the program and its arguments; default: those of the process.
@@ -24,6 +30,7 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
             f"argument {stray[0]!r}: is not known; parameters come after --ros-args, each after "
             f"-p: `--ros-args -p {_as_parameter(stray[0])}`"
         )
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     try:
         rclpy.init(args=list(given), signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:

@@ -1,34 +1,31 @@
 """`drive_sim`: one drive in real time, commanded and observed over topics."""
 
-import collections
 import contextlib
 import math
 import threading
 import time
+from collections.abc import Iterator
+from typing import Any
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
-from std_msgs.msg import Float64
+from rclpy.subscription import Subscription
 
 from ab_msgs_py import ENDED, Block, Health, JointSample, Level, VectorSample, topics
-from ab_msgs_py.samples import ACCELEROMETER, clock_message, command_of, description_message
+from ab_msgs_py.samples import ACCELEROMETER, clock_message, description_message
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
 from ab_sim.description import describe
 from ab_sim.drive import Drive
 from ab_sim.error_checks import ErrorChecks
-from ab_sim.errors import CommandError, DivergedError
+from ab_sim.errors import DivergedError
 from ab_sim.integrate.registry import AUTO
+from ab_sim.nodes.commands import Commands
+from ab_sim.nodes.drive_health import DriveHealth, Tolerance
 from ab_sim.nodes.pacing import Pacer
 from ab_sim.nodes.parameters import declare, refuse_undeclared, whole_ratio
 from ab_sim.nodes.process import run_node
-from ab_sim.price import share_of
 from ab_sim.scene import load_scene
 from ab_sim.trajectory import Trajectory
 
-STEADY = Clock(clock_type=ClockType.STEADY_TIME)
-REPORT_PERIOD = 1.0
-"""s between two diagnostics."""
 LONGEST_CHECK = 0.25
 """Of the time between two wake-ups, the most that a check of the error may take at one of them."""
 
@@ -49,6 +46,24 @@ class DriveSim(Node):
         )
         catch_up = declare(
             self, "catch_up", 10.0, "most steps at one wake-up, in wake-ups", "1", (1.0, 1e4)
+        )
+        tolerance = Tolerance(
+            declare(
+                self,
+                "factor_tolerance",
+                0.05,
+                "how far the real-time factor may be from 1 without a warning",
+                "1",
+                (0.001, 1.0),
+            ),
+            declare(
+                self,
+                "lateness_tolerance",
+                0.1,
+                "how late a wake-up may be without a warning",
+                "s",
+                (0.001, 60.0),
+            ),
         )
         share = declare(
             self,
@@ -76,15 +91,10 @@ class DriveSim(Node):
         self._step_ns = round(step * 1e9)
 
         self._lock = threading.Lock()
-        # Commands between two wake-ups act at the same instant, so only the last one matters.
-        self._command: collections.deque[float] = collections.deque(maxlen=1)
         self._pending: list[Trajectory] = []
         self._wakes = 0
-        self._accepted = self._rejected = 0
         self._trouble = ""
-        self._report_at = (time.monotonic(), 0)
-        self._factor = math.nan  # not measured yet
-        self._dropped = self._crowded = 0
+        self._health = DriveHealth(self.drive, self._pacer, self._checks, tolerance)
 
         self._joints = topics.JOINT_STATES.publisher(self)
         self._vibration = topics.VIBRATION.publisher(self)
@@ -93,7 +103,7 @@ class DriveSim(Node):
         self._clock_topic = topics.CLOCK.publisher(self)
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
         self._description = topics.DESCRIPTION.publisher(self)
-        self._subscription = topics.COMMAND.subscription(self, self._judge)
+        self._commands = Commands(self, self.drive.servo)
         self._sources = 0
         serve_switch(self, PAUSE, self.pause)
         serve_trigger(self, STEP, self.step_once)
@@ -110,6 +120,11 @@ class DriveSim(Node):
             + (", paused" if self._paused else "")
         )
 
+    @property
+    def subscriptions(self) -> Iterator[Subscription[Any]]:
+        """What the executor answers: all but the commands, which wake-ups take themselves."""
+        return (s for s in super().subscriptions if s is not self._commands.subscription)
+
     def run(self, stopping: threading.Event) -> None:
         """Wake up, step what is due, publish; until told to stop."""
         with self._lock:
@@ -118,6 +133,7 @@ class DriveSim(Node):
         while not stopping.wait(self._pacer.wait(time.monotonic())):
             with self._lock:
                 begin = time.thread_time()
+                self._commands.take()
                 if self._paused:
                     self._pacer.start(time.monotonic())
                 # After catching up nothing may be due; time that stands still is not published.
@@ -128,6 +144,7 @@ class DriveSim(Node):
                     # Last: what has been published does not wait for it.
                     self._checks.work(time.thread_time() - begin)
         with self._lock:
+            self._commands.take()
             self._flush()
             self._report(ended=True)
 
@@ -138,6 +155,7 @@ class DriveSim(Node):
                 return True, "paused already" if pause else "running already"
             if not pause and self._trouble:
                 return False, f"{self._trouble}; reset first"
+            self._settle()
             self._paused = pause
             self._restart_clock()
             return True, "paused" if pause else "running"
@@ -149,18 +167,20 @@ class DriveSim(Node):
                 return False, "not paused: pause first"
             if self._trouble:
                 return False, f"{self._trouble}; reset first"
+            self._commands.take()
             self._advance(self._per_wake)
             return not self._trouble, self._trouble or f"t = {self.drive.time:.9g} s"
 
     def reset(self) -> Answer:
         """Back to t = 0 and the scene's start; a command under way is forgotten."""
         with self._lock:
+            self._settle()
             if self.drive.steps:
                 self._flush()
+            self._report()
             self._stepped.reset()
-            self._command.clear()
+            self._commands.newest()
             self._trouble = ""
-            self._crowded = 0
             self._pending = [self.drive.present()]
             self._publish()
             self._restart_clock()
@@ -182,26 +202,17 @@ class DriveSim(Node):
     def _restart_clock(self) -> None:
         now = time.monotonic()
         self._pacer.start(now)
-        self._dropped = 0
-        self._factor = math.nan
-        self._report_at = (now, self.drive.steps)
+        self._health.begin(now)
 
-    def _judge(self, message: Float64) -> None:
-        """Take a command, or reject it, as soon as it comes; it acts from the next step on."""
-        try:
-            self._command.append(self.drive.servo.check(command_of(message)))
-            self._accepted += 1
-        except CommandError as error:
-            self._rejected += 1
-            self.get_logger().warning(
-                f"rejected: {error}",
-                throttle_duration_sec=1.0,
-                throttle_time_source_type=STEADY,
-            )
+    def _settle(self) -> None:
+        """A last wake-up before time stands still: no lag is forgotten."""
+        self._commands.take()
+        if not self._paused and (due := self._pacer.stop(time.monotonic())):
+            self._advance(due)
 
     def _advance(self, steps: int) -> None:
-        if self._command:
-            self._stepped.command(self._command.popleft())
+        if (speed := self._commands.newest()) is not None:
+            self._stepped.command(speed)
         try:
             self._pending.append(self._stepped.advance(steps))
         except DivergedError as error:
@@ -249,102 +260,35 @@ class DriveSim(Node):
 
     def _report_now_and_then(self) -> None:
         """Once a second, and as soon as somebody else can command."""
-        now, (since, steps) = time.monotonic(), self._report_at
-        if now - since >= REPORT_PERIOD:
-            if not self._paused:
-                self._factor = (self.drive.steps - steps) * self.drive.step / (now - since)
-            self._report_at = (now, self.drive.steps)
-        elif self._subscription.get_publisher_count() == self._sources:
-            return
-        self._sources = self._subscription.get_publisher_count()
-        self._report()
-
-    def _news(self) -> list[str]:
-        """What has gone less than well since the last report."""
-        dropped = self._pacer.total.dropped - self._dropped
-        crowded = self.drive.crowded_steps - self._crowded
-        news = [f"fell behind: {dropped} steps were dropped"] if dropped > 0 else []
-        if crowded > 0:
-            news.append(
-                f"{crowded} steps had too many events to locate them all; a shorter solver.step "
-                "would be more accurate"
-            )
-        return [*news, *self._drift()]
-
-    def _drift(self) -> list[str]:
-        """Whether the run has left what was asked for."""
-        price = self.drive.price
-        if self._checks is None or price is None:
-            return []
-        angle, whirl = self._checks.estimate
-        if share_of(price.asked, angle, whirl) <= 1.0:
-            return []
-        wishes = [
-            f"{key} {found:.1e} {unit} (asked {wish:g})"
-            for key, found, wish, unit in (
-                ("ball angle", angle, price.asked.angle, "rad"),
-                ("whirl", whirl, price.asked.whirl, price.unit),
-            )
-            if wish is not None and found > wish
-        ]
-        return [
-            f"less accurate than asked, error estimate of {', '.join(wishes)}: the step was "
-            "measured on the scene's profile, and the drive is led elsewhere; ask for more "
-            "accuracy, or for a profile like this run"
-        ]
-
-    def _estimates(self) -> dict[str, str]:
-        """What is known of the error, for the diagnostics; nothing without checks."""
-        checks = self._checks
-        if checks is None:
-            return {}
-        unit = self.drive.scene.whirl_unit[1]
-        return {
-            "error estimate, ball angle [rad]": f"{checks.estimate.angle:.2g}",
-            f"error estimate, whirl [{unit}]": f"{checks.estimate.whirl:.2g}",
-            "largest error estimate, ball angle [rad]": f"{checks.largest.angle:.2g}",
-            f"largest error estimate, whirl [{unit}]": f"{checks.largest.whirl:.2g}",
-            "error checks' share of work": f"{checks.share:.4f}",
-            "steps checked": str(checks.checked),
-        }
+        due = self._health.period_over(time.monotonic(), self._paused)
+        sources, self._sources = self._sources, self._commands.sources
+        if due or sources != self._sources:
+            self._report()
 
     def _report(self, ended: bool = False) -> None:
-        pacing, drive, scene = self._pacer.total, self.drive, self.drive.scene
-        level, text = Level.OK, "paused" if self._paused else "running in real time"
+        news = self._health.news()
+        level = Level.WARN if news else Level.OK
+        text = "; ".join([self._health.state(self._paused), *news])
         if self._trouble:
             level, text = Level.ERROR, self._trouble
-        elif self.count_publishers(topics.CLOCK.name) > 1:
+        elif topics.CLOCK.publishers(self) > 1:
             level = Level.ERROR
-            text = "another simulator publishes /clock: remap one of them, or use another domain"
-        elif news := self._news():
-            level, text = Level.WARN, "; ".join(news)
-        if ended:
-            text = ENDED
-        self._dropped, self._crowded = pacing.dropped, drive.crowded_steps
+            clock = self.resolve_topic_name(topics.CLOCK.name)
+            text = f"another simulator publishes {clock}: remap one of them, or use another domain"
         health = Health(
             self.get_fully_qualified_name(),
             level,
-            text,
+            ENDED if ended else text,
             {
-                "real-time factor": f"{self._factor:.4f}",
-                "simulated time [s]": f"{drive.time:.9g}",
-                "overruns": str(pacing.overruns),
-                "steps dropped": str(pacing.dropped),
-                "worst lateness [s]": f"{pacing.worst_lateness:.6f}",
+                **self._health.values(),
                 "sources of commands": str(self._sources),
-                "commands accepted": str(self._accepted),
-                "commands rejected": str(self._rejected),
-                "scene": scene.name,
-                "stepper": drive.stepper.name,
-                "stepper chosen": drive.choice.reason,
-                "step [s]": f"{drive.step:g}",
-                "events": str(drive.events),
-                "crowded steps": str(drive.crowded_steps),
-                "effects": ", ".join(scene.effects),
-                **self._estimates(),
+                "commands accepted": str(self._commands.accepted),
+                "commands rejected": str(self._commands.rejected),
             },
         )
-        self._diagnostics.publish(health.message_at(drive.steps * self._step_ns))
+        self._diagnostics.publish(health.message_at(self.drive.steps * self._step_ns))
+        if refusals := self._commands.refusals():
+            self.get_logger().warning(refusals)
 
 
 def main() -> None:

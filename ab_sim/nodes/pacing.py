@@ -2,20 +2,27 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from ab_sim.errors import InputError
 
 
 @dataclass
 class Pacing:
-    """How well pace has been kept since the last start."""
+    """How well pace has been kept."""
 
     overruns: int = 0
     """Wake-ups that came a whole period or more too late."""
     dropped: int = 0
     """Steps given up because the simulation had fallen too far behind."""
     worst_lateness: float = 0.0
-    """Longest time by which a wake-up was late."""
+    """Longest time by which a wake-up was late [s]."""
+
+    def count(self, dropped: int = 0, lateness: float = 0.0, overrun: bool = False) -> None:
+        """Add what has happened at a wake-up."""
+        self.dropped += dropped
+        self.worst_lateness = max(self.worst_lateness, lateness)
+        self.overruns += overrun
 
 
 class Pacer:
@@ -47,6 +54,7 @@ class Pacer:
         self._budget = budget
         self._patience = patience
         self.total = Pacing()
+        self._recent = Pacing()
         self._origin = 0.0
         self._taken = 0
         self._wakes = 1
@@ -56,8 +64,7 @@ class Pacer:
         return self._origin + self._wakes * self.period
 
     def start(self, now: float) -> None:
-        """Begin, or begin again after a pause: nothing is due at ``now``, nothing is counted."""
-        self.total = Pacing()
+        """Begin, or begin again after a pause: nothing is due at ``now``."""
         self._origin, self._taken = now, 0
         self._wakes = 1
 
@@ -68,18 +75,37 @@ class Pacer:
     def due(self, now: float) -> int:
         """Steps to take at this wake-up; the next one is planned."""
         lateness = max(now - self._deadline, 0.0)
-        self.total.worst_lateness = max(self.total.worst_lateness, lateness)
-        if lateness >= self.period:
-            self.total.overruns += 1
+        self._count(lateness=lateness, overrun=lateness >= self.period)
         # Deadlines stay on their grid; those that have passed are skipped, their steps are not.
         self._wakes += math.floor(lateness / self.period) + 1
-        # Rounded up by a hair: a wake-up exactly on time has all its steps due.
-        due = math.floor((now - self._origin) / self._step + 1e-6) - self._taken
+        due = self._untaken(now)
         behind = due - self._per_wake
         if behind * self._step > self._patience:
-            self.total.dropped += behind
-            self._taken += behind
+            self._drop(behind)
             due = self._per_wake
         due = max(min(due, self._budget), 0)
         self._taken += due
         return due
+
+    def stop(self, now: float) -> int:
+        """Steps to take at this last wake-up before a pause; those still due then are dropped."""
+        due = self.due(now)
+        self._drop(max(self._untaken(now), 0))
+        return due
+
+    def recent(self) -> Pacing:
+        """What has happened since the last call; ``total`` is since the beginning."""
+        recent, self._recent = self._recent, Pacing()
+        return recent
+
+    def _untaken(self, now: float) -> int:
+        # Rounded up by a hair: a wake-up exactly on time has all its steps due.
+        return math.floor((now - self._origin) / self._step + 1e-6) - self._taken
+
+    def _drop(self, steps: int) -> None:
+        self._taken += steps
+        self._count(dropped=steps)
+
+    def _count(self, **what: Any) -> None:
+        self.total.count(**what)
+        self._recent.count(**what)

@@ -1,19 +1,16 @@
 """A node's life in its process: start, spin in a thread, clean end on Ctrl-C and SIGTERM."""
 
 import contextlib
-import os
-import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 import rclpy
-from rclpy.duration import Duration
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
+from ab_sim import interruption
 from ab_sim.errors import AbSimError
 from ab_sim.nodes.arguments import init_ros
 
@@ -27,32 +24,63 @@ def run_node(
 ) -> None:
     """Make a node, answer its callbacks in a thread, run ``loop``, and end the process.
 
-    Bad input ends the process with one message and the error's exit code; Ctrl-C and SIGTERM end
-    it with 0, a second one at once.
+    Bad input ends the process with one message and the error's exit code. Ctrl-C and SIGTERM end
+    it at once while the node is being made, with 128 + the signal's number; then in order, with 0,
+    and a second one at once.
 
     Args:
         make: makes the node; rclpy is initialised by then, and must not be before.
         loop: runs in the main thread until the event it is given is set. ROS still works then,
             so that it can publish what is left.
     """
-    stopping = threading.Event()
-    _wait_for_signals(stopping)
+    interruption.watch()
     code = 0
     try:
         init_ros()
         node = make()
-        try:
-            with _answering(node, stopping):
-                loop(node, stopping)
-            _let_last_words_out(node)
-        finally:
-            node.destroy_node()
+        with interruption.in_order() as stopping:
+            try:
+                with _answering(node, stopping):
+                    loop(node, stopping)
+                _let_last_words_out(node)
+            finally:
+                node.destroy_node()
     except AbSimError as error:
         print(error, file=sys.stderr)
         code = error.exit_code
     finally:
         rclpy.try_shutdown()
     sys.exit(code)
+
+
+@contextlib.contextmanager
+def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
+    """Answer the node's callbacks in a thread; what one of them raises ends the process."""
+    executor = EventsExecutor()
+    executor.add_node(node)
+    failures: list[BaseException] = []
+    done = threading.Event()
+
+    def spin() -> None:
+        try:
+            # Without a finite timeout this executor cannot be stopped.
+            while not done.is_set():
+                executor.spin_once(timeout_sec=0.2)
+        except BaseException as failure:
+            failures.append(failure)
+            stopping.set()
+
+    thread = threading.Thread(target=spin, name="callbacks", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        executor.wake()
+        thread.join(timeout=5.0)
+        executor.shutdown(timeout_sec=1.0)
+    if failures:
+        raise failures[0]
 
 
 def _let_last_words_out(node: Node) -> None:
@@ -64,29 +92,6 @@ def _let_last_words_out(node: Node) -> None:
     end = time.monotonic() + LINGER
     for publisher in node.publishers:
         publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
-
-
-def _wait_for_signals(stopping: threading.Event) -> None:
-    """Set ``stopping`` when asked to end; end at once when asked a second time.
-
-    rclpy's own handlers would tear the context down under whatever is in flight. A handler that
-    sets the event itself deadlocks if it interrupts the wait for that very event; so it only
-    writes to a pipe, and a thread reads that.
-    """
-    outlet, inlet = os.pipe()
-
-    def pass_on(number: int, _: object) -> None:
-        os.write(inlet, bytes([number]))
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, pass_on)
-
-    def wait() -> None:
-        os.read(outlet, 1)
-        stopping.set()
-        os._exit(128 + os.read(outlet, 1)[0])
-
-    threading.Thread(target=wait, name="signals", daemon=True).start()
 
 
 @contextlib.contextmanager

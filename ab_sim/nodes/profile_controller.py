@@ -67,8 +67,9 @@ class ProfileController(Node):
         with self._lock:
             if self._state == "running":
                 return False, "running already; abort first"
-            if self._simulated and self.count_publishers(topics.CLOCK.name) == 0:
-                return False, "use_sim_time is set, but nobody publishes /clock"
+            if self._simulated and topics.CLOCK.publishers(self) == 0:
+                clock = self.resolve_topic_name(topics.CLOCK.name)
+                return False, f"use_sim_time is set, but nobody publishes {clock}"
             if self.listeners == 0:
                 return False, f"nobody listens on {self._command.topic_name}: start the drive first"
             self._began = self._now = self.get_clock().now().nanoseconds

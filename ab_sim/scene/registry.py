@@ -11,11 +11,16 @@ defaults, and one optional method:
 """
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any, TypeVar
 
 from pydantic import TypeAdapter
 
 EffectClass = TypeVar("EffectClass", bound=type[Any])
+
+PROVIDER = "ab_sim.dynamics.effects"
+"""Importing it registers the effects. Named here, and imported when somebody asks for them: imports
+go from there to this room, and take seconds that not every use of the package has to wait for."""
 
 _effects: dict[str, type[Any]] = {}
 
@@ -64,6 +69,7 @@ def register(
 
 def effect_classes() -> dict[str, type[Any]]:
     """Every registered effect, in the order of registration."""
+    import_module(PROVIDER)
     return dict(_effects)
 
 

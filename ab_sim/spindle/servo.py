@@ -16,6 +16,10 @@ class SpeedServo(NamedTuple):
     max_acceleration: float
     """rad/s^2."""
 
+    def accepts(self, command: float) -> bool:
+        """Whether a command [rad/s] may be followed; one that is no number may not."""
+        return abs(command) <= self.max_speed
+
     def check(self, command: float) -> float:
         """The command itself [rad/s], if it may be followed.
 
@@ -30,7 +34,7 @@ class SpeedServo(NamedTuple):
             raise CommandError(
                 f"command = {command} rad/s: must be a finite number; the speed stays as it was"
             )
-        if abs(command) > self.max_speed:
+        if not self.accepts(command):
             raise CommandError(
                 f"command = {exact(command)} rad/s: must be within +-{exact(self.max_speed)} rad/s "
                 "(spindle.max_speed of the scene); the speed stays as it was"

@@ -55,11 +55,14 @@ class Fleet:
         return heard
 
     def start(self, node: str, **parameters: Any) -> subprocess.Popen[bytes]:
-        """Start a node with parameters."""
+        """Start a node with parameters; ``left/drive_sim`` in a namespace, with a clock there."""
         settings = [part for k, v in parameters.items() for part in ("-p", f"{k}:={v}")]
-        with (self._logs / f"{node}.log").open("wb") as log:
+        namespace, _, executable = node.rpartition("/")
+        if namespace:
+            settings += ["-r", f"__ns:=/{namespace}", "-r", "/clock:=clock"]
+        with self._log_file(node).open("wb") as log:
             self.processes[node] = subprocess.Popen(
-                [sys.executable, "-m", f"ab_sim.nodes.{node}", "--ros-args", *settings],
+                [sys.executable, "-m", f"ab_sim.nodes.{executable}", "--ros-args", *settings],
                 env=self._environment,
                 stdout=log,
                 stderr=subprocess.STDOUT,
@@ -68,7 +71,7 @@ class Fleet:
 
     def log(self, node: str) -> str:
         """What a node has printed so far."""
-        return (self._logs / f"{node}.log").read_text()
+        return self._log_file(node).read_text()
 
     def until(self, condition: Callable[[], Any], what: str, deadline: float = DEADLINE) -> Any:
         """Listen until a condition is true; its value."""
@@ -140,6 +143,9 @@ class Fleet:
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
+
+    def _log_file(self, node: str) -> Path:
+        return self._logs / f"{node.replace('/', '-')}.log"
 
     def _tails(self) -> str:
         return "".join(f"\n--- {n}:\n{self.log(n)[-800:]}" for n in self.processes)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_msgs_py import Block, JointSample, Level, topics
+from ab_msgs_py import Block, JointSample, topics
 from ab_msgs_py.samples import description_of
 from ab_sim.scene import check_scene
 from tests.nodes.fleet import Fleet
@@ -34,7 +34,7 @@ def test_estimate_and_its_cost_are_published(fleet: Fleet) -> None:
     # A slice is done only if it is expected to stay within the bound; the clock may surprise it.
     assert 0 < number(fleet, SHARE) < 1.5 * 0.05
     health = fleet.health("drive_sim")
-    assert health is not None and health.level is Level.OK, "nothing was asked for"
+    assert health is not None and "asked" not in health.message, "nothing was asked for"
     assert fleet.call("drive_sim/reset")[0]
     fleet.until(lambda: number(fleet, "simulated time [s]") < 2.0, "it begins again")
     assert fleet.stop("drive_sim") == 0

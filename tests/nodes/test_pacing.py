@@ -57,11 +57,39 @@ def test_too_far_behind_is_dropped_and_counted() -> None:
     assert p.due(100.0 + 2.004) == 4, "level with the clock again"
 
 
-def test_restart_forgets_the_pause() -> None:
+def test_a_pause_is_no_lateness() -> None:
     p = pacer()
+    assert p.stop(100.0 + 2e-3) == 2, "a last wake-up, before its time"
     p.start(500.0)
     assert p.due(500.0 + 4e-3) == 4
-    assert p.total.dropped == p.total.overruns == 0
+    assert p.total.dropped == p.total.overruns == p.total.worst_lateness == 0
+
+
+def test_a_pause_erases_no_lost_time() -> None:
+    """Stopped for two seconds, and paused before the next wake-up."""
+    p = pacer()
+    assert p.due(100.0 + 4e-3) == 4
+    assert p.stop(100.0 + 2.0) == 4
+    p.start(500.0)
+    assert p.due(500.0 + 4e-3) == 4
+    assert p.total.dropped == 2000 - 8
+    assert p.total.overruns == 1
+    assert p.total.worst_lateness == pytest.approx(2.0 - 8e-3)
+
+
+def test_what_a_pause_keeps_from_being_caught_up_with_is_dropped() -> None:
+    p = pacer()
+    assert p.stop(100.0 + 0.1) == 40
+    assert p.total.dropped == 60
+
+
+def test_recent_is_since_it_was_asked_and_total_is_all() -> None:
+    p = pacer()
+    p.due(100.0 + 2.0)
+    assert p.recent().dropped == 1996
+    assert p.recent().dropped == 0
+    assert p.recent().worst_lateness == 0
+    assert p.total.dropped == 1996
 
 
 @pytest.mark.parametrize(("budget", "patience"), [(3, 0.5), (40, 1e-3)])

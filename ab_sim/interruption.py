@@ -1,0 +1,69 @@
+"""Ctrl-C, SIGTERM and a terminal that closes: the end at any instant, or in order where it matters.
+
+Python runs signal handlers in the main thread, between two of its own instructions. While LLVM
+compiles that is seconds too late, and an exception raised there surfaces wherever the program is
+just then: in an import, in a callback that prints it and goes on. So no handler does anything here.
+Python's C part writes the signal's number to a pipe, and a thread that reads the pipe acts on it.
+"""
+
+import contextlib
+import os
+import signal
+import threading
+from collections.abc import Iterator
+
+SHOW_CURSOR = b"\x1b[?25h"
+"""To a terminal: a progress bar may have hidden it."""
+_stopping: threading.Event | None = None
+_watching = False
+
+
+def watch() -> None:
+    """From now on, a signal ends the process at once: one line, exit code 128 + its number.
+
+    To be called before anything slow is imported. A second call does nothing.
+    """
+    global _watching
+    if _watching:
+        return
+    _watching = True
+    outlet, inlet = os.pipe()
+    os.set_blocking(inlet, False)
+    signal.set_wakeup_fd(inlet, warn_on_full_buffer=False)
+    # A shell's background jobs ignore SIGINT, and yet whoever sends it means it; whoever ignores
+    # SIGHUP (nohup) means that.
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    for number in numbers:
+        signal.signal(number, _leave_to_the_thread)
+    thread = threading.Thread(target=_obey, args=(outlet,), name="signals", daemon=True)
+    thread.start()
+
+
+@contextlib.contextmanager
+def in_order() -> Iterator[threading.Event]:
+    """Within it the first signal sets the event that is given; a second one ends it at once."""
+    global _stopping
+    stopping = _stopping = threading.Event()
+    try:
+        yield stopping
+    finally:
+        _stopping = None
+
+
+def _leave_to_the_thread(*_: object) -> None:
+    pass
+
+
+def _obey(outlet: int) -> None:
+    while True:
+        number = os.read(outlet, 1)[0]
+        stopping = _stopping
+        if stopping is not None and not stopping.is_set():
+            stopping.set()
+            continue
+        with contextlib.suppress(OSError):  # the terminal may be gone
+            bar = SHOW_CURSOR + b"\n" if os.isatty(2) else b""
+            os.write(2, bar + b"interrupted\n")
+        os._exit(128 + number)

@@ -1,0 +1,141 @@
+"""What a running drive says of itself in its diagnostics; no ROS, and no clock of its own."""
+
+from typing import NamedTuple
+
+from ab_sim.drive import Drive
+from ab_sim.error_checks import ErrorChecks
+from ab_sim.nodes.pacing import Pacer
+from ab_sim.price import share_of
+
+PERIOD = 1.0
+"""s over which the real-time factor is measured, between two reports."""
+
+
+class Tolerance(NamedTuple):
+    """What is still real time."""
+
+    factor: float
+    """How far the real-time factor may be from 1."""
+    lateness: float
+    """How late a wake-up may be [s]."""
+
+
+class DriveHealth:
+    """Watches a drive, its pacing and its error checks.
+
+    Args:
+        drive: the one that runs.
+        pacer: says when.
+        checks: of the drive's error, if there are any.
+        tolerance: beyond it there is something to warn of.
+    """
+
+    def __init__(
+        self, drive: Drive, pacer: Pacer, checks: ErrorChecks | None, tolerance: Tolerance
+    ) -> None:
+        self._drive, self._pacer, self._checks = drive, pacer, checks
+        self._tolerance = tolerance
+        self._since = (0.0, 0)
+        self._factor: float | None = None
+        self._crowded = 0
+
+    def begin(self, now: float) -> None:
+        """Time stands still, or goes on, from ``now`` on: the factor begins anew."""
+        self._since = (now, self._drive.steps)
+        self._factor = None
+
+    def period_over(self, now: float, paused: bool) -> bool:
+        """Whether it is time for a report; if so, with a new factor."""
+        since, steps = self._since
+        if now - since < PERIOD:
+            return False
+        if not paused:
+            self._factor = (self._drive.steps - steps) * self._drive.step / (now - since)
+        self._since = (now, self._drive.steps)
+        return True
+
+    def state(self, paused: bool) -> str:
+        """What it does, in a word or two."""
+        if paused:
+            return "paused"
+        return "running" if self._factor is None or self._off_pace() else "running in real time"
+
+    def news(self) -> list[str]:
+        """What has gone less than well since the last call."""
+        pacing, drive = self._pacer.recent(), self._drive
+        # A drive that was reset has begun to count again.
+        crowded = drive.crowded_steps - min(self._crowded, drive.crowded_steps)
+        self._crowded = drive.crowded_steps
+        news = []
+        if pacing.dropped:
+            news.append(f"fell behind: {pacing.dropped} steps were dropped")
+        if pacing.worst_lateness > self._tolerance.lateness:
+            news.append(f"a wake-up was {pacing.worst_lateness:.3f} s late")
+        if self._off_pace():
+            news.append(f"not in real time: factor {self._factor:.3f}")
+        if crowded:
+            news.append(
+                f"{crowded} steps had too many events to locate them all; a shorter solver.step "
+                "would be more accurate"
+            )
+        return [*news, *self._drift()]
+
+    def values(self) -> dict[str, str]:
+        """Figures, with their units; those of pacing are over the node's life."""
+        drive, pacing = self._drive, self._pacer.total
+        factor = {} if self._factor is None else {"real-time factor": f"{self._factor:.4f}"}
+        return {
+            **factor,
+            "simulated time [s]": f"{drive.time:.9g}",
+            "overruns": str(pacing.overruns),
+            "steps dropped": str(pacing.dropped),
+            "worst lateness [s]": f"{pacing.worst_lateness:.6f}",
+            "scene": drive.scene.name,
+            "stepper": drive.stepper.name,
+            "stepper chosen": drive.choice.reason,
+            "step [s]": f"{drive.step:g}",
+            "events": str(drive.events),
+            "crowded steps": str(drive.crowded_steps),
+            "effects": ", ".join(drive.scene.effects),
+            **self._estimates(),
+        }
+
+    def _off_pace(self) -> bool:
+        return self._factor is not None and abs(self._factor - 1.0) > self._tolerance.factor
+
+    def _drift(self) -> list[str]:
+        """Whether the run has left what was asked for."""
+        price = self._drive.price
+        if self._checks is None or price is None:
+            return []
+        angle, whirl = self._checks.estimate
+        if share_of(price.asked, angle, whirl) <= 1.0:
+            return []
+        wishes = [
+            f"{key} {found:.1e} {unit} (asked {wish:g})"
+            for key, found, wish, unit in (
+                ("ball angle", angle, price.asked.angle, "rad"),
+                ("whirl", whirl, price.asked.whirl, price.unit),
+            )
+            if wish is not None and found > wish
+        ]
+        return [
+            f"less accurate than asked, error estimate of {', '.join(wishes)}: the step was "
+            "measured on the scene's profile, and the drive is led elsewhere; ask for more "
+            "accuracy, or for a profile like this run"
+        ]
+
+    def _estimates(self) -> dict[str, str]:
+        """What is known of the error; nothing without checks."""
+        checks = self._checks
+        if checks is None:
+            return {}
+        unit = self._drive.scene.whirl_unit[1]
+        return {
+            "error estimate, ball angle [rad]": f"{checks.estimate.angle:.2g}",
+            f"error estimate, whirl [{unit}]": f"{checks.estimate.whirl:.2g}",
+            "largest error estimate, ball angle [rad]": f"{checks.largest.angle:.2g}",
+            f"largest error estimate, whirl [{unit}]": f"{checks.largest.whirl:.2g}",
+            "error checks' share of work": f"{checks.share:.4f}",
+            "steps checked": str(checks.checked),
+        }

@@ -1,0 +1,135 @@
+"""Ctrl-C while a program imports, compiles, runs: it ends with one line and no traceback."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+ENDS = 20.0
+"""s; what it was doing would take longer on a machine so busy that this is not enough."""
+
+
+class Program:
+    """Python in a process of its own, whose output is read as it comes.
+
+    Args:
+        arguments: module to run, and what it is told.
+        imports: also say which module has been imported, so that a test knows where it is.
+        environment: in addition to this process'.
+    """
+
+    def __init__(self, *arguments: str, imports: bool = False, **environment: str) -> None:
+        saying = ["-X", "importtime"] if imports else []
+        self.process = subprocess.Popen(
+            [sys.executable, *saying, "-m", *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            cwd=ROOT,
+            env={**os.environ, "PYTHONUNBUFFERED": "1", **environment},
+        )
+        self.said: list[str] = []
+
+    def until(self, words: str) -> None:
+        """Read until it says these words."""
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self._note(line)
+            if words in line:
+                return
+        raise AssertionError(f"it ended without {words!r}: {self.said}")
+
+    def until_it_compiles(self, cache: Path) -> None:
+        """Wait until it has locked a kernel to compile it."""
+        while not list(cache.rglob("*.lock")):
+            assert self.process.poll() is None, self.process.communicate()
+            with pytest.raises(subprocess.TimeoutExpired):
+                self.process.wait(timeout=0.05)
+
+    def interrupted(self, number: int = signal.SIGINT) -> tuple[int, str]:
+        """Send a signal; exit code, and what it has said but for imports."""
+        self.process.send_signal(number)
+        rest, _ = self.process.communicate(timeout=ENDS)
+        for line in rest.splitlines(keepends=True):
+            self._note(line)
+        return self.process.returncode, "".join(self.said)
+
+    def _note(self, line: str) -> None:
+        if not line.startswith("import time:"):
+            self.said.append(line)
+
+
+Start = Callable[..., Program]
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    """Starts a program with an empty cache of kernels."""
+    made: list[Program] = []
+
+    def start(*arguments: str, imports: bool = False) -> Program:
+        environment = {
+            "XDG_CACHE_HOME": str(tmp_path),
+            "ROS_DOMAIN_ID": str(1 + (os.getpid() + 70) % 101),
+        }
+        made.append(Program(*arguments, imports=imports, **environment))
+        return made[-1]
+
+    yield start
+    for program in made:
+        program.process.kill()
+        program.process.communicate()
+
+
+RUN = ("ab_sim", "run", "thesis-hold")
+NODE = ("ab_sim.nodes.drive_sim", "--ros-args", "-p", "scene:=thesis-hold")
+
+
+@pytest.mark.parametrize("module", ["typer", "numpy", "llvmlite.binding", "numba", "rich.progress"])
+def test_while_the_command_line_imports(start: Start, module: str) -> None:
+    program = start(*RUN, imports=True)
+    program.until(f" {module}\n")
+    assert program.interrupted() == (130, "interrupted\n")
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("module", ["rclpy.node", "numba"])
+def test_while_a_node_imports(start: Start, module: str) -> None:
+    program = start(*NODE, imports=True)
+    program.until(f" {module}\n")
+    assert program.interrupted() == (130, "interrupted\n")
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("arguments", [RUN, NODE], ids=["ab-sim", "drive_sim"])
+def test_while_it_compiles(start: Start, tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    program = start(*arguments)
+    program.until_it_compiles(tmp_path)
+    assert program.interrupted() == (130, "interrupted\n")
+
+
+def test_terminated(start: Start) -> None:
+    program = start(*RUN, imports=True)
+    program.until(" numba\n")
+    assert program.interrupted(signal.SIGTERM) == (143, "interrupted\n")
+
+
+@pytest.mark.ros
+def test_the_demo_ends_its_nodes(start: Start, tmp_path: Path) -> None:
+    """While they start: the worst time, for each of them is busy with something else."""
+    program = start("ab_sim", "demo", "--out", str(tmp_path / "out"))
+    program.until_it_compiles(tmp_path)
+    pid = program.process.pid
+    nodes = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    assert len(nodes) == 3
+    code, said = program.interrupted()
+    assert code == 130
+    assert said.count("interrupted") == 1 and "Traceback" not in said
+    assert not [node for node in nodes if Path(f"/proc/{node}").exists()]
+    for log in (tmp_path / "out" / "log").iterdir():
+        assert "Traceback" not in log.read_text()

@@ -1,0 +1,102 @@
+"""Who can find a node: this machine, unless the user has said otherwise."""
+
+import contextlib
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.nodes.two_hosts import TwoHosts
+
+pytest.importorskip("rclpy", reason="needs ROS 2")
+pytestmark = pytest.mark.ros
+
+# Prints whose nodes it has found, with each new one.
+LOOK = """
+import rclpy
+rclpy.init()
+node = rclpy.create_node("looking")
+found = set()
+while True:
+    new = {name for name, _ in node.get_node_names_and_namespaces()} - found
+    if new:
+        found |= new
+        print(*sorted(found), flush=True)
+    rclpy.spin_once(node, timeout_sec=0.05)
+"""
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+
+
+class Started:
+    """Processes of a test, ended by closing what they belong to."""
+
+    def __init__(self, domain: int) -> None:
+        self._domain = domain
+        self._processes: list[subprocess.Popen[str]] = []
+
+    def __call__(
+        self, where: list[str], *command: str, reach: str | None = None
+    ) -> subprocess.Popen[str]:
+        """Start Python somewhere; what it prints can be read line by line."""
+        environment = {k: v for k, v in os.environ.items() if k != RANGE}
+        environment |= {"ROS_DOMAIN_ID": str(self._domain), "PYTHONUNBUFFERED": "1"}
+        if reach is not None:
+            environment[RANGE] = reach
+        process = subprocess.Popen(
+            [*where, sys.executable, *command],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            cwd=Path(__file__).parents[2],
+        )
+        self._processes.append(process)
+        return process
+
+    def close(self) -> None:
+        for process in self._processes:
+            process.kill()
+            process.communicate()
+
+
+def until(process: subprocess.Popen[str], name: str) -> list[str]:
+    """Wait until who looks has found a name; all that it has found."""
+    assert process.stdout is not None
+    said = []
+    for line in process.stdout:
+        said.append(line)
+        if name in line.split():
+            return line.split()
+    raise AssertionError(f"it ended without {name!r}: {''.join(said)}")
+
+
+@pytest.fixture
+def started(domain: int) -> Iterator[Started]:
+    made = Started(domain)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def hosts() -> Iterator[TwoHosts]:
+    with contextlib.ExitStack() as made:
+        try:
+            two = made.enter_context(TwoHosts())
+        except OSError as error:
+            pytest.skip(str(error))
+        yield two
+
+
+@pytest.mark.timeout(180)
+def test_another_host_finds_only_who_wants_to_be_found(hosts: TwoHosts, started: Started) -> None:
+    """Two nodes on one host, the second with the user's own range; who looks is on another host."""
+    node = ("-m", "ab_sim.nodes.profile_controller", "--ros-args", "-r")
+    near = started(hosts.on("a"), "-c", LOOK)
+    far = started(hosts.on("b"), "-c", LOOK)
+    started(hosts.on("a"), *node, "__node:=closed")
+    until(near, "closed")
+    started(hosts.on("a"), *node, "__node:=open", reach="SUBNET")
+    assert "closed" not in until(far, "open")

@@ -1,0 +1,83 @@
+"""What a drive says of its pace, with a clock of the test's own."""
+
+import pytest
+
+from ab_sim.drive import Drive
+from ab_sim.nodes.drive_health import DriveHealth, Tolerance
+from ab_sim.nodes.pacing import Pacer
+from ab_sim.scene import load_scene
+
+
+@pytest.fixture
+def drive() -> Drive:
+    return Drive(load_scene("thesis-hold"), commanded=True)
+
+
+def watched(drive: Drive, factor: float = 0.05, lateness: float = 0.1) -> tuple[DriveHealth, Pacer]:
+    pacer = Pacer(drive.step, 4, 40, 60.0)
+    pacer.start(100.0)
+    health = DriveHealth(drive, pacer, None, Tolerance(factor, lateness))
+    health.begin(100.0)
+    return health, pacer
+
+
+def test_says_nothing_of_a_pace_not_measured_yet(drive: Drive) -> None:
+    health, _ = watched(drive)
+    drive.advance(400)
+    assert not health.period_over(100.4, paused=False)
+    assert health.state(paused=False) == "running"
+    assert health.news() == []
+    assert "real-time factor" not in health.values()
+
+
+def test_on_pace(drive: Drive) -> None:
+    health, _ = watched(drive)
+    drive.advance(980)
+    assert health.period_over(101.0, paused=False)
+    assert health.state(paused=False) == "running in real time"
+    assert health.news() == []
+    assert health.values()["real-time factor"] == "0.9800"
+
+
+@pytest.mark.parametrize(("steps", "factor"), [(200, "0.200"), (1300, "1.300")])
+def test_off_pace_is_not_called_real_time(drive: Drive, steps: int, factor: str) -> None:
+    health, _ = watched(drive)
+    drive.advance(steps)
+    health.period_over(101.0, paused=False)
+    assert health.state(paused=False) == "running"
+    assert health.news() == [f"not in real time: factor {factor}"]
+
+
+def test_how_far_off_is_a_parameter(drive: Drive) -> None:
+    health, _ = watched(drive, factor=0.5)
+    drive.advance(600)
+    health.period_over(101.0, paused=False)
+    assert health.state(paused=False) == "running in real time"
+
+
+def test_a_pause_has_no_pace(drive: Drive) -> None:
+    health, _ = watched(drive)
+    drive.advance(1000)
+    health.period_over(101.0, paused=False)
+    health.begin(101.5)
+    assert health.period_over(102.5, paused=True)
+    assert health.state(paused=True) == "paused"
+    assert health.news() == []
+    assert "real-time factor" not in health.values()
+
+
+@pytest.mark.parametrize(("lateness", "expected"), [(0.1, ["a wake-up was 0.296 s late"]), (1, [])])
+def test_lateness_is_news_once(drive: Drive, lateness: float, expected: list[str]) -> None:
+    health, pacer = watched(drive, lateness=lateness)
+    pacer.due(100.3)
+    assert health.news() == expected
+    assert health.news() == []
+    assert health.values()["worst lateness [s]"] == "0.296000", "over the node's life"
+
+
+def test_steps_lost_to_a_pause_are_news(drive: Drive) -> None:
+    health, pacer = watched(drive, lateness=60.0)
+    pacer.stop(102.0)
+    pacer.start(200.0)
+    assert health.news() == ["fell behind: 1960 steps were dropped"]
+    assert health.values()["steps dropped"] == "1960"
