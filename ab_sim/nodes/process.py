@@ -3,10 +3,12 @@
 import contextlib
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 import rclpy
+from rclpy.duration import Duration
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
@@ -92,33 +94,3 @@ def _let_last_words_out(node: Node) -> None:
     end = time.monotonic() + LINGER
     for publisher in node.publishers:
         publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
-
-
-@contextlib.contextmanager
-def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
-    """Answer the node's callbacks in a thread; what one of them raises ends the process."""
-    executor = EventsExecutor()
-    executor.add_node(node)
-    failures: list[BaseException] = []
-    done = threading.Event()
-
-    def spin() -> None:
-        try:
-            # Without a finite timeout this executor cannot be stopped.
-            while not done.is_set():
-                executor.spin_once(timeout_sec=0.2)
-        except BaseException as failure:
-            failures.append(failure)
-            stopping.set()
-
-    thread = threading.Thread(target=spin, name="callbacks", daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        done.set()
-        executor.wake()
-        thread.join(timeout=5.0)
-        executor.shutdown(timeout_sec=1.0)
-    if failures:
-        raise failures[0]
