@@ -74,7 +74,6 @@ class Drive:
             self.choice = self.choice._replace(reason=self.price.reason)
         self.stepper = self.choice.stepper
         self.step = scene.solver.step
-        self._grid = Grid(self.step, self.choice.cycle)
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
         self._has_motor = bool(has_motor(self.system.effects))
         self._rubs = bool(has_friction(self.system.effects))
@@ -181,7 +180,7 @@ class Drive:
     def _advance(self, steps: int) -> Trajectory:
         rows, spindle = self._empty_rows(steps), np.empty((steps, 3))
         begin = self.steps
-        for stretch in stretches(self.profile, self._grid, begin, steps):
+        for stretch in stretches(self.profile, self._grid(), begin, steps):
             at = slice(stretch.first - begin, stretch.first - begin + max(stretch.steps, 1))
             self.steps = stretch.first
             self._integrate(stretch, rows[at])
@@ -224,7 +223,7 @@ class Drive:
         kept, modes, counts = self._state.copy(), self._modes.copy(), self._work.counts.copy()
         try:
             if time - self.time > same_instant(time, self.step):
-                for part in parts(self.profile, self._grid, self.steps, time):
+                for part in parts(self.profile, self._grid(), self.steps, time):
                     self._integrate(part, self._empty_rows(1))
             return self._observation(time, self._state)
         finally:
@@ -269,6 +268,9 @@ class Drive:
         self._modes = snapshot.modes.copy()
         if self._rows.pickup is not None and snapshot.pickup is not None:
             self._rows.pickup.state = snapshot.pickup
+
+    def _grid(self) -> Grid:
+        return Grid(self.step, self.choice.cycle)
 
     def _piece_at(self, time: float) -> Piece:
         return piece_after(self.profile, time, self.step)

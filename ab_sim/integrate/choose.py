@@ -79,5 +79,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
         if largest_step(stepper, limits)[1] == DRAG:
             raise SceneError(f"{error}; or leave solver.stepper to auto, or name sweeps") from None
         raise
-    cycle = 2.0 * math.pi / max(abs(rate) for rate in beside_drag.values())
+    fastest_rate = max(abs(rate) for rate in beside_drag.values())
+    # Where nothing moves by itself, and the spindle stands, there is no cycle and no curve.
+    cycle = 2.0 * math.pi / fastest_rate if fastest_rate else step
     return Choice(stepper, reason, *largest_step(stepper, limits), cycle)
