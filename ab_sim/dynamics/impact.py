@@ -12,10 +12,10 @@ import numba
 from ab_sim.dynamics.balls import path_acceleration, place_balls, rigid_lever, set_rows
 from ab_sim.dynamics.dispatch import APART
 from ab_sim.dynamics.planar import accelerations
-from ab_sim.dynamics.pools import CLOSED, GRAIN, HOLD, HOP, SHIFT, first_open, pool
+from ab_sim.dynamics.pools import CLOSED, GRAIN, HOLD, HOP, SHIFT, pool
 from ab_sim.dynamics.pools import PULL as POOLED
 from ab_sim.dynamics.reactions import pull_at
-from ab_sim.dynamics.rows import eliminate, sign
+from ab_sim.dynamics.rows import eliminate, first_open, sign
 from ab_sim.dynamics.scratch import COS, INERTIA, LEVER, PATH, PULL, ROW1, ROW2, ROW3, SIN
 from ab_sim.dynamics.switches import path_radius, path_speed
 from ab_sim.dynamics.system import (
@@ -33,8 +33,8 @@ ROUNDING = 1e-14
 SLOW_HOP = 3e-8
 """m/s. Balls at rest against each other that an impact elsewhere would part more slowly stay so."""
 SLOW_IMPACT = 1e-6
-"""m/s. An impact slower than this parts none: it may come of the distance that counts as none,
-which balls fall through between two events, and would go on for ever."""
+"""m/s. An impact slower than this bounces nothing and parts none: it may come of the distance that
+counts as none, which balls fall through between two events, and would go on for ever."""
 ROUNDS = 60
 
 
@@ -53,6 +53,9 @@ def collide(system, w, state, modes, struck, plastic, scratch, pools):  # type: 
         plastic: whether nothing bounces any more.
         scratch: as for ``derivatives``.
         pools: shape (n, POOL_WIDTH), see ``pools``; overwritten.
+
+    Returns:
+        Whether impulses that agree with Newton's law at all contacts were found.
     """
     n = system.contacts.shape[0]
     place_balls(system, state, scratch)
@@ -67,18 +70,20 @@ def collide(system, w, state, modes, struck, plastic, scratch, pools):  # type: 
     modes[struck, JOINED] = 1
     f1, f2, torque = bounce(system, fastest, modes, struck, plastic, scratch, pools)
     d1 = d2 = dw = 0.0
+    found = False
     for _ in range(ROUNDS):
         eliminate(system, modes, scratch)
         d1, d2, dw = accelerations(system, 0.0, f1, f2, torque, scratch)
         for i in range(n):
             pools[i, POOLED] = pull_at(system, i, d1, d2, dw, scratch)
         if not pool(system, modes, scratch, pools):
+            found = True
             break
     for i in range(n):
         speed = path_acceleration(system, i, d1, d2, dw, scratch) + pools[i, SHIFT]
         scratch[i, PULL] = speed - scratch[i, PATH]
     jump(system, w, state, d1, d2, dw, scratch)
-    begin = first_open(system, pools)
+    begin = first_open(system, pools, CLOSED)
     for step in range(n):
         k = (begin + step) % n
         i, j = ball_at(system, k), ball_at(system, (k + 1) % n)
@@ -91,6 +96,7 @@ def collide(system, w, state, modes, struck, plastic, scratch, pools):  # type: 
     if has_friction(system.effects):
         for i in range(n):
             modes[i, DIRECTION] = sign(state[4 + n + i])
+    return found
 
 
 @numba.njit(**APART)
@@ -108,7 +114,7 @@ def bounce(system, fastest, modes, struck, plastic, scratch, pools):  # type: ig
         pools[k, CLOSED] = modes[k, JOINED]
         pools[k, HOP] = hit if 0.0 < hit <= SLOW_IMPACT else SLOW_HOP
     pools[struck, HOP] = 0.0
-    begin = first_open(system, pools)
+    begin = first_open(system, pools, CLOSED)
     shift = f1 = f2 = torque = 0.0
     for step in range(n):
         k = (begin + step) % n
@@ -124,7 +130,7 @@ def bounce(system, fastest, modes, struck, plastic, scratch, pools):  # type: ig
         approach = scratch[i, PATH] - scratch[j, PATH]
         if pools[k, CLOSED] == 0.0:
             shift = 0.0
-        elif approach > 0.0 and not plastic:
+        elif approach > SLOW_IMPACT and not plastic:
             shift += restitution(system.effects, approach) * approach
     return f1, f2, torque
 

@@ -47,7 +47,7 @@ def start_angles(scene: "Scene") -> tuple[float, ...]:
         return scene.start.ball_angles
     if "ball_contact" not in scene.effects:
         return (0.0,) * scene.balls.count
-    places = [0.0]
+    places = [0.0] * min(scene.balls.count, 1)
     for i in range(1, scene.balls.count):
         places.append(places[-1] + _apart(scene, i - 1, i))
     return tuple(_angle_at(scene, place - 0.5 * places[-1]) for place in places)

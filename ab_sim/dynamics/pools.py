@@ -13,11 +13,13 @@ Chakravarti and Ubhaya (2000), SIAM J. Optim. 10). A pool moves as one ball.
 import numba
 
 from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
+from ab_sim.dynamics.rows import first_open
 from ab_sim.dynamics.scratch import INERTIA
 from ab_sim.dynamics.system import JOINED, ball_at, ball_count, has_contact
 
 PULL, HOLD = 0, 1
-"""Of each ball: p_i [N], or an impulse [N s]; F_i [N], negative for a ball that does not rest."""
+"""Of each ball: p_i [N], or an impulse [N s]; F_i [N], negative for a ball that does not rest. The
+balls of a row all rest or all move."""
 GRAIN = 2
 """Of each ball: what of its PULL may be rounding."""
 LEVEL = 3
@@ -46,16 +48,6 @@ def level(inertia, pull, hold, grain):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**INLINED)
-def first_open(system, pools):  # type: ignore[no-untyped-def]
-    """A place in the order of balls at which a row begins: no more than n - 1 contacts close."""
-    n = system.contacts.shape[0]
-    for k in range(n):
-        if pools[(k - 1) % n, CLOSED] == 0.0:
-            return k
-    return 0
-
-
-@numba.njit(**INLINED)
 def together(pools, before, hop, grain):  # type: ignore[no-untyped-def]
     """Whether pool ``before`` and the next one push each other, or would but for rounding."""
     here = before + 1
@@ -72,7 +64,7 @@ def together(pools, before, hop, grain):  # type: ignore[no-untyped-def]
 @numba.njit(**APART)
 def _pool(system, modes, scratch, pools):  # type: ignore[no-untyped-def]
     n = system.contacts.shape[0]
-    begin = first_open(system, pools)
+    begin = first_open(system, pools, CLOSED)
     top = -1
     for step in range(n):
         i = ball_at(system, (begin + step) % n)

@@ -140,10 +140,16 @@ def _set_gain(
 
 @register_jitable(**INLINED)
 def row_start(system: Any, modes: Any) -> int:
-    """A place in the order of balls at which a row begins: no more than n - 1 contacts close."""
+    """A place in the order of balls at which a row begins."""
+    return int(first_open(system, modes, JOINED))
+
+
+@register_jitable(**INLINED)
+def first_open(system: Any, table: Any, column: int) -> int:
+    """The place behind a contact for which the column says 0: no more than n - 1 can be closed."""
     n = system.contacts.shape[0]
     for k in range(n):
-        if modes[(k - 1) % n, JOINED] == 0:
+        if table[(k - 1) % n, column] == 0:
             return k
     return 0
 

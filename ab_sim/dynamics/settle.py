@@ -58,6 +58,9 @@ def settle(system, place, time, state, modes, slot, plastic, work):  # type: ign
         plastic: whether balls that meet no longer bounce.
         work: a Workspace; slopes[0], scratch, margin and grain hold what ``derivatives`` and
             ``margins`` say at the end. Counts an instant for which no branches are found.
+
+    Returns:
+        The deck's specific force A1, A2 [m/s^2] at the end.
     """
     n = ball_count(system)
     if 0 <= slot < MOTOR * n:
@@ -84,20 +87,24 @@ def settle(system, place, time, state, modes, slot, plastic, work):  # type: ign
         work.counts[1] += 1
         A1, A2, al = derivatives(system, place, time, state, modes, work.slopes[0], work.scratch)
     margins(system, place, time, state, modes, A1, A2, al, work.scratch, work.margin, work.grain)
+    return A1, A2
 
 
 @numba.njit(**INLINED)
 def _meet(system, place, time, state, modes, k, plastic, work):  # type: ignore[no-untyped-def]
     if modes[k, JOINED] == 0:
         spindle = spindle_motion(system, place, time, state, modes)
-        collide(system, spindle.speed, state, modes, k, plastic, work.scratch, work.pools)
+        speed, scratch, pools = spindle.speed, work.scratch, work.pools
+        if not collide(system, speed, state, modes, k, plastic, scratch, pools):
+            work.counts[1] += 1
 
 
 @numba.njit(**APART)
 def _come_to_rest(system, state, modes, stopped):  # type: ignore[no-untyped-def]
     n = ball_count(system)
+    still = STILL if stopped < 0 else max(STILL, abs(state[4 + n + stopped]))
     for i in range(n):
-        if i == stopped or 0.0 < abs(state[4 + n + i]) <= STILL:
+        if 0.0 < abs(state[4 + n + i]) <= still:
             state[4 + n + i] = 0.0
             stop_row(system, state, modes, i)
 

@@ -18,9 +18,9 @@ from ab_sim.dynamics.system import ball_count, has_events
 from ab_sim.integrate.one_step import inlined_derivatives, one_step
 
 BOUNCES = 60
-"""Events per step, and 20 more per ball, after which balls that meet stay together."""
-MOST_EVENTS = 120
-"""Events per step, and 40 more per ball, after which the rest is not located."""
+"""Events per step, and 20 more per ball, after which balls that meet stay together.
+
+After twice as many the rest of the step is not located."""
 CLOSE = 1e-13
 """An event's time is known to this part of a step."""
 DEPTH = 2.0
@@ -45,8 +45,8 @@ def _plain(system, weights, place, begin, length, end, state, modes, work):  # t
 @numba.njit(**INLINED)
 def _with_events(system, weights, place, begin, length, end, state, modes, work):  # type: ignore[no-untyped-def]
     trial = work.trial
-    most = MOST_EVENTS + 40 * ball_count(system)
     bounces = BOUNCES + 20 * ball_count(system)
+    most = 2 * bounces
     now, rest = begin, length
     for count in range(most + 1):
         slot, A1, A2 = trial_step(system, weights, place, now, rest, end, state, modes, work)

@@ -21,7 +21,7 @@ TWO_PI_REST = 2.4492935982947064e-16
 
 @compiled
 def advance(system, place, weights, start, clock, length, state, modes, work, rows):  # type: ignore[no-untyped-def]
-    """Take steps within one segment, recording every one; with none, only settle the branches.
+    """Take steps within one segment, recording every one; with none, only see to the branches.
 
     Args:
         system, place: what moves, and where it is along the speed profile.
@@ -32,7 +32,7 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
             offset comes last, so that a segment of microseconds keeps its digits.
         length: step to take [s]: the nominal one, or a part of it next to a breakpoint.
         state: the state; holds the last good one at the end.
-        modes: the branches in force; settled first, and changed at events.
+        modes: the branches in force; changed at events.
         work: a Workspace.
         rows: shape (steps, states + 3): the state after each step, angles with all their turns,
             the deck's acceleration, and the motor's torque.
@@ -41,7 +41,7 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
         How many steps were taken; fewer than asked for if the state left its bounds.
     """
     first, step, offset = clock
-    slopes, trial, scratch = work.slopes, work.trial, scratch_of(system, work)
+    trial = work.trial
     states = state_size(system, state)
     enter(system, place, (first * step - start) + offset, state, modes, work)
     for k in range(rows.shape[0]):
@@ -61,8 +61,7 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
         if known and not turned:
             look_back(system, work)
         else:
-            A1, A2, al = inlined_derivatives(system, place, end, state, modes, slopes[0], scratch)
-            look(system, place, end, state, modes, A1, A2, al, work)
+            A1, A2 = enter(system, place, end, state, modes, work)
         record(system, place, end, state, modes, A1, A2, rows[k])
     return rows.shape[0]
 
@@ -84,7 +83,8 @@ def acceleration_at(system, place, time, state, modes, work):  # type: ignore[no
 @numba.njit(**INLINED)
 def _enter(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
     scratch = scratch_of(system, work)
-    inlined_derivatives(system, place, time, state, modes, work.slopes[0], scratch)
+    A1, A2, _ = inlined_derivatives(system, place, time, state, modes, work.slopes[0], scratch)
+    return A1, A2
 
 
 @numba.njit(**INLINED)
@@ -93,17 +93,18 @@ def _enter_with_events(system, place, time, state, modes, work):  # type: ignore
         system, place, time, state, modes, work.slopes[0], work.scratch
     )
     look(system, place, time, state, modes, A1, A2, al, work)
-    # Where the spindle's acceleration jumps, what held so far may not hold any more; elsewhere
-    # nothing may change, or a run would depend on how it is cut up.
+    # Where the spindle's acceleration jumps, or events were too many to locate, what held so far
+    # may hold no more; elsewhere nothing may change, or a run would depend on how it is cut up.
     if first_below(work.margin, work.margin, work.grain) >= 0:
         # Variables, because numba would compile all of it once more for literals.
         slot, plastic = np.int64(-1), work.counts[0] < 0
-        settle(system, place, time, state, modes, slot, plastic, work)
+        A1, A2 = settle(system, place, time, state, modes, slot, plastic, work)
+    return A1, A2
 
 
 enter = chosen_by(has_events, _enter_with_events, _enter)
 """Slope, branches and margins at the beginning of steps; ``(system, place, time, state, modes,
-work)``."""
+work)``. Returns the deck's specific force A1, A2 [m/s^2] there."""
 
 
 @numba.njit(**INLINED)

@@ -31,6 +31,7 @@ SHORT = {
     "thesis-half-acceleration": ["start.speed=80", "duration=0.7"],
     "one-ball": ["start.speed=80", "duration=0.7"],
     "no-ball": ["start.speed=80", "duration=0.7"],
+    "balanced-start-up": ["start.speed=80", "duration=0.5"],
     "weak-motor": ["duration=0.6"],
     "five-balls-8000-rpm": ["start.speed=220", "duration=0.3"],
     "on-edge": ["start.speed=80", "duration=0.4"],
