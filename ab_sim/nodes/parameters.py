@@ -61,14 +61,14 @@ def refuse_undeclared(node: Node) -> None:
     """To be called when all parameters are declared: refuse a value for any other.
 
     ROS drops such a value without a word. What a file says of other nodes, under their names, never
-    gets here.
+    gets here. Overrides of a topic's quality of service are declared with the topic: they pass.
 
     Raises:
         InputError: names the parameters that were given and are not there, and the nearest.
     """
     known = [name for name in node.get_parameters_by_prefix("") if "." not in name]
     for name in node.handle.get_parameters(Parameter):
-        if not node.has_parameter(name):
+        if not node.has_parameter(name) and not name.startswith("qos_overrides."):
             raise InputError(
                 f"parameter {name}: {node.get_fully_qualified_name()} has none of that name"
                 f"{nearest(name, known)}; it has {', '.join(known)}; one that is for other nodes "
