@@ -33,7 +33,7 @@ from ab_sim.integrate.fixed_step import advance  # noqa: E402
 from ab_sim.integrate.workspace import aligned, workspace  # noqa: E402
 from ab_sim.rows import BEYOND_STATES  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
-from ab_sim.spindle.stretches import stretches  # noqa: E402
+from ab_sim.spindle.stretches import Grid, stretches  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.stepper=rk8"]
 STEPS = (6e-3, 5e-3, 3.75e-3, 2.5e-3)
@@ -65,9 +65,9 @@ class Alone:
     def __init__(self, scene: Scene) -> None:
         drive = Drive(scene)
         self._drive, self._start = drive, drive.snapshot()
-        self._ways = list(
-            stretches(drive.profile, drive.step, 0, round(scene.duration / drive.step))
-        )
+        grid = Grid(drive.step, drive.choice.cycle)
+        steps = round(scene.duration / drive.step)
+        self._ways = list(stretches(drive.profile, grid, 0, steps))
         bounds = state_bounds(drive.system, drive.step)
         self._work = workspace(drive.system, drive.stepper.slopes, 0, bounds)
         size = len(self._start.state) + BEYOND_STATES
