@@ -217,9 +217,9 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
     runs = _empty_runs(lanes, tableau, steps // in_kernel)
     clock = step, in_kernel
     arguments = first.system, place, tableau.weights, constants, plan, clock, runs
-    begin = time.thread_time()
     if not lanes_can(*arguments):
         return None
+    begin = time.thread_time()
     advance_side_by_side(*arguments)
     seconds = time.thread_time() - begin
     results = []
