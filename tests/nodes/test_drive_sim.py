@@ -174,8 +174,8 @@ def test_reset_begins_again(fleet: Fleet) -> None:
     assert np.all(np.diff(steps[: again + 1]) == 1) and np.all(np.diff(steps[again + 1 :]) == 1)
 
 
-def test_far_behind_drops_steps_and_says_so(fleet: Fleet) -> None:
-    clock, blocks = fleet.listen(topics.CLOCK), fleet.listen(topics.BLOCK)
+def lose_a_second(fleet: Fleet, clock: list[Any]) -> None:
+    """Start a drive that soon gives up what it is late with, and stop its process for a second."""
     process = fleet.start("drive_sim", scene="thesis-hold", patience=0.1)
     fleet.until(lambda: len(clock) > 50, "it runs")
     process.send_signal(signal.SIGSTOP)
@@ -184,6 +184,11 @@ def test_far_behind_drops_steps_and_says_so(fleet: Fleet) -> None:
         fleet.until(lambda: time.monotonic() > resume, "a second goes by")
     finally:
         process.send_signal(signal.SIGCONT)
+
+
+def test_far_behind_drops_steps_and_says_so(fleet: Fleet) -> None:
+    clock, blocks = fleet.listen(topics.CLOCK), fleet.listen(topics.BLOCK)
+    lose_a_second(fleet, clock)
     fleet.until(
         lambda: (h := fleet.health("drive_sim")) and "steps were dropped" in h.message, "a warning"
     )
@@ -197,14 +202,7 @@ def test_far_behind_drops_steps_and_says_so(fleet: Fleet) -> None:
 
 def test_a_pause_erases_no_lost_time(fleet: Fleet) -> None:
     clock = fleet.listen(topics.CLOCK)
-    process = fleet.start("drive_sim", scene="thesis-hold", patience=0.1)
-    fleet.until(lambda: len(clock) > 50, "it runs")
-    process.send_signal(signal.SIGSTOP)
-    try:
-        resume = time.monotonic() + 1.0
-        fleet.until(lambda: time.monotonic() > resume, "a second goes by")
-    finally:
-        process.send_signal(signal.SIGCONT)
+    lose_a_second(fleet, clock)
     assert fleet.call("drive_sim/pause", True)[0]
     fleet.until(
         lambda: (h := fleet.health("drive_sim")) and h.message.startswith("paused"), "it says so"
