@@ -28,7 +28,7 @@ from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.deviation import Deviation, Samples, deviation  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.dynamics.assemble import place_on, state_bounds  # noqa: E402
-from ab_sim.dynamics.lanes import LANES  # noqa: E402
+from ab_sim.dynamics.numbers.lanes import LANES  # noqa: E402
 from ab_sim.integrate.fixed_step import advance  # noqa: E402
 from ab_sim.integrate.workspace import aligned, workspace  # noqa: E402
 from ab_sim.rows import BEYOND_STATES  # noqa: E402

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numba
 
-from ab_sim.dynamics.cos_sin import cos_sin
-from ab_sim.dynamics.multiply_add import multiply_add
+from ab_sim.dynamics.numbers.cos_sin import cos_sin
+from ab_sim.dynamics.numbers.multiply_add import multiply_add
 from ab_sim.dynamics.system import MASS, MOBILITY, MOMENT, ROUND_LEVER
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.fixed_step import TWO_PI_REST

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ab_sim.dynamics.assemble import place_on
-from ab_sim.dynamics.lanes import LANES, leaves
+from ab_sim.dynamics.numbers.lanes import LANES, leaves
 from ab_sim.dynamics.system import Place
 from ab_sim.integrate.side_by_side import Plan
 from ab_sim.integrate.workspace import aligned

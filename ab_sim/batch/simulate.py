@@ -11,7 +11,7 @@ import numpy as np
 from ab_sim.batch.plan import merged
 from ab_sim.drive import Drive, priced
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
-from ab_sim.dynamics.lanes import LANES, leaves, pattern
+from ab_sim.dynamics.numbers.lanes import LANES, leaves, pattern
 from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.system import MODES, has_events
 from ab_sim.errors import DivergedError, InputError

@@ -2,10 +2,10 @@
 
 import numba
 
-from ab_sim.dynamics.cos_sin import cos_sin
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.motion import Ball
-from ab_sim.dynamics.multiply_add import multiply_add
+from ab_sim.dynamics.numbers.cos_sin import cos_sin
+from ab_sim.dynamics.numbers.multiply_add import multiply_add
 from ab_sim.dynamics.scratch import (
     ACROSS,
     BEND,

@@ -37,11 +37,11 @@ from ab_sim.dynamics.balls import (
     set_rows,
     sliding_friction,
 )
-from ab_sim.dynamics.cos_sin import cos_sin
 from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.motion import Ball, Deck, Spindle
-from ab_sim.dynamics.multiply_add import multiply_add
+from ab_sim.dynamics.numbers.cos_sin import cos_sin
+from ab_sim.dynamics.numbers.multiply_add import multiply_add
 from ab_sim.dynamics.rows import eliminate_ball, eliminate_rows
 from ab_sim.dynamics.scratch import (
     BEND,

@@ -6,7 +6,7 @@ import numba
 from numba.extending import overload
 
 from ab_sim.dynamics.dispatch import INLINED, effect_class
-from ab_sim.dynamics.multiply_add import multiply_add
+from ab_sim.dynamics.numbers.multiply_add import multiply_add
 from ab_sim.dynamics.planar import derivatives
 from ab_sim.integrate.on_stack import scratch_of, state_size, trial_of
 from ab_sim.integrate.sweeps import sweep_step

@@ -1,4 +1,4 @@
-"""Fixed steps of eight runs at once, each in a lane of its own; see dynamics.lanes."""
+"""Fixed steps of eight runs at once, each in a lane of its own; see dynamics.numbers.lanes."""
 
 import functools
 from math import pi
@@ -9,7 +9,7 @@ import numpy as np
 from numba.core.errors import TypingError
 
 from ab_sim.dynamics.dispatch import INLINED
-from ab_sim.dynamics.lanes import as_lanes, spread, where_less
+from ab_sim.dynamics.numbers.lanes import as_lanes, spread, where_less
 from ab_sim.dynamics.system import TURNS, System, ball_count
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.fixed_step import TWO_PI_REST, record
@@ -114,7 +114,7 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
 def lanes_can(*arguments: Any) -> bool:
     """Whether ``advance_side_by_side`` can take these, compiling it if need be.
 
-    It cannot where an effect does with its numbers what lanes do not: see dynamics.lanes.
+    It cannot where an effect does with its numbers what lanes do not: see dynamics.numbers.lanes.
     """
     return _compiles(tuple(map(numba.typeof, arguments)))
 

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.cos_sin import cos_sin
+from ab_sim.dynamics.numbers.cos_sin import cos_sin
 
 ULP = 2.0**-53
 

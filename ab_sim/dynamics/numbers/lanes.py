@@ -22,8 +22,8 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global, signatur
 from numba.extending import intrinsic, models, overload, register_model
 from numba.np.arrayobj import make_array, populate_array
 
-from ab_sim.dynamics.cos_sin import cos_sin
 from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.numbers.cos_sin import cos_sin
 
 LANES = 8
 

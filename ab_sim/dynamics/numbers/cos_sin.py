@@ -9,7 +9,7 @@ from typing import Any
 from numba.extending import register_jitable
 
 from ab_sim.dynamics.dispatch import INLINED
-from ab_sim.dynamics.multiply_add import multiply_add
+from ab_sim.dynamics.numbers.multiply_add import multiply_add
 
 _QUARTERS = 0.6366197723675814
 """2/pi."""
