@@ -8,7 +8,7 @@ What a method may do: compute its result from its arguments and the effect's fie
 abs, cos and sin, and nothing else. It keeps no state, makes no arrays, and raises nothing; the same
 arguments give the same result. Fields that are not floats, as a count or a choice, may also decide
 what is computed. A method may branch on numbers and call other functions of ``math`` as well, but
-runs of a batch that have such an effect go one by one, not side by side (``dynamics.numbers.lanes``);
+runs of a batch that have such an effect go one by one, not side by side (``numbers.lanes``);
 those with events do so anyway (``system.has_events``). Steppers take results as smooth: a kink that
 no event locates costs accuracy.
 
