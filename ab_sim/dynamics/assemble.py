@@ -5,11 +5,14 @@ import math
 import numpy as np
 from scipy.optimize import root
 
-from ab_sim.dynamics.ledger import Ledger, deck_energy, ledger_states, space_energy
-from ab_sim.dynamics.motion import Ball, Body, Deck
-from ab_sim.dynamics.neighbours import contacts_of, reduced, start_angles
-from ab_sim.dynamics.switches import TOUCHING, gap
+from ab_sim.dynamics.carriers.planar import Planar
+from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.ledger import Ledger
+from ab_sim.dynamics.motion import Ball, Deck
+from ab_sim.dynamics.race.margins import TOUCHING
+from ab_sim.dynamics.race.neighbours import contacts_of, reduced, start_angles, start_gaps
 from ab_sim.dynamics.system import (
+    BALL_CONSTANTS,
     FIRST_TURNS,
     JOINED,
     LOADED,
@@ -23,6 +26,7 @@ from ab_sim.dynamics.system import (
     back_torque,
     ball_drag,
     ball_inertia,
+    deck_energy,
     deck_force,
     gravity,
     has_events,
@@ -31,14 +35,12 @@ from ab_sim.dynamics.system import (
     has_spin,
     loop_torque,
     rotor_moment,
+    space_energy,
     space_force,
 )
 from ab_sim.errors import SceneError, exact
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece
-
-_DECK_STATES = ("u1", "u2", "v1", "v2")
-_MOTOR_STATES = ("spindle angle", "spindle speed", "speed loop's integral")
 
 
 def system_of(scene: Scene, ledger: bool = False) -> System:
@@ -51,12 +53,10 @@ def system_of(scene: Scene, ledger: bool = False) -> System:
     eccentricity = scene.rotor.eccentricity
     effects = tuple(effect for effect in scene.effects.values() if effect.acts)
     sag_x, sag_y = _sag(scene.total_mass, effects)
-    body = Body(
+    carrier = Planar(
         total_mass=scene.total_mass,
         unbalance=scene.eccentric_mass * eccentricity,
         eccentricity=eccentricity,
-        race_radius=scene.race.radius,
-        race_curvature=1.0 / scene.race.radius,
         sag_x=sag_x,
         sag_y=sag_y,
     )
@@ -64,7 +64,7 @@ def system_of(scene: Scene, ledger: bool = False) -> System:
     kept = (Ledger(),) if ledger else ()
     # Events make kernels so large that one for each number of balls would take too long to compile.
     each = len(balls) if has_events(effects) else (None,) * len(balls)
-    return System(body, balls, contacts_of(scene), effects, kept, each)
+    return System(carrier, balls, contacts_of(scene), effects, kept, each)
 
 
 def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
@@ -74,8 +74,9 @@ def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
     for m, a, angle in zip(scene.balls.masses, scene.balls.radii, angles, strict=True):
         spin = ball_inertia(effects, Ball(m, a))
         lever = m * radius - spin * a if has_spin(effects) else m * radius
-        rows.append((m, a, m + spin, 1.0 / (m + spin), m * radius, lever, reduced(angle)[1]))
-    return np.array(rows).reshape(len(rows), FIRST_TURNS + 1)
+        own = m, a, m + spin, 1.0 / (m + spin), m * radius, lever, reduced(angle)[1]
+        rows.append((*own, radius, 1.0 / radius, 0.0))
+    return np.array(rows).reshape(len(rows), BALL_CONSTANTS)
 
 
 def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
@@ -119,12 +120,11 @@ def start_state(scene: Scene, system: System) -> np.ndarray:
 
     At rest in space, the deck's velocity on the rotating axes is zero at any speed.
     """
-    n = system.balls.shape[0]
-    state = np.zeros(len(state_names(system)))
-    state[4 : 4 + n] = [reduced(angle)[0] for angle in start_angles(scene)]
+    layout = layout_of(system)
+    state = np.zeros(layout.size)
+    state[layout.angles] = [reduced(angle)[0] for angle in start_angles(scene)]
     if has_motor(system.effects):
-        state[4 + 2 * n] = reduced(scene.start.angle)[0]
-        state[5 + 2 * n] = scene.start.speed
+        state[layout.spindle] = reduced(scene.start.angle)[0], scene.start.speed, 0.0
     return state
 
 
@@ -135,20 +135,9 @@ def start_modes(scene: Scene, system: System) -> np.ndarray:
     modes[:n, LOADED] = 1
     modes[:n, TURNS] = system.balls[:, FIRST_TURNS]
     modes[n, TURNS] = reduced(scene.start.angle)[1]
-    state = start_state(scene, system)
-    for k, spacing in enumerate(system.contacts[:, SPACING]):
-        modes[k, JOINED] = gap(system, state, modes, k) <= TOUCHING * spacing
+    for k, gap in enumerate(start_gaps(scene, len(system.contacts))):
+        modes[k, JOINED] = gap <= TOUCHING * system.contacts[k, SPACING]
     return modes
-
-
-def state_names(system: System) -> list[str]:
-    """A name for each entry of the state, for messages."""
-    n = system.balls.shape[0]
-    names = [*_DECK_STATES]
-    names += [f"ball_{i} angle" for i in range(n)] + [f"ball_{i} rate" for i in range(n)]
-    if has_motor(system.effects):
-        names += _MOTOR_STATES
-    return names + ["motor work", "energy dissipated"][: ledger_states(system.ledger)]
 
 
 def state_bounds(system: System, step: float) -> np.ndarray:
@@ -157,12 +146,12 @@ def state_bounds(system: System, step: float) -> np.ndarray:
     A deck that has gone a thousand kilometres, or a ball that turns 3 rad along the race within
     one step, which no stepper can follow. Angles and energies grow without limit in sound runs.
     """
-    n = system.balls.shape[0]
-    bounds = np.full(len(state_names(system)), 1e150)
-    bounds[:4] = 1e6
-    bounds[4 + n : 4 + 2 * n] = 3.0 / step
+    layout = layout_of(system)
+    bounds = np.full(layout.size, 1e150)
+    bounds[layout.carrier] = 1e6
+    bounds[layout.rates] = 3.0 / step
     if has_motor(system.effects):
-        bounds[4 + 2 * n + 1] = 3.0 / step
+        bounds[layout.spindle.start + 1] = 3.0 / step
     return bounds
 
 
@@ -174,7 +163,7 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
         top_speed: fastest spindle speed [rad/s]: in its frame, the deck's whirl turns that much
             faster.
     """
-    body, effects = system.body, system.effects
+    body, effects = system.carrier, system.effects
     mass = body.total_mass - float(system.balls[:, MASS].sum())
     poles = np.concatenate(
         [
@@ -199,7 +188,7 @@ DRAG = "the race's drag"
 """Key of the drag's rate in ``linear_rates``: what a stepper for stiff drag takes care of."""
 
 
-def _resistance(effects: tuple[object, ...], body: Body, along: float) -> tuple[float, float]:
+def _resistance(effects: tuple[object, ...], body: Planar, along: float) -> tuple[float, float]:
     """Damping and stiffness against small displacements from rest in one direction."""
     c, s = math.cos(along), math.sin(along)
     # Far enough from rest for a cubic spring to count: as far as the deck hangs, or 10 e.
@@ -225,7 +214,7 @@ def drag_rate(system: System) -> float:
     n = system.balls.shape[0]
     if n == 0:
         return 0.0
-    body, masses = system.body, system.balls[:, MASS]
+    body, masses = system.carrier, system.balls[:, MASS]
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]]]
     drag = np.array([ball_drag(system.effects, ball) for ball in balls])
     inertia = np.array([b.mass + ball_inertia(system.effects, b) for b in balls])

@@ -32,12 +32,12 @@ def sum_over_effects(method: str, zero: Any) -> Callable[..., Any]:
 
     Args:
         method: name of the method; effects that lack it are left out.
-        zero: the sum over none; a float, or a tuple of two or four floats for a vector.
+        zero: the sum over none; a float, or a tuple of two, three or four floats for a vector.
 
     Returns:
         A function that serves in compiled code and in plain Python alike.
     """
-    add = {1: _add_numbers, 2: _add_pairs, 4: _add_fours}[
+    add = {1: _add_numbers, 2: _add_pairs, 3: _add_threes, 4: _add_fours}[
         len(zero) if isinstance(zero, tuple) else 1
     ]
 
@@ -82,6 +82,10 @@ def _add_pairs(f: Any, g: Any) -> Any:
     return (f[0] + g[0], f[1] + g[1])
 
 
+def _add_threes(f: Any, g: Any) -> Any:
+    return (f[0] + g[0], f[1] + g[1], f[2] + g[2])
+
+
 def _add_fours(f: Any, g: Any) -> Any:
     return (f[0] + g[0], f[1] + g[1], f[2] + g[2], f[3] + g[3])
 
@@ -109,22 +113,24 @@ def any_effect_has(*methods: str) -> Callable[[Any], bool]:
 def chosen_by(
     present: Callable[[Any], bool], yes: Callable[..., Any], no: Callable[..., Any]
 ) -> Callable[..., Any]:
-    """A function ``call(system, *arguments)``: ``yes`` or ``no``, as the system's effects ask.
+    """A function ``call(plant, *arguments)``: ``yes`` or ``no``, as the plant's effects ask.
 
     Unlike an ``if``, it keeps the other one from being compiled at all.
 
     Args:
         present: made by ``any_effect_has``.
-        yes, no: functions of the system and further arguments; inlined, whatever they ask for.
+        yes, no: functions of a Plant, or a System, and further arguments; inlined, whatever they
+            ask for.
     """
     methods = _methods_of[present]
 
-    def call(system: Any, *arguments: Any) -> Any:
-        return (yes if present(system.effects) else no)(system, *arguments)
+    def call(plant: Any, *arguments: Any) -> Any:
+        effects = getattr(plant, "system", plant).effects
+        return (yes if present(effects) else no)(plant, *arguments)
 
     @overload(call, jit_options=INLINED, strict=False)
-    def resolve(system: Any, *arguments: Any) -> Any:
-        kinds = system.types[system.fields.index("effects")]
+    def resolve(plant: Any, *arguments: Any) -> Any:
+        kinds = part_of(system_in(plant), "effects")
         classes = [effect_class(kind) for kind in kinds]
         found = any(hasattr(cls, method) for cls in classes for method in methods)
         body = yes if found else no
@@ -134,14 +140,14 @@ def chosen_by(
 
 
 def only_if(present: Callable[[Any], bool], body: Callable[..., Any]) -> Callable[..., Any]:
-    """A function ``call(system, *arguments)``: ``body``, or nothing at all where no effect asks.
+    """A function ``call(plant, *arguments)``: ``body``, or nothing at all where no effect asks.
 
     Args:
         present: made by ``any_effect_has``.
-        body: function of the system and further arguments; one that returns something returns a
-            bool, and False is returned in its place.
+        body: function of a Plant, or a System, and further arguments; one that returns something
+            returns a bool, and False is returned in its place.
     """
-    return chosen_by(present, body, lambda system, *arguments: False)
+    return chosen_by(present, body, lambda plant, *arguments: False)
 
 
 def forward(method: str) -> Callable[..., Any]:
@@ -155,6 +161,30 @@ def forward(method: str) -> Callable[..., Any]:
         return getattr(effect_class(thing), method)
 
     return call
+
+
+def attribute(name: str) -> Callable[[Any], Any]:
+    """A function ``read(thing)``: an attribute of the thing's class, compiled as a constant."""
+
+    def read(thing: Any) -> Any:
+        return getattr(type(thing), name)
+
+    @overload(read, jit_options=INLINED, strict=False)
+    def resolve(thing: Any) -> Any:
+        value = getattr(effect_class(thing), name)
+        return lambda thing: value
+
+    return read
+
+
+def system_in(kind: Any) -> Any:
+    """The numba type of the System in that of a Plant, or the type itself if it is a System's."""
+    return part_of(kind, "system") if "system" in kind.fields else kind
+
+
+def part_of(kind: Any, field: str) -> Any:
+    """The numba type of a named tuple's field."""
+    return kind.types[kind.fields.index(field)]
 
 
 def effect_class(kind: Any) -> type[Any]:

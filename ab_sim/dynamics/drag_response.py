@@ -1,164 +1,174 @@
-"""How deck, balls and spindle accelerate under the race's drag alone: the stiff, linear part."""
+"""How carrier, balls and spindle accelerate under the race's drag alone: the stiff, linear part."""
 
 import numba
 
-from ab_sim.dynamics.balls import (
-    curve_at,
-    path_acceleration,
-    rigid_lever,
-    rotor_inertia,
-    set_rows,
-    sliding_friction,
-)
 from ab_sim.dynamics.dispatch import APART
-from ab_sim.dynamics.linear_system import reduce
-from ab_sim.dynamics.motion import Ball
-from ab_sim.dynamics.planar import accelerations
-from ab_sim.dynamics.rows import eliminate, lead
-from ab_sim.dynamics.scratch import COS, DRAG, INERTIA, LEADER, LEVER, PULL, ROW1, SIN
-from ab_sim.dynamics.system import MASS, RADIUS, ball_count, ball_drag, has_drag, has_motor
+from ab_sim.dynamics.layout import rate_at, spindle_speed_at
+from ab_sim.dynamics.linear_solver import reduce
+from ab_sim.dynamics.race.ball import ball_of, curve_at
+from ab_sim.dynamics.race.elimination import eliminate, lead, row_at, solve
+from ab_sim.dynamics.race.race import race_of
+from ab_sim.dynamics.race.table import (
+    DRAG,
+    INERTIA,
+    LEADER,
+    LOAD,
+    PATH_ACCELERATION,
+    PULL,
+    REACH,
+)
+from ab_sim.dynamics.slope import equations
+from ab_sim.dynamics.spindle_motion import spindle_motion
+from ab_sim.dynamics.system import (
+    Plant,
+    Room,
+    ball_count,
+    ball_drag,
+    has_drag,
+    has_motor,
+    kick,
+)
 
 
 @numba.njit(**APART)
-def drag_response(system, state, modes, slope, scratch):  # type: ignore[no-untyped-def]
-    """The drag's part f_I of ``derivatives``; linear in the velocities.
+def drag_response(plant, state, slope):  # type: ignore[no-untyped-def]
+    """The drag's part f_I of the state's rate of change; linear in the velocities.
 
     Args:
-        system, modes: as for ``derivatives``.
-        state: a state; only its velocities are meant.
+        plant: the Plant; its room holds the ``equations`` at the state's angles.
+        state: a state; only its velocities, and how the carrier lies, are meant.
         slope: where f_I goes; zero but for the velocities' part.
-        scratch: as ``place_balls`` has left it at the state's angles.
     """
-    n = ball_count(system)
-    drag_on_balls(system, state, modes, scratch)
-    eliminate(system, modes, scratch)
-    A1, A2, al = accelerations(system, 0.0, 0.0, 0.0, 0.0, scratch)
+    system, table, x = plant.system, plant.room.table, plant.room.acceleration
+    race = race_of(plant)
+    drag_on_balls(plant, state)
+    for r in range(race.free):
+        plant.room.block[r, race.all] = 0.0
+    x[race.all - 1] = 0.0
+    eliminate(race)
+    solve(race)
     slope[:] = 0.0
-    slope[2] = A1
-    slope[3] = A2
-    for i in range(n):
-        g = path_acceleration(system, i, A1, A2, al, scratch)
-        slope[4 + n + i] = g / curve_at(system, i, scratch)
+    kick(system.carrier, state, x, slope)
+    for i in range(ball_count(system)):
+        slope[rate_at(system, i)] = table[i, PATH_ACCELERATION] / curve_at(plant, i)
     if has_motor(system.effects):
-        slope[5 + 2 * n] = al
+        slope[spindle_speed_at(system)] = x[race.all - 1]
 
 
-def table_rows(balls: int, nodes: int) -> int:
-    """Rows of WIDTH numbers that ``drag_responses`` needs for its tables."""
-    return 3 * nodes + balls * (nodes + 4)
+def table_rows(balls: int, nodes: int, accelerations: int) -> int:
+    """Lines of a table that ``drag_responses`` needs for its own."""
+    return accelerations * nodes + balls * (nodes + 1 + accelerations)
 
 
 @numba.njit(**APART)
-def drag_responses(system, modes, step, q, states, slopes, scratch, tables):  # type: ignore[no-untyped-def]
+def at_node(plant, m):  # type: ignore[no-untyped-def]
+    """The plant with room of its own for node m, behind that for the state at hand."""
+    n, room, every = ball_count(plant.system), plant.room, race_of(plant).all
+    table = room.table[(1 + m) * n : (2 + m) * n]
+    block = room.block[(1 + m) * every : (2 + m) * every]
+    own = Room(table, block, room.reduced, room.acceleration, room.motor)
+    return Plant(plant.system, plant.place, plant.modes, own)
+
+
+@numba.njit(**APART)
+def equations_at_node(plant, m, time, state):  # type: ignore[no-untyped-def]
+    """``equations`` into the room of node m; local time [s]."""
+    own = at_node(plant, m)
+    equations(own, spindle_motion(own, time, state), state)
+
+
+@numba.njit(**APART)
+def drag_responses(plant, step, q, states, slopes, tables):  # type: ignore[no-untyped-def]
     """The f_m that solve f_m = f_I(state_m + step sum_j q_mj f_j), on all nodes m at once.
 
-    The elimination of ``derivatives`` with each ball's inertia mu replaced by the matrix
-    mu 1 + c_b step q: it couples the nodes, and leaves two or three equations for each.
+    The elimination of the equations of motion with each ball's inertia mu replaced by the matrix
+    mu 1 + c_b step q: it couples the nodes, and leaves K equations for each.
 
     Args:
-        system, modes: as for ``derivatives``.
+        plant: the Plant, with the ``equations`` at each node in its room.
         step: of the stepper [s].
         q: its integration matrix, shape (m, m).
         states: the states, shape (m, states); only their velocities are meant.
         slopes: where the f go, shape (m, states).
-        scratch: for each node, as ``place_balls`` has left it, one behind the other.
-        tables: overwritten, ``table_rows`` of WIDTH numbers.
+        tables: overwritten, ``table_rows`` lines of a table.
     """
-    n, m = ball_count(system), q.shape[0]
-    unknowns = 3 if has_motor(system.effects) else 2
-    # The deck's and spindle's equations with their right-hand side, then of each ball its matrix
-    # with its inverse, its force, and what deck and spindle ask of it.
-    size, each = unknowns * m, m + 4
-    deck, balls = tables[:size], tables[3 * m : 3 * m + n * each]
+    system, race = plant.system, race_of(plant)
+    n, m, free = ball_count(system), q.shape[0], race.free
+    # The carrier's equations with their right-hand side, then of each ball its matrix with its
+    # inverse, its force, and what the accelerations ask of it.
+    size, each = free * m, m + 1 + race.all
+    carrier, balls = tables[:size], tables[race.all * m : race.all * m + n * each]
     tables[:] = 0.0
     for a in range(m):
-        here = scratch[a * n : (a + 1) * n]
-        drag_on_balls(system, states[a], modes, here)
-        lead(system, modes, here)
+        own = at_node(plant, a)
+        drag_on_balls(own, states[a])
+        here, there = race_of(own), own.room.table
+        lead(here)
         for i in range(n):
-            at = int(here[i, LEADER])
+            at = int(there[i, LEADER])
             if at < 0:
                 continue
             ball = balls[at * each : (at + 1) * each]
-            ball[a, a] += here[i, INERTIA]
-            ball[m, a] += here[i, PULL]
-            for b in range(unknowns):
-                ball[m + 1 + b, a] += here[i, ROW1 + b]
+            ball[a, a] += there[i, INERTIA]
+            ball[m, a] += there[i, PULL]
+            for r in range(free):
+                ball[m + 1 + r, a] += row_at(here, i, r)
             for b in range(m):
-                there = scratch[b * n : (b + 1) * n]
-                curved = curve_at(system, i, here) / curve_at(system, i, there)
-                ball[a, b] += here[i, DRAG] * step * q[a, b] * curved
+                curved = curve_at(own, i) / curve_at(at_node(plant, b), i)
+                ball[a, b] += there[i, DRAG] * step * q[a, b] * curved
     for i in range(n):
-        if int(scratch[i, LEADER]) == i:
+        if int(plant.room.table[n + i, LEADER]) == i:
             ball = balls[i * each : (i + 1) * each]
             for a in range(m):
                 ball[a, m + a] = 1.0
             reduce(ball, m, 2 * m)
     for a in range(m):
-        here = scratch[a * n : (a + 1) * n]
-        deck[a, a] += system.body.total_mass
-        deck[m + a, m + a] += system.body.total_mass
-        if has_motor(system.effects):
-            deck[m + a, 2 * m + a] += system.body.unbalance
-            deck[2 * m + a, m + a] += system.body.unbalance
-            deck[2 * m + a, 2 * m + a] += rotor_inertia(system, here)
+        own = at_node(plant, a)
+        for p in range(free):
+            for r in range(free):
+                carrier[p * m + a, r * m + a] += own.room.block[p, r]
         for i in range(n):
-            add_ball(system, i, a, m, here, balls, deck)
-    reduce(deck, size, size + 1)
+            at = int(own.room.table[i, LEADER])
+            if at >= 0:
+                ball = balls[at * each : (at + 1) * each]
+                for p in range(free):
+                    reach = own.room.table[i, REACH + p]
+                    for b in range(m):
+                        mobility = reach * ball[a, m + b]
+                        carrier[p * m + a, size] += mobility * ball[m, b]
+                        for r in range(free):
+                            carrier[p * m + a, r * m + b] -= mobility * ball[m + 1 + r, b]
+    reduce(carrier, size, size + 1)
+    x = plant.room.acceleration
     for a in range(m):
-        here = scratch[a * n : (a + 1) * n]
+        own = at_node(plant, a)
         slopes[a] = 0.0
-        slopes[a, 2] = deck[a, size]
-        slopes[a, 3] = deck[m + a, size]
+        x[race.all - 1] = 0.0
+        for r in range(free):
+            x[r] = carrier[r * m + a, size]
+        kick(system.carrier, states[a], x, slopes[a])
         if has_motor(system.effects):
-            slopes[a, 5 + 2 * n] = deck[2 * m + a, size]
+            slopes[a, spindle_speed_at(system)] = x[race.all - 1]
         for i in range(n):
-            at, g = int(here[i, LEADER]), 0.0
+            at, g = int(own.room.table[i, LEADER]), 0.0
             if at >= 0:
                 ball = balls[at * each : (at + 1) * each]
                 for b in range(m):
                     pull = ball[m, b]
-                    for r in range(unknowns):
-                        pull += ball[m + 1 + r, b] * deck[r * m + b, size]
+                    for r in range(free):
+                        pull += ball[m + 1 + r, b] * carrier[r * m + b, size]
                     g += ball[a, m + b] * pull
-            slopes[a, 4 + n + i] = g / curve_at(system, i, here)
+            slopes[a, rate_at(system, i)] = g / curve_at(own, i)
 
 
 @numba.njit(**APART)
-def add_ball(system, i, a, m, here, balls, deck):  # type: ignore[no-untyped-def]
-    """What ball i, eliminated, adds to the equations of deck and spindle at node a."""
-    at, mass = int(here[i, LEADER]), system.balls[i, MASS]
-    unknowns = 3 if has_motor(system.effects) else 2
-    if has_motor(system.effects):
-        d1, d2 = rigid_lever(system, i, here)
-        deck[a, 2 * m + a] += d1
-        deck[m + a, 2 * m + a] += d2
-        deck[2 * m + a, a] += d1
-        deck[2 * m + a, m + a] += d2
-    if at < 0:
-        return
-    ball = balls[at * (m + 4) : (at + 1) * (m + 4)]
-    for p in range(unknowns):
-        pushed = -mass * here[i, SIN]
-        if p == 1:
-            pushed = mass * here[i, COS]
-        elif p == 2:
-            pushed = here[i, LEVER]
-        for b in range(m):
-            mobility = pushed * ball[a, m + b]
-            deck[p * m + a, unknowns * m] -= mobility * ball[m, b]
-            for r in range(unknowns):
-                deck[p * m + a, r * m + b] += mobility * ball[m + 1 + r, b]
-
-
-@numba.njit(**APART)
-def drag_on_balls(system, state, modes, scratch):  # type: ignore[no-untyped-def]
+def drag_on_balls(plant, state):  # type: ignore[no-untyped-def]
     """Each ball's own equation if nothing but drag acts on it."""
-    n = ball_count(system)
-    for i in range(n):
+    system, table = plant.system, plant.room.table
+    for i in range(ball_count(system)):
         drag = 0.0
         if has_drag(system.effects):
-            drag = ball_drag(system.effects, Ball(system.balls[i, MASS], system.balls[i, RADIUS]))
-        scratch[i, DRAG] = drag
-        scratch[i, PULL] = -drag * curve_at(system, i, scratch) * state[4 + n + i]
-        set_rows(system, i, sliding_friction(system, i, modes), scratch)
+            drag = ball_drag(system.effects, ball_of(system, i))
+        table[i, DRAG] = drag
+        table[i, LOAD] = 0.0
+        table[i, PULL] = -drag * curve_at(plant, i) * state[rate_at(system, i)]

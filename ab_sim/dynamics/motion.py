@@ -7,24 +7,6 @@ Symbols as in EQUATIONS.md section 1; axis 1 of the rotating frame points at the
 from typing import NamedTuple
 
 
-class Body(NamedTuple):
-    """Constants of deck, rotor and race."""
-
-    total_mass: float
-    """M [kg], balls included."""
-    unbalance: float
-    """M0 e [kg m]."""
-    eccentricity: float
-    """e [m]."""
-    race_radius: float
-    """R [m]."""
-    race_curvature: float
-    """1/R [1/m]: kernels multiply, as a division takes ten times as long."""
-    sag_x: float
-    sag_y: float
-    """[m], where the deck hangs at rest, from the unloaded suspension, on axes fixed in space."""
-
-
 class Ball(NamedTuple):
     """Constants of one ball."""
 

@@ -6,14 +6,24 @@ import numpy as np
 from numba.core.types.containers import BaseTuple
 from numba.extending import overload, register_jitable
 
-from ab_sim.dynamics.dispatch import INLINED, any_effect_has, forward, sum_over_effects
-from ab_sim.dynamics.motion import Body
+from ab_sim.dynamics.dispatch import (
+    INLINED,
+    any_effect_has,
+    attribute,
+    forward,
+    part_of,
+    sum_over_effects,
+    system_in,
+)
 
 # Few arrays with columns, not many arrays: compiled code passes seven words for each.
 MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
+RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
 """Columns of System.balls: m_i [kg]; a_i [m]; mu_i = m_i + I_i/a_i^2 [kg], I_i = 0 where balls do
 not roll; 1/mu_i; m_i R [kg m]; m_i R - (I_i/a_i^2) a_i [kg m], what the spindle's acceleration asks
-of the ball along a round race; whole turns in the ball's angle at the start."""
+of the ball along a round race; whole turns in the ball's angle at the start; of its race R [m], 1/R
+(kernels multiply, as a division takes ten times as long), and the height along the shaft [m]."""
+BALL_CONSTANTS = 10
 ORDER, SPACING = 0, 1
 """Columns of System.contacts: the ball at this place of the row; the distance along the race from
 it to the next one in contact [m]."""
@@ -31,9 +41,10 @@ MODES = 4
 class System(NamedTuple):
     """Constants of a scene. An effect that is not in ``effects`` is not in the kernel."""
 
-    body: Body
+    carrier: Any
+    """What carries the balls: constants of deck and rotor; see ``carriers``."""
     balls: np.ndarray
-    """Shape (n, 7), columns as above."""
+    """Shape (n, BALL_CONSTANTS), columns as above."""
     contacts: np.ndarray
     """Neighbours along the race, shape (n, 2), columns as above; contact k lies between the balls
     at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""
@@ -45,6 +56,42 @@ class System(NamedTuple):
     and keeps in registers what it knows of them."""
 
 
+class Place(NamedTuple):
+    """Where a run is along the speed profile."""
+
+    segment: Any
+    """Speed segment in force."""
+    phase: float
+    """Spindle angle at the segment's beginning [rad], whole turns left out."""
+
+
+class Room(NamedTuple):
+    """What one evaluation of the equations writes, besides the slope; K accelerations."""
+
+    table: Any
+    """What is known of each ball, shape (n, table_width(K)): see ``race.table``."""
+    block: Any
+    """The equations of what carries the balls, the balls not yet eliminated: matrix, and forces in
+    the last column; shape (K, K + 1)."""
+    reduced: Any
+    """The same with balls eliminated, and overwritten while it is solved; shape (K, K + 1)."""
+    acceleration: Any
+    """Solution x, the spindle's acceleration [rad/s^2] last; shape (K,)."""
+    motor: Any
+    """Torque that the motor's speed loop asks for, the most that it gives [N m], and the spindle's
+    speed [rad/s]; shape (3,): events only."""
+
+
+class Plant(NamedTuple):
+    """What an evaluation of the equations of motion works with, but for time and state."""
+
+    system: System
+    place: Place
+    modes: Any
+    """Branches of set-valued laws in force, shape (n + 1, MODES), columns as above."""
+    room: Room
+
+
 def ball_count(system: System) -> int:
     """n, a constant of the kernel where the system says so."""
     return len(system.each) if isinstance(system.each, tuple) else system.each
@@ -52,7 +99,7 @@ def ball_count(system: System) -> int:
 
 def ball_number(kind: Any) -> int | None:
     """n, where numba's type of a System tells it."""
-    each = kind.types[kind.fields.index("each")]
+    each = part_of(kind, "each")
     return len(each) if isinstance(each, BaseTuple) else None
 
 
@@ -64,24 +111,29 @@ def _ball_count(system):  # type: ignore[no-untyped-def]
     return lambda system: system.each
 
 
-@register_jitable(**INLINED)
-def ball_at(system: Any, place: int) -> int:
-    """Which ball is at a place of the row."""
-    return int(system.contacts[place, ORDER])
-
-
-class Place(NamedTuple):
-    """Where a run is along the speed profile."""
-
-    segment: Any
-    """Speed segment in force."""
-    phase: float
-    """Spindle angle at the segment's beginning [rad], whole turns left out."""
-
+carrier_states = attribute("STATES")
+"""How many states a carrier has."""
+carrier_unknowns = attribute("UNKNOWNS")
+"""How many accelerations of a carrier are solved for."""
+carrier_outputs = attribute("OUTPUTS")
+"""How many numbers a carrier gives for each sample beyond the state."""
+begin = forward("begin")
+bear = forward("bear")
+move = forward("move")
+output = forward("output")
+dissipate = forward("dissipate")
+kick = forward("kick")
+straighten = forward("straighten")
 
 deck_force = sum_over_effects("deck_force", (0.0, 0.0))
 space_force = sum_over_effects("space_force", (0.0, 0.0))
+deck_loss = sum_over_effects("deck_loss", 0.0)
+deck_energy = sum_over_effects("deck_energy", 0.0)
+space_loss = sum_over_effects("space_loss", 0.0)
+space_energy = sum_over_effects("space_energy", 0.0)
+mount_stiffening = sum_over_effects("mount_stiffening", 0.0)
 gravity = sum_over_effects("gravity", (0.0, 0.0))
+weight = sum_over_effects("weight", (0.0, 0.0, 0.0))
 ball_inertia = sum_over_effects("ball_inertia", 0.0)
 ball_drag = sum_over_effects("ball_drag", 0.0)
 friction_coefficient = sum_over_effects("friction_coefficient", 0.0)
@@ -102,10 +154,25 @@ has_contact = any_effect_has("restitution")
 has_runout = any_effect_has("race_shape")
 has_gravity = any_effect_has("gravity")
 has_space_force = any_effect_has("space_force")
-has_spindle_angle = any_effect_has("space_force", "gravity")
+acts_in_space = any_effect_has("space_force", "gravity")
+has_stiffening = any_effect_has("mount_stiffening")
 has_motor = any_effect_has("rotor_moment")
 has_events = any_effect_has("friction_coefficient", "restitution", "rotor_moment")
 
 segment_speed = forward("speed")
 segment_acceleration = forward("acceleration")
 segment_angle = forward("angle")
+
+carrier_turns = attribute("NEEDS_ANGLE")
+
+
+@register_jitable(**INLINED)
+def has_spindle_angle(system: System) -> bool:
+    """Whether the equations contain the spindle's angle."""
+    return bool(carrier_turns(system.carrier) or acts_in_space(system.effects))
+
+
+@register_jitable(**INLINED)
+def solved_for(system: System) -> int:
+    """How many accelerations are solved for: the carrier's, and with a motor the spindle's."""
+    return int(carrier_unknowns(system.carrier) + (1 if has_motor(system.effects) else 0))

@@ -4,18 +4,26 @@ Between two events the equations are smooth, so a stepper keeps its order if it 
 one. A trial step that ends with a negative margin contains an event; its time is found by taking
 shorter trial steps, each of full order, until the margin is zero. Shampine, Gladwell and Brankin
 (1991), ACM TOMS 17, put it that way, but interpolate; a step here costs a microsecond or two.
+
+None of this depends on a scene. It is compiled once, and reaches the scene's own equations and
+steps by their addresses (``dynamics.race.calls``).
 """
 
+import functools
 from math import sqrt
 
 import numba
+import numpy as np
+from numba.core import types
 
-from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
-from ab_sim.dynamics.planar import derivatives
-from ab_sim.dynamics.settle import settle
-from ab_sim.dynamics.switches import NEVER, ROUNDING, inlined_margins, margins, motion_rate
-from ab_sim.dynamics.system import ball_count, has_events
-from ab_sim.integrate.one_step import inlined_derivatives, one_step
+from ab_sim.dynamics.calling import call_at, compiled_address, value_at
+from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.race.calls import CALLS, STATE, evaluate, take_step
+from ab_sim.dynamics.race.margins import NEVER, ROUNDING, margins
+from ab_sim.dynamics.race.race import race_kind
+from ab_sim.dynamics.race.settle import settle
+from ab_sim.integrate.compile_cache import compiled
+from ab_sim.integrate.workspace import workspace_kind
 
 BOUNCES = 60
 """Events per step, and 20 more per ball, after which balls that meet stay together.
@@ -23,67 +31,115 @@ BOUNCES = 60
 After twice as many the rest of the step is not located."""
 CLOSE = 1e-13
 """An event's time is known to this part of a step."""
-DEPTH = 2.0
+CROSSED = 2.0
 """A margin has been crossed when it is this many times below zero what rounding may make of it.
 
 Branches are chosen at one time that, so a step never begins beyond an event, nor with one."""
 NEAR = 0.25
-"""A force may dip below zero within a step if less than this part of it is left at an end; what
+"""A force may fall below zero within a step if less than this part of it is left at an end; what
 turns as fast as the spindle changes by an eighth of (w h)^2 between two steps."""
 DOUBT = 1e-3
 """Part of a force that a cubic through both ends of a step may be wrong by."""
 SHORTLY = 1e-5
 """Part of a step over which the rates of forces are measured."""
 
+RACE, WORK = race_kind(), workspace_kind()
+_race_at, _work_at, _calls_at = value_at(RACE), value_at(WORK), value_at(CALLS)
+_STEP = (types.int64, types.int64, types.int64, *(types.float64,) * 3, STATE)
+_SETTLE = (types.int64, types.int64, types.int64, types.float64, STATE)
+
+
+@compiled
+def step_through_events(calls, race, work, begin, length, end, state):  # type: ignore[no-untyped-def]
+    """One step, cut at every event.
+
+    Args:
+        calls, race, work: addresses of a Calls, a Race and a Workspace.
+        begin: local time [s].
+        length: of the step [s].
+        end: the time that the next step begins at, ``begin + length`` but for rounding.
+        state: changed at events, as the race's modes are; the result is in ``work.trial``.
+
+    Returns:
+        Whether ``ahead``, ``margin_ahead``, ``rate_ahead`` and ``acceleration_ahead`` of the
+        workspace hold what they say at the step's end.
+    """
+    return _through(_calls_at(calls), _race_at(race), _work_at(work), begin, length, end, state)
+
+
+@compiled
+def settle_at(calls, race, work, time, state):  # type: ignore[no-untyped-def]
+    """Margins at the beginning of steps, and other branches if those in force hold no more.
+
+    Where the spindle's acceleration jumps, or events were too many to locate, what held so far may
+    hold no more; elsewhere nothing may change, or a run would depend on how it is cut up.
+
+    Args:
+        calls, race, work: addresses of a Calls, a Race and a Workspace, whose slopes[0] and room
+            hold what the equations say; they do so at the end, too.
+        time: local time [s].
+        state: may be changed, as the race's modes may.
+
+    Returns:
+        Whether branches were decided anew.
+    """
+    own, room = _race_at(race), _work_at(work)
+    margins(own, state, room.slopes[0], room.margin, room.rounding, room.rate)
+    if first_below(room.margin, room.margin, room.rounding) < 0:
+        return False
+    # A variable, because numba would compile all of it once more for a literal.
+    slot = np.int64(-1)
+    settle(_calls_at(calls), own, room, time, state, slot, room.counts[0] < 0)
+    return True
+
+
+call_step = call_at(types.boolean, *_STEP)
+"""``step_through_events`` by its address; ``(address, arguments)``."""
+call_settle = call_at(types.boolean, *_SETTLE)
+"""``settle_at`` by its address; ``(address, arguments)``."""
+
+
+@functools.cache
+def event_functions() -> tuple[int, int]:
+    """Addresses of ``step_through_events`` and ``settle_at``."""
+    return compiled_address(step_through_events, *_STEP), compiled_address(settle_at, *_SETTLE)
+
 
 @numba.njit(**INLINED)
-def _plain(system, weights, place, begin, length, end, state, modes, work):  # type: ignore[no-untyped-def]
-    one_step(weights, system, place, begin, length, state, modes, work)
-    return False, 0.0, 0.0
-
-
-@numba.njit(**INLINED)
-def _with_events(system, weights, place, begin, length, end, state, modes, work):  # type: ignore[no-untyped-def]
+def _through(calls, race, work, begin, length, end, state):  # type: ignore[no-untyped-def]
     trial = work.trial
-    bounces = BOUNCES + 20 * ball_count(system)
+    bounces = BOUNCES + 20 * race.count
     most = 2 * bounces
     now, rest = begin, length
     for count in range(most + 1):
-        slot, A1, A2 = trial_step(system, weights, place, now, rest, end, state, modes, work)
+        slot = trial_step(calls, race, work, now, rest, end, state)
         if not within_bounds(trial, work.bounds):
-            return False, 0.0, 0.0
+            return False
+        for r in range(race.all):
+            work.acceleration_ahead[r] = race.room.acceleration[r]
         taken = rest
         if slot < 0:
-            slot, taken = dip(system, weights, place, now, rest, end, state, modes, work)
+            slot, taken = lowest_between(calls, race, work, now, rest, end, state)
         if slot < 0:
-            return True, A1, A2
+            return True
         if count == bounces:
             work.counts[1] += 1
         if count == most:
-            trial_step(system, weights, place, now, rest, end, state, modes, work)
-            return False, 0.0, 0.0
-        taken, slot = locate(system, weights, place, now, taken, slot, state, modes, work)
+            trial_step(calls, race, work, now, rest, end, state)
+            return False
+        taken, slot = locate(calls, race, work, now, taken, slot, state)
         if taken > 0.0:
             for j in range(state.size):
                 state[j] = trial[j]
         work.counts[0] += 1
         now += taken
         rest -= taken
-        settle(system, place, now, state, modes, slot, count >= bounces, work)
+        settle(calls, race, work, now, state, slot, count >= bounces)
         if rest <= CLOSE * length:
             for j in range(state.size):
                 trial[j] = state[j]
             break
-    return False, 0.0, 0.0
-
-
-step_over_events = chosen_by(has_events, _with_events, _plain)
-"""One step, cut at every event; ``(system, weights, place, begin, length, end, state, modes,
-work)``, ``end`` being the time that the next step begins at.
-
-The result is in ``work.trial``. At events state and modes change. Returns whether ``work.ahead``
-and ``work.margin_ahead`` hold slope and margins there, and if so the deck's acceleration.
-"""
+    return False
 
 
 @numba.njit(**INLINED)
@@ -96,46 +152,28 @@ def within_bounds(trial, bounds):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**APART)
-def trial_step(system, weights, place, now, length, end, state, modes, work):  # type: ignore[no-untyped-def]
-    """Step, and look at the margins at its end.
-
-    Returns:
-        The slot that is first below zero, or -1; the deck's acceleration at the end.
-    """
-    one_step(weights, system, place, now, length, state, modes, work)
-    A1, A2, al = inlined_derivatives(
-        system, place, end, work.trial, modes, work.ahead, work.scratch
-    )
-    inlined_margins(
-        system,
-        place,
-        end,
-        work.trial,
-        modes,
-        A1,
-        A2,
-        al,
-        work.scratch,
-        work.margin_ahead,
-        work.grain,
-    )
-    return first_below(work.margin, work.margin_ahead, work.grain), A1, A2
+def trial_step(calls, race, work, now, length, end, state):  # type: ignore[no-untyped-def]
+    """Step, and see what the margins are at its end: the slot that is first crossed, or -1."""
+    take_step(calls, now, length, state)
+    evaluate(calls, end, work.trial, work.ahead)
+    margins(race, work.trial, work.ahead, work.margin_ahead, work.rounding, work.rate_ahead)
+    return first_below(work.margin, work.margin_ahead, work.rounding)
 
 
 @numba.njit(**INLINED)
-def left(margins, grain, slot):  # type: ignore[no-untyped-def]
+def left(margin, rounding, slot):  # type: ignore[no-untyped-def]
     """How far a margin is from counting as crossed."""
-    return margins[slot] + DEPTH * grain[slot]
+    return margin[slot] + CROSSED * rounding[slot]
 
 
 @numba.njit(**INLINED)
-def first_below(margin, ahead, grain):  # type: ignore[no-untyped-def]
+def first_below(margin, ahead, rounding):  # type: ignore[no-untyped-def]
     """The slot whose margin, drawn as a straight line, is the first to be crossed; -1 if none."""
     found, first = -1, 2.0
     for slot in range(margin.size):
-        end = left(ahead, grain, slot)
+        end = left(ahead, rounding, slot)
         if end < 0.0:
-            start = max(left(margin, grain, slot), 0.0)
+            start = max(left(margin, rounding, slot), 0.0)
             reaches = start / (start - end)
             if reaches < first:
                 found, first = slot, reaches
@@ -143,33 +181,31 @@ def first_below(margin, ahead, grain):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**APART)
-def dip(system, weights, place, now, length, end, state, modes, work):  # type: ignore[no-untyped-def]
+def lowest_between(calls, race, work, now, length, end, state):  # type: ignore[no-untyped-def]
     """A margin that is crossed within the step but not at its end: slot and where, or (-1, ..).
 
-    Margins are drawn as cubics through both ends; only where one dips is the step taken to its
-    lowest point to see. Rates of forces are measured, and only where one could dip.
+    Margins are drawn as cubics through both ends; only where one falls and rises again is the step
+    taken to its lowest point to see. Rates of forces are measured, and only where one could fall so
+    far.
     """
-    margin, ahead, grain = work.margin, work.margin_ahead, work.grain
+    margin, ahead, rounding = work.margin, work.margin_ahead, work.rounding
     measured = False
     for slot in range(margin.size):
         if margin[slot] > 1e200 or ahead[slot] > 1e200:
             continue
         g0, g1 = margin[slot], ahead[slot]
         doubt = 0.0
-        r0 = motion_rate(system, state, work.slopes[0], modes, slot)
-        if r0 < NEVER:
-            r1 = motion_rate(system, work.trial, work.ahead, modes, slot)
-        else:
-            size = grain[slot] / ROUNDING
+        r0, r1 = work.rate[slot], work.rate_ahead[slot]
+        if r0 >= NEVER:
+            size = rounding[slot] / ROUNDING
             if min(g0, g1) > NEAR * size:
                 continue
             if not measured:
                 measured = True
-                slope, brief = work.slopes[0], SHORTLY * length
-                force_rates(system, place, now, brief, state, slope, margin, modes, work, 0)
-                slope = work.ahead
-                force_rates(system, place, end, brief, work.trial, slope, ahead, modes, work, 1)
-            r0, r1 = work.rates[0, slot], work.rates[1, slot]
+                brief = SHORTLY * length
+                force_rates(calls, race, work, now, brief, state, work.slopes[0], margin, 0)
+                force_rates(calls, race, work, end, brief, work.trial, work.ahead, ahead, 1)
+            r0, r1 = work.force_rate[0, slot], work.force_rate[1, slot]
             doubt = DOUBT * size
         r0 *= length
         r1 *= length
@@ -183,52 +219,39 @@ def dip(system, weights, place, now, length, end, state, modes, work):  # type: 
         if root < 0.0:
             continue
         x = -r0 / (p + sqrt(root))
-        if not 0.0 < x < 1.0 or g0 + x * (r0 + x * (p + x * q)) >= doubt - grain[slot]:
+        if not 0.0 < x < 1.0 or g0 + x * (r0 + x * (p + x * q)) >= doubt - rounding[slot]:
             continue
         lowest = x * length
-        trial_step(system, weights, place, now, lowest, now + lowest, state, modes, work)
-        if left(work.margin_ahead, grain, slot) < 0.0:
+        trial_step(calls, race, work, now, lowest, now + lowest, state)
+        if left(work.margin_ahead, rounding, slot) < 0.0:
             return slot, lowest
-        trial_step(system, weights, place, now, length, end, state, modes, work)
+        trial_step(calls, race, work, now, length, end, state)
     return -1, length
 
 
 @numba.njit(**APART)
-def force_rates(system, place, time, shortly, state, slope, margin, modes, work, line):  # type: ignore[no-untyped-def]
-    """Rates of margins at a state, measured ``shortly`` [s] after; into work.rates."""
+def force_rates(calls, race, work, time, shortly, state, slope, margin, line):  # type: ignore[no-untyped-def]
+    """Rates of margins at a state, measured ``shortly`` [s] after; into work.force_rate."""
+    near = work.near_margin
     for j in range(state.size):
         work.near[0, j] = state[j] + shortly * slope[j]
-    A1, A2, al = derivatives(
-        system, place, time + shortly, work.near[0], modes, work.near[1], work.scratch
-    )
-    margins(
-        system,
-        place,
-        time + shortly,
-        work.near[0],
-        modes,
-        A1,
-        A2,
-        al,
-        work.scratch,
-        work.rates[2],
-        work.rates[3],
-    )
+    evaluate(calls, time + shortly, work.near[0], work.near[1])
+    margins(race, work.near[0], work.near[1], near[0], near[1], near[2])
     for slot in range(margin.size):
-        work.rates[line, slot] = (work.rates[2, slot] - margin[slot]) / shortly
+        work.force_rate[line, slot] = (near[0, slot] - margin[slot]) / shortly
 
 
 @numba.njit(**APART)
-def locate(system, weights, place, now, length, slot, state, modes, work):  # type: ignore[no-untyped-def]
+def locate(calls, race, work, now, length, slot, state):  # type: ignore[no-untyped-def]
     """The first event of a step, given that ``slot`` has been crossed at ``length``.
 
     Returns:
         How far into the step it is [s], with the state there in ``work.trial``, and its slot.
     """
-    grain = work.grain
+    rounding = work.rounding
     low, high = 0.0, length
-    at_low = max(left(work.margin, grain, slot), 0.0)
-    at_high = left(work.margin_ahead, grain, slot)
+    at_low = max(left(work.margin, rounding, slot), 0.0)
+    at_high = left(work.margin_ahead, rounding, slot)
     side = 0
     for attempt in range(200):
         x = high
@@ -236,16 +259,16 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
             # Illinois' regula falsi, with a bisection now and then against a stubborn end. What
             # starts at zero first has to be found where it has risen, for the crossing behind that.
             x = (low * at_high - high * at_low) / (at_high - at_low)
-            if low == 0.0 and at_low <= 10.0 * DEPTH * grain[slot]:
+            if low == 0.0 and at_low <= 10.0 * CROSSED * rounding[slot]:
                 x = 0.25 * high
             elif attempt % 8 == 7 or not low < x < high:
                 x = 0.5 * (low + high)
-        trial_step(system, weights, place, now, x, now + x, state, modes, work)
+        trial_step(calls, race, work, now, x, now + x, state)
         if x == high:
             break
-        here = left(work.margin_ahead, grain, slot)
+        here = left(work.margin_ahead, rounding, slot)
         if here >= 0.0:
-            other = other_below(work.margin_ahead, grain, slot)
+            other = other_below(work.margin_ahead, rounding, slot)
             if other < 0:
                 low, at_low = x, here
                 if side == 1:
@@ -253,8 +276,8 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
                 side = 1
                 continue
             # Another margin has been crossed before: that one, then. At ``low`` none has been.
-            slot, here = other, left(work.margin_ahead, grain, other)
-            at_low = max(left(work.margin, grain, slot), 0.0) if low == 0.0 else -here
+            slot, here = other, left(work.margin_ahead, rounding, other)
+            at_low = max(left(work.margin, rounding, slot), 0.0) if low == 0.0 else -here
             side = 0
         elif side == -1:
             at_low *= 0.5
@@ -263,9 +286,10 @@ def locate(system, weights, place, now, length, slot, state, modes, work):  # ty
 
 
 @numba.njit(**INLINED)
-def other_below(ahead, grain, slot):  # type: ignore[no-untyped-def]
+def other_below(ahead, rounding, slot):  # type: ignore[no-untyped-def]
     """A slot other than ``slot`` whose margin has been crossed, or -1."""
     for other in range(ahead.size):
-        if other != slot and left(ahead, grain, other) < 0.0:
+        if other != slot and left(ahead, rounding, other) < 0.0:
             return other
     return -1
+

@@ -3,24 +3,39 @@
 from math import pi
 
 import numba
-import numpy as np
 
+from ab_sim.dynamics.calling import address_of, callback
 from ab_sim.dynamics.dispatch import INLINED, chosen_by
-from ab_sim.dynamics.planar import gravity_on_rotating_axes, spindle_motion
-from ab_sim.dynamics.settle import settle
-from ab_sim.dynamics.switches import inlined_margins
-from ab_sim.dynamics.system import TURNS, ball_count, has_events, has_gravity, has_motor
+from ab_sim.dynamics.layout import angle_at, spindle_angle_at, state_size
+from ab_sim.dynamics.race.calls import CALLS, EVALUATE, KICK, RESTITUTION, TAKE_STEP, Calls
+from ab_sim.dynamics.race.race import race_of
+from ab_sim.dynamics.slope import evaluate, inlined_evaluate
+from ab_sim.dynamics.spindle_motion import spindle_motion
+from ab_sim.dynamics.system import (
+    TURNS,
+    Plant,
+    ball_count,
+    carrier_outputs,
+    has_events,
+    has_motor,
+    kick,
+    output,
+    restitution,
+    straighten,
+)
 from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.events import first_below, step_over_events, within_bounds
-from ab_sim.integrate.on_stack import scratch_of, state_size
-from ab_sim.integrate.one_step import inlined_derivatives
+from ab_sim.integrate.events import RACE, WORK, call_settle, call_step, within_bounds
+from ab_sim.integrate.on_stack import room_of
+from ab_sim.integrate.stepper import step
 
 TWO_PI_REST = 2.4492935982947064e-16
 """2 pi less the floating-point number nearest to it."""
 
 
 @compiled
-def advance(system, place, weights, start, clock, length, state, modes, work, rows):  # type: ignore[no-untyped-def]
+def advance(  # type: ignore[no-untyped-def]
+    system, place, weights, start, clock, length, state, modes, work, events, rows, sample
+):
     """Take steps within one segment, recording every one; with none, only see to the branches.
 
     Args:
@@ -34,122 +49,173 @@ def advance(system, place, weights, start, clock, length, state, modes, work, ro
         state: the state; holds the last good one at the end.
         modes: the branches in force; changed at events.
         work: a Workspace.
-        rows: shape (steps, states + 3): the state after each step, angles with all their turns,
-            the deck's acceleration, and the motor's torque.
+        events: ``events.event_functions()``; of no account where the system has none.
+        rows: shape (steps, ``row_width``): the state after each step, angles with all their turns,
+            what the carrier gives beyond it, and the motor's torque.
+        sample: shape (row_width,): a row of the state as it is, instead of any steps; or (0,).
 
     Returns:
         How many steps were taken; fewer than asked for if the state left its bounds.
     """
-    first, step, offset = clock
-    trial = work.trial
-    states = state_size(system, state)
-    enter(system, place, (first * step - start) + offset, state, modes, work)
-    for k in range(rows.shape[0]):
-        begin = ((first + k) * step - start) + offset
-        end = ((first + k + 1) * step - start) + offset if length == step else begin + length
-        known, A1, A2 = step_over_events(
-            system, weights, place, begin, length, end, state, modes, work
-        )
+    first, nominal, offset = clock
+    trial, steps = work.trial, rows.shape[0]
+    plant = Plant(system, place, modes, room_of(system, work))
+    owner = owner_of(plant, weights, work)
+    own = Calls(
+        take_context(owner),
+        at_evaluate(owner),
+        at_take_step(owner),
+        at_restitution(owner),
+        at_kick(owner),
+    )
+    calls = (
+        take_calls(own),
+        take_race(race_if_needed(plant)),
+        take_work(work_if_needed(plant, work)),
+    )
+    known = False
+    for k in range(steps + 1):
+        begin = ((first + k) * nominal - start) + offset
+        if k > 0 and length != nominal:
+            begin = ((first + k - 1) * nominal - start) + offset + length
+        # The slope at the end of a step is the first stage of the next.
+        if known:
+            look_back(plant, work)
+        else:
+            inlined_evaluate(plant, begin, state, work.slopes[0])
+            if sample.size == 0:
+                enter(plant, calls, work, events, begin, state)
+        if k > 0:
+            record(plant, begin, state, rows[k - 1])
+        elif sample.size > 0:
+            record(plant, begin, state, sample)
+        if k == steps:
+            break
+        end = ((first + k + 1) * nominal - start) + offset if length == nominal else begin + length
+        known = step_over_events(plant, weights, calls, work, events, begin, length, end, state)
         if not within_bounds(trial, work.bounds):
-            for j in range(states):
+            for j in range(state_size(system, state)):
                 rows[k, j] = trial[j]
             return k
-        for j in range(states):
+        for j in range(state_size(system, state)):
             state[j] = trial[j]
-        turned = take_out_turns(system, state, modes)
-        # The slope at the end of this step is the first stage of the next.
-        if known and not turned:
-            look_back(system, work)
-        else:
-            A1, A2 = enter(system, place, end, state, modes, work)
-        record(system, place, end, state, modes, A1, A2, rows[k])
-    return rows.shape[0]
+        known = not unwind(plant, state) and known
+    return steps
 
 
-@compiled
-def acceleration_at(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
-    """What an Observation needs beyond the state, at local ``time`` in the segment.
-
-    Returns:
-        The deck's acceleration [m/s^2] on the rotating axes, and the motor's torque [N m].
-    """
-    scratch = scratch_of(system, work)
-    A1, A2, _ = inlined_derivatives(system, place, time, state, modes, work.slopes[0], scratch)
-    spindle = spindle_motion(system, place, time, state, modes)
-    g1, g2 = gravity_on_rotating_axes(system, spindle)
-    return A1 + g1, A2 + g2, spindle.torque
+def row_width(states: int, outputs: int) -> int:
+    """Columns of a row: the states, what the carrier gives, the motor's torque [N m]."""
+    return states + outputs + 1
 
 
 @numba.njit(**INLINED)
-def _enter(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
-    scratch = scratch_of(system, work)
-    A1, A2, _ = inlined_derivatives(system, place, time, state, modes, work.slopes[0], scratch)
-    return A1, A2
+def _evaluate(owner, time, state, slope):  # type: ignore[no-untyped-def]
+    evaluate(owner[0], time, state, slope)
+    return 0
 
 
 @numba.njit(**INLINED)
-def _enter_with_events(system, place, time, state, modes, work):  # type: ignore[no-untyped-def]
-    A1, A2, al = inlined_derivatives(
-        system, place, time, state, modes, work.slopes[0], work.scratch
-    )
-    look(system, place, time, state, modes, A1, A2, al, work)
-    # Where the spindle's acceleration jumps, or events were too many to locate, what held so far
-    # may hold no more; elsewhere nothing may change, or a run would depend on how it is cut up.
-    if first_below(work.margin, work.margin, work.grain) >= 0:
-        # Variables, because numba would compile all of it once more for literals.
-        slot, plastic = np.int64(-1), work.counts[0] < 0
-        A1, A2 = settle(system, place, time, state, modes, slot, plastic, work)
-    return A1, A2
-
-
-enter = chosen_by(has_events, _enter_with_events, _enter)
-"""Slope, branches and margins at the beginning of steps; ``(system, place, time, state, modes,
-work)``. Returns the deck's specific force A1, A2 [m/s^2] there."""
+def _take_step(owner, begin, length, state):  # type: ignore[no-untyped-def]
+    step(owner[1], owner[0], begin, length, state, owner[2])
+    return 0
 
 
 @numba.njit(**INLINED)
-def _look(system, place, time, state, modes, A1, A2, al, work):  # type: ignore[no-untyped-def]
-    inlined_margins(
-        system, place, time, state, modes, A1, A2, al, work.scratch, work.margin, work.grain
-    )
+def _restitution(owner, approach):  # type: ignore[no-untyped-def]
+    return restitution(owner[0].system.effects, approach)
 
 
-look = chosen_by(
-    has_events, _look, lambda system, place, time, state, modes, A1, A2, al, work: None
+@numba.njit(**INLINED)
+def _kick(owner, state, jumps):  # type: ignore[no-untyped-def]
+    kick(owner[0].system.carrier, state, jumps, state)
+    return 0
+
+
+take_context = address_of()
+take_race, take_work, take_calls = address_of(RACE), address_of(WORK), address_of(CALLS)
+at_evaluate = callback(_evaluate, numba.int64, *EVALUATE)
+at_take_step = callback(_take_step, numba.int64, *TAKE_STEP)
+at_restitution = callback(_restitution, numba.float64, *RESTITUTION)
+at_kick = callback(_kick, numba.int64, *KICK)
+
+
+owner_of = chosen_by(
+    has_events, lambda plant, weights, work: (plant, weights, work), lambda plant, *_: None
 )
-"""Margins after ``derivatives``; ``(system, place, time, state, modes, A1, A2, al, work)``."""
+"""What a scene's own functions are given by events; None where there are none. ``(plant, weights,
+work)``."""
+race_if_needed = chosen_by(has_events, lambda plant: race_of(plant), lambda plant: None)
+"""The Race for events, or None; ``(plant)``."""
+work_if_needed = chosen_by(has_events, lambda plant, work: work, lambda plant, work: None)
+"""The Workspace for events, or None; ``(plant, work)``."""
 
 
 @numba.njit(**INLINED)
-def _look_back(system, work):  # type: ignore[no-untyped-def]
+def _enter(plant, calls, work, events, time, state):  # type: ignore[no-untyped-def]
+    call_settle(events[1], (calls[0], calls[1], calls[2], time, state))
+
+
+enter = chosen_by(
+    has_events, _enter, lambda plant, calls, work, events, time, state: None
+)
+"""Branches and margins at the beginning of steps, right after ``evaluate``; ``(plant, calls, work,
+events, time, state)``."""
+
+
+@numba.njit(**INLINED)
+def _step(plant, weights, calls, work, events, begin, length, end, state):  # type: ignore[no-untyped-def]
+    step(weights, plant, begin, length, state, work)
+    return False
+
+
+@numba.njit(**INLINED)
+def _step_with_events(plant, weights, calls, work, events, begin, length, end, state):  # type: ignore[no-untyped-def]
+    return call_step(events[0], (calls[0], calls[1], calls[2], begin, length, end, state))
+
+
+step_over_events = chosen_by(has_events, _step_with_events, _step)
+"""One step, cut at every event; ``(plant, weights, calls, work, events, begin, length, end,
+state)``, ``end`` being the time that the next step begins at.
+
+The result is in ``work.trial``. At events state and modes change. Returns whether the workspace
+knows slope, margins and accelerations there.
+"""
+
+
+@numba.njit(**INLINED)
+def _look_back(plant, work):  # type: ignore[no-untyped-def]
     slope = work.slopes[0]
     for j in range(slope.size):
         slope[j] = work.ahead[j]
     for slot in range(work.margin.size):
         work.margin[slot] = work.margin_ahead[slot]
+        work.rate[slot] = work.rate_ahead[slot]
+    for r in range(work.acceleration_ahead.size):
+        plant.room.acceleration[r] = work.acceleration_ahead[r]
 
 
-look_back = chosen_by(has_events, _look_back, lambda system, work: None)
-"""Take slope and margins over from the step's last trial; ``(system, work)``."""
+look_back = chosen_by(has_events, _look_back, lambda plant, work: None)
+"""Take over what is known of the step's end; ``(plant, work)``."""
 
 
 @numba.njit(**INLINED)
-def take_out_turns(system, state, modes):  # type: ignore[no-untyped-def]
+def unwind(plant, state):  # type: ignore[no-untyped-def]
     """Count whole turns of balls and spindle apart: an angle keeps its digits for ever.
 
     Returns:
-        Whether there were any.
+        Whether that, or what else may drift, has changed the state.
     """
-    n, turned = ball_count(system), False
+    system, changed = plant.system, straighten(plant.system.carrier, state)
+    n = ball_count(system)
     for i in range(n):
-        turned = unwind(state, 4 + i, modes, i) or turned
+        changed = take_out_turns(state, angle_at(system, i), plant.modes, i) or changed
     if has_motor(system.effects):
-        turned = unwind(state, 4 + 2 * n, modes, n) or turned
-    return turned
+        changed = take_out_turns(state, spindle_angle_at(system), plant.modes, n) or changed
+    return changed
 
 
 @numba.njit(**INLINED)
-def unwind(state, at, modes, i):  # type: ignore[no-untyped-def]
+def take_out_turns(state, at, modes, i):  # type: ignore[no-untyped-def]
     """Bring one angle back into -2 pi .. 2 pi; whether it was not there."""
     turned = False
     while abs(state[at]) > 2.0 * pi:
@@ -161,20 +227,16 @@ def unwind(state, at, modes, i):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**INLINED)
-def record(system, place, time, state, modes, A1, A2, row):  # type: ignore[no-untyped-def]
-    """One row of a run's samples."""
+def record(plant, time, state, row):  # type: ignore[no-untyped-def]
+    """One row of a run's samples, right after ``evaluate``."""
+    system = plant.system
     n, states = ball_count(system), state_size(system, state)
     for j in range(states):
         row[j] = state[j]
     for i in range(n):
-        row[4 + i] = state[4 + i] + 2.0 * pi * modes[i, TURNS]
+        row[angle_at(system, i)] += 2.0 * pi * plant.modes[i, TURNS]
     if has_motor(system.effects):
-        row[4 + 2 * n] += 2.0 * pi * modes[n, TURNS]
-    spindle = spindle_motion(system, place, time, state, modes)
-    row[states] = A1
-    row[states + 1] = A2
-    if has_gravity(system.effects):
-        g1, g2 = gravity_on_rotating_axes(system, spindle)
-        row[states] += g1
-        row[states + 1] += g2
-    row[states + 2] = spindle.torque
+        row[spindle_angle_at(system)] += 2.0 * pi * plant.modes[n, TURNS]
+    spindle = spindle_motion(plant, time, state)
+    output(system.carrier, plant, spindle, state, plant.room.acceleration, row[states:])
+    row[states + carrier_outputs(system.carrier)] = spindle.torque

@@ -8,37 +8,15 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
-from ab_sim.dynamics.dispatch import INLINED
-from ab_sim.dynamics.scratch import WIDTH
-from ab_sim.dynamics.system import System, ball_number
+from ab_sim.dynamics.dispatch import effect_class, part_of
+from ab_sim.dynamics.layout import states_in
+from ab_sim.dynamics.race.table import table_width
+from ab_sim.dynamics.system import Room, ball_number
 
 ALIGNMENT = 64
-
-
-def _sizes(system: Any) -> tuple[int, int] | None:
-    """Balls and states, where the types say how many."""
-    n = ball_number(system)
-    if n is None:
-        return None
-    ledger = system.types[system.fields.index("ledger")]
-    return n, 4 + 2 * n + 2 * len(ledger)
-
-
-def state_size(system: System, state: Any) -> int:
-    """Number of states, a constant where the kernel is compiled for a number of balls."""
-    return len(state)
-
-
-@overload(state_size, jit_options=INLINED, strict=False)
-def _state_size(system, state):  # type: ignore[no-untyped-def]
-    sizes = _sizes(system)
-    if sizes is None:
-        return lambda system, state: state.size
-    states = sizes[1]
-    return lambda system, state: states
 
 
 @intrinsic
@@ -47,50 +25,67 @@ def trial_of(typing_context, system, work):  # type: ignore[no-untyped-def]
 
     On the stack it lasts as long as the function that asks for it.
     """
-    sizes = _sizes(system)
-    return _array(system, work, "trial", None if sizes is None else (sizes[1],))
+    size, kind = states_in(system), part_of(work, "trial")
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        if size is None:
+            return builder.extract_value(arguments[1], work.fields.index("trial"))
+        return _on_stack(context, builder, kind, (size,))
+
+    return kind(system, work), generate
 
 
 @intrinsic
-def scratch_of(typing_context, system, work):  # type: ignore[no-untyped-def]
-    """Scratch of the right-hand side, shape (balls, WIDTH); as ``trial_of``."""
-    sizes = _sizes(system)
-    if sizes is None:
-        return _array(system, work, "scratch", None)
+def room_of(typing_context, system, work):  # type: ignore[no-untyped-def]
+    """The Room of the evaluation at hand; as ``trial_of``."""
+    owned, n = part_of(work, "room"), ball_number(system)
+    if n is None:
+
+        def owned_by_caller(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+            return builder.extract_value(arguments[1], work.fields.index("room"))
+
+        return owned(system, work), owned_by_caller
+
+    every = effect_class(part_of(system, "carrier")).UNKNOWNS + 1
     # By columns: what is known of neighbouring balls then lies side by side.
-    return _array(system, work, "scratch", (sizes[0], WIDTH), "F")
+    shapes = {
+        "table": ((n, table_width(every)), "F"),
+        "block": ((every, every + 1), "C"),
+        "reduced": ((every, every + 1), "C"),
+        "acceleration": ((every,), "C"),
+        "motor": ((3,), "C"),
+    }
+    kinds = [part_of(owned, name).copy(layout=shapes[name][1]) for name in Room._fields]
+    room = types.NamedTuple(kinds, Room)
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        arrays = [
+            _on_stack(context, builder, kind, shapes[name][0])
+            for name, kind in zip(Room._fields, kinds, strict=True)
+        ]
+        return context.make_tuple(builder, room, arrays)
+
+    return room(system, work), generate
 
 
-def _array(
-    system: Any, work: Any, field: str, shape: tuple[int, ...] | None, layout: str = "C"
-) -> Any:
-    place = work.fields.index(field)
-    kind = work.types[place].copy(layout=layout)
-
-    def owned_by_caller(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.extract_value(arguments[1], place)
-
-    def on_stack(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        assert shape is not None
-        number, whole = context.get_value_type(kind.dtype), context.get_value_type(types.intp)
-        item = context.get_abi_sizeof(number)
-        strides, size = [], 1
-        for length in reversed(shape) if layout == "C" else shape:
-            strides.append(size)
-            size *= length
-        if layout == "C":
-            strides.reverse()
-        room = cgutils.alloca_once(builder, ir.ArrayType(number, max(1, size)))
-        room.align = ALIGNMENT
-        array = make_array(kind)(context, builder)
-        populate_array(
-            array,
-            data=builder.bitcast(room, number.as_pointer()),
-            shape=[whole(length) for length in shape],
-            strides=[whole(item * stride) for stride in strides],
-            itemsize=whole(item),
-            meminfo=None,
-        )
-        return array._getvalue()
-
-    return kind(system, work), owned_by_caller if shape is None else on_stack
+def _on_stack(context: Any, builder: Any, kind: Any, shape: tuple[int, ...]) -> Any:
+    number, whole = context.get_value_type(kind.dtype), context.get_value_type(types.intp)
+    item = context.get_abi_sizeof(number)
+    strides, size = [], 1
+    for length in reversed(shape) if kind.layout == "C" else shape:
+        strides.append(size)
+        size *= length
+    if kind.layout == "C":
+        strides.reverse()
+    room = cgutils.alloca_once(builder, ir.ArrayType(number, max(1, size)))
+    room.align = ALIGNMENT
+    array = make_array(kind)(context, builder)
+    populate_array(
+        array,
+        data=builder.bitcast(room, number.as_pointer()),
+        shape=[whole(length) for length in shape],
+        strides=[whole(item * stride) for stride in strides],
+        itemsize=whole(item),
+        meminfo=None,
+    )
+    return array._getvalue()

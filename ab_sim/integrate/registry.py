@@ -1,28 +1,115 @@
-"""The steppers that a scene can name."""
+"""The steppers that a scene can name: every file in ``steppers/`` that registers one."""
 
-from ab_sim.errors import SceneError, nearest
-from ab_sim.integrate.rk4 import RK4
-from ab_sim.integrate.rk8 import RK8
-from ab_sim.integrate.sweeps import SWEEPS, Sweeps
-from ab_sim.integrate.tableau import Tableau
-from ab_sim.integrate.tsit5 import TSIT5
+import functools
+import pkgutil
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any, NamedTuple
 
-Stepper = Tableau | Sweeps
+from ab_sim.errors import SceneError, exact, nearest
+from ab_sim.integrate.stepper import Stepper
 
-STEPPERS: dict[str, Stepper] = {stepper.name: stepper for stepper in (RK4, TSIT5, RK8, SWEEPS)}
 AUTO = "auto"
 """What a scene names to leave the choice open."""
+_FOLDER = "ab_sim.integrate.steppers"
 
 
-def stepper_named(name: str) -> Stepper:
-    """The stepper of that name.
+class Parameter(NamedTuple):
+    """A number that a scene may give a stepper."""
+
+    meaning: str
+    default: float
+    lowest: float
+    highest: float
+
+
+class _Family(NamedTuple):
+    make: Callable[..., Stepper]
+    parameters: Mapping[str, Parameter]
+
+
+_families: dict[str, _Family] = {}
+
+
+def register(stepper: Stepper) -> Stepper:
+    """Make a stepper known under its name; returns it."""
+    register_family(stepper.name, {})(lambda: stepper)
+    return stepper
+
+
+def register_family(
+    name: str, parameters: Mapping[str, Parameter]
+) -> Callable[[Callable[..., Stepper]], Callable[..., Stepper]]:
+    """Decorator: make a function known that makes steppers of this name from parameters.
 
     Raises:
-        SceneError: unknown; names the known ones and the nearest.
+        ValueError: the name is taken.
     """
-    if name in STEPPERS:
-        return STEPPERS[name]
+
+    def add(make: Callable[..., Stepper]) -> Callable[..., Stepper]:
+        if name in _families or name == AUTO:
+            raise ValueError(f"stepper {name!r} is registered twice")
+        _families[name] = _Family(functools.cache(make), parameters)
+        return make
+
+    return add
+
+
+def steppers() -> dict[str, Stepper]:
+    """Every stepper by name, with its parameters' defaults."""
+    return {name: stepper_named(name) for name in _known()}
+
+
+def parameters_of(name: str) -> Mapping[str, Parameter]:
+    """What a scene may tell the stepper of that name.
+
+    Raises:
+        SceneError: see ``stepper_named``.
+    """
+    return _family(name).parameters
+
+
+def stepper_named(name: str, parameters: Mapping[str, Any] | None = None) -> Stepper:
+    """The stepper of that name; the same object for the same parameters.
+
+    Args:
+        name: what scenes call it.
+        parameters: by name; what is left out has its default.
+
+    Raises:
+        SceneError: unknown; names the known ones and the nearest. Or it has no such parameter, or
+            not with such a value.
+    """
+    family, given = _family(name), dict(parameters or {})
+    for key, value in given.items():
+        if key not in family.parameters:
+            takes = ", ".join(family.parameters) or "none"
+            raise SceneError(
+                f"solver.parameters.{key}: {name} has no such parameter"
+                f"{nearest(key, [*family.parameters])}; it takes: {takes}"
+            )
+        meaning, _, lowest, highest = family.parameters[key]
+        if not lowest <= value <= highest:
+            raise SceneError(
+                f"solver.parameters.{key} = {exact(value)}: must be within {exact(lowest)} to "
+                f"{exact(highest)}; {meaning}"
+            )
+    defaults = {key: parameter.default for key, parameter in family.parameters.items()}
+    return family.make(**(defaults | {key: float(value) for key, value in given.items()}))
+
+
+def _family(name: str) -> _Family:
+    known = _known()
+    if name in known:
+        return known[name]
     raise SceneError(
-        f"solver.stepper = {name!r}: no such stepper{nearest(name, [*STEPPERS, AUTO])}; known are: "
-        + ", ".join([*STEPPERS, AUTO])
+        f"solver.stepper = {name!r}: no such stepper{nearest(name, [*known, AUTO])}; known are: "
+        + ", ".join([*known, AUTO])
     )
+
+
+def _known() -> dict[str, _Family]:
+    folder = import_module(_FOLDER)
+    for found in pkgutil.iter_modules(folder.__path__):
+        import_module(f"{_FOLDER}.{found.name}")
+    return _families

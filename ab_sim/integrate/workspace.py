@@ -3,17 +3,19 @@
 import math
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from ab_sim.dynamics.drag_response import table_rows
-from ab_sim.dynamics.pools import POOL_WIDTH
-from ab_sim.dynamics.scratch import WIDTH
-from ab_sim.dynamics.switches import slots
-from ab_sim.dynamics.system import System
+from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.race.margins import slots
+from ab_sim.dynamics.race.pools import POOL_WIDTH
+from ab_sim.dynamics.race.table import table_width
+from ab_sim.dynamics.system import Room, System, carrier_unknowns
 
 
 class Workspace(NamedTuple):
-    """What one step writes to."""
+    """What one step writes to; K accelerations."""
 
     slopes: np.ndarray
     """The stepper's stages, shape (rows, states); row 0 is the slope at the step's start."""
@@ -21,46 +23,87 @@ class Workspace(NamedTuple):
     """The state at the step's end, shape (states,)."""
     ahead: np.ndarray
     """The slope there, shape (states,)."""
-    scratch: np.ndarray
-    """Shape (balls, WIDTH), and for a stepper with nodes as much again for each of them, and the
-    tables of drag_response."""
+    acceleration_ahead: np.ndarray
+    """The accelerations there, shape (K,)."""
+    room: Room
+    """Of the evaluation at hand. For a stepper with nodes the table has as many lines more for each
+    of them, and for the tables of drag_response."""
+    memory: np.ndarray
+    """What a stepper carries from one step to the next, shape (rows, states)."""
     bounds: np.ndarray
     """Magnitudes that no sound run reaches, shape (states,)."""
     margin: np.ndarray
     """Margins at the step's start, shape (slots,)."""
     margin_ahead: np.ndarray
     """Margins at its end, shape (slots,)."""
-    grain: np.ndarray
+    rate: np.ndarray
+    """Rates of the margins at the step's start that are speeds or distances, shape (slots,)."""
+    rate_ahead: np.ndarray
+    """The same at its end, shape (slots,)."""
+    rounding: np.ndarray
     """What of a margin may be rounding, shape (slots,)."""
     pools: np.ndarray
-    """Balls that touch, at an instant, shape (balls, POOL_WIDTH); see dynamics/pools.py."""
+    """Balls that touch, at an instant, shape (balls, POOL_WIDTH); see dynamics/race/pools.py."""
     near: np.ndarray
     """A state and its slope shortly after another, shape (2, states)."""
-    rates: np.ndarray
-    """Rates of the margins at the step's start and end, and margins shortly after with what may be
-    rounding, shape (4, slots)."""
+    near_margin: np.ndarray
+    """Margins, rounding and rates there, shape (3, slots)."""
+    force_rate: np.ndarray
+    """Rates of the margins that are forces, at the step's start and end, shape (2, slots)."""
+    between: np.ndarray
+    """Accelerations between those of two rounds of settling, shape (K,)."""
     counts: np.ndarray
     """Events met; steps with events too many to locate, and instants at which no branches were
     found for all laws. Shape (2,)."""
 
 
-def workspace(system: System, slopes: int, nodes: int, bounds: np.ndarray) -> Workspace:
-    """A workspace for a system and a stepper that keeps ``slopes``, and balls at ``nodes``."""
-    balls, states, margins = system.balls.shape[0], bounds.size, slots(system)
+def workspace(
+    system: System, slopes: int, nodes: int, memory: int, bounds: np.ndarray
+) -> Workspace:
+    """A workspace.
+
+    Args:
+        system: what moves.
+        slopes: how many the stepper keeps within a step.
+        nodes: sets of balls that it keeps beside the one at hand.
+        memory: how many rows of numbers it carries from one step to the next.
+        bounds: magnitudes that no sound run reaches, shape (states,).
+    """
+    balls, states = system.balls.shape[0], layout_of(system).size
+    margins, accelerations = slots(balls), carrier_unknowns(system.carrier) + 1
     return Workspace(
-        aligned((slopes, states)),
-        aligned((states,)),
-        aligned((states,)),
-        aligned(((1 + nodes) * balls + table_rows(balls, nodes), WIDTH)),
-        bounds,
-        aligned((margins,)),
-        aligned((margins,)),
-        aligned((margins,)),
-        aligned((balls, POOL_WIDTH)),
-        aligned((2, states)),
-        aligned((4, margins)),
-        np.zeros(2, np.int64),
+        slopes=aligned((slopes, states)),
+        trial=aligned((states,)),
+        ahead=aligned((states,)),
+        acceleration_ahead=aligned((accelerations,)),
+        room=room(accelerations, (1 + nodes) * balls + table_rows(balls, nodes, accelerations)),
+        memory=aligned((memory, states)),
+        bounds=bounds,
+        margin=aligned((margins,)),
+        margin_ahead=aligned((margins,)),
+        rate=aligned((margins,)),
+        rate_ahead=aligned((margins,)),
+        rounding=aligned((margins,)),
+        pools=aligned((balls, POOL_WIDTH)),
+        near=aligned((2, states)),
+        near_margin=aligned((3, margins)),
+        force_rate=aligned((2, margins)),
+        between=aligned((accelerations,)),
+        counts=np.zeros(2, np.int64),
     )
+
+
+def room(accelerations: int, lines: int, *side_by_side: int) -> Room:
+    """Room for evaluations, for as many runs side by side as is said.
+
+    Args:
+        accelerations: K.
+        lines: of the table, one for each ball.
+        side_by_side: lengths of further axes.
+    """
+    block = (accelerations, accelerations + 1)
+    shapes = (lines, table_width(accelerations)), block, block, (accelerations,), (3,)
+    return Room(*(aligned((*shape, *side_by_side)) for shape in shapes))
 
 
 def aligned(shape: tuple[int, ...]) -> np.ndarray:
@@ -69,3 +112,16 @@ def aligned(shape: tuple[int, ...]) -> np.ndarray:
     raw = np.zeros(size + 64, np.uint8)
     first = -raw.ctypes.data % 64
     return raw[first : first + size].view(np.float64).reshape(shape)
+
+
+def workspace_kind() -> object:
+    """Numba's type of a Workspace, which is the same for all."""
+    empty = np.zeros(0)
+    flat, table = empty, np.zeros((0, 0))
+    kinds = {
+        name: table
+        for name in ("slopes", "memory", "pools", "near", "near_margin", "force_rate")
+    }
+    values = {name: kinds.get(name, flat) for name in Workspace._fields}
+    values |= {"room": Room(table, table, table, flat, flat), "counts": np.zeros(0, np.int64)}
+    return numba.typeof(Workspace(**values))

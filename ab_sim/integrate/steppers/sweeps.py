@@ -15,17 +15,20 @@ and 2 at drag rates times step of 10 to 100.
 The linear equations for f_I are one elimination of the balls, O(n): see drag_response.py.
 """
 
-from typing import NamedTuple
+import functools
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 from numpy.polynomial import legendre
 
-from ab_sim.dynamics.balls import place_balls
 from ab_sim.dynamics.dispatch import APART
-from ab_sim.dynamics.drag_response import drag_response, drag_responses
-from ab_sim.dynamics.planar import derivatives
-from ab_sim.dynamics.system import ball_count
+from ab_sim.dynamics.drag_response import drag_response, drag_responses, equations_at_node
+from ab_sim.dynamics.slope import equations, evaluate
+from ab_sim.dynamics.spindle_motion import spindle_motion
+from ab_sim.dynamics.system import Plant, ball_count
+from ab_sim.integrate.registry import register
+from ab_sim.integrate.stepper import Stepper
 
 DRAG_GRID = -np.concatenate([[0.0], np.logspace(-2, 6, 25)])
 """Drag rates times step for which growth is looked at."""
@@ -43,44 +46,25 @@ class SweepWeights(NamedTuple):
     carry: np.ndarray
     """Q times the interpolation from 0 and the nodes of the sweep before, shape (K, M, M + 1)."""
 
+    def step(self, plant: Any, begin: float, length: float, state: Any, work: Any) -> None:
+        """See ``Stepper.weights``."""
+        sweep_step(self, plant, begin, length, state, work)
 
-class Sweeps(NamedTuple):
-    """A named collocation method for stiff drag, with the order it is declared to have."""
 
-    name: str
-    order: int
-    source: str
-    weights: SweepWeights
+def growth_of(weights: SweepWeights, z: complex) -> complex:
+    """What one step makes of y' = lambda_E y at z = step times lambda_E.
 
-    @property
-    def stages(self) -> int:
-        """Evaluations of the right-hand side per step."""
-        return int(self.weights.sizes[:-1].sum()) + 1
-
-    @property
-    def slopes(self) -> int:
-        """Slopes that a step keeps: rows of the workspace."""
-        return 2 + 4 * self.nodes
-
-    @property
-    def nodes(self) -> int:
-        """Most nodes that a sweep has."""
-        return int(self.weights.sizes.max())
-
-    def growth(self, z: complex) -> complex:
-        """What one step makes of y' = lambda_E y at z = step times lambda_E.
-
-        The largest of what it makes of it with any amount of drag beside it, up to the growth of
-        modulus; of the drag itself any amount is stable.
-        """
-        y = np.ones((DRAG_GRID.size, 1), dtype=complex)
-        for k, m in enumerate(self.weights.sizes):
-            q, carry = self.weights.integrate[k, :m, :m], self.weights.carry[k, :m, : y.shape[1]]
-            right = 1.0 + z * (y @ carry.T)
-            matrix = np.eye(m) - DRAG_GRID[:, None, None] * q
-            nodes = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
-            y = np.concatenate([np.ones((DRAG_GRID.size, 1)), nodes], axis=1)
-        return complex(max(y[:, -1], key=abs))
+    The largest of what it makes of it with any amount of drag beside it, up to the growth of
+    modulus; of the drag itself any amount is stable.
+    """
+    y = np.ones((DRAG_GRID.size, 1), dtype=complex)
+    for k, m in enumerate(weights.sizes):
+        q, carry = weights.integrate[k, :m, :m], weights.carry[k, :m, : y.shape[1]]
+        right = 1.0 + z * (y @ carry.T)
+        matrix = np.eye(m) - DRAG_GRID[:, None, None] * q
+        nodes = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+        y = np.concatenate([np.ones((DRAG_GRID.size, 1)), nodes], axis=1)
+    return complex(max(y[:, -1], key=abs))
 
 
 def radau_right(m: int) -> np.ndarray:
@@ -106,7 +90,7 @@ def integration(nodes: np.ndarray) -> np.ndarray:
     return np.array([c / 2.0 * (w @ lagrange(nodes, c * (x + 1.0) / 2.0)) for c in nodes])
 
 
-def sweeps_on(name: str, order: int, sizes: tuple[int, ...]) -> Sweeps:
+def sweeps_on(name: str, order: int, sizes: tuple[int, ...]) -> Stepper:
     """The method whose sweeps have these numbers of nodes."""
     k, m = len(sizes), max(sizes)
     nodes, integrate = np.zeros((k, m)), np.zeros((k, m, m))
@@ -122,22 +106,34 @@ def sweeps_on(name: str, order: int, sizes: tuple[int, ...]) -> Sweeps:
         "Minion (2003), Commun. Math. Sci. 1, 471-500, the drag solved for on all nodes at once"
     )
     weights = SweepWeights(np.array(sizes, np.int64), nodes, integrate, carry)
-    return Sweeps(name, order, source, weights)
+    return Stepper(
+        name,
+        order,
+        source,
+        weights,
+        evaluations=sum(sizes[:-1]) + 1,
+        growth=functools.partial(growth_of, weights),
+        slopes=2 + 4 * m,
+        nodes=m,
+        solves_drag=True,
+    )
 
 
-SWEEPS = sweeps_on("sweeps", 7, (1, 2, 3, 4, 4, 4, 4))
+SWEEPS = register(sweeps_on("sweeps", 7, (1, 2, 3, 4, 4, 4, 4)))
 
 
 @numba.njit(**APART)
-def sweep_step(weights, system, place, begin, length, state, modes, work):  # type: ignore[no-untyped-def]
-    """One step of the method; see ``one_step``."""
-    slopes, trial, scratch = work.slopes, work.trial, work.scratch
+def sweep_step(weights, plant, begin, length, state, work):  # type: ignore[no-untyped-def]
+    """One step of the method; see ``Stepper.weights``."""
+    slopes, trial, system = work.slopes, work.trial, plant.system
+    # The caller's room: nodes have theirs behind it.
+    own = Plant(system, plant.place, plant.modes, work.room)
     n, states, most = ball_count(system), state.size, weights.nodes.shape[1]
     # Rows of slopes: f(y0); f_E at 0 and the nodes; at the nodes Y, f_I, and Y without f_I.
     known, at_node = 1, 2 + most
     response, bare = at_node + most, at_node + 2 * most
-    place_balls(system, state, scratch)
-    drag_response(system, state, modes, slopes[response], scratch)
+    equations(own, spindle_motion(own, begin, state), state)
+    drag_response(own, state, slopes[response])
     for j in range(states):
         slopes[known, j] = slopes[0, j] - slopes[response, j]
     before = 1
@@ -149,16 +145,14 @@ def sweep_step(weights, system, place, begin, length, state, modes, work):  # ty
                 for i in range(before):
                     total += weights.carry[k, m, i] * slopes[known + i, j]
                 slopes[bare + m, j] = state[j] + length * total
-            place_balls(system, slopes[bare + m], scratch[(1 + m) * n : (2 + m) * n])
+            equations_at_node(own, m, begin + weights.nodes[k, m] * length, slopes[bare + m])
         drag_responses(
-            system,
-            modes,
+            own,
             length,
             weights.integrate[k, :size, :size],
             slopes[bare : bare + size],
             slopes[response : response + size],
-            scratch[n : (1 + most) * n],
-            scratch[(1 + most) * n :],
+            work.room.table[(1 + most) * n :],
         )
         for m in range(size):
             for j in range(states):
@@ -170,9 +164,7 @@ def sweep_step(weights, system, place, begin, length, state, modes, work):  # ty
             break
         for m in range(size):
             time = begin + weights.nodes[k, m] * length
-            derivatives(
-                system, place, time, slopes[at_node + m], modes, slopes[known + 1 + m], scratch
-            )
+            evaluate(own, time, slopes[at_node + m], slopes[known + 1 + m])
             for j in range(states):
                 slopes[known + 1 + m, j] -= slopes[response + m, j]
         before = size + 1

@@ -10,17 +10,20 @@ isotonic regression. Pooling neighbours that violate the order solves it exactly
 Chakravarti and Ubhaya (2000), SIAM J. Optim. 10). A pool moves as one ball.
 """
 
-import numba
+from typing import Any
 
-from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
-from ab_sim.dynamics.rows import first_open
-from ab_sim.dynamics.scratch import INERTIA
-from ab_sim.dynamics.system import JOINED, ball_at, ball_count, has_contact
+from numba.extending import register_jitable
+
+from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.race.elimination import first_open
+from ab_sim.dynamics.race.race import Race, ball_at
+from ab_sim.dynamics.race.table import INERTIA
+from ab_sim.dynamics.system import JOINED
 
 PULL, HOLD = 0, 1
 """Of each ball: p_i [N], or an impulse [N s]; F_i [N], negative for a ball that does not rest. The
 balls of a row all rest or all move."""
-GRAIN = 2
+COARSE = 2
 """Of each ball: what of its PULL may be rounding."""
 LEVEL = 3
 """Of each ball: the solution g_i."""
@@ -32,23 +35,23 @@ HOP = 6
 """Of each contact: where its balls would part no faster than this they stay together."""
 FIRST = 7
 """Of a pool: how far along the row it begins. The same balls' sums and the common g follow."""
-POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_GRAIN, POOL_LEVEL = 8, 9, 10, 11, 12
+POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_COARSE, POOL_LEVEL = 8, 9, 10, 11, 12
 POOL_WIDTH = 13
 """Columns of the array of pools: one line for each ball, contact or pool."""
 
 
-@numba.njit(**INLINED)
-def level(inertia, pull, hold, grain):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def level(inertia: float, pull: float, hold: float, coarse: float) -> float:
     """g of balls that move as one: what friction at rest leaves of the pull, over the inertia."""
     if hold < 0.0:
         return pull / inertia
-    if abs(pull) <= hold + grain:
+    if abs(pull) <= hold + coarse:
         return 0.0
     return (pull - hold if pull > 0.0 else pull + hold) / inertia
 
 
-@numba.njit(**INLINED)
-def together(pools, before, hop, grain):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def together(pools: Any, before: int, hop: float, coarse: float) -> bool:
     """Whether pool ``before`` and the next one push each other, or would but for rounding."""
     here = before + 1
     parts = pools[here, POOL_LEVEL] - pools[before, POOL_LEVEL]
@@ -58,65 +61,59 @@ def together(pools, before, hop, grain):  # type: ignore[no-untyped-def]
     if rests and pools[here, POOL_LEVEL] * pools[before, POOL_LEVEL] <= 0.0:
         return False
     a, b = pools[before, POOL_INERTIA], pools[here, POOL_INERTIA]
-    return parts * a * b / (a + b) <= grain
+    return parts * a * b / (a + b) <= coarse
 
 
-@numba.njit(**APART)
-def _pool(system, modes, scratch, pools):  # type: ignore[no-untyped-def]
-    n = system.contacts.shape[0]
-    begin = first_open(system, pools, CLOSED)
+@register_jitable(**APART)
+def pool(race: Race, pools: Any) -> bool:
+    """Fill in LEVEL, and join the balls of each pool.
+
+    PULL, HOLD, COARSE, CLOSED and HOP say what holds at the instant. Returns whether a contact that
+    was joined is not any more, or vice versa.
+    """
+    n, table, modes = race.count, race.room.table, race.modes
+    if not race.meets:
+        for i in range(n):
+            pools[i, LEVEL] = level(
+                table[i, INERTIA], pools[i, PULL], pools[i, HOLD], pools[i, COARSE]
+            )
+        return False
+    begin = first_open(race, pools, CLOSED)
     top = -1
     for step in range(n):
-        i = ball_at(system, (begin + step) % n)
+        i = ball_at(race, (begin + step) % n)
         top += 1
         pools[top, FIRST] = step
-        pools[top, POOL_INERTIA] = scratch[i, INERTIA]
+        pools[top, POOL_INERTIA] = table[i, INERTIA]
         pools[top, POOL_PULL] = pools[i, PULL]
         pools[top, POOL_HOLD] = pools[i, HOLD]
-        pools[top, POOL_GRAIN] = pools[i, GRAIN]
+        pools[top, POOL_COARSE] = pools[i, COARSE]
         pools[top, POOL_LEVEL] = level(
-            scratch[i, INERTIA], pools[i, PULL], pools[i, HOLD], pools[i, GRAIN]
+            table[i, INERTIA], pools[i, PULL], pools[i, HOLD], pools[i, COARSE]
         )
         while top > 0:
             k = (begin + int(pools[top, FIRST]) - 1) % n
             if pools[k, CLOSED] == 0.0:
                 break
-            grain = pools[ball_at(system, k), GRAIN] + pools[ball_at(system, (k + 1) % n), GRAIN]
-            if not together(pools, top - 1, pools[k, HOP], grain):
+            coarse = pools[ball_at(race, k), COARSE] + pools[ball_at(race, (k + 1) % n), COARSE]
+            if not together(pools, top - 1, pools[k, HOP], coarse):
                 break
             top -= 1
-            for column in (POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_GRAIN):
+            for column in (POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_COARSE):
                 pools[top, column] += pools[top + 1, column]
             pools[top, POOL_LEVEL] = level(
                 pools[top, POOL_INERTIA],
                 pools[top, POOL_PULL],
                 pools[top, POOL_HOLD],
-                pools[top, POOL_GRAIN],
+                pools[top, POOL_COARSE],
             )
     changed = False
     for p in range(top + 1):
         end = n if p == top else int(pools[p + 1, FIRST])
         for step in range(int(pools[p, FIRST]), end):
             k = (begin + step) % n
-            pools[ball_at(system, k), LEVEL] = pools[p, POOL_LEVEL]
+            pools[ball_at(race, k), LEVEL] = pools[p, POOL_LEVEL]
             joined = 1 if step < end - 1 else 0
             changed = changed or modes[k, JOINED] != joined
             modes[k, JOINED] = joined
     return changed
-
-
-@numba.njit(**APART)
-def _each_alone(system, modes, scratch, pools):  # type: ignore[no-untyped-def]
-    for i in range(ball_count(system)):
-        pools[i, LEVEL] = level(
-            scratch[i, INERTIA], pools[i, PULL], pools[i, HOLD], pools[i, GRAIN]
-        )
-    return False
-
-
-pool = chosen_by(has_contact, _pool, _each_alone)
-"""Fill in LEVEL, and join the balls of each pool; ``(system, modes, scratch, pools)``.
-
-PULL, HOLD, GRAIN, CLOSED and HOP say what holds at the instant. Returns whether a contact that was
-joined is not any more, or vice versa.
-"""

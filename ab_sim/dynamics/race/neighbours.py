@@ -88,6 +88,14 @@ def check_row(scene: "Scene") -> None:
             )
 
 
+def start_gaps(scene: "Scene", contacts: int) -> list[float]:
+    """How far apart the balls at the first so many contacts start, beyond touching [m]."""
+    return [
+        apart - scene.race.radius * _apart(scene, i, j)
+        for i, j, apart in _neighbours(scene)[:contacts]
+    ]
+
+
 def reduced(angle: float) -> tuple[float, float]:
     """An angle as (angle within -pi .. pi, whole turns).
 

@@ -1,0 +1,37 @@
+"""What carries the balls: deck, rotor and unbalance, as they move on their suspension.
+
+A carrier is a NamedTuple of constants, one file each. It turns forces at points into its own
+generalised forces, and supplies its block of the arrowhead; balls, friction and impacts know
+nothing of it. It has
+
+    STATES, UNKNOWNS
+        how many states of its own it has, and accelerations that are solved for
+    STATE_NAMES
+        of its states, for messages
+    OUTPUTS
+        how many numbers it gives for each sample beyond the state
+    NEEDS_ANGLE
+        whether its equations contain the spindle's angle whatever the effects are
+    DECK_FORCES
+        the methods by which effects act on its deck, see ``effects``
+
+and the methods, compiled into kernels, of a Plant, the Spindle's motion and the state:
+
+    begin(self, plant, spindle, state) -> frame
+        its own equations into ``room.block``, with the balls' masses where they move with it;
+        ``frame`` is whatever the other methods need once more
+    bear(self, plant, spindle, frame, c, s, i, state) -> N
+        a ball at outward normal (c, s) on the rotor's axes: COS, SIN, LOAD, REACH and PRESS in the
+        table, its mass and forces into the block; returns the force along the race [N]
+    move(self, plant, spindle, frame, state, slope)
+        the rates of change of its states, once the accelerations are known
+    output(self, plant, spindle, state, acceleration, row)
+        its numbers of a sample
+    dissipate(self, plant, spindle, state) -> W
+        what its suspension dissipates
+    kick(self, state, jumps, velocities)
+        add jumps of velocity, in the order of the accelerations, to what has the velocities where
+        the state has them
+    straighten(self, state) -> bool
+        take out what has drifted and means nothing; whether there was anything
+"""

@@ -1,0 +1,209 @@
+"""Elimination of the balls: one by one, or as rows of balls in contact.
+
+Along the race the pushes between the balls of a row cancel out of the sum of their equations, and
+all have one path acceleration; so a row is eliminated as if it were one ball. What is left are the
+equations of what carries the balls, K or K - 1 of them: O(n), the arrowhead of EQUATIONS.md.
+"""
+
+from typing import Any
+
+from numba.extending import register_jitable
+
+from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.numbers.multiply_add import multiply_add
+from ab_sim.dynamics.race.race import Race, ball_at
+from ab_sim.dynamics.race.table import (
+    FREE,
+    FRICTION,
+    INERTIA,
+    LEADER,
+    LOAD,
+    PATH_ACCELERATION,
+    PULL,
+    REACH,
+    TOTAL,
+)
+from ab_sim.dynamics.system import DIRECTION, JOINED, MOBILITY
+
+
+@register_jitable(**INLINED)
+def sticks(race: Race, i: int) -> bool:
+    """Whether ball i is held on the race, by friction or between others."""
+    return race.rubs and race.modes[i, DIRECTION] == 0
+
+
+@register_jitable(**INLINED)
+def pull_on(race: Race, i: int) -> Any:
+    """Force along the race on ball i but for the accelerations that are solved for [N]."""
+    table = race.room.table
+    pull = table[i, PULL]
+    if race.rubs:
+        pull -= table[i, FRICTION] * table[i, LOAD]
+    if not race.driven:
+        spindle = race.all - 1
+        pull += row_at(race, i, spindle) * race.room.acceleration[spindle]
+    return pull
+
+
+@register_jitable(**INLINED)
+def row_at(race: Race, i: int, r: int) -> Any:
+    """What acceleration r does to ball i along the race, its normal force's friction included."""
+    table = race.room.table
+    row = table[i, REACH + r]
+    if race.rubs:
+        row -= table[i, FRICTION] * table[i, REACH + race.all + r]
+    return row
+
+
+@register_jitable(**INLINED)
+def eliminate_ball(race: Race, i: int) -> None:
+    """Solve the equation of a ball that no other touches for its path acceleration."""
+    table, gain = race.room.table, REACH + 2 * race.all
+    if sticks(race, i):
+        table[i, FREE] = 0.0
+        for r in range(race.free):
+            table[i, gain + r] = 0.0
+    else:
+        mobility = race.balls[i, MOBILITY]
+        table[i, FREE] = pull_on(race, i) * mobility
+        for r in range(race.free):
+            table[i, gain + r] = row_at(race, i, r) * mobility
+
+
+@register_jitable(**INLINED)
+def lead(race: Race) -> None:
+    """Fill in LEADER."""
+    table, n = race.room.table, race.count
+    if not race.meets:
+        for i in range(n):
+            table[i, LEADER] = -1 if sticks(race, i) else i
+        return
+    begin = row_start(race)
+    leader = -1
+    for place in range(n):
+        k = (begin + place) % n
+        i = ball_at(race, k)
+        behind = (k - 1) % n
+        if sticks(race, i):
+            leader = -1
+        elif place == 0 or not moves_along(race, behind):
+            leader = i
+        table[i, LEADER] = leader
+
+
+@register_jitable(**INLINED)
+def eliminate_rows(race: Race) -> None:
+    """Solve each row's equation for its path acceleration."""
+    table, n, gain = race.room.table, race.count, REACH + 2 * race.all
+    lead(race)
+    for i in range(n):
+        table[i, TOTAL] = 0.0
+        table[i, FREE] = 0.0
+        for r in range(race.free):
+            table[i, gain + r] = 0.0
+    for i in range(n):
+        at = int(table[i, LEADER])
+        if at >= 0:
+            table[at, TOTAL] += table[i, INERTIA]
+            table[at, FREE] += pull_on(race, i)
+            for r in range(race.free):
+                table[at, gain + r] += row_at(race, i, r)
+    for i in range(n):
+        if int(table[i, LEADER]) == i:
+            mobility = 1.0 / table[i, TOTAL]
+            table[i, FREE] *= mobility
+            for r in range(race.free):
+                table[i, gain + r] *= mobility
+    for i in range(n):
+        at = int(table[i, LEADER])
+        if at >= 0 and at != i:
+            table[i, FREE] = table[at, FREE]
+            for r in range(race.free):
+                table[i, gain + r] = table[at, gain + r]
+
+
+@register_jitable(**INLINED)
+def eliminate(race: Race) -> None:
+    """Solve each ball's or row's equation for its path acceleration."""
+    if race.meets:
+        eliminate_rows(race)
+    else:
+        for i in range(race.count):
+            eliminate_ball(race, i)
+
+
+@register_jitable(**INLINED)
+def solve(race: Race) -> None:
+    """The accelerations of what carries the balls, once these are eliminated, and g of each."""
+    table, reduced, x = race.room.table, race.room.reduced, race.room.acceleration
+    free, every, gain = race.free, race.all, REACH + 2 * race.all
+    for r in range(free):
+        for q in range(free):
+            reduced[r, q] = race.room.block[r, q]
+        reduced[r, every] = race.room.block[r, every]
+    for i in range(race.count):
+        for r in range(free):
+            reach = table[i, REACH + r]
+            # Symmetric but for friction: the rest is filled in below.
+            for q in range(0 if race.rubs else r, free):
+                reduced[r, q] = multiply_add(-reach, table[i, gain + q], reduced[r, q])
+            reduced[r, every] = multiply_add(reach, table[i, FREE], reduced[r, every])
+    if not race.rubs:
+        for r in range(free):
+            for q in range(r):
+                reduced[r, q] = reduced[q, r]
+    # From the last one up, until two are left; masses and inertias need no pivoting.
+    for p in range(free - 1, 1, -1):
+        pivot = 1.0 / reduced[p, p]
+        for r in range(p):
+            factor = reduced[r, p] * pivot
+            for q in range(p):
+                reduced[r, q] = multiply_add(-factor, reduced[p, q], reduced[r, q])
+            reduced[r, every] = multiply_add(-factor, reduced[p, every], reduced[r, every])
+    d11, d12, d21, d22 = reduced[0, 0], reduced[0, 1], reduced[1, 0], reduced[1, 1]
+    f1, f2 = reduced[0, every], reduced[1, every]
+    inverse = 1.0 / (d11 * d22 - d12 * d21)
+    x[0] = (f1 * d22 - f2 * d12) * inverse
+    x[1] = (f2 * d11 - f1 * d21) * inverse
+    for p in range(2, free):
+        rest = reduced[p, every]
+        for q in range(p):
+            rest = multiply_add(-reduced[p, q], x[q], rest)
+        x[p] = rest / reduced[p, p]
+    for i in range(race.count):
+        g = table[i, FREE]
+        for r in range(free):
+            g = multiply_add(table[i, gain + r], x[r], g)
+        table[i, PATH_ACCELERATION] = g
+
+
+@register_jitable(**INLINED)
+def row_start(race: Race) -> int:
+    """A place in the order of balls at which a row begins."""
+    return int(first_open(race, race.modes, JOINED))
+
+
+@register_jitable(**INLINED)
+def first_open(race: Race, lines: Any, column: int) -> int:
+    """The place behind a contact for which the column says 0: no more than n - 1 can be closed."""
+    n = race.count
+    for k in range(n):
+        if lines[(k - 1) % n, column] == 0:
+            return k
+    return 0
+
+
+@register_jitable(**INLINED)
+def moves_along(race: Race, k: int) -> bool:
+    """Whether the balls at contact k touch and move together (a stuck ball does not move)."""
+    if not race.meets or race.modes[k, JOINED] == 0:
+        return False
+    return not (
+        sticks(race, ball_at(race, k)) or sticks(race, ball_at(race, (k + 1) % race.count))
+    )
+
+
+@register_jitable(**INLINED)
+def sign(x: float) -> int:
+    """-1, 0 or 1: the direction in which a ball with this speed slides."""
+    return 1 if x > 0.0 else (-1 if x < 0.0 else 0)

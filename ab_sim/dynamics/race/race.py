@@ -1,0 +1,119 @@
+"""The balls of a plant as plain numbers: all that rows, friction and impacts know.
+
+Neither a scene's effects nor what carries the balls are in it by type, so what works on it is
+compiled once for all scenes.
+"""
+
+from math import pi
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numba.extending import register_jitable
+
+from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.layout import angle_at, rate_at, spindle_angle_at
+from ab_sim.dynamics.race.table import ALONG, CURVE
+from ab_sim.dynamics.system import (
+    FIRST_TURNS,
+    ORDER,
+    RACE_RADIUS,
+    SPACING,
+    TURNS,
+    Plant,
+    Room,
+    ball_count,
+    carrier_unknowns,
+    has_contact,
+    has_friction,
+    has_motor,
+    solved_for,
+)
+
+
+class Race(NamedTuple):
+    """Balls, what holds of them, and the equations of what carries them."""
+
+    count: int
+    """n."""
+    balls: Any
+    """``System.balls``."""
+    contacts: Any
+    """``System.contacts``."""
+    modes: Any
+    """``Plant.modes``."""
+    room: Room
+    """What the last evaluation wrote."""
+    all: int
+    """K, the number of accelerations."""
+    free: int
+    """How many of them are solved for: K, or K - 1 where the spindle's is prescribed."""
+    first_angle: int
+    """Where in the state theta_0 lies."""
+    first_rate: int
+    """Where in the state theta_0' lies."""
+    spindle: int
+    """Where in the state psi lies, with a motor."""
+    rubs: bool
+    """Whether balls rub on the race."""
+    meets: bool
+    """Whether balls touch each other."""
+    driven: bool
+    """Whether a motor drives the spindle."""
+    booked: bool
+    """Whether a ledger is kept."""
+
+
+def race_kind() -> Any:
+    """Numba's type of a Race whose arrays the caller owns: the same for all scenes."""
+    flat, table = np.zeros(0), np.zeros((0, 0))
+    room = Room(table, table, table, flat, flat)
+    modes = np.zeros((0, 0), np.int64)
+    numbers = (0,) * 5, (False,) * 4
+    return numba.typeof(Race(0, table, table, modes, room, *numbers[0], *numbers[1]))
+
+
+@register_jitable(**INLINED)
+def race_of(plant: Plant) -> Race:
+    """The balls of a plant."""
+    system = plant.system
+    return Race(
+        ball_count(system),
+        system.balls,
+        system.contacts,
+        plant.modes,
+        plant.room,
+        carrier_unknowns(system.carrier) + 1,
+        solved_for(system),
+        angle_at(system, 0),
+        rate_at(system, 0),
+        spindle_angle_at(system),
+        has_friction(system.effects),
+        has_contact(system.effects),
+        has_motor(system.effects),
+        len(system.ledger) > 0,
+    )
+
+
+@register_jitable(**INLINED)
+def ball_at(race: Race, place: int) -> int:
+    """Which ball is at a place of the row."""
+    return int(race.contacts[place, ORDER])
+
+
+@register_jitable(**INLINED)
+def gap(race: Race, k: int) -> Any:
+    """Distance along the race between the balls at contact k [m]; negative where they overlap."""
+    n, table, modes, balls = race.count, race.room.table, race.modes, race.balls
+    i, j = ball_at(race, k), ball_at(race, (k + 1) % n)
+    turns = (modes[j, TURNS] - balls[j, FIRST_TURNS]) - (modes[i, TURNS] - balls[i, FIRST_TURNS])
+    if k == n - 1:
+        turns += 1.0
+    apart = (table[j, ALONG] - table[i, ALONG]) + 2.0 * pi * balls[j, RACE_RADIUS] * turns
+    return apart - race.contacts[k, SPACING]
+
+
+@register_jitable(**INLINED)
+def path_speed(race: Race, state: Any, i: int) -> Any:
+    """Speed of ball i along the race [m/s], where the table holds the race's shape at it."""
+    return race.room.table[i, CURVE] * state[race.first_rate + i]

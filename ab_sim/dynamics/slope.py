@@ -1,0 +1,77 @@
+"""The equations of motion, solved: how fast the state changes.
+
+Each ball, or each row of balls in contact, is eliminated, which leaves the equations of what
+carries them: O(n), no linear-algebra library (the arrowhead of EQUATIONS.md).
+"""
+
+import numba
+
+from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.layout import angle_at, integral_at, rate_at, spindle_angle_at
+from ab_sim.dynamics.ledger import book
+from ab_sim.dynamics.race.ball import curvature_at, place_ball, resist_ball
+from ab_sim.dynamics.race.elimination import eliminate, solve
+from ab_sim.dynamics.race.race import race_of
+from ab_sim.dynamics.race.table import BEND, PATH_ACCELERATION, PULL
+from ab_sim.dynamics.spindle_motion import spindle_motion
+from ab_sim.dynamics.system import (
+    ball_count,
+    bear,
+    begin,
+    carrier_unknowns,
+    has_motor,
+    has_runout,
+    move,
+)
+
+
+@numba.njit(**APART)
+def evaluate(plant, time, state, slope):  # type: ignore[no-untyped-def]
+    """Time derivative of the state.
+
+    Args:
+        plant: the Plant; its room holds afterwards what the equations say there.
+        time: local time in its speed segment [s].
+        state: the state, see ``layout``.
+        slope: where the derivative goes, same shape.
+    """
+    system, room, race = plant.system, plant.room, race_of(plant)
+    spindle = spindle_motion(plant, time, state)
+    frame = equations(plant, spindle, state)
+    eliminate(race)
+    solve(race)
+    move(system.carrier, plant, spindle, frame, state, slope)
+    for i in range(ball_count(system)):
+        rate = state[rate_at(system, i)]
+        g = room.table[i, PATH_ACCELERATION]
+        slope[angle_at(system, i)] = rate
+        if has_runout(system.effects):
+            g -= room.table[i, BEND] * rate * rate
+        slope[rate_at(system, i)] = g * curvature_at(plant, i)
+    if has_motor(system.effects):
+        slope[spindle_angle_at(system)] = spindle.speed
+        slope[spindle_angle_at(system) + 1] = room.acceleration[race.all - 1]
+        slope[integral_at(system)] = spindle.integral_rate
+    book(system.ledger, plant, spindle, state, slope)
+
+
+@numba.njit(**INLINED)
+def equations(plant, spindle, state):  # type: ignore[no-untyped-def]
+    """The equations of the balls and of what carries them, not yet solved, into the room.
+
+    Returns:
+        The carrier's frame.
+    """
+    system, room = plant.system, plant.room
+    room.acceleration[carrier_unknowns(system.carrier)] = spindle.acceleration
+    frame = begin(system.carrier, plant, spindle, state)
+    for i in range(ball_count(system)):
+        c, s = place_ball(plant, i, state)
+        resistance = resist_ball(plant, i, state)
+        pull = bear(system.carrier, plant, spindle, frame, c, s, i, state)
+        room.table[i, PULL] = pull + resistance
+    return frame
+
+
+inlined_evaluate = numba.njit(**INLINED)(evaluate.py_func)
+"""``evaluate`` for where nearly all of the time is spent."""

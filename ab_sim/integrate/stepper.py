@@ -1,0 +1,49 @@
+"""What a stepper is, and what may be asked of one.
+
+Who chooses, prices or runs steppers asks for an ability by its name, never for a class. A stepper
+is one file in ``steppers/``: it makes a ``Stepper`` and registers what makes it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ab_sim.dynamics.dispatch import forward
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """A named method for steps of a fixed length, with the order that it is declared to have."""
+
+    name: str
+    order: int
+    source: str
+    weights: Any
+    """A NamedTuple of what the compiled step needs, with the method
+
+        step(self, plant, begin, length, state, work)
+            from ``begin``, local time [s], over ``length`` [s]; ``work.slopes[0]`` holds the slope
+            at the start; the result goes into ``work.trial``, and the state stays as it is
+    """
+    evaluations: int
+    """Of the right-hand side per step."""
+    growth: Callable[[complex], complex]
+    """What one step makes of y' = lambda y, from z = step times lambda. With an ability that makes
+    some part of the equations harmless: with the amount of it that is worst."""
+    slopes: int
+    """Slopes that a step keeps: rows of the workspace."""
+    nodes: int = 0
+    """Sets of balls that a step keeps beside the one at hand."""
+    memory: int = 0
+    """Rows of numbers that it carries from one step to the next; they belong to the state. It
+    starts anew where they are zero, and they are made so where the motion has a kink."""
+    solves_drag: bool = False
+    """Any amount of the race's drag leaves it stable."""
+    takes_lanes: bool = False
+    """Runs side by side can take its steps: ``numbers.lanes``."""
+    locates_events: bool = True
+    """Its steps may be cut at events."""
+
+
+step = forward("step")
+"""``step(weights, plant, begin, length, state, work)``, see ``Stepper.weights``."""

@@ -1,0 +1,1 @@
+"""The steppers, one file each; ``registry`` finds them here."""
