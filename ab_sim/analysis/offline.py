@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import ab_sim
+from ab_sim.accuracy import Price
 from ab_sim.analysis.merits import LAST, Merits, merits_of
 from ab_sim.drive import Drive
+from ab_sim.drive.observation import Observation
+from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.errors import InputError, exact
-from ab_sim.observation import Observation
-from ab_sim.price import Price
 from ab_sim.scene.model import Scene
-from ab_sim.trajectory import MAX_VALUES, Trajectory
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.batch.plan import merged
-from ab_sim.drive import Drive, priced
+from ab_sim.drive.drive import Drive, priced
+from ab_sim.drive.rows import BEYOND_STATES, Rows, follow
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
 from ab_sim.dynamics.numbers.lanes import LANES, leaves, pattern
 from ab_sim.dynamics.scratch import WIDTH
@@ -19,12 +21,10 @@ from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.side_by_side import Runs, advance_side_by_side, lanes_can
 from ab_sim.integrate.tableau import Tableau
 from ab_sim.integrate.workspace import aligned
-from ab_sim.rows import BEYOND_STATES, Rows, follow
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 from ab_sim.spindle import SpeedProfile
 from ab_sim.spindle.stretches import Grid, stretches
-from ab_sim.trajectory import Trajectory
 
 MOST_VALUES = 500_000_000
 """4 GB of samples; more are refused before anything runs, but for accuracies to be measured."""

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ab_sim.cli.outputs import people
-from ab_sim.drive import priced
+from ab_sim.drive.drive import priced
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.effects.accelerometer import steps_per_sample
 from ab_sim.errors import InputError, nearest

@@ -2,10 +2,10 @@
 
 from typing import NamedTuple
 
+from ab_sim.accuracy import share_of
+from ab_sim.accuracy.live_checks import ErrorChecks
 from ab_sim.drive import Drive
-from ab_sim.error_checks import ErrorChecks
 from ab_sim.nodes.pacing import Pacer
-from ab_sim.price import share_of
 
 PERIOD = 1.0
 """s over which the real-time factor is measured, between two reports."""

@@ -13,9 +13,10 @@ from rclpy.subscription import Subscription
 from ab_msgs_py import ENDED, Block, Health, JointSample, Level, VectorSample, topics
 from ab_msgs_py.samples import ACCELEROMETER, clock_message, description_message
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
-from ab_sim.description import describe
+from ab_sim.accuracy.live_checks import ErrorChecks
 from ab_sim.drive import Drive
-from ab_sim.error_checks import ErrorChecks
+from ab_sim.drive.description import describe
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError
 from ab_sim.integrate.registry import AUTO
 from ab_sim.nodes.commands import Commands
@@ -24,7 +25,6 @@ from ab_sim.nodes.pacing import Pacer
 from ab_sim.nodes.parameters import declare, refuse_undeclared, whole_ratio
 from ab_sim.nodes.process import run_node
 from ab_sim.scene import load_scene
-from ab_sim.trajectory import Trajectory
 
 LONGEST_CHECK = 0.25
 """Of the time between two wake-ups, the most that a check of the error may take at one of them."""

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.accuracy.live_checks import ErrorChecks
 from ab_sim.drive import Drive
-from ab_sim.error_checks import ErrorChecks
 from ab_sim.errors import SceneError
 from ab_sim.scene import Scene, check_scene
 from tests.conftest import THESIS, merge
