@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.plan import merged
-from ab_sim.drive.drive import Drive, priced
+from ab_sim.drive import Drive
 from ab_sim.drive.rows import BEYOND_STATES, Rows, follow
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
@@ -89,7 +90,7 @@ def simulate_batch(
     # Where an accuracy is to be measured first, steps are not known yet.
     _check_room([scene for scene in scenes if scene.accuracy is None], every)
     if scene.accuracy is not None:
-        scenes = varied(priced(scene)[0], variations)
+        scenes = varied(resolve_accuracy(scene)[0], variations)
     prepared = [_Prepared(scene) for scene in scenes]
     _check_room([one.scene for one in prepared], every)
     runs: list[BatchRun | None] = [None] * len(scenes)
@@ -136,7 +137,7 @@ class _Prepared:
     """A scene with what its run needs."""
 
     def __init__(self, scene: Scene) -> None:
-        self.scene, _ = priced(scene)
+        self.scene, _ = resolve_accuracy(scene)
         self.system = system_of(self.scene)
         choice = choose_stepper(self.scene, self.system)
         self.stepper, self.grid = choice.stepper, Grid(self.scene.solver.step, choice.cycle)

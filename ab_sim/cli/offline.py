@@ -99,7 +99,8 @@ def _progress(scene: Scene) -> Iterator[Any]:
 def _record(result: OfflineRun, path: Path) -> None:
     from ab_sim.recording import Recording
 
-    with Recording(path, description=describe(result.scene, result.price)) as recording:
+    accuracy = None if result.price is None else result.price.report()
+    with Recording(path, description=describe(result.scene, accuracy)) as recording:
         samples = result.trajectory.samples
         for first in range(0, len(samples), 10_000):
             recording.block(result.trajectory.channels, samples[first : first + 10_000])

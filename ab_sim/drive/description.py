@@ -1,16 +1,16 @@
 """What a run of a scene consists of, to be kept with its results."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import ab_sim
-from ab_sim.accuracy import Price
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene.model import Scene
 
 
-def describe(scene: Scene, price: Price | None = None) -> dict[str, Any]:
+def describe(scene: Scene, accuracy: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """What a run of the scene consists of, as JSON-able values.
 
     ``check_scene(describe(scene)["scene"], "a recording")`` gives the scene back.
@@ -18,7 +18,7 @@ def describe(scene: Scene, price: Price | None = None) -> dict[str, Any]:
     Args:
         scene: with its solver, as a drive has it: whoever runs it again measures nothing, and gets
             the same bits.
-        price: how that solver was found, if an accuracy was asked for.
+        accuracy: how that solver was found, ``Price.report``, if an accuracy was asked for.
     """
     radii = scene.balls.radii
     return {
@@ -27,7 +27,7 @@ def describe(scene: Scene, price: Price | None = None) -> dict[str, Any]:
         "effects": list(scene.effects),
         "stepper": choose_stepper(scene, system_of(scene)).stepper.name,
         "step": scene.solver.step,
-        "accuracy": None if price is None else price.report(),
+        "accuracy": None if accuracy is None else dict(accuracy),
         "race_radius": scene.race.radius,
         "eccentricity": scene.rotor.eccentricity,
         "balls": scene.balls.count,

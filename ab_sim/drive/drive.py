@@ -1,12 +1,9 @@
 """One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
 
 import math
-import time
 
 import numpy as np
 
-from ab_sim.accuracy import Price, Timed, cheapest
-from ab_sim.accuracy.deviation import Samples
 from ab_sim.drive.observation import Energy, Observation, Snapshot
 from ab_sim.drive.rows import BEYOND_STATES, Rows, follow
 from ab_sim.drive.trajectory import Trajectory, check_room
@@ -41,37 +38,25 @@ class Drive:
     same commands at the same steps give bit-identical outputs, however the steps are grouped.
 
     Args:
-        scene: what to simulate. One that asks for an accuracy is measured first, see ``priced``;
-            the attribute ``scene`` has the solver found, and ``price`` what it costs.
+        scene: what to simulate, with its solver.
         commanded: hold the scene's start speed until commanded, instead of its profile.
         ledger: also integrate motor work and losses, for ``energy()``.
-        period: s; a step chosen for an accuracy goes into it a whole number of times.
 
     Raises:
-        SceneError: unknown stepper, a step beyond the stability limit, or an accuracy that cannot
-            be had.
+        SceneError: unknown stepper, a step beyond the stability limit, or the scene still asks
+            for an accuracy: see ``ab_sim.accuracy.resolve_accuracy``.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        *,
-        commanded: bool = False,
-        ledger: bool = False,
-        period: float | None = None,
-    ) -> None:
+    def __init__(self, scene: Scene, *, commanded: bool = False, ledger: bool = False) -> None:
         if ledger and "spindle_acceleration" not in scene.effects:
             raise SceneError(
                 "a ledger needs the effect spindle_acceleration: without it the equations leave "
                 "out what the motor's torque does, and no energy balance can close"
             )
-        scene, self.price = priced(scene, period, commanded)
         self.scene = scene
         self.system = system_of(scene, ledger)
         self._stable_to = top_speed(scene, commanded)
         self.choice = choose_stepper(scene, self.system, self._stable_to)
-        if self.price is not None:
-            self.choice = self.choice._replace(reason=self.price.reason)
         self.stepper = self.choice.stepper
         self.step = scene.solver.step
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
@@ -367,33 +352,3 @@ class Drive:
             motor_torque=torque if self._has_motor else math.nan,
             accelerometer=None if self._rows.pickup is None else self._rows.pickup.reading,
         )
-
-
-def priced(
-    scene: Scene, period: float | None = None, commanded: bool = False
-) -> tuple[Scene, Price | None]:
-    """The scene with a solver: where it asks for an accuracy, the cheapest that delivers it.
-
-    That is measured on the scene's own run, from its start over its profile and duration; the
-    commands that a live drive may get instead are not known.
-
-    Args:
-        scene: a scene; if it asks for no accuracy it is returned as it is, with no price.
-        period: s; the step goes into it a whole number of times.
-        commanded: whether the step has to be stable up to ``spindle.max_speed``.
-
-    Raises:
-        SceneError: what is asked for cannot be had; says what can.
-        DivergedError: the scene's run diverges with every step.
-    """
-    if scene.accuracy is None:
-        return scene, None
-    return cheapest(scene, _timed_run, period, commanded)
-
-
-def _timed_run(scene: Scene, steps: int, every: int) -> Timed:
-    drive = Drive(scene)
-    begin = time.thread_time()
-    taken = drive.advance(steps, every)
-    seconds = time.thread_time() - begin
-    return Timed(Samples.of(taken), seconds)

@@ -13,6 +13,7 @@ from rclpy.subscription import Subscription
 from ab_msgs_py import ENDED, Block, Health, JointSample, Level, VectorSample, topics
 from ab_msgs_py.samples import ACCELEROMETER, clock_message, description_message
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
+from ab_sim.accuracy import resolve_accuracy
 from ab_sim.accuracy.live_checks import ErrorChecks
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
@@ -79,8 +80,9 @@ class DriveSim(Node):
         scene = load_scene(name, filter(None, changes))
         if scene.accuracy is not None:
             self.get_logger().info(f"{scene.name}: measuring what delivers the accuracy asked for")
-        self.drive = Drive(scene, commanded=True, period=1.0 / wake)
-        scene, step = self.drive.scene, self.drive.step
+        scene, price = resolve_accuracy(scene, period=1.0 / wake, commanded=True)
+        self.drive = Drive(scene, commanded=True)
+        step = self.drive.step
         self._checks: ErrorChecks | None = None
         if share > 0:
             self._checks = ErrorChecks(self.drive, share, longest=LONGEST_CHECK / wake)
@@ -94,7 +96,7 @@ class DriveSim(Node):
         self._pending: list[Trajectory] = []
         self._wakes = 0
         self._trouble = ""
-        self._health = DriveHealth(self.drive, self._pacer, self._checks, tolerance)
+        self._health = DriveHealth(self.drive, self._pacer, self._checks, tolerance, price)
 
         self._joints = topics.JOINT_STATES.publisher(self)
         self._vibration = topics.VIBRATION.publisher(self)
@@ -111,9 +113,10 @@ class DriveSim(Node):
 
         self._warm_up()
         # Latched, and only now: who has read it knows that the drive is ready.
-        self._description.publish(description_message(describe(scene, self.drive.price)))
-        chosen = scene.solver.stepper == AUTO or self.drive.price is not None
-        reason = f" ({self.drive.choice.reason})" if chosen else ""
+        accuracy = None if price is None else price.report()
+        self._description.publish(description_message(describe(scene, accuracy)))
+        chosen = scene.solver.stepper == AUTO or price is not None
+        reason = f" ({self._health.stepper_chosen})" if chosen else ""
         self.get_logger().info(
             f"{scene.name}: {scene.balls.count} balls, {', '.join(scene.effects)}; "
             f"{self.drive.stepper.name} at {step:g} s{reason}"

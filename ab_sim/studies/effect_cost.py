@@ -16,7 +16,8 @@ import numba
 import numpy as np
 
 import ab_sim
-from ab_sim.drive.drive import Drive, priced
+from ab_sim.accuracy import resolve_accuracy
+from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.neighbours import start_angles
 from ab_sim.errors import DivergedError, InputError, SceneError
@@ -271,7 +272,7 @@ def measure(
     if repeats < 1:
         raise InputError(f"repeats = {repeats}: must be at least 1")
     tell = progress or (lambda what, done, total: None)
-    scene, _ = priced(scene)
+    scene, _ = resolve_accuracy(scene)
     steps = min(MOST_STEPS, max(1, math.ceil(scene.duration / scene.solver.step - 1e-9)))
     scene, turned = off_axis(scene)
     wanted = variants(scene, leave_one_out)

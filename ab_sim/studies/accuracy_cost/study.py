@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ab_sim.accuracy import resolve_accuracy
 from ab_sim.accuracy.deviation import Deviation, Samples, deviation
-from ab_sim.drive.drive import priced
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import has_events
 from ab_sim.errors import InputError, SceneError
@@ -76,7 +76,7 @@ def measure(
     if repeats < 1:
         raise InputError(f"repeats = {repeats}: must be at least 1")
     tell = progress or (lambda what, done, total: None)
-    scene, _ = priced(scene)  # What it asks for is one of the settings.
+    scene, _ = resolve_accuracy(scene)  # What it asks for is one of the settings.
     choice = choose_stepper(scene, system_of(scene))
     sampling = sampling_of(scene)
     tell("reference", 0, 1)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.accuracy import resolve_accuracy
 from ab_sim.accuracy.live_checks import ErrorChecks
 from ab_sim.drive import Drive
 from ab_sim.errors import SceneError
@@ -47,12 +48,11 @@ def truth(drag: float, duration: float, start: float) -> np.ndarray:
     return simulate(params_of(scene), scene.start.ball_angles, times, rtol=2e-13).theta
 
 
-def error(scene: Scene, want: np.ndarray) -> tuple[Drive, float]:
-    """Of a scene's run [rad], with the drive that made it."""
-    drive = Drive(scene)
-    every = round(GRID / drive.step)
-    run = drive.advance(every * len(want))
-    return drive, float(np.abs(run.ball_angles[every - 1 :: every] - want).max())
+def error(scene: Scene, want: np.ndarray) -> float:
+    """Of a scene's run [rad]."""
+    every = round(GRID / scene.solver.step)
+    run = Drive(scene).advance(every * len(want))
+    return float(np.abs(run.ball_angles[every - 1 :: every] - want).max())
 
 
 @pytest.mark.parametrize(
@@ -69,15 +69,16 @@ def error(scene: Scene, want: np.ndarray) -> tuple[Drive, float]:
 )
 def test_the_error_asked_for_is_met(drag: float, duration: float, start: float) -> None:
     scene = changing(drag, duration, start, solver=None, accuracy={"angle": 1e-9})
-    drive, found = error(scene, truth(drag, duration, start))
-    assert drive.price is not None
-    assert drive.price.measured.angle <= 2.5e-10 and found <= 5e-10, drive.choice.reason
+    scene, price = resolve_accuracy(scene)
+    assert price is not None
+    found = error(scene, truth(drag, duration, start))
+    assert price.measured.angle <= 2.5e-10 and found <= 5e-10, price.reason
 
 
 def test_a_refusal_is_true() -> None:
     """Beyond double precision, here: with such steps and shorter ones, errors are rounding's."""
     with pytest.raises(SceneError, match="because of rounding") as caught:
-        Drive(changing(SLIPPERY, 1e-3, solver=None, accuracy={"angle": 1e-14}))
+        resolve_accuracy(changing(SLIPPERY, 1e-3, solver=None, accuracy={"angle": 1e-14}))
     best = float(str(caught.value).split(" is about ")[1].split()[0])
     assert best < 1e-8, "and so they are small"
 
@@ -86,7 +87,7 @@ def test_a_refusal_is_true() -> None:
 def test_errors_fall_with_the_step(stepper: str, step: float, most: float) -> None:
     want = truth(SLIPPERY, 1e-4, 0.1003)
     long, short = (
-        error(changing(SLIPPERY, 1e-4, 0.1003, solver={"stepper": stepper, "step": each}), want)[1]
+        error(changing(SLIPPERY, 1e-4, 0.1003, solver={"stepper": stepper, "step": each}), want)
         for each in (step, step / 2)
     )
     assert short < most and short < long / 12, "half the step halves the steps along the curve"
