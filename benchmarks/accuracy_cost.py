@@ -13,11 +13,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from ab_sim.accuracy_figure import accuracy_figure  # noqa: E402
-from ab_sim.analysis.accuracy import REPEATS  # noqa: E402
 from ab_sim.cli.accuracy import measure_with_progress, print_accuracy  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.figures.accuracy_cost import accuracy_figure  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
+from ab_sim.studies.accuracy_cost import REPEATS  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
 

@@ -13,7 +13,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from ab_sim.price import SAFETY  # noqa: E402
+from ab_sim.accuracy import SAFETY  # noqa: E402
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 TEXT = """\

@@ -22,18 +22,18 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from ab_sim.analysis.effect_cost import Spread, conditions  # noqa: E402
+from ab_sim.accuracy.deviation import Deviation, Samples, deviation  # noqa: E402
 from ab_sim.batch import simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.deviation import Deviation, Samples, deviation  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
+from ab_sim.drive.rows import BEYOND_STATES  # noqa: E402
 from ab_sim.dynamics.assemble import place_on, state_bounds  # noqa: E402
 from ab_sim.dynamics.numbers.lanes import LANES  # noqa: E402
 from ab_sim.integrate.fixed_step import advance  # noqa: E402
 from ab_sim.integrate.workspace import aligned, workspace  # noqa: E402
-from ab_sim.rows import BEYOND_STATES  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 from ab_sim.spindle.stretches import Grid, stretches  # noqa: E402
+from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.stepper=rk8"]
 STEPS = (6e-3, 5e-3, 3.75e-3, 2.5e-3)

@@ -20,10 +20,10 @@ from arguments import arguments  # noqa: E402
 from hand_kernels import ThesisDrive, thesis_advance  # noqa: E402
 from package_kernel import PackageKernel, ns_per_step  # noqa: E402
 
-from ab_sim.analysis.effect_cost import EffectCost, Spread, conditions  # noqa: E402
 from ab_sim.cli.cost import cost_table, measure_with_progress  # noqa: E402
-from ab_sim.cost_figure import cost_figure  # noqa: E402
+from ab_sim.figures.effect_cost import cost_figure  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
+from ab_sim.studies.effect_cost import EffectCost, Spread, conditions  # noqa: E402
 
 SCENES = ("thesis-hold", "everything")
 HAND_SCENE, HAND_CHANGES = "thesis-hold", ["effects.rolling_friction="]

@@ -4,10 +4,10 @@ import time
 from collections.abc import Callable
 
 from ab_sim.drive import Drive
+from ab_sim.drive.rows import BEYOND_STATES
 from ab_sim.dynamics.assemble import place_on, state_bounds
 from ab_sim.integrate.fixed_step import advance
 from ab_sim.integrate.workspace import aligned, workspace
-from ab_sim.rows import BEYOND_STATES
 from ab_sim.scene import Scene
 
 

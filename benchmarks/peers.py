@@ -21,22 +21,22 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from ab_sim.analysis.accuracy.cvode_peer import cvode_solvers  # noqa: E402
-from ab_sim.analysis.accuracy.methods import FailedError, Method  # noqa: E402
-from ab_sim.analysis.accuracy.mujoco_peer import MuJoCo  # noqa: E402
-from ab_sim.analysis.accuracy.ours import Stepping  # noqa: E402
-from ab_sim.analysis.accuracy.reference import Reference, smooth_reference  # noqa: E402
-from ab_sim.analysis.accuracy.results import peer_versions  # noqa: E402
-from ab_sim.analysis.accuracy.right_hand_side import RightHandSide  # noqa: E402
-from ab_sim.analysis.accuracy.sampling import Sampling  # noqa: E402
-from ab_sim.analysis.accuracy.scipy_peers import SCIPY  # noqa: E402
-from ab_sim.analysis.accuracy.tolerance import ByTolerance  # noqa: E402
-from ab_sim.analysis.effect_cost import Spread, conditions  # noqa: E402
+from ab_sim.accuracy.deviation import deviation  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.deviation import deviation  # noqa: E402
 from ab_sim.errors import SceneError  # noqa: E402
 from ab_sim.integrate.registry import STEPPERS  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
+from ab_sim.studies.accuracy_cost.cvode_peer import cvode_solvers  # noqa: E402
+from ab_sim.studies.accuracy_cost.methods import FailedError, Method  # noqa: E402
+from ab_sim.studies.accuracy_cost.mujoco_peer import MuJoCo  # noqa: E402
+from ab_sim.studies.accuracy_cost.ours import Stepping  # noqa: E402
+from ab_sim.studies.accuracy_cost.reference import Reference, smooth_reference  # noqa: E402
+from ab_sim.studies.accuracy_cost.results import peer_versions  # noqa: E402
+from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide  # noqa: E402
+from ab_sim.studies.accuracy_cost.sampling import Sampling  # noqa: E402
+from ab_sim.studies.accuracy_cost.scipy_peers import SCIPY  # noqa: E402
+from ab_sim.studies.accuracy_cost.tolerance import ByTolerance  # noqa: E402
+from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
 WANTED = (1e-6, 1e-9)

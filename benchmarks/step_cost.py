@@ -25,10 +25,10 @@ from c_kernels import CDrive, build, compiler  # noqa: E402
 from package_kernel import PackageKernel, ns_per_step  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from ab_sim.analysis.effect_cost import Spread, conditions  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.integrate.tableau import Tableau  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
+from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.step=0.001"]
 BALLS, BESIDE_C = (0, 1, 2, 5, 16, 64), (2, 5)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.neighbours import start_angles
-from ab_sim.trajectory import Trajectory
 from tests.reference.contact import chain_of
 from tests.reference.model import Model
 from tests.reference.of_scene import params_of

@@ -8,10 +8,10 @@ import numpy as np
 from ab_sim.analysis.merits import Merits
 from ab_sim.analysis.offline import OfflineRun, run_scene
 from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
-from ab_sim.trajectory import Trajectory
 
 
 class Compared(NamedTuple):

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
-from ab_sim.trajectory import Trajectory
 
 LAST = 0.1
 """Final values are root mean squares over this share of the run, at its end."""

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import ab_sim
+from ab_sim.accuracy import Price, resolve_accuracy
 from ab_sim.analysis.merits import LAST, Merits, merits_of
 from ab_sim.drive import Drive
+from ab_sim.drive.observation import Observation
+from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.errors import InputError, exact
-from ab_sim.observation import Observation
-from ab_sim.price import Price
 from ab_sim.scene.model import Scene
-from ab_sim.trajectory import MAX_VALUES, Trajectory
 
 
 @dataclass(frozen=True)
@@ -67,19 +67,21 @@ def run_scene(
     """Run a scene's profile from its start to its end.
 
     Args:
-        scene: what to run; the run lasts ``scene.duration``, or to the last of ``times``.
+        scene: what to run; an accuracy that it asks for is resolved first. The run lasts
+            ``scene.duration``, or to the last of ``times``.
         times: when to take samples [s]; they need not lie on the grid of steps.
         progress: called with the drive and the newest samples about ``parts`` times.
         parts: how many pieces the run is cut into for ``progress``.
 
     Raises:
         InputError: a time is negative or not finite, or the run would be absurdly long.
-        SceneError, DivergedError: see ``Drive``.
+        SceneError, DivergedError: see ``Drive`` and ``resolve_accuracy``.
     """
     for time in times:
         if not (math.isfinite(time) and time >= 0):
             raise InputError(f"times: {time} s: must be a finite number, at least 0")
     end = max([scene.duration, *times])
+    scene, price = resolve_accuracy(scene)
     drive = Drive(scene)
     if end / drive.step * len(drive.channels) > MAX_VALUES:
         what = "duration" if end == scene.duration else "times:"
@@ -113,7 +115,7 @@ def run_scene(
         drive.events,
         drive.crowded_steps,
         merits_of(whole, drive.scene),
-        drive.price,
+        price,
     )
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
-from ab_sim.trajectory import Trajectory
 
 
 def replay(scene: Scene, recorded: Trajectory) -> Trajectory:

@@ -6,9 +6,9 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.driving_force import driving_force
 from ab_sim.scene.model import Scene
-from ab_sim.trajectory import Trajectory
 
 
 def driving_forces(trajectory: Trajectory, scene: Scene) -> np.ndarray:

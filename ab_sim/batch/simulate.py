@@ -8,8 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.plan import merged
-from ab_sim.drive import Drive, priced
+from ab_sim.drive import Drive
+from ab_sim.drive.rows import BEYOND_STATES, Rows, follow
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
 from ab_sim.dynamics.numbers.lanes import LANES, leaves, pattern
 from ab_sim.dynamics.scratch import WIDTH
@@ -19,12 +22,10 @@ from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.side_by_side import Runs, advance_side_by_side, lanes_can
 from ab_sim.integrate.tableau import Tableau
 from ab_sim.integrate.workspace import aligned
-from ab_sim.rows import BEYOND_STATES, Rows, follow
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 from ab_sim.spindle import SpeedProfile
 from ab_sim.spindle.stretches import Grid, stretches
-from ab_sim.trajectory import Trajectory
 
 MOST_VALUES = 500_000_000
 """4 GB of samples; more are refused before anything runs, but for accuracies to be measured."""
@@ -89,7 +90,7 @@ def simulate_batch(
     # Where an accuracy is to be measured first, steps are not known yet.
     _check_room([scene for scene in scenes if scene.accuracy is None], every)
     if scene.accuracy is not None:
-        scenes = varied(priced(scene)[0], variations)
+        scenes = varied(resolve_accuracy(scene)[0], variations)
     prepared = [_Prepared(scene) for scene in scenes]
     _check_room([one.scene for one in prepared], every)
     runs: list[BatchRun | None] = [None] * len(scenes)
@@ -136,7 +137,7 @@ class _Prepared:
     """A scene with what its run needs."""
 
     def __init__(self, scene: Scene) -> None:
-        self.scene, _ = priced(scene)
+        self.scene, _ = resolve_accuracy(scene)
         self.system = system_of(self.scene)
         choice = choose_stepper(self.scene, self.system)
         self.stepper, self.grid = choice.stepper, Grid(self.scene.solver.step, choice.cycle)

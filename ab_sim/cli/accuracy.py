@@ -5,11 +5,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from ab_sim.analysis.accuracy import REPEATS, Accuracy, Row, measure
 from ab_sim.cli.outputs import check_outputs, people, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
+from ab_sim.studies.accuracy_cost import REPEATS, Accuracy, Row, measure
 
 WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
 """Errors for which the cheapest setting is named [rad]."""
@@ -27,7 +27,7 @@ def accuracy_command(
     if json is not None:
         write_json(accuracy.report(), json)
     if plot is not None:
-        from ab_sim.accuracy_figure import accuracy_figure
+        from ab_sim.figures.accuracy_cost import accuracy_figure
 
         accuracy_figure(accuracy, plot)
     print_accuracy(accuracy, people if json == "-" else Console(markup=False))

@@ -5,11 +5,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from ab_sim.analysis.effect_cost import EffectCost, Row, measure
 from ab_sim.cli.outputs import check_outputs, people, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
+from ab_sim.studies.effect_cost import EffectCost, Row, measure
 
 
 def cost_command(
@@ -29,7 +29,7 @@ def cost_command(
     if json is not None:
         write_json(cost.report(), json)
     if plot is not None:
-        from ab_sim.cost_figure import cost_figure
+        from ab_sim.figures.effect_cost import cost_figure
 
         cost_figure([cost], plot)
     (people if json == "-" else Console(markup=False)).print(cost_table(cost))

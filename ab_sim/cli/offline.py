@@ -11,11 +11,11 @@ from rich.table import Table
 from ab_sim.analysis import OfflineRun, compare, run_scene
 from ab_sim.cli.merits import merits_table
 from ab_sim.cli.outputs import check_outputs, people, write_json
-from ab_sim.description import describe
 from ab_sim.drive import Drive
+from ab_sim.drive.description import describe
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError, exact
 from ab_sim.scene import Scene, load_scene
-from ab_sim.trajectory import Trajectory
 
 INTERVALS = 100
 """Between samples in the JSON, where no times are asked for."""
@@ -43,7 +43,7 @@ def run_command(
     if json is not None:
         write_json(report, json)
     if plot is not None:
-        from ab_sim.plots import run_figure
+        from ab_sim.figures.run import run_figure
 
         run_figure(result.trajectory, result.scene, plot, comparison, result.variable_speed_period)
     if rrd is not None:
@@ -99,7 +99,8 @@ def _progress(scene: Scene) -> Iterator[Any]:
 def _record(result: OfflineRun, path: Path) -> None:
     from ab_sim.recording import Recording
 
-    with Recording(path, description=describe(result.scene, result.price)) as recording:
+    accuracy = None if result.price is None else result.price.report()
+    with Recording(path, description=describe(result.scene, accuracy)) as recording:
         samples = result.trajectory.samples
         for first in range(0, len(samples), 10_000):
             recording.block(result.trajectory.channels, samples[first : first + 10_000])

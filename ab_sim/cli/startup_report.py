@@ -9,12 +9,12 @@ from rich.table import Table
 
 from ab_sim.analysis import compare, merits_of, replay, run_scene, time_of_speed
 from ab_sim.cli.merits import merits_table
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
-from ab_sim.plots import run_figure
+from ab_sim.figures.run import run_figure
 from ab_sim.recording import read_recording
 from ab_sim.scene import Scene
 from ab_sim.spindle import SpeedProfile
-from ab_sim.trajectory import Trajectory
 
 LOSSES = ("commands lost", "messages dropped by the recorder")
 """Figures of the live run that count, with missing samples, as messages lost."""

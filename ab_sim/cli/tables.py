@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from rich.console import Console
 from rich.table import Table
 
+from ab_sim.accuracy import resolve_accuracy
 from ab_sim.cli.outputs import people
-from ab_sim.drive import priced
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.effects.accelerometer import steps_per_sample
 from ab_sim.errors import InputError, nearest
@@ -63,7 +63,7 @@ def print_check(name: str, changes: list[str]) -> None:
     price = None
     if scene.accuracy is not None:
         with people.status(f"measuring what delivers the accuracy of {scene.name}"):
-            scene, price = priced(scene)
+            scene, price = resolve_accuracy(scene)
     # Not a Drive: making one compiles its kernel, which takes half a minute the first time.
     system = system_of(scene)
     choice = choose_stepper(scene, system)

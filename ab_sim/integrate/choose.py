@@ -56,7 +56,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     if scene.accuracy is not None:
         raise SceneError(
             "accuracy: has to be turned into a stepper and a step first, which takes runs of the "
-            "scene; `Drive` does that, and its `scene` has them"
+            "scene: ab_sim.accuracy.resolve_accuracy(scene) returns the scene with them"
         )
     step, name = scene.solver.step, scene.solver.stepper
     rates = linear_rates(system, top_speed(scene) if fastest is None else fastest)

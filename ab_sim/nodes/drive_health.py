@@ -2,10 +2,10 @@
 
 from typing import NamedTuple
 
+from ab_sim.accuracy import Price, share_of
+from ab_sim.accuracy.live_checks import ErrorChecks
 from ab_sim.drive import Drive
-from ab_sim.error_checks import ErrorChecks
 from ab_sim.nodes.pacing import Pacer
-from ab_sim.price import share_of
 
 PERIOD = 1.0
 """s over which the real-time factor is measured, between two reports."""
@@ -28,16 +28,27 @@ class DriveHealth:
         pacer: says when.
         checks: of the drive's error, if there are any.
         tolerance: beyond it there is something to warn of.
+        price: how the drive's solver was found, if an accuracy was asked for.
     """
 
     def __init__(
-        self, drive: Drive, pacer: Pacer, checks: ErrorChecks | None, tolerance: Tolerance
+        self,
+        drive: Drive,
+        pacer: Pacer,
+        checks: ErrorChecks | None,
+        tolerance: Tolerance,
+        price: Price | None = None,
     ) -> None:
         self._drive, self._pacer, self._checks = drive, pacer, checks
-        self._tolerance = tolerance
+        self._tolerance, self._price = tolerance, price
         self._since = (0.0, 0)
         self._factor: float | None = None
         self._crowded = 0
+
+    @property
+    def stepper_chosen(self) -> str:
+        """Why the drive has its stepper."""
+        return self._drive.choice.reason if self._price is None else self._price.reason
 
     def begin(self, now: float) -> None:
         """Time stands still, or goes on, from ``now`` on: the factor begins anew."""
@@ -92,7 +103,7 @@ class DriveHealth:
             "worst lateness [s]": f"{pacing.worst_lateness:.6f}",
             "scene": drive.scene.name,
             "stepper": drive.stepper.name,
-            "stepper chosen": drive.choice.reason,
+            "stepper chosen": self.stepper_chosen,
             "step [s]": f"{drive.step:g}",
             "events": str(drive.events),
             "crowded steps": str(drive.crowded_steps),
@@ -105,7 +116,7 @@ class DriveHealth:
 
     def _drift(self) -> list[str]:
         """Whether the run has left what was asked for."""
-        price = self._drive.price
+        price = self._price
         if self._checks is None or price is None:
             return []
         angle, whirl = self._checks.estimate

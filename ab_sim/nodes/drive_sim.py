@@ -13,9 +13,11 @@ from rclpy.subscription import Subscription
 from ab_msgs_py import ENDED, Block, Health, JointSample, Level, VectorSample, topics
 from ab_msgs_py.samples import ACCELEROMETER, clock_message, description_message
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
-from ab_sim.description import describe
+from ab_sim.accuracy import resolve_accuracy
+from ab_sim.accuracy.live_checks import ErrorChecks
 from ab_sim.drive import Drive
-from ab_sim.error_checks import ErrorChecks
+from ab_sim.drive.description import describe
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError
 from ab_sim.integrate.registry import AUTO
 from ab_sim.nodes.commands import Commands
@@ -24,7 +26,6 @@ from ab_sim.nodes.pacing import Pacer
 from ab_sim.nodes.parameters import declare, refuse_undeclared, whole_ratio
 from ab_sim.nodes.process import run_node
 from ab_sim.scene import load_scene
-from ab_sim.trajectory import Trajectory
 
 LONGEST_CHECK = 0.25
 """Of the time between two wake-ups, the most that a check of the error may take at one of them."""
@@ -79,8 +80,9 @@ class DriveSim(Node):
         scene = load_scene(name, filter(None, changes))
         if scene.accuracy is not None:
             self.get_logger().info(f"{scene.name}: measuring what delivers the accuracy asked for")
-        self.drive = Drive(scene, commanded=True, period=1.0 / wake)
-        scene, step = self.drive.scene, self.drive.step
+        scene, price = resolve_accuracy(scene, period=1.0 / wake, commanded=True)
+        self.drive = Drive(scene, commanded=True)
+        step = self.drive.step
         self._checks: ErrorChecks | None = None
         if share > 0:
             self._checks = ErrorChecks(self.drive, share, longest=LONGEST_CHECK / wake)
@@ -94,7 +96,7 @@ class DriveSim(Node):
         self._pending: list[Trajectory] = []
         self._wakes = 0
         self._trouble = ""
-        self._health = DriveHealth(self.drive, self._pacer, self._checks, tolerance)
+        self._health = DriveHealth(self.drive, self._pacer, self._checks, tolerance, price)
 
         self._joints = topics.JOINT_STATES.publisher(self)
         self._vibration = topics.VIBRATION.publisher(self)
@@ -111,9 +113,10 @@ class DriveSim(Node):
 
         self._warm_up()
         # Latched, and only now: who has read it knows that the drive is ready.
-        self._description.publish(description_message(describe(scene, self.drive.price)))
-        chosen = scene.solver.stepper == AUTO or self.drive.price is not None
-        reason = f" ({self.drive.choice.reason})" if chosen else ""
+        accuracy = None if price is None else price.report()
+        self._description.publish(description_message(describe(scene, accuracy)))
+        chosen = scene.solver.stepper == AUTO or price is not None
+        reason = f" ({self._health.stepper_chosen})" if chosen else ""
         self.get_logger().info(
             f"{scene.name}: {scene.balls.count} balls, {', '.join(scene.effects)}; "
             f"{self.drive.stepper.name} at {step:g} s{reason}"

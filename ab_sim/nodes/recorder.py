@@ -12,13 +12,13 @@ from rclpy.node import Node
 
 from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, topics
 from ab_msgs_py.samples import command_of, description_of, event_of, text_of
+from ab_sim.drive.trajectory import channels_for
 from ab_sim.errors import RecordingError
 from ab_sim.nodes.inbox import Inbox
 from ab_sim.nodes.parameters import declare, recording_file, refuse_undeclared
 from ab_sim.nodes.process import run_node
 from ab_sim.recording import Recording
 from ab_sim.recording.drawing import Drawing
-from ab_sim.trajectory import channels_for
 
 WRITE_PERIOD = 0.2
 """s between two batches; a recording that is killed or looked at is not older than this."""

@@ -14,9 +14,9 @@ import pyarrow as pa
 from numpy.typing import NDArray
 from rerun.chunk import RrdReader
 
+from ab_sim.drive.trajectory import column_of
 from ab_sim.errors import RecordingError
 from ab_sim.recording.layout import CLOSED, Array, layout_of
-from ab_sim.trajectory import column_of
 
 
 @dataclass(frozen=True)

@@ -214,7 +214,7 @@ class Scene(Section):
     profile: Annotated[StartUp | SpeedChange, Field(discriminator="kind")] | None = None
     accuracy: Accuracy | None = None
     solver: Solver = Solver()
-    """Without meaning while an accuracy is asked for: ``Drive.scene`` then has the one found."""
+    """Without meaning while an accuracy is asked for: ``resolve_accuracy`` finds one."""
     duration: Number = quantity("how long a run of the scene lasts", "s", gt=0, le=1e6)
 
     @property

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis import Compared, compare, merits_of, run_scene, without_balls, without_period
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.scene import load_scene, scene_names
-from ab_sim.trajectory import Trajectory
 from tests.analysis.made import made
 
 E = 1e-4

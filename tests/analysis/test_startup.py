@@ -15,12 +15,12 @@ from ab_sim.analysis import (
     run_scene,
     time_of_speed,
 )
-from ab_sim.description import describe
 from ab_sim.drive import Drive
+from ab_sim.drive.description import describe
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.recording import Recording, read_recording
 from ab_sim.scene import check_scene
-from ab_sim.trajectory import Trajectory
 from tests.analysis.made import made
 
 

@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
-from ab_sim.analysis.accuracy import REPEATS
 from ab_sim.integrate.registry import STEPPERS
+from ab_sim.studies.accuracy_cost import REPEATS
 from tests.cli.tool import PNG, ab_sim
 
 

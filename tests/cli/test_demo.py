@@ -11,9 +11,9 @@ import pytest
 pytest.importorskip("rclpy", reason="needs ROS 2")
 
 from ab_sim.analysis import replay  # noqa: E402
+from ab_sim.drive.trajectory import Trajectory  # noqa: E402
 from ab_sim.recording import read_recording  # noqa: E402
 from ab_sim.scene import check_scene  # noqa: E402
-from ab_sim.trajectory import Trajectory  # noqa: E402
 
 pytestmark = pytest.mark.ros
 

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
+from ab_sim.drive.observation import Energy
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.system import DIRECTION
-from ab_sim.observation import Energy
 from ab_sim.scene import Scene, check_scene
-from ab_sim.trajectory import Trajectory
 from tests.conftest import THESIS, merge
 from tests.overlap import assert_apart
 

@@ -123,7 +123,7 @@ def test_an_edited_constant_never_meets_a_stale_kernel(tmp_path: Path) -> None:
 
     first, compiled = run()
     assert compiled > 0
-    plots = package / "plots.py"
+    plots = package / "figures" / "run.py"
     plots.write_text(plots.read_text() + "EDITED = True\n")
     assert run() == (first, 0)
     effect = package / "dynamics" / "effects" / "ball_spin.py"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ab_sim.drive import Drive
-from ab_sim.trajectory import Trajectory
+from ab_sim.drive.trajectory import Trajectory
 from tests.effects.parts import scene_of
 
 SPEED, RACE, G = 60.0, 0.01, 9.80665

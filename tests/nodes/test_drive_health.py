@@ -2,6 +2,7 @@
 
 import pytest
 
+from ab_sim.accuracy import resolve_accuracy
 from ab_sim.drive import Drive
 from ab_sim.nodes.drive_health import DriveHealth, Tolerance
 from ab_sim.nodes.pacing import Pacer
@@ -81,3 +82,14 @@ def test_steps_lost_to_a_pause_are_news(drive: Drive) -> None:
     pacer.start(200.0)
     assert health.news() == ["fell behind: 1960 steps were dropped"]
     assert health.values()["steps dropped"] == "1960"
+
+
+def test_a_stepper_that_was_measured_says_at_what_price() -> None:
+    scene, price = resolve_accuracy(
+        load_scene("no-ball", ["accuracy.whirl=1e-3", "duration=0.2"]), commanded=True
+    )
+    assert price is not None
+    drive = Drive(scene, commanded=True)
+    pacer, tolerance = Pacer(drive.step, 4, 40, 60.0), Tolerance(0.05, 0.1)
+    assert DriveHealth(drive, pacer, None, tolerance, price).stepper_chosen == price.reason
+    assert DriveHealth(drive, pacer, None, tolerance).stepper_chosen == drive.choice.reason

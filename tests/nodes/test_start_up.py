@@ -10,10 +10,10 @@ import pytest
 from ab_msgs_py import Block, Health, Level, topics
 from ab_msgs_py.samples import description_message, text_of
 from ab_sim.analysis import replay
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import RecordingError
 from ab_sim.recording import read_recording
 from ab_sim.scene import check_scene, find_scene
-from ab_sim.trajectory import Trajectory
 from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros

@@ -1,0 +1,8 @@
+"""What an accuracy costs, how far runs are apart, and how far a live one may be from the truth."""
+
+from ab_sim.accuracy.price import SAFETY, Price, share_of
+from ab_sim.accuracy.resolve import resolve_accuracy
+from ab_sim.accuracy.search import cheapest
+from ab_sim.accuracy.trials import Run, Timed
+
+__all__ = ["SAFETY", "Price", "Run", "Timed", "cheapest", "resolve_accuracy", "share_of"]

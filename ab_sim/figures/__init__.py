@@ -1,0 +1,1 @@
+"""Pictures, drawn into figures of their own: no pyplot, no display."""

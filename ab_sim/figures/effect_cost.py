@@ -1,0 +1,58 @@
+"""The picture of what effects cost: bars with their spread."""
+
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ab_sim.studies.effect_cost import ALL, BASE, EffectCost
+
+COLOURS = {BASE: "tab:gray", ALL: "tab:red"}
+
+
+def cost_figure(costs: list[EffectCost], path: Path) -> None:
+    """Draw time per step of every variant, one panel per scene, and write them to a file.
+
+    Args:
+        costs: what was measured.
+        path: file to write; its ending says the format (png, svg, pdf).
+    """
+    heights = [1.2 + 0.34 * len(cost.rows) for cost in costs]
+    figure = Figure(figsize=(9, sum(heights)), layout="constrained")
+    panels = figure.subplots(len(costs), 1, squeeze=False, height_ratios=heights)
+    for axes, cost in zip(panels[:, 0], costs, strict=True):
+        _panel(axes, cost)
+    panels[-1, 0].set_xlabel("time per step [µs]: median, and quartiles of interleaved repeats")
+    figure.savefig(path, dpi=120)
+
+
+def _panel(axes: Axes, cost: EffectCost) -> None:
+    most = max(row.ns_per_step.upper for row in cost.rows if row.ns_per_step)
+    for place, row in enumerate(cost.rows):
+        if row.ns_per_step is None or row.ratio is None:
+            axes.text(0, place, " cannot run", va="center", fontsize=8)
+            continue
+        time = row.ns_per_step
+        spread = [[1e-3 * (time.median - time.lower)], [1e-3 * (time.upper - time.median)]]
+        axes.barh(
+            place,
+            1e-3 * time.median,
+            xerr=spread,
+            color=COLOURS.get(row.name, "tab:blue"),
+            alpha=0.8,
+            capsize=3,
+        )
+        axes.text(
+            1e-3 * (time.upper + 0.01 * most),
+            place,
+            f" {1e-3 * time.median:.2f} µs, {row.ratio.median:.2f}x",
+            va="center",
+            fontsize=8,
+        )
+    names = [row.name + "".join(f"\n+ {name}" for name in row.added) for row in cost.rows]
+    axes.set_yticks(range(len(names)), names, fontsize=8)
+    axes.invert_yaxis()
+    axes.set_xlim(0, 1.2e-3 * most)
+    balls = f"{cost.balls} ball{'' if cost.balls == 1 else 's'}"
+    axes.set_title(f"{cost.scene}: {balls}, {cost.stepper}, step {cost.step:g} s", fontsize=11)
+    axes.grid(axis="x", alpha=0.3)

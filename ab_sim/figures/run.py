@@ -1,0 +1,249 @@
+"""Pictures for people: a run's speed, whirl, driving force and ball angles over time."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+
+from ab_sim.analysis.comparison import Compared, Comparison
+from ab_sim.analysis.merits import Merits, merits_of
+from ab_sim.analysis.startup import driving_forces
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.dynamics.effects.motor import Motor
+from ab_sim.figures.curves import Label, draw_curve, label_at_right
+from ab_sim.scene.model import Scene
+
+RUN, BESIDE, LIMIT = "tab:red", ("tab:blue", "0.35"), "0.45"
+BALLS = (
+    "tab:orange",
+    "tab:purple",
+    "tab:green",
+    "tab:brown",
+    "tab:pink",
+    "tab:olive",
+    "tab:cyan",
+    "k",
+)
+KINDS = {"start_up": "Start-up", "speed_change": "Speed change"}
+LEAST = 1e-4
+"""Whirl smaller than this share of its peak is not drawn."""
+MOST_LABELS = 8
+"""Balls beyond so many are drawn without names."""
+
+
+def run_figure(
+    trajectory: Trajectory,
+    scene: Scene,
+    path: Path,
+    comparison: Comparison,
+    period_start: float | None = None,
+    title: str | None = None,
+) -> None:
+    """Draw a run, and write it to a file.
+
+    Speed; W/e, beside that of the runs that it is compared with; with a motor its torque; with
+    balls the driving force on them and their angles from the unbalance.
+
+    Args:
+        trajectory: consecutive samples, from the start to the end.
+        scene: what was run.
+        path: file to write; its ending says the format (png, svg, pdf).
+        comparison: the same run without its variable-speed period, and without its balls.
+        period_start: when the variable-speed period starts [s], if there is one.
+        title: default: the profile's kind and the scene's name.
+    """
+    motor, balls = scene.effects.get("motor"), trajectory.balls
+    heights = {"speed": 0.5, "whirl": 1.2}
+    heights |= {} if motor is None else {"torque": 0.6}
+    heights |= {"force": 0.7, "angles": 1.0} if balls else {}
+    figure = Figure(figsize=(10, 0.8 + 2.9 * sum(heights.values())), layout="constrained")
+    panels = figure.subplots(len(heights), 1, sharex=True, height_ratios=[*heights.values()])
+    at = dict(zip(heights, panels, strict=True))
+    kind = "Run" if scene.profile is None else KINDS[scene.profile.kind]
+    figure.suptitle(title or f"{kind} of {scene.name}", fontsize=14)
+    merits = merits_of(trajectory, scene)
+    time = trajectory["time"]
+    panels[0].set_xlim(time[0], time[-1])
+    panels[-1].set_xlabel("time [s]")
+    for axes in panels:
+        axes.grid(alpha=0.3)
+    panels[0].set_title(_summary(merits, scene, comparison), fontsize=9)
+    _draw_speed(at["speed"], trajectory, scene, comparison)
+    _draw_whirl(at["whirl"], trajectory, scene, merits, comparison)
+    if motor is not None:
+        _draw_torque(at["torque"], trajectory, motor)
+    if balls:
+        _draw_forces(at["force"], trajectory, scene)
+        _draw_angles(at["angles"], trajectory, merits)
+    if period_start is not None:
+        _mark_period(panels, scene, period_start)
+    figure.align_ylabels(panels)
+    figure.savefig(path, dpi=120)
+
+
+def _summary(merits: Merits, scene: Scene, comparison: Comparison) -> str:
+    """What the run comes to, in a line."""
+    e = scene.rotor.eccentricity
+    scale, unit = (1 / e, " e") if e > 0 else (1e3, " mm")
+    parts = [f"final whirl {merits.final_whirl * scale:.3g}{unit}"]
+    if (share := comparison.relative_whirl(merits)) is not None:
+        parts[0] += f", {share:.3g} times that without balls"
+    if merits.changing:
+        parts.append("still changing at the end")
+    elif merits.in_band_from is None:
+        least, most = (whirl * scale for whirl in merits.span)
+        parts.append(f"between {least:.3g} and {most:.3g}{unit} at the end")
+    else:
+        within = f"+-{merits.band * scale:.2g}{unit}"
+        parts.append(f"stays within {within} of it from {merits.in_band_from:.3f} s on (triangle)")
+    if scene.balls.count and merits.residual_unbalance is not None:
+        parts.append(f"residual unbalance {merits.residual_unbalance:.3g}")
+    return "; ".join(parts)
+
+
+def _draw_speed(axes: Axes, path: Trajectory, scene: Scene, comparison: Comparison) -> None:
+    labels = []
+    if "motor" in scene.effects:
+        axes.plot(path["time"], path["command"], color="k", lw=0.8, ls="--")
+        labels.append(Label(path["command"][-1], "commanded"))
+    other = comparison.without_period
+    if isinstance(other, Compared):
+        axes.plot(other.time, other.speed, color=BESIDE[0], lw=1.0, ls="--")
+    axes.plot(path["time"], path["speed"], color=RUN, lw=1.5)
+    labels.append(Label(path["speed"][-1], "spindle speed", RUN))
+    if scene.critical_speed is not None:
+        axes.axhline(scene.critical_speed, color=LIMIT, lw=0.8, ls=":")
+        labels.append(Label(scene.critical_speed, "critical speed", LIMIT))
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.1 * (high - low))
+    axes.set_ylabel("speed [rad/s]")
+    label_at_right(axes, labels)
+
+
+def _draw_whirl(
+    axes: Axes, path: Trajectory, scene: Scene, merits: Merits, comparison: Comparison
+) -> None:
+    e = scene.rotor.eccentricity
+    scale, unit = (1 / e, "W/e [1]") if e > 0 else (1e3, "W [mm]")
+    shown = [merits]
+    labels = [Label(merits.final_whirl * scale, _final(merits, scale, "this run"), RUN)]
+    for (name, other), color in zip(comparison.by_name().items(), BESIDE, strict=False):
+        if isinstance(other, Compared):
+            draw_curve(axes, other.time, other.whirl * scale, color=color, lw=0.9, zorder=2)
+            shown.append(other.merits)
+            text = _final(other.merits, scale, name.replace(" variable-", "\nvariable-"))
+            labels.append(Label(other.merits.final_whirl * scale, text, color))
+    draw_curve(axes, path["time"], path.whirl * scale, color=RUN, lw=1.3, zorder=3)
+    hangs = ",\nfrom where the deck hangs" if "gravity" in scene.effects else ""
+    axes.set_ylabel(f"whirl radius {unit}{hangs}")
+    finals = [m.final_whirl for m in shown if m.final_whirl > 0]
+    peak = merits.peak_whirl * scale
+    if finals and peak > 0:
+        axes.set_yscale("log")
+        top = max(m.peak_whirl for m in shown)
+        axes.set_ylim(max(0.3 * min(finals), LEAST * top) * scale, 3.0 * top * scale)
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.annotate(
+            f"peak {peak:.4g} at {merits.peak_time:.3f} s", (merits.peak_time, peak),
+            xytext=(0, 6), textcoords="offset points", color=RUN,
+            ha=_towards_the_middle(merits.peak_time, path["time"]),
+        )  # fmt: skip
+    if merits.in_band_from is not None:
+        # Upon the band, whose edges the whirl may still touch.
+        edge = 1.2 * (merits.final_whirl + merits.band) * scale
+        axes.plot(merits.in_band_from, edge, "v", color=RUN, mec="k", ms=8, zorder=4)
+    label_at_right(axes, labels)
+
+
+def _final(merits: Merits, scale: float, name: str) -> str:
+    changing = ",\nstill changing" if merits.changing else ""
+    return f"{merits.final_whirl * scale:.3g}  {name}{changing}"
+
+
+def _towards_the_middle(at: float, time: np.ndarray) -> str:
+    """How to align a text at a time, so that it stays within the axes."""
+    part = (at - time[0]) / (time[-1] - time[0])
+    return "left" if part < 0.15 else "right" if part > 0.85 else "center"
+
+
+def _draw_torque(axes: Axes, path: Trajectory, motor: Motor) -> None:
+    time, torque, speed = path["time"], path["motor_torque"], path["speed"]
+    axes.plot(time, torque, color=RUN, lw=1.2)
+    axes.set_ylabel("motor torque [N m]")
+    labels = [Label(torque[-1], "torque", RUN)]
+    for sign, text in ((1.0, "most it can give\nat this speed"), (-1.0, "most it can brake")):
+        limit = sign * motor.torque_limit - motor.back_emf_slope * speed
+        # The lower one only where the motor brakes that hard; it would squeeze the rest.
+        if sign > 0 or np.any(torque < 0.5 * limit):
+            # Broad and behind, for it to be seen where the torque is at it.
+            axes.plot(time, limit, color="0.8", lw=5.0, zorder=1)
+            labels.append(Label(limit[-1], text, LIMIT))
+    label_at_right(axes, labels)
+
+
+def _draw_forces(axes: Axes, path: Trajectory, scene: Scene) -> None:
+    forces = driving_forces(path, scene)
+    for ball, style in enumerate(_styles(path.balls)):
+        draw_curve(axes, path["time"], forces[:, ball], **style)
+    axes.set_ylabel("driving force\non the balls [N]")
+    axes.axhline(0, color="k", lw=0.5)
+
+
+def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
+    time, angles = path["time"], np.degrees(path.ball_angles)
+    labels = []
+    for ball, style in enumerate(_styles(path.balls)):
+        axes.plot(time, angles[:, ball], **style)
+        if path.balls <= MOST_LABELS:
+            labels.append(Label(angles[-1, ball], f"ball {ball}", style["color"]))
+    # The turns in an angle count: the opposite side is at every odd multiple of 180 deg.
+    nearest = {180.0 + 360.0 * round((angle - 180.0) / 360.0) for angle in angles[-1]}
+    low, high = min(angles.min(), *nearest), max(angles.max(), *nearest)
+    margin = max(0.06 * (high - low), 15.0)
+    low, high = low - margin, high + margin
+    for turn in range(int(np.ceil((low - 180) / 360)), int(np.floor((high - 180) / 360)) + 1):
+        axes.axhline(180 + 360 * turn, color=LIMIT, lw=0.9, ls=":")
+    labels += [Label(place, "opposite the unbalance", LIMIT) for place in sorted(nearest)]
+    axes.set_ylim(low, high)
+    ticks = next((base for base in (15, 30, 45, 90, 180) if high - low <= 8 * base), 360)
+    axes.yaxis.set_major_locator(MultipleLocator(ticks, offset=0))
+    axes.set_ylabel("ball angle from\nthe unbalance [deg]")
+    passed = merits.first_passage_of_opposite
+    if passed is not None and passed > 0:
+        axes.plot(passed, -180, "ko", ms=5, zorder=4)
+        # Balls come from above and go on to the right: room is below to the left, or above.
+        late = passed > 0.3 * time[-1]
+        axes.annotate(
+            f"all balls at -180 deg first: {passed:.3f} s", (passed, -180), fontsize=8,
+            xytext=(-8, -10) if late else (8, 8), textcoords="offset points",
+            ha="right" if late else "left",
+        )  # fmt: skip
+    label_at_right(axes, labels)
+
+
+def _styles(balls: int) -> list[dict[str, Any]]:
+    """One per ball; later ones are drawn thinner, so that balls that move as one remain visible."""
+    widths = np.linspace(3.0, 1.0, balls) if balls > 1 else [1.8]
+    return [{"color": BALLS[ball % len(BALLS)], "lw": width} for ball, width in enumerate(widths)]
+
+
+def _mark_period(panels: Sequence[Axes], scene: Scene, start: float) -> None:
+    profile = scene.profile
+    assert profile is not None and profile.kind == "start_up"
+    assert profile.variable_speed_period is not None
+    end = start + profile.variable_speed_period.duration
+    for axes in panels:
+        axes.axvspan(start, end, color="tab:blue", alpha=0.12, lw=0)
+    panels[0].annotate(
+        "variable-speed period",
+        (end, 0),
+        xycoords=("data", "axes fraction"),
+        xytext=(4, 5),
+        textcoords="offset points",
+        fontsize=8,
+        color="tab:blue",
+    )

@@ -1,7 +1,0 @@
-"""What an accuracy costs: how the scene's own solver is chosen where it asks for an accuracy."""
-
-from ab_sim.price.price import SAFETY, Price, share_of
-from ab_sim.price.search import cheapest
-from ab_sim.price.trials import Run, Timed
-
-__all__ = ["SAFETY", "Price", "Run", "Timed", "cheapest", "share_of"]

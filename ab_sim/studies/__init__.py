@@ -1,0 +1,1 @@
+"""What effects and accuracy cost, beside other people's integrators."""

@@ -1,0 +1,135 @@
+"""Gauss' collocation with eight nodes, order 16: the reference of scenes without events.
+
+    Y_i = y + h sum_j a_ij f(t + c_j h, Y_j),       y+ = y + h sum_j b_j f(t + c_j h, Y_j)
+
+Implicit, of another family than all methods that are judged by it; the package's rk8 and SciPy's
+DOP853 share their coefficients. Iterated to rounding; increments are summed with compensation
+(Kahan), so that rounding does not pile up over the steps. Butcher (1964), Math. Comp. 18, 50-64.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from ab_sim.dynamics.assemble import linear_rates
+from ab_sim.dynamics.scratch import WIDTH
+from ab_sim.integrate.compile_cache import compiled
+from ab_sim.integrate.sweeps import integration
+from ab_sim.studies.accuracy_cost.methods import FailedError
+from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide, slope_at
+
+NODES, ITERATIONS = 8, 60
+LONGEST = 1e-3
+"""s."""
+REACH = 1.0
+"""Step times the fastest rate: the iteration converges within some 20 rounds."""
+SETTLED = 3e-16
+"""The iteration ends at changes of this share of each state's magnitude."""
+
+
+class Nodes(NamedTuple):
+    """The method's coefficients."""
+
+    c: np.ndarray
+    a: np.ndarray
+    b: np.ndarray
+
+
+class Work(NamedTuple):
+    """Arrays that a step writes to: slopes at the nodes, the next ones, a state, the kernel's."""
+
+    slopes: np.ndarray
+    ahead: np.ndarray
+    trial: np.ndarray
+    scratch: np.ndarray
+
+
+def gauss_nodes(count: int = NODES) -> Nodes:
+    """Of the method with so many nodes."""
+    x, w = legendre.leggauss(count)
+    c = (x + 1.0) / 2.0
+    return Nodes(c, integration(c), w / 2.0)
+
+
+def step_for(f: RightHandSide) -> float:
+    """How long its steps may be for the iteration to converge [s]."""
+    rates = linear_rates(f.system, f.scene.spindle.max_speed).values()
+    return min(LONGEST, REACH / max(abs(rate) for rate in rates))
+
+
+def collocate(f: RightHandSide, longest: float) -> np.ndarray:
+    """States at the sample times, shape (samples, states).
+
+    Args:
+        f: the scene.
+        longest: longest step [s].
+
+    Raises:
+        FailedError: the iteration does not converge at this step.
+    """
+    nodes, state, rest = gauss_nodes(), f.start.copy(), np.zeros(f.start.size)
+    shape = (NODES, state.size)
+    work = Work(np.empty(shape), np.empty(shape), state.copy(), np.zeros((len(f.modes), WIDTH)))
+    kept = []
+    for leg in f.legs:
+        states = [state.copy()]
+        for begin, end in zip(leg.grid[:-1], leg.grid[1:], strict=True):
+            steps = math.ceil((end - begin) / longest - 1e-9)
+            length = (end - begin) / steps
+            local = begin - leg.start
+            clock = (local, length, steps)
+            if not _steps(f.system, leg.place, f.modes, nodes, clock, f.scale, state, rest, work):
+                raise FailedError(
+                    f"collocation does not converge at t = {begin:.6g} s with steps of {length:g} s"
+                )
+            states.append(state.copy())
+        kept.append(np.array(states)[leg.keep])
+    return np.concatenate(kept)
+
+
+@compiled
+def _steps(system, place, modes, nodes, clock, scale, state, rest, work):  # type: ignore[no-untyped-def]
+    """Take steps; ``rest`` is what of the state is too small to be in it. False: no convergence."""
+    begin, length, steps = clock
+    slopes, ahead, trial, scratch = work.slopes, work.ahead, work.trial, work.scratch
+    count, states = nodes.c.size, state.size
+    for step in range(steps):
+        time = begin + step * length
+        slope_at(system, place, time, state, modes, trial, scratch)
+        for i in range(count):
+            for j in range(states):
+                slopes[i, j] = trial[j]
+        settled = False
+        for _ in range(ITERATIONS):
+            change = 0.0
+            for i in range(count):
+                for j in range(states):
+                    total = rest[j]
+                    for k in range(count):
+                        total += length * nodes.a[i, k] * slopes[k, j]
+                    trial[j] = state[j] + total
+                at = time + nodes.c[i] * length
+                slope_at(system, place, at, trial, modes, ahead[i], scratch)
+                for j in range(states):
+                    change = max(change, abs(ahead[i, j] - slopes[i, j]) * length / scale[j])
+            for i in range(count):
+                for j in range(states):
+                    slopes[i, j] = ahead[i, j]
+            if change <= SETTLED:
+                settled = True
+                break
+            if not change < 1e9:
+                break
+        # Rounding may keep the last digits from settling.
+        if not settled and not change <= 100.0 * SETTLED:
+            return False
+        for j in range(states):
+            total = rest[j]
+            for k in range(count):
+                total += length * nodes.b[k] * slopes[k, j]
+            summed = state[j] + total
+            rest[j] = total - (summed - state[j])
+            state[j] = summed
+    return True

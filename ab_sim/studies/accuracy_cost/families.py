@@ -1,0 +1,144 @@
+"""Which methods a scene is studied with, at which settings; and which are left out, and why."""
+
+import importlib.util
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache, partial
+
+from ab_sim.dynamics.assemble import system_of
+from ab_sim.dynamics.system import has_events
+from ab_sim.errors import SceneError
+from ab_sim.integrate.choose import choose_stepper
+from ab_sim.integrate.registry import STEPPERS
+from ab_sim.scene.load import with_solver
+from ab_sim.scene.model import Scene
+from ab_sim.studies.accuracy_cost.cvode_peer import cvode_solvers
+from ab_sim.studies.accuracy_cost.methods import Method
+from ab_sim.studies.accuracy_cost.mujoco_peer import MuJoCo, mujoco_refusal
+from ab_sim.studies.accuracy_cost.ours import Stepping
+from ab_sim.studies.accuracy_cost.results import LeftOut
+from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
+from ab_sim.studies.accuracy_cost.sampling import Sampling
+from ab_sim.studies.accuracy_cost.scipy_peers import SCIPY
+from ab_sim.studies.accuracy_cost.tolerance import ByTolerance, LegSolver
+
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
+FINER = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
+"""Steps below those asked for, for a stepper that stiffness keeps off these [s]."""
+LEAST_STEPS = 3
+EXTRA = "not installed; pip install 'ab_sim[peers]'"
+
+Setting = tuple[str, Callable[[], Method]]
+"""What it is, for people, and what makes it."""
+Family = tuple[str, Sequence[Setting]]
+"""A method, with its settings from coarse to fine."""
+
+
+def all_families(
+    scene: Scene,
+    sampling: Sampling,
+    f: RightHandSide | None,
+    with_ledger: bool,
+    steps: Sequence[float],
+    tolerances: Sequence[float],
+) -> tuple[list[Family], list[LeftOut]]:
+    """All methods for a scene, and those it cannot be studied with.
+
+    Args:
+        scene: the scene.
+        sampling: when runs are compared.
+        f: the scene as a right-hand side; None if it has events.
+        with_ledger: whether it can keep a ledger.
+        steps: steps to try [s].
+        tolerances: relative tolerances to try.
+    """
+    divides = [step for step in steps if sampling.per_period(step)]
+    missing = [
+        LeftOut(f"steps of {1e3 * step:g} ms", f"do not divide {sampling.period:g} s, at which "
+                "runs are compared")
+        for step in steps
+        if step not in divides
+    ]  # fmt: skip
+    families = [*_ours(scene, sampling, divides)]
+    if f is None:
+        missing += [LeftOut(name, _events_reason(scene)) for name in (*SCIPY, "CVODE")]
+    else:
+        tolerances = sorted(tolerances, reverse=True)
+        families += _by_tolerance(f, with_ledger, tolerances, missing)
+    families += _mujoco(scene, sampling, divides, missing)
+    return families, missing
+
+
+def _ours(scene: Scene, sampling: Sampling, steps: Sequence[float]) -> Iterator[Family]:
+    """Every registered stepper."""
+    own = [scene.solver.step] if sampling.per_period(scene.solver.step) else []
+    ladder = sorted({*steps, *own}, reverse=True)
+    for name in STEPPERS:
+        settings = [
+            (f"{1e3 * step:g} ms", partial(Stepping, scene, sampling, name, step))
+            for step in ladder
+        ]
+        longest = _longest(scene, name, ladder[-1] if ladder else FINER[-1])
+        allowed = sum(step <= longest for step in ladder)
+        finer = [s for s in FINER if s <= longest and sampling.per_period(s)]
+        if allowed < LEAST_STEPS:
+            settings += [
+                (f"{1e3 * step:g} ms", partial(Stepping, scene, sampling, name, step))
+                for step in finer[: LEAST_STEPS - allowed]
+            ]
+        yield name, settings
+
+
+def _longest(scene: Scene, stepper: str, step: float) -> float:
+    """The longest step that a stepper may take in a scene [s]."""
+    for shorter in (step, *FINER):
+        made = with_solver(scene, stepper, shorter)
+        try:
+            return choose_stepper(made, system_of(made)).longest
+        except SceneError:
+            continue
+    return 0.0
+
+
+def _by_tolerance(
+    f: RightHandSide, with_ledger: bool, tolerances: Sequence[float], missing: list[LeftOut]
+) -> list[Family]:
+    """SciPy's integrators and CVODE."""
+    solvers: dict[str, LegSolver] = dict(SCIPY)
+    try:
+        solvers.update(cvode_solvers())
+    except ImportError:
+        missing.append(LeftOut("CVODE", f"scikit-sundae is {EXTRA}"))
+    # Compiled once, when the first of them asks for it.
+    booked = lru_cache(partial(RightHandSide, f.scene, f.sampling, True)) if with_ledger else None
+    return [
+        (
+            name,
+            [
+                (f"rtol {rtol:g}", partial(ByTolerance, f, booked, name, solver, rtol))
+                for rtol in tolerances
+            ],
+        )
+        for name, solver in solvers.items()
+    ]
+
+
+def _mujoco(
+    scene: Scene, sampling: Sampling, steps: Sequence[float], missing: list[LeftOut]
+) -> list[Family]:
+    refusal = mujoco_refusal(scene)
+    if not refusal and importlib.util.find_spec("mujoco") is None:
+        refusal = f"MuJoCo is {EXTRA}"
+    if refusal:
+        missing.append(LeftOut(MuJoCo.name, refusal))
+        return []
+    ladder = sorted(steps, reverse=True)
+    settings = [(f"{1e3 * step:g} ms", partial(MuJoCo, scene, sampling, step)) for step in ladder]
+    return [(MuJoCo.name, settings)]
+
+
+def _events_reason(scene: Scene) -> str:
+    names = [name for name, e in scene.effects.items() if e.acts and has_events((e,))]
+    return (
+        f"{', '.join(names)} switch forces at events, which it is not made to locate here; over a "
+        "right-hand side with kinks every method falls to first order"
+    )

@@ -1,0 +1,67 @@
+"""The package's steppers, as a user runs them: through Drive."""
+
+import math
+
+from ab_sim.accuracy.deviation import Samples
+from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import DivergedError
+from ab_sim.scene.load import with_solver
+from ab_sim.scene.model import Scene
+from ab_sim.studies.accuracy_cost.energy import INSTANTS, EnergyBalance
+from ab_sim.studies.accuracy_cost.methods import FailedError
+from ab_sim.studies.accuracy_cost.sampling import Sampling
+
+
+class Stepping:
+    """A stepper at a step.
+
+    Raises:
+        SceneError: the scene refuses the step, e.g. beyond the stability limit.
+    """
+
+    peer: bool = False
+    tolerance: float | None = None
+    evaluations: int | None = None
+
+    def __init__(self, scene: Scene, sampling: Sampling, stepper: str, step: float) -> None:
+        self.name, self.sampling = stepper, sampling
+        self.step: float | None = step
+        self.each = sampling.per_period(step)
+        assert self.each, "the step divides the sample period"
+        self.scene = with_solver(scene, stepper, step)
+        self.drive = Drive(self.scene)
+
+    @property
+    def events(self) -> int:
+        """Events located in the last run."""
+        return self.drive.events
+
+    def prepare(self) -> None:
+        """Back to the start."""
+        self.drive.reset()
+
+    def run(self) -> Trajectory:
+        """All steps; every one is recorded, as in use, and those at the reference's are kept."""
+        every = self.each // math.gcd(self.each, self.sampling.parts)
+        try:
+            return self.drive.advance(self.sampling.number * self.each, every)
+        except DivergedError as error:
+            raise FailedError(f"diverged: {error}") from error
+
+    def samples(self, kept: Trajectory) -> Samples:
+        """Position and ball angles."""
+        return Samples.of(kept)
+
+    def energy_error(self) -> float | None:
+        """In a run of its own, because the ledger takes time."""
+        drive = Drive(self.scene, ledger=True)
+        every = -(-self.sampling.number // INSTANTS)
+        energies = []
+        try:
+            for at in range(0, self.sampling.number, every):
+                drive.advance(self.each * min(every, self.sampling.number - at))
+                energies.append(drive.energy())
+        except DivergedError:
+            return None
+        return EnergyBalance(energies).error()

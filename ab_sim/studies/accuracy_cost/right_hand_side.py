@@ -1,0 +1,163 @@
+"""The package's equations as f(t, y), for integrators that are not the package's.
+
+The only place here that knows how the kernel calls ``derivatives``. A scene's speed profile is cut
+into legs at its breakpoints, so that f is smooth within each; integrators start anew at each.
+"""
+
+import copy
+import math
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from ab_sim.accuracy.deviation import Samples
+from ab_sim.drive.observation import Energy
+from ab_sim.dynamics.assemble import place_on, start_modes, start_state, system_of
+from ab_sim.dynamics.ledger import mechanical_energy
+from ab_sim.dynamics.motion import Deck, Spindle
+from ab_sim.dynamics.planar import derivatives
+from ab_sim.dynamics.scratch import WIDTH
+from ab_sim.dynamics.system import TURNS, Place, has_events
+from ab_sim.integrate.compile_cache import compiled
+from ab_sim.scene.model import Scene
+from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle.segments import RaisedCosine, Ramp
+from ab_sim.studies.accuracy_cost.energy import EnergyBalance
+from ab_sim.studies.accuracy_cost.sampling import Sampling
+
+SAME_INSTANT = 1e-12
+"""s."""
+
+
+@compiled
+def slope_at(system, place, time, state, modes, out, scratch):  # type: ignore[no-untyped-def]
+    """``derivatives``, from the disk cache, for callers outside a kernel; local ``time`` [s]."""
+    derivatives(system, place, time, state, modes, out, scratch)
+
+
+# From a leg's numbers (start, phase, the segment's fields) to its segment, by kind.
+_SEGMENTS: dict[type, Any] = {
+    Ramp: numba.njit(lambda leg: Ramp(leg[2], leg[3])),
+    RaisedCosine: numba.njit(lambda leg: RaisedCosine(leg[2], leg[3], leg[4])),
+}
+
+
+class Leg(NamedTuple):
+    """A stretch of time in which f is smooth."""
+
+    grid: np.ndarray
+    """Times [s]: its begin, the sample times within, its end."""
+    keep: np.ndarray
+    """Which of them are sample times, as indices."""
+    place: Place
+    start: float
+    """When the segment begins [s]: local time is counted from it."""
+    numbers: tuple[float, ...]
+    """All of that for f: plain floats, which compiled code takes quickest from Python."""
+    f: Any
+    """Compiled ``f(t, y, numbers)``; returns a new array."""
+    fill: Any
+    """Compiled ``fill(t, y, out, numbers)``."""
+
+
+class RightHandSide:
+    """A scene without events as f(t, y), leg by leg.
+
+    Args:
+        scene: what to simulate.
+        sampling: when samples are kept.
+        ledger: also the two states of the ledger.
+    """
+
+    def __init__(self, scene: Scene, sampling: Sampling, ledger: bool = False) -> None:
+        self.scene, self.sampling = scene, sampling
+        self.system = system_of(scene, ledger)
+        assert not has_events(self.system.effects), "f of a scene with events has kinks"
+        self.start = start_state(scene, self.system)
+        self.modes = start_modes(scene, self.system)
+        self._compiled: dict[type, tuple[Any, Any]] = {}
+        self.profile = SpeedProfile.of_scene(scene)
+        self.legs = tuple(self._legs())
+
+    def sampled(self, sampling: Sampling) -> "RightHandSide":
+        """The same at other sample times."""
+        other = copy.copy(self)
+        other.sampling = sampling
+        other.legs = tuple(other._legs())
+        return other
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Magnitudes from which absolute tolerances are made, shape (states,)."""
+        n, speed = self.scene.balls.count, self.scene.spindle.max_speed
+        length = self.scene.whirl_unit[0]
+        energy = 0.5 * self.scene.total_mass * (length * speed) ** 2
+        rest = [energy] * (self.start.size - 4 - 2 * n)
+        return np.array([length] * 2 + [length * speed] * 2 + [1.0] * n + [speed] * n + rest)
+
+    def samples(self, states: np.ndarray) -> Samples:
+        """States at the sample times, shape (samples, states), as samples."""
+        n = self.scene.balls.count
+        psi = np.array([self.profile.angle(float(t)) for t in self.sampling.times])
+        c, s = np.cos(psi), np.sin(psi)
+        position = np.column_stack(
+            [c * states[:, 0] - s * states[:, 1], s * states[:, 0] + c * states[:, 1]]
+        )
+        return Samples(position, states[:, 4 : 4 + n] + 2.0 * math.pi * self.modes[:n, TURNS])
+
+    def energy_error(self, states: np.ndarray) -> float:
+        """Of a run with a ledger, from its states at the sample times."""
+        before = self._stored(self.start, 0.0)
+        return EnergyBalance(
+            [
+                Energy(self._stored(state, float(t)), before, float(state[-2]), float(state[-1]))
+                for t, state in zip(self.sampling.times, states, strict=True)
+            ]
+        ).error()
+
+    def _stored(self, state: np.ndarray, time: float) -> float:
+        n, psi = self.scene.balls.count, self.profile.angle(time)
+        spindle = Spindle(self.profile.speed(time), 0.0, math.cos(psi), math.sin(psi), 0.0, 0.0)
+        deck = Deck(*state[:4].tolist())
+        return mechanical_energy(self.system, deck, spindle, state[4 : 4 + n], state[4 + n :][:n])
+
+    def _legs(self) -> Any:
+        times = self.sampling.times
+        for piece in self.profile.pieces:
+            begin, end = piece.start, min(piece.end, self.sampling.end)
+            if end - begin < SAME_INSTANT:
+                continue
+            inside = times[(times > begin + SAME_INSTANT) & (times < end - SAME_INSTANT)]
+            last = np.abs(times - end).min() <= SAME_INSTANT
+            place = place_on(piece)
+            yield Leg(
+                np.concatenate([[begin], inside, [end]]),
+                np.arange(1, len(inside) + 1 + last),
+                place,
+                piece.start,
+                (piece.start, place.phase, *(float(x) for x in piece.segment)),
+                *self._functions(type(piece.segment)),
+            )
+
+    def _functions(self, kind: type) -> tuple[Any, Any]:
+        """f and fill for a kind of segment; the scene's numbers become constants of the code."""
+        if kind in self._compiled:
+            return self._compiled[kind]
+        system, modes, n, segment = self.system, self.modes, len(self.system.balls), _SEGMENTS[kind]
+
+        @numba.njit(error_model="numpy")
+        def f(t, y, leg):  # type: ignore[no-untyped-def]
+            out, scratch = np.empty(y.size), np.zeros((n, WIDTH))
+            slope_at(system, Place(segment(leg), leg[1]), t - leg[0], y, modes, out, scratch)
+            return out
+
+        @numba.njit(error_model="numpy")
+        def fill(t, y, out, leg):  # type: ignore[no-untyped-def]
+            # A copy, because callers may forbid writing to y, which would be one more type.
+            scratch = np.zeros((n, WIDTH))
+            place = Place(segment(leg), leg[1])
+            slope_at(system, place, t - leg[0], y.copy(), modes, out, scratch)
+
+        self._compiled[kind] = f, fill
+        return f, fill

@@ -1,0 +1,65 @@
+"""SciPy's integrators."""
+
+import warnings
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.integrate import ODEintWarning, odeint, solve_ivp
+
+from ab_sim.studies.accuracy_cost.methods import FailedError
+from ab_sim.studies.accuracy_cost.right_hand_side import Leg
+from ab_sim.studies.accuracy_cost.tolerance import LegSolver, Outcome
+
+MOST_STEPS = 10**7
+# Their hints do not know compiled functions, nor methods that are named at run time.
+_SOLVE_IVP: Any = solve_ivp
+_ODEINT: Any = odeint
+
+
+def _solve_ivp(
+    method: str, leg: Leg, state: np.ndarray, relative: float, absolute: np.ndarray
+) -> Outcome:
+    grid = leg.grid
+    done = _SOLVE_IVP(
+        leg.f,
+        (grid[0], grid[-1]),
+        state,
+        method=method,
+        t_eval=grid,
+        args=(leg.numbers,),
+        rtol=relative,
+        atol=absolute,
+    )
+    if not done.success:
+        raise FailedError(f"gave up: {done.message}")
+    return Outcome(done.y.T, done.nfev)
+
+
+def lsoda(leg: Leg, state: np.ndarray, relative: float, absolute: np.ndarray) -> Outcome:
+    """LSODA through ``odeint``: its loop is compiled, where solve_ivp's is Python and 3 x slower.
+
+    It integrates past the leg's end and interpolates: f continues smoothly there.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ODEintWarning)
+        try:
+            states, done = _ODEINT(
+                leg.f,
+                state,
+                leg.grid,
+                args=(leg.numbers,),
+                tfirst=True,
+                rtol=relative,
+                atol=absolute,
+                mxstep=MOST_STEPS,
+                full_output=True,
+            )
+        except ODEintWarning as warning:
+            raise FailedError(f"gave up: {warning}") from warning
+    return Outcome(states, int(done["nfe"][-1]))
+
+
+dop853: LegSolver = partial(_solve_ivp, "DOP853")
+radau: LegSolver = partial(_solve_ivp, "Radau")
+SCIPY: dict[str, LegSolver] = {"DOP853": dop853, "LSODA": lsoda, "Radau": radau}

@@ -1,0 +1,211 @@
+"""The study: all methods of a scene, their errors first, then their times, interleaved."""
+
+import math
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from ab_sim.accuracy import resolve_accuracy
+from ab_sim.accuracy.deviation import Deviation, Samples, deviation
+from ab_sim.dynamics.assemble import system_of
+from ab_sim.dynamics.system import has_events
+from ab_sim.errors import InputError, SceneError
+from ab_sim.integrate.choose import choose_stepper
+from ab_sim.scene.model import Scene
+from ab_sim.studies.accuracy_cost.energy import ledger_refusal
+from ab_sim.studies.accuracy_cost.families import TOLERANCES, Setting, all_families
+from ab_sim.studies.accuracy_cost.methods import FailedError, Method
+from ab_sim.studies.accuracy_cost.reference import Reference, event_reference, smooth_reference
+from ab_sim.studies.accuracy_cost.results import Accuracy, Errors, LeftOut, Row
+from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
+from ab_sim.studies.accuracy_cost.sampling import LADDER, Sampling, nanoseconds, sampling_of
+from ab_sim.studies.effect_cost import Progress, Spread
+
+REPEATS = 9
+
+NEAR = 3.0
+"""A method's settings go on until its error is this near to the reference's uncertainty."""
+LONG_RUN = 3.0
+"""s of CPU time: beyond it, finer settings of a method are left out."""
+TIME_FOR_ONE = 6.0
+"""s of CPU time that repeats of one setting may take."""
+
+
+class _Candidate:
+    """A method at a setting, with what was seen of it."""
+
+    def __init__(self, method: Method, errors: Errors, seconds: float, repeats: int) -> None:
+        self.method, self.errors = method, errors
+        self.repeats = max(1, min(repeats, math.ceil(TIME_FOR_ONE / max(seconds, 1e-9))))
+        self.seconds: list[float] = []
+
+    def time_once(self) -> None:
+        self.method.prepare()
+        begin = time.thread_time()
+        self.method.run()
+        self.seconds.append(time.thread_time() - begin)
+
+
+def measure(
+    scene: Scene,
+    repeats: int = REPEATS,
+    progress: Progress | None = None,
+    *,
+    steps: Sequence[float] = LADDER,
+    tolerances: Sequence[float] = TOLERANCES,
+) -> Accuracy:
+    """Run every method at every setting, compare, and time.
+
+    Each setting is run once, untimed, for its errors, from coarse to fine; a method's finer
+    settings are left out once it is as good as the reference can tell, or takes too long. Then
+    all settings take turns, each round beginning with another one. Time is the CPU time of the
+    thread, without compiling.
+
+    Args:
+        scene: what to simulate.
+        repeats: rounds; settings that take long join fewer.
+        progress: told what is going on.
+        steps: steps to try [s], whole nanoseconds.
+        tolerances: relative tolerances to try for peers that choose their steps.
+
+    Raises:
+        InputError: repeats is below 1, the scene is too short, or no reference can be made.
+        SceneError: the scene cannot run.
+    """
+    if repeats < 1:
+        raise InputError(f"repeats = {repeats}: must be at least 1")
+    tell = progress or (lambda what, done, total: None)
+    scene, _ = resolve_accuracy(scene)  # What it asks for is one of the settings.
+    choice = choose_stepper(scene, system_of(scene))
+    sampling = sampling_of(scene)
+    tell("reference", 0, 1)
+    smooth = not has_events(system_of(scene).effects)
+    f = RightHandSide(scene, sampling) if smooth else None
+    reference = event_reference(scene, sampling) if f is None else smooth_reference(f)
+    no_ledger = ledger_refusal(scene)
+    study = _Study(scene, sampling, reference, repeats, not no_ledger)
+    families, missing = all_families(scene, sampling, f, not no_ledger, steps, tolerances)
+    study.left_out += missing
+    for done, (name, settings) in enumerate(families):
+        tell(f"errors of {name}", done, len(families))
+        study.family(name, settings)
+    rows = study.timed(tell)
+    notes = [f"no energy balance: {no_ledger}"] if no_ledger else []
+    if nanoseconds(sampling.end) != nanoseconds(scene.duration):
+        notes.append(
+            f"compared up to {sampling.end:g} s of {scene.duration:g} s: the last whole multiple "
+            f"of {sampling.period:g} s"
+        )
+    return Accuracy(
+        scene.name,
+        tuple(scene.effects),
+        scene.balls.count,
+        sampling.end,
+        sampling.period,
+        sampling.finest.period,
+        *scene.whirl_unit,
+        f"{choice.stepper.name} at {scene.solver.step:g} s",
+        reference.text,
+        reference.shares,
+        reference.uncertainty,
+        repeats,
+        tuple(rows),
+        tuple(study.left_out),
+        tuple(notes),
+    )
+
+
+class _Study:
+    """What is known while the study goes on."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        sampling: Sampling,
+        reference: Reference,
+        repeats: int,
+        with_ledger: bool,
+    ) -> None:
+        self.scene, self.sampling, self.reference = scene, sampling, reference
+        self.repeats, self.with_ledger = repeats, with_ledger
+        self.candidates: list[_Candidate] = []
+        self.failed: list[Row] = []
+        self.left_out: list[LeftOut] = []
+
+    def family(self, name: str, settings: Sequence[Setting]) -> None:
+        """Run a method's settings, from coarse to fine, for their errors."""
+        refused: dict[str, list[str]] = {}
+        for at, (setting, make) in enumerate(settings):
+            try:
+                method = make()
+            except SceneError as error:
+                refused.setdefault(_reason(error), []).append(setting)
+                continue
+            reason = self._run(method)
+            if reason:
+                finer = [what for what, _ in settings[at + 1 :]]
+                if finer:
+                    what = f"{name} at {', '.join(finer)}"
+                    self.left_out.append(LeftOut(what, f"at {setting} {reason}"))
+                break
+        for reason, which in refused.items():
+            self.left_out.append(LeftOut(f"{name} at {', '.join(which)}", f"refused: {reason}"))
+
+    def _run(self, method: Method) -> str:
+        """Errors of one setting; says why finer ones would be of no use, if they would not."""
+        try:
+            method.prepare()
+            begin = time.thread_time()
+            samples = method.samples(method.run())
+            seconds = time.thread_time() - begin
+        except FailedError as error:
+            row = Row(
+                method.name, method.peer, method.step, method.tolerance,
+                None, None, 0, None, str(error),
+            )  # fmt: skip
+            self.failed.append(row)
+            return ""
+        found = self._deviation(method.name, samples)
+        energy = method.energy_error() if self.with_ledger else None
+        errors = Errors.of(found, self.reference.uncertainty, energy)
+        self.candidates.append(_Candidate(method, errors, seconds, self.repeats))
+        limit = self.reference.uncertainty
+        if found.angle <= NEAR * limit.angle and found.whirl <= NEAR * limit.whirl:
+            return "its error is already as small as the reference can tell"
+        if seconds > LONG_RUN:
+            return f"a run already takes {seconds:.1f} s"
+        return ""
+
+    def _deviation(self, name: str, samples: Samples) -> Deviation:
+        return deviation(samples, self.reference.samples_for(name), self.scene.whirl_unit[0])
+
+    def timed(self, tell: Progress) -> list[Row]:
+        """All that ran, timed in turns; and what failed."""
+        for turn in range(self.repeats):
+            tell("measuring", turn, self.repeats)
+            count = len(self.candidates)
+            for place in range(count):
+                candidate = self.candidates[(turn + place) % count]
+                if len(candidate.seconds) < candidate.repeats:
+                    candidate.time_once()
+        return [self._row(candidate) for candidate in self.candidates] + self.failed
+
+    def _row(self, candidate: _Candidate) -> Row:
+        method, simulated = candidate.method, self.sampling.end
+        evaluations = method.evaluations
+        return Row(
+            method.name,
+            method.peer,
+            method.step,
+            method.tolerance,
+            candidate.errors,
+            Spread.of(np.array(candidate.seconds) / simulated),
+            len(candidate.seconds),
+            None if evaluations is None else evaluations / simulated,
+        )
+
+
+def _reason(error: SceneError) -> str:
+    """Of a refused step: the text less the step itself, so that steps share it."""
+    return str(error).split(" s: ", 1)[-1].split("; or leave")[0]

@@ -1,0 +1,319 @@
+"""What each effect of a scene costs: time per step with all off, each alone, the scene's set."""
+
+import datetime
+import math
+import os
+import platform
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import llvmlite
+import numba
+import numpy as np
+
+import ab_sim
+from ab_sim.accuracy import resolve_accuracy
+from ab_sim.drive import Drive
+from ab_sim.dynamics.assemble import system_of
+from ab_sim.dynamics.neighbours import start_angles
+from ab_sim.errors import DivergedError, InputError, SceneError
+from ab_sim.integrate.choose import choose_stepper
+from ab_sim.integrate.compile_cache import compiled
+from ab_sim.integrate.fixed_step import acceleration_at, advance
+from ab_sim.scene.load import check_scene
+from ab_sim.scene.model import Scene
+from ab_sim.scene.registry import effect_classes
+
+BASE, ALL = "no effects", "the scene's set"
+MOST_STEPS = 10_000
+"""A run for timing is the scene's, but no longer than this."""
+REPEATS = 15
+OFF_AXIS = 2.5
+"""rad. The cosine of exactly 0 takes less time than others, and where nothing moves a ball that
+starts there it stays: all balls are turned, or effects would seem to cost what cosines do."""
+_KERNELS = (advance, acceleration_at)
+Progress = Callable[[str, int, int], None]
+"""Called with what is being done, how much is done, and of how much."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """The scene with some of its effects."""
+
+    name: str
+    scene: Scene
+    added: tuple[str, ...] = ()
+    """Effects that had to come along, because the one in question is refused without them."""
+
+
+class Spread(NamedTuple):
+    """Median, quartiles and least of interleaved repeats."""
+
+    median: float
+    lower: float
+    upper: float
+    least: float
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> "Spread":
+        """Of some repeats."""
+        lower, median, upper = (float(x) for x in np.percentile(values, [25, 50, 75]))
+        return cls(median, lower, upper, float(values.min()))
+
+
+@dataclass(frozen=True)
+class Row:
+    """One variant, measured."""
+
+    name: str
+    effects: tuple[str, ...]
+    added: tuple[str, ...]
+    ns_per_step: Spread | None
+    """None where the variant cannot run; ``failure`` says why."""
+    ratio: Spread | None
+    """To the row with no effects, repeat by repeat."""
+    events_per_1000_steps: float
+    first_seconds: float
+    """Until the first step was done: making the drive, compiling its kernels or loading them."""
+    compiled_kernels: int
+    """Of these, compiled in this process; 0 if all came from the cache or were there already."""
+    load_seconds: float
+    """To load those kernels from the cache."""
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class EffectCost:
+    """The table for one scene."""
+
+    scene: str
+    balls: int
+    stepper: str
+    step: float
+    turned: float
+    """The balls start this much further along the race than the scene says [rad]."""
+    steps_per_run: int
+    repeats: int
+    rows: tuple[Row, ...]
+
+    def table(self) -> dict[str, Any]:
+        """As JSON-able values."""
+        table = asdict(self)
+        for row, made in zip(table["rows"], self.rows, strict=True):
+            for key in ("ns_per_step", "ratio"):
+                spread = getattr(made, key)
+                row[key] = None if spread is None else spread._asdict()
+        return table
+
+    def report(self) -> dict[str, Any]:
+        """The same, with where and when it was measured."""
+        return {**conditions(), **self.table()}
+
+
+def conditions() -> dict[str, Any]:
+    """Machine, versions and date."""
+    return {
+        "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
+        "version": ab_sim.__version__,
+        "clock": "CPU time of the thread",
+        "machine": {
+            "processor": _processor(),
+            "cores": os.cpu_count(),
+            "load_average": list(os.getloadavg()),
+            "system": platform.platform(),
+        },
+        "versions": {
+            "python": platform.python_version(),
+            "numba": numba.__version__,
+            "llvmlite": llvmlite.__version__,
+            "numpy": np.__version__,
+        },
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor()
+
+
+def off_axis(scene: Scene) -> tuple[Scene, float]:
+    """The scene with no ball starting at exactly 0, and by how much all are turned for that."""
+    starts = start_angles(scene)
+    if all(starts):
+        return scene, 0.0
+    raw = scene.as_mapping()
+    angles = [angle + OFF_AXIS for angle in starts]
+    raw["start"] = {**raw["start"], "ball_angles": angles}
+    try:
+        return check_scene(raw, scene.name), OFF_AXIS
+    except SceneError:
+        return scene, 0.0  # a full oval race may have no room for the balls elsewhere
+
+
+def variants(scene: Scene, leave_one_out: bool = False) -> list[Variant]:
+    """The scene without effects, with each alone, with its set; and with its set less one each.
+
+    All with the stepper that the scene itself takes. An effect that is refused alone comes with
+    the fewest others of the scene that make it valid.
+
+    Raises:
+        SceneError: the scene cannot run at its step.
+    """
+    stepper = choose_stepper(scene, system_of(scene)).stepper.name
+    found = [Variant(BASE, _with_effects(scene, (), stepper))]
+    for name in scene.effects:
+        found.append(_alone(scene, name, stepper))
+    found.append(Variant(ALL, _with_effects(scene, tuple(scene.effects), stepper)))
+    if leave_one_out:
+        for name in scene.effects:
+            rest = tuple(other for other in scene.effects if other != name)
+            try:
+                found.append(Variant(f"all but {name}", _with_effects(scene, rest, stepper)))
+            except SceneError:
+                continue  # another effect needs it
+    return found
+
+
+def _alone(scene: Scene, name: str, stepper: str) -> Variant:
+    others = [other for other in scene.effects if other != name]
+    for count in range(len(others) + 1):
+        for added in combinations(others, count):
+            try:
+                return Variant(name, _with_effects(scene, (*added, name), stepper), added)
+            except SceneError:
+                continue
+    raise SceneError(f"effects.{name}: is refused with any of the scene's other effects")
+
+
+def _with_effects(scene: Scene, names: Sequence[str], stepper: str) -> Scene:
+    raw = scene.as_mapping()
+    raw["effects"] = {name: raw["effects"][name] for name in raw["effects"] if name in names}
+    raw["solver"] = {**raw["solver"], "stepper": stepper}
+    if not any(effect_classes()[name].uses_ball_radius for name in raw["effects"]):
+        raw["balls"].pop("radius", None)
+    made = check_scene(raw, scene.name)
+    choose_stepper(made, system_of(made))
+    return made
+
+
+class _Runner:
+    """A variant, ready to be timed."""
+
+    def __init__(self, variant: Variant, steps: int) -> None:
+        self.variant, self.steps = variant, steps
+        self.failure, self.events = "", 0.0
+        self.nanoseconds: list[float] = []
+        known = {id(kernel): len(kernel.signatures) for kernel in _KERNELS}
+        missed = _compilations()
+        begin = time.perf_counter()
+        try:
+            self.drive = Drive(variant.scene)
+            self.drive.advance(1)
+            self.first_seconds = time.perf_counter() - begin
+            # Other kinds of segment have kernels of their own.
+            self.drive.advance(steps - 1)
+            self.events = 1000.0 * self.drive.events / steps
+        except (DivergedError, SceneError) as error:
+            self.first_seconds = time.perf_counter() - begin
+            self.failure = str(error)
+        self.compiled = _compilations() - missed
+        self.new = [(k, s) for k in _KERNELS for s in k.signatures[known[id(k)] :]]
+
+    def load_seconds(self) -> float:
+        """Time to load from the cache what this variant was the first to need."""
+        begin = time.perf_counter()
+        for kernel, signature in self.new:
+            compiled(kernel.py_func).compile(signature)
+        return time.perf_counter() - begin
+
+    def time_once(self) -> None:
+        """Run from the start; the drive's own way back there is not timed."""
+        self.drive.reset()
+        begin = time.thread_time_ns()
+        self.drive.advance(self.steps)
+        self.nanoseconds.append((time.thread_time_ns() - begin) / self.steps)
+
+
+def _compilations() -> int:
+    return sum(sum(kernel.stats.cache_misses.values()) for kernel in _KERNELS)
+
+
+def measure(
+    scene: Scene,
+    repeats: int = REPEATS,
+    leave_one_out: bool = False,
+    progress: Progress | None = None,
+) -> EffectCost:
+    """Time the scene's run from its start, at most ``MOST_STEPS``, in every variant.
+
+    Where a ball starts at 0 all balls start ``OFF_AXIS`` further.
+
+    After one run to warm up, all variants take turns, ``repeats`` times, each round beginning
+    with another one. Time is the CPU time of the thread in ``Drive.advance``.
+
+    Args:
+        scene: what to measure.
+        repeats: rounds.
+        leave_one_out: also measure the scene's set less each effect.
+        progress: told what is going on.
+
+    Raises:
+        InputError: repeats is below 1, or neither no effects nor the scene's set can run.
+        SceneError: the scene cannot run at its step.
+    """
+    if repeats < 1:
+        raise InputError(f"repeats = {repeats}: must be at least 1")
+    tell = progress or (lambda what, done, total: None)
+    scene, _ = resolve_accuracy(scene)
+    steps = min(MOST_STEPS, max(1, math.ceil(scene.duration / scene.solver.step - 1e-9)))
+    scene, turned = off_axis(scene)
+    wanted = variants(scene, leave_one_out)
+    runners = []
+    for done, variant in enumerate(wanted):
+        tell(f"compiling {variant.name}", done, len(wanted))
+        runners.append(_Runner(variant, steps))
+        if runners[-1].failure and variant.name in (BASE, ALL):
+            raise InputError(
+                f"{scene.name} with {variant.name}: {runners[-1].failure}; without it there is "
+                "nothing to compare with"
+            )
+    running = [runner for runner in runners if not runner.failure]
+    for turn in range(repeats):
+        tell("measuring", turn, repeats)
+        for place in range(len(running)):
+            running[(turn + place) % len(running)].time_once()
+    base = np.array(runners[0].nanoseconds)
+    return EffectCost(
+        scene.name,
+        scene.balls.count,
+        runners[0].drive.stepper.name,
+        scene.solver.step,
+        turned,
+        steps,
+        repeats,
+        tuple(_row(runner, base) for runner in runners),
+    )
+
+
+def _row(runner: _Runner, base: np.ndarray) -> Row:
+    times = np.array(runner.nanoseconds)
+    return Row(
+        runner.variant.name,
+        tuple(runner.variant.scene.effects),
+        runner.variant.added,
+        Spread.of(times) if len(times) else None,
+        Spread.of(times / base) if len(times) else None,
+        runner.events,
+        runner.first_seconds,
+        runner.compiled,
+        runner.load_seconds(),
+        runner.failure,
+    )

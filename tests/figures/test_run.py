@@ -1,0 +1,110 @@
+"""The figure of a run is drawn for every kind of scene, without a display, and says what is so."""
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib import image
+from matplotlib.figure import Figure
+
+from ab_sim.analysis import Comparison, compare, run_scene
+from ab_sim.figures.curves import Label, draw_curve, label_at_right
+from ab_sim.figures.run import run_figure
+from ab_sim.scene import Scene, load_scene
+
+ALONE = Comparison(None, None)
+
+
+def texts_of(scene: Scene, file: Path, comparison: Comparison = ALONE) -> str:
+    """The figure as SVG, with text as text, not as outlines."""
+    run = run_scene(scene)
+    with matplotlib.rc_context({"svg.fonttype": "none"}):
+        run_figure(run.trajectory, scene, file, comparison, run.variable_speed_period)
+    return file.read_text()
+
+
+@pytest.mark.parametrize("name", ["thesis-hold", "no-ball", "one-ball", "nsc-case-1"])
+def test_every_kind_of_scene(name: str, tmp_path: Path) -> None:
+    scene = load_scene(name, ["duration=4"])
+    result = run_scene(scene)
+    file = tmp_path / "figure.png"
+    run_figure(result.trajectory, scene, file, ALONE, result.variable_speed_period)
+    assert image.imread(file)[..., :3].std() > 0.05
+
+
+def test_nothing_is_drawn_of_balls_that_are_not_there(tmp_path: Path) -> None:
+    text = texts_of(load_scene("no-ball"), tmp_path / "figure.svg")
+    assert "Start-up of no-ball" in text and "whirl radius W/e" in text
+    assert "ball" not in text.replace("no-ball", "")
+
+
+def test_a_speed_change_is_called_that_and_180_deg_is_opposite_too(tmp_path: Path) -> None:
+    """Both balls sit at +180 deg: the line is drawn there, and the axis is about them."""
+    text = texts_of(load_scene("nsc-case-1", ["duration=12"]), tmp_path / "figure.svg")
+    assert "Speed change of nsc-case-1" in text and "Start-up" not in text
+    assert text.count("opposite the unbalance") == 1
+    assert ">180<" in text and ">−180<" not in text
+
+
+def test_runs_beside_it_are_drawn_and_named_with_their_final_whirl(tmp_path: Path) -> None:
+    run = run_scene(load_scene("balanced-start-up"))
+    text = texts_of(run.scene, tmp_path / "figure.svg", compare(run))
+    for words in ("0.107  this run", "1.34  without balls", "0.85  without", "residual unbalance"):
+        assert words in text
+    assert "0.0796 times that without balls" in text
+
+
+def test_a_motor_shows_commanded_and_actual_speed_and_what_it_can_give(
+    scene: Any, tmp_path: Path
+) -> None:
+    motor = {"rotor_inertia": 2.9e-5, "torque_limit": 1e-3, "proportional_gain": 1e-3}
+    made = scene(effects={"motor": motor}, duration=0.5)
+    text = texts_of(made, tmp_path / "figure.svg")
+    for words in ("commanded", "spindle speed", "motor torque [N m]", "most it can give"):
+        assert words in text
+
+
+def test_many_balls_and_no_eccentricity(scene: Any, tmp_path: Path) -> None:
+    made = scene(
+        balls={"count": 64, "mass": 1e-4},
+        rotor={"eccentricity": 0.0},
+        start={"ball_angles": [0.1 * i for i in range(64)]},
+        solver={"step": 5e-4},
+        duration=0.5,
+    )
+    text = texts_of(made, tmp_path / "figure.svg")
+    assert "<svg" in text and "W [mm]" in text
+
+
+def test_swings_too_fast_to_be_seen_become_a_range_and_their_mean() -> None:
+    time = np.linspace(0, 10, 10001)
+    axes = Figure().subplots()
+    draw_curve(axes, time, 3 + np.sin(2 * np.pi * 40 * time), color="k")
+    (line,), (band,) = axes.lines, axes.collections
+    assert np.ptp(line.get_ydata()[500:-500]) < 0.05, "the mean"
+    low, high = band.get_datalim(axes.transData).intervaly
+    assert (low, high) == pytest.approx((2, 4), abs=0.01)
+    slow = Figure().subplots()
+    draw_curve(slow, time, 3 + np.sin(2 * np.pi * time), color="k")
+    assert not slow.collections and np.ptp(slow.lines[0].get_ydata()) == pytest.approx(2, abs=1e-3)
+
+
+def test_labels_do_not_overlap() -> None:
+    figure = Figure(figsize=(8, 4))
+    axes = figure.subplots()
+    axes.set_ylim(0, 1)
+    label_at_right(axes, [Label(0.5, "one"), Label(0.5, "two\nlines"), Label(0.51, "three")])
+    figure.draw_without_rendering()
+    boxes = sorted((text.get_window_extent() for text in axes.texts), key=lambda box: box.y0)
+    assert all(upper.y0 >= lower.y1 - 1 for lower, upper in zip(boxes, boxes[1:], strict=False))
+
+
+def test_figures_need_no_pyplot() -> None:
+    """Which keeps every figure in memory, and would choose a window system."""
+    modules = "ab_sim.figures.run, ab_sim.figures.effect_cost, ab_sim.figures.accuracy_cost"
+    code = f"import sys, {modules}; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0

@@ -1,0 +1,320 @@
+"""What an accuracy costs: whether the study's errors are true. Nothing here asserts a time."""
+
+import io
+import json
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from ab_sim.accuracy.deviation import Samples, deviation
+from ab_sim.cli.accuracy import print_accuracy
+from ab_sim.drive import Drive
+from ab_sim.errors import InputError, SceneError
+from ab_sim.figures.accuracy_cost import accuracy_figure
+from ab_sim.integrate.registry import STEPPERS
+from ab_sim.scene import check_scene
+from ab_sim.scene.load import with_solver
+from ab_sim.studies.accuracy_cost import Accuracy, Bound, Row, measure
+from ab_sim.studies.accuracy_cost import families as families_module
+from ab_sim.studies.accuracy_cost.energy import ledger_refusal
+from ab_sim.studies.accuracy_cost.families import all_families
+from ab_sim.studies.accuracy_cost.mujoco_peer import MuJoCo, mujoco_refusal
+from ab_sim.studies.accuracy_cost.ours import Stepping
+from ab_sim.studies.accuracy_cost.reference import event_reference, smooth_reference
+from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
+from ab_sim.studies.accuracy_cost.sampling import LADDER, sampling_of
+from tests.conftest import THESIS, merge
+from tests.reference import simulate
+from tests.reference.cases import oracle_cases
+from tests.reference.of_scene import params_of
+
+STEPS = (0.2e-3, 0.5e-3, 1e-3, 2e-3, 2.5e-3, 5e-3)
+TOLERANCES = (1e-4, 1e-7, 1e-10)
+SMOOTH: dict[str, Any] = {
+    "start": {"speed": 80.0, "ball_angles": [0.3, -2.0]},
+    # The hold begins and ends off every grid.
+    "profile": {
+        "variable_speed_period": {"start_time": 0.1037, "duration": 0.1, "acceleration": 0.0},
+        **THESIS["profile"],
+    },
+    "duration": 0.4,
+}
+FRICTION = {"effects": {"rolling_friction": {"arm": 1e-6}}}
+
+
+def made(**changes: Any) -> Any:
+    return check_scene(merge(THESIS, changes), "test")
+
+
+@lru_cache
+def study() -> Accuracy:
+    return measure(made(**SMOOTH), repeats=1, steps=STEPS, tolerances=TOLERANCES)
+
+
+def rows_of(method: str) -> list[Row]:
+    return sorted(
+        (row for row in study().rows if row.method == method and row.errors),
+        key=lambda row: row.step or row.tolerance or 0.0,
+    )
+
+
+def order(rows: list[Row], least: float = 0.0) -> float:
+    """Slope of log error in whirl over log step, where the error is more than rounding."""
+    pairs = [
+        (row.step, row.errors.whirl.value)
+        for row in rows
+        if row.errors and row.step and row.errors.whirl.value > least
+    ]
+    assert len(pairs) >= 2, pairs
+    return float(np.polyfit(*np.log(np.array(pairs)).T, 1)[0])
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_errors_fall_with_the_declared_order(name: str) -> None:
+    assert order(rows_of(name), 1e-11) == pytest.approx(STEPPERS[name].order, abs=0.7)
+
+
+def test_steps_beyond_the_stability_limit_are_named_as_refused() -> None:
+    told = {each.method: each.reason for each in study().left_out}
+    assert "stability limit" in told["rk4 at 5 ms"] and "at most" in told["rk4 at 5 ms"]
+
+
+@pytest.mark.parametrize("name", ["DOP853", "LSODA", "Radau", "CVODE Adams", "CVODE BDF"])
+def test_peers_are_as_accurate_as_their_tolerance_lets_one_expect(name: str) -> None:
+    rows = rows_of(name)
+    assert len(rows) >= 2
+    for row in rows:
+        assert row.errors is not None and row.tolerance is not None and row.peer
+        assert row.errors.angle.value < 1e3 * row.tolerance + 1e-13
+        assert row.evaluations is not None and row.evaluations > 100
+    errors = [row.errors.angle.value for row in rows if row.errors]
+    assert errors == sorted(errors)
+
+
+def test_mujocos_model_is_the_scene() -> None:
+    """It converges to the reference, with its order, across breakpoints that are off its grid."""
+    rows = rows_of(MuJoCo.name)
+    assert order(rows[:4]) == pytest.approx(4.0, abs=0.3)
+    assert rows[0].errors is not None and rows[0].errors.angle.value < 1e-7
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"effects": {"ball_spin": None}, "balls": {"radius": None}},
+        {"balls": {"mass": [1e-3, 2e-3]}, "rotor": {"eccentric_mass": 0.05}},
+        {"start": {"angle": 0.7}, "balls": {"count": 3}},
+    ],
+    ids=["no ball spin", "masses that differ", "three balls"],
+)
+def test_mujocos_model_is_other_scenes_too(changes: Any) -> None:
+    start = {"start": {"ball_angles": [0.3, -2.0, 2.0][: changes["balls"].get("count", 2)]}}
+    scene = made(**merge(merge(SMOOTH, {**start, "duration": 0.12}), changes))
+    sampling = sampling_of(scene)
+    peer = MuJoCo(scene, sampling, 0.1e-3)
+    peer.prepare()
+    assert _apart(scene, peer.samples(peer.run()), 1e-10) < 1e-7
+
+
+def _apart(scene: Any, samples: Samples, rtol: float) -> float:
+    """Largest difference in ball angle [rad] and whirl [1000 e] from the independent simulator."""
+    times = sampling_of(scene).times
+    other = simulate(params_of(scene), scene.start.ball_angles, times, rtol=rtol)
+    want = Samples(np.column_stack([other.x, other.y]), other.theta)
+    found = deviation(samples, want, scene.whirl_unit[0])
+    return max(found.angle, 1e-3 * found.whirl)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"effects": {"gravity": {"tilt": 1.0}}}, "no gravity"),
+        ({"effects": {"spindle_acceleration": None}}, "spindle_acceleration"),
+        (
+            {
+                "profile": {
+                    "kind": "speed_change", "start_time": 0.1, "duration": 0.1, "to_speed": 100.0,
+                }
+            },
+            "constant accelerations",
+        ),
+    ],
+)  # fmt: skip
+def test_what_mujoco_cannot_represent_is_said(changes: Any, words: str) -> None:
+    scene = made(**changes)
+    assert words in mujoco_refusal(scene)
+    with pytest.raises(SceneError, match="cannot represent"):
+        MuJoCo(scene, sampling_of(scene), 1e-3)
+
+
+def test_the_reference_meets_the_oracle() -> None:
+    """P03: two other integrations of other forms of the equations, good to about 1e-12."""
+    case = oracle_cases()["P03"]
+    scene = made(duration=1.0, start={"ball_angles": case["theta0_rad"]})
+    reference = smooth_reference(RightHandSide(scene, sampling_of(scene)))
+    expected = case["expected"]["1.0"]
+    assert np.abs(reference.first.angles[-1] - expected["theta"]).max() < 1e-12
+    assert np.abs(reference.first.position[-1] - [expected["x"], expected["y"]]).max() < 1e-15
+    assert reference.uncertainty.angle < 1e-13
+
+
+def test_the_reference_meets_the_independent_simulator() -> None:
+    """Whose equations, frame, and solution share nothing with it; that one's errors dominate."""
+    scene = made(**merge(SMOOTH, {"duration": 0.2}))
+    reference = smooth_reference(RightHandSide(scene, sampling_of(scene)))
+    assert _apart(scene, reference.first, 1e-12) < 1e-11
+
+
+def test_errors_below_the_uncertainty_are_bounds() -> None:
+    assert str(Bound.of(1e-15, 3e-13)) == "<= 3.0e-13"
+    assert str(Bound.of(2e-9, 3e-13)) == "2.0e-09"
+    for row in study().rows:
+        assert row.failure or (row.errors and row.errors.angle.value >= study().uncertainty.angle)
+
+
+def test_energy_errors_fall_with_the_motions() -> None:
+    for name in ("rk8", "DOP853", "CVODE Adams"):
+        rows = rows_of(name)
+        fine, coarse = rows[0].errors, rows[-1].errors
+        assert fine and coarse and fine.energy is not None and coarse.energy is not None
+        assert fine.energy < 1e-8 and fine.energy <= coarse.energy
+    assert all(row.errors and row.errors.energy is None for row in rows_of(MuJoCo.name))
+
+
+def test_without_spindle_acceleration_there_is_no_energy_balance() -> None:
+    assert "ledger" in ledger_refusal(made(effects={"spindle_acceleration": None}))
+    assert ledger_refusal(made()) == ""
+
+
+def test_the_cheapest_setting_for_an_error() -> None:
+    row = study().cheapest(1e-6, peer=False)
+    assert row is not None and row.errors is not None and not row.peer
+    assert row.errors.angle.value <= 1e-6
+    assert study().cheapest(1e-30) is None
+    front = study().front()
+    times = [row.cpu.median for row in front if row.cpu]
+    assert times == sorted(times, reverse=True)
+
+
+def test_events_are_left_to_the_package_and_the_others_are_named() -> None:
+    scene = made(**FRICTION)
+    _, missing = all_families(scene, sampling_of(scene), None, True, LADDER, TOLERANCES)
+    told = {each.method: each.reason for each in missing}
+    assert set(told) == {"DOP853", "LSODA", "Radau", "CVODE", MuJoCo.name}
+    assert "rolling_friction" in told["CVODE"] and "first order" in told["CVODE"]
+
+
+def test_the_reference_of_a_scene_with_events_is_another_steppers() -> None:
+    scene = made(**merge(FRICTION, {"duration": 0.1, "start": {"ball_angles": [0.3, -2.0]}}))
+    sampling = sampling_of(scene)
+    reference = event_reference(scene, sampling)
+    assert "cross-checked by tsit5" in reference.text
+    assert {"steppers", "location of events"} <= set(reference.shares)
+    assert reference.samples_for("rk8") is reference.second
+    assert reference.samples_for("rk4") is reference.first
+    run = Stepping(scene, sampling, "rk8", 1e-3)
+    found = deviation(run.samples(run.run()), reference.samples_for("rk8"), scene.whirl_unit[0])
+    assert run.events > 0
+    assert found.angle < 1e-10 and reference.uncertainty.angle < 1e-11
+
+
+def test_a_reference_with_events_has_samples_wherever_steps_end() -> None:
+    changes = {"duration": 0.1, "solver": {"step": 1.25e-3}}
+    scene = made(**merge(FRICTION, changes))
+    sampling = sampling_of(scene)
+    reference = event_reference(scene, sampling)
+    number = sampling.number * sampling.parts
+    assert number * 1.25e-3 > 4 * sampling.end, "closer than the scene's steps"
+    assert len(reference.first.position) == len(reference.second.position) == number
+
+
+def test_what_is_not_independent_is_said_to_be_so() -> None:
+    """In JSON and in print; the numbers are another study's."""
+    scene = made(**merge(FRICTION, {"duration": 0.1}))
+    reference = event_reference(scene, sampling_of(scene))
+    ours = study()._replace(reference=reference.text, reference_shares=reference.shares)
+    assert ours.report()["reference_independent"] is False
+    for accuracy, words in (
+        (study(), "it is independent: what it shares with ab_sim's steppers is the equations"),
+        (ours, "it is not independent: it shares with what it judges the equations of motion, "
+         "laws of friction and contact, steppers, location of events"),
+    ):  # fmt: skip
+        console = Console(file=io.StringIO(), width=1000)
+        print_accuracy(accuracy, console)
+        assert words in console.file.getvalue()  # type: ignore[attr-defined]
+
+
+def test_missing_peers_are_named_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    def absent() -> Any:
+        raise ImportError
+
+    monkeypatch.setattr(families_module, "cvode_solvers", absent)
+    monkeypatch.setattr(families_module.importlib.util, "find_spec", lambda name: None)
+    scene = made(**SMOOTH)
+    sampling = sampling_of(scene)
+    found, missing = all_families(
+        scene, sampling, RightHandSide(scene, sampling), True, LADDER, TOLERANCES
+    )
+    assert [name for name, _ in found] == [*STEPPERS, "DOP853", "LSODA", "Radau"]
+    told = {each.method: each.reason for each in missing}
+    assert "ab_sim[peers]" in told["CVODE"] and "ab_sim[peers]" in told[MuJoCo.name]
+
+
+def test_stiff_drag_gets_steps_below_the_ladder() -> None:
+    scene = made(effects={"viscous_drag": {"coefficient": 100.0}}, solver={"stepper": "sweeps"})
+    found, _ = all_families(scene, sampling_of(scene), None, True, LADDER, ())
+    settings = {name: [what for what, _ in each] for name, each in found}
+    assert settings["rk8"][-3:] == ["0.05 ms", "0.02 ms", "0.01 ms"]
+    assert settings["sweeps"][-1] == "0.1 ms"
+
+
+def test_samples_fall_on_steps_and_on_whole_periods() -> None:
+    at = sampling_of(made(duration=1.2345))
+    assert (at.period, at.number) == (0.01, 123)
+    assert all(at.per_period(step) for step in LADDER)
+    assert at.parts == 20 and at.finest.number == 2460
+    own = sampling_of(made(solver={"step": 3.75e-3}))
+    assert own.period == 0.03 and own.per_period(3.75e-3) == 8 and own.parts == 120
+    assert sampling_of(made(duration=0.02)).period == 0.001
+    # A long run is compared at fewer instants, at long steps' own first.
+    assert sampling_of(made(duration=400.0)).parts == 4
+
+
+@pytest.mark.parametrize("step", [5e-3, 2.5e-3])
+def test_errors_are_the_largest_at_any_step(step: float) -> None:
+    """They peak just after the spindle's acceleration jumps, between coarse samples."""
+    (row,) = (row for row in rows_of("rk8") if row.step == step)
+    runs = []
+    for each in (step, 0.25e-3):
+        drive = Drive(with_solver(made(**SMOOTH), "rk8", each))
+        runs.append(Samples.of(drive.advance(round(0.4 / each))))
+    found = deviation(*runs, drive.scene.whirl_unit[0])
+    assert row.errors is not None
+    assert row.errors.angle.value == pytest.approx(found.angle, rel=0.01, abs=1e-13)
+    assert row.errors.whirl.value == pytest.approx(found.whirl, rel=0.01, abs=1e-13)
+
+
+def test_the_report_survives_json_and_makes_a_picture(tmp_path: Path) -> None:
+    report = json.loads(json.dumps(study().report(), allow_nan=False))
+    assert {"date", "machine", "versions", "reference", "uncertainty", "rows"} <= set(report)
+    assert {"scipy", "scikit-sundae", "mujoco"} <= set(report["versions"])
+    assert report["reference_shares"] == ["equations of motion"]
+    assert report["reference_independent"] is True
+    row = report["rows"][0]
+    assert row["errors"]["angle"].keys() == {"value", "at_most"}
+    assert row["cpu"]["lower"] <= row["cpu"]["median"] <= row["cpu"]["upper"]
+    accuracy_figure(study(), tmp_path / "a.svg")
+    assert "<svg" in (tmp_path / "a.svg").read_text()
+
+
+def test_bad_input_is_refused() -> None:
+    with pytest.raises(InputError, match="at least 1"):
+        measure(made(), repeats=0)
+    with pytest.raises(InputError, match="too short"):
+        measure(made(duration=0.001))
+    with pytest.raises(SceneError, match="beyond the stability limit"):
+        measure(made(solver={"step": 0.1}))

@@ -1,0 +1,106 @@
+"""One way through the house: what a room imports lies before it, and no module imports in circles.
+
+Imports for type checkers only do not count. Those within functions do: they put off what takes
+long, and change no direction.
+"""
+
+import ast
+import importlib.util
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import ab_sim
+
+ORDER = (
+    ("errors",),
+    ("interruption", "output_file"),
+    ("scene",),
+    ("spindle",),
+    ("dynamics",),
+    ("integrate",),
+    ("sensing",),
+    ("drive",),
+    ("accuracy",),
+    ("batch", "analysis", "recording"),
+    ("studies",),
+    ("figures",),
+    ("nodes",),
+    ("cli",),
+    ("__main__",),
+)
+"""Rooms, left to right; those in a group do not know each other."""
+PLACE = {room: place for place, rooms in enumerate(ORDER) for room in rooms}
+HOUSE = Path(ab_sim.__file__).parent
+
+
+def modules() -> dict[str, Path]:
+    """Every module of the package by its name."""
+    names = {}
+    for path in HOUSE.rglob("*.py"):
+        parts = path.relative_to(HOUSE.parent).with_suffix("").parts
+        names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return names
+
+
+def imports(name: str, path: Path) -> Iterator[str]:
+    """What a module imports of the package, by its full name."""
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    ahead: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
+    while ahead:
+        node = ahead.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            ahead += node.orelse
+            continue
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
+            for alias in node.names:
+                whole = f"{base}.{alias.name}"
+                yield whole if whole in MODULES else base
+        ahead += ast.iter_child_nodes(node)
+
+
+MODULES = modules()
+IMPORTS = {
+    name: {found for found in imports(name, path) if found.startswith("ab_sim.")}
+    for name, path in MODULES.items()
+}
+
+
+def room_of(module: str) -> str:
+    return module.split(".")[1]
+
+
+def test_every_room_has_its_place() -> None:
+    assert {room_of(name) for name in MODULES if name != "ab_sim"} == set(PLACE)
+
+
+@pytest.mark.parametrize("room", PLACE)
+def test_a_room_knows_only_what_is_before_it(room: str) -> None:
+    back = {
+        f"{name} imports {found}"
+        for name, wanted in IMPORTS.items()
+        for found in wanted
+        if name != "ab_sim" and room_of(name) == room != room_of(found)
+        if PLACE[room_of(found)] >= PLACE[room]
+    }
+    assert not back
+
+
+def test_no_circles_within_a_room() -> None:
+    """Modules can be put in a line, each after all that it imports."""
+    ahead = {name: IMPORTS[name] & MODULES.keys() for name in MODULES}
+    while free := [name for name, wanted in ahead.items() if not wanted & ahead.keys() - {name}]:
+        for name in free:
+            del ahead[name]
+    assert not ahead, "these import each other"
+
+
+def test_the_messages_know_nobody() -> None:
+    """``ab_msgs_py`` serves programs that have no simulator."""
+    package = HOUSE.parent / "ab_msgs_py"
+    for path in package.glob("*.py"):
+        assert not any(found.startswith("ab_sim") for found in imports("ab_msgs_py.any", path))
