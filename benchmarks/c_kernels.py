@@ -8,7 +8,6 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-
 from ab_sim.integrate.tableau import Tableau
 
 SOURCE = Path(__file__).with_name("c_kernel") / "thesis.c"

@@ -20,13 +20,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from ab_sim.integrate.tableau import Tableau  # noqa: E402
 from arguments import arguments  # noqa: E402
 from c_kernels import CDrive, build, compiler  # noqa: E402
 from package_kernel import PackageKernel, ns_per_step  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.integrate.tableau import Tableau  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 

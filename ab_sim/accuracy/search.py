@@ -26,13 +26,10 @@ from ab_sim.accuracy.price import SAFETY, Price, share_of
 from ab_sim.accuracy.trials import Run, Trials, Tried
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
 from ab_sim.errors import SceneError, exact
-from ab_sim.integrate.choose import top_speed
+from ab_sim.integrate.choose import USUAL, for_stiff_drag, limiting, top_speed
 from ab_sim.integrate.limits import largest_step
-from ab_sim.integrate.registry import Stepper
-from ab_sim.integrate.rk4 import RK4
-from ab_sim.integrate.rk8 import RK8
-from ab_sim.integrate.sweeps import SWEEPS
-from ab_sim.integrate.tsit5 import TSIT5
+from ab_sim.integrate.registry import stepper_named, steppers
+from ab_sim.integrate.stepper import Stepper
 from ab_sim.scene.model import Scene
 
 ALIKE = 1.15
@@ -78,11 +75,13 @@ class _Search:
         self.scene, self.asked = scene, scene.accuracy
         rates = linear_rates(system_of(scene), top_speed(scene, commanded))
         beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
-        longest = {s.name: largest_step(s, rates)[0] for s in (RK8, TSIT5, RK4)}
-        longest[SWEEPS.name] = largest_step(SWEEPS, beside_drag)[0]
-        # How much longer steps of rk8 could be if it were not for the drag.
-        self._drag_costs = largest_step(RK8, beside_drag)[0] / longest[RK8.name]
-        self._first: Stepper = SWEEPS if self._drag_costs >= DRAG_RULES else RK8
+        known = [stepper for stepper in steppers().values() if stepper.priced]
+        longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in known}
+        self._usual, self._for_drag = stepper_named(USUAL), for_stiff_drag()
+        self._others = [s for s in known if s not in (self._usual, self._for_drag)]
+        # How much longer steps of the usual one could be if it were not for the drag.
+        self._drag_costs = largest_step(self._usual, beside_drag)[0] / longest[USUAL]
+        self._first = self._for_drag if self._drag_costs >= DRAG_RULES else self._usual
         self._trials = Trials(scene, run, longest, period)
         if period is not None and len(self._trials.rungs(self._first)) < FEWEST:
             raise SceneError(
@@ -95,10 +94,11 @@ class _Search:
         """Find the reference, then what is good enough, then what is cheapest."""
         self._find_reference()
         found = [self._longest_passing(self._first)]
-        if self._first is RK8:
-            others: list[Stepper] = [TSIT5, RK4]
-            if self._drag_costs >= DRAG_PAYS and found[0].rung == self._trials.rungs(RK8)[0]:
-                others.append(SWEEPS)
+        if self._first is self._usual:
+            others = sorted(self._others, key=lambda stepper: -stepper.order)
+            longest = self._trials.rungs(self._usual)[0]
+            if self._drag_costs >= DRAG_PAYS and found[0].rung == longest:
+                others.append(self._for_drag)
             for stepper in others:
                 found += self._cheaper(stepper, min(one.seconds for one in found))
         self._trials.time_again(found)
@@ -185,7 +185,7 @@ class _Search:
         rungs = self._trials.rungs(stepper)
         at, failed = 0, -1
         while at < len(rungs):
-            if self._trials.expected(stepper, rungs[at], like=RK8) > ALIKE * price:
+            if self._trials.expected(stepper, rungs[at], like=self._usual) > ALIKE * price:
                 return []
             tried = self._trials.run(stepper, rungs[at])
             if tried is not None and self._passes(tried):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ab_sim.accuracy.deviation import MOST_SAMPLES, Samples
 from ab_sim.errors import DivergedError, SceneError
-from ab_sim.integrate.registry import Stepper
+from ab_sim.integrate.stepper import Stepper
 from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
 
@@ -97,10 +97,10 @@ class Trials:
         ]
 
     def expected(self, stepper: Stepper, rung: int, like: Stepper) -> float:
-        """CPU time that a run will take [s]; by its stages beside ``like``, until it has run."""
+        """CPU time that a run will take [s]; by evaluations beside ``like``, until it has run."""
         per_step = self._per_step.get(stepper.name)
         if per_step is None:
-            per_step = self._per_step[like.name] * stepper.stages / like.stages
+            per_step = self._per_step[like.name] * stepper.evaluations / like.evaluations
         return per_step * self._bases * rung
 
     def run(self, stepper: Stepper, rung: int, last: bool = False) -> Tried | None:

@@ -11,17 +11,16 @@ import numpy as np
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.plan import merged
 from ab_sim.drive import Drive
-from ab_sim.drive.rows import BEYOND_STATES, Rows, follow
+from ab_sim.drive.rows import Rows, follow
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
 from ab_sim.dynamics.numbers.lanes import LANES, leaves, pattern
-from ab_sim.dynamics.scratch import WIDTH
-from ab_sim.dynamics.system import MODES, has_events
+from ab_sim.dynamics.system import MODES, carrier_unknowns, has_events
 from ab_sim.errors import DivergedError, InputError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.side_by_side import Runs, advance_side_by_side, lanes_can
-from ab_sim.integrate.tableau import Tableau
-from ab_sim.integrate.workspace import aligned
+from ab_sim.integrate.stepper import Stepper
+from ab_sim.integrate.workspace import aligned, room
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 from ab_sim.spindle import SpeedProfile
@@ -143,13 +142,13 @@ class _Prepared:
         self.stepper, self.grid = choice.stepper, Grid(self.scene.solver.step, choice.cycle)
         self.steps = _steps(self.scene)
         events = has_events(self.system.effects)
-        self.fits_a_lane = isinstance(self.stepper, Tableau) and not events
+        self.fits_a_lane = self.stepper.takes_lanes and not events
 
     @property
     def likeness(self) -> Any:
         """Runs in which this is the same go side by side."""
         names = tuple(self.scene.effects)
-        constants = pattern((self.system.body, self.system.effects))
+        constants = pattern((self.system.carrier, self.system.effects))
         solver = self.stepper.name, self.scene.solver.step
         return names, constants, self.scene.balls.count, solver, self.steps
 
@@ -202,22 +201,21 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
     """Runs and CPU time; None if lanes cannot do what an effect does."""
     # Lanes without a run of their own repeat the last one.
     lanes = [*members, *itertools.repeat(members[-1], LANES - len(members))]
-    first, tableau = members[0], members[0].stepper
-    assert isinstance(tableau, Tableau)
+    first, stepper = members[0], members[0].stepper
     step, steps = first.scene.solver.step, first.steps
     ways = [
         list(stretches(SpeedProfile.of_scene(lane.scene), lane.grid, 0, steps)) for lane in lanes
     ]
     place, plan = merged(ways, step)
     constants = (
-        _stacked([leaves((lane.system.body, lane.system.effects)) for lane in lanes]),
+        _stacked([leaves((lane.system.carrier, lane.system.effects)) for lane in lanes]),
         _stacked([lane.system.balls for lane in lanes]),
         _stacked([state_bounds(lane.system, step) for lane in lanes]),
     )
     in_kernel = _kept_at_first(first.scene, every)
-    runs = _empty_runs(lanes, tableau, steps // in_kernel)
+    runs = _empty_runs(lanes, stepper, steps // in_kernel)
     clock = step, in_kernel
-    arguments = first.system, place, tableau.weights, constants, plan, clock, runs
+    arguments = first.system, place, stepper.weights, constants, plan, clock, runs
     if not lanes_can(*arguments):
         return None
     begin = time.thread_time()
@@ -238,13 +236,13 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
             )
         kept = slice(in_kernel - 1, sound, in_kernel)
         rows = np.ascontiguousarray(runs.rows[: sound // in_kernel, :, lane])
-        reader = Rows(member.scene, member.system.effects)
+        reader = Rows(member.scene, member.system)
         whole = reader.trajectory(1 + np.arange(steps)[kept], rows, spindle[kept])
         results.append(BatchRun(member.scene, whole.thinned(every // in_kernel), failure))
     return results, seconds
 
 
-def _empty_runs(lanes: list[_Prepared], tableau: Tableau, samples: int) -> Runs:
+def _empty_runs(lanes: list[_Prepared], stepper: Stepper, samples: int) -> Runs:
     n = lanes[0].scene.balls.count
     states = [start_state(lane.scene, lane.system) for lane in lanes]
     size = len(states[0])
@@ -256,10 +254,10 @@ def _empty_runs(lanes: list[_Prepared], tableau: Tableau, samples: int) -> Runs:
         state=_stacked(states),
         modes=modes,
         sound=sound,
-        rows=aligned((samples, size + BEYOND_STATES, LANES)),
-        slopes=aligned((tableau.stages, size, LANES)),
+        rows=aligned((samples, Rows(lanes[0].scene, lanes[0].system).width, LANES)),
+        slopes=aligned((stepper.slopes, size, LANES)),
         trial=aligned((size, LANES)),
-        scratch=aligned((n, WIDTH, LANES)),
+        room=room(carrier_unknowns(lanes[0].system.carrier) + 1, n, 1, LANES),
     )
 
 

@@ -16,8 +16,9 @@ app = typer.Typer(
     rich_markup_mode="markdown",
 )
 
-STEPPERS = "auto, rk4, tsit5, rk8 or sweeps"
-"""Written out: the registry takes a second to import, and help should not. A test compares."""
+_FILES = Path(__file__).parents[1].joinpath("integrate", "steppers").glob("[a-z]*.py")
+STEPPERS = ("auto", *sorted(file.stem.replace("_", "-") for file in _FILES))
+"""By their files: the registry takes a second to import, and help should not. A test compares."""
 
 SceneArgument = Annotated[
     str, typer.Argument(help="Name of a scene (see `ab-sim scenes`) or path of a YAML file.")
@@ -63,7 +64,7 @@ def run(
         ),
     ] = None,
     stepper: Annotated[
-        str | None, typer.Option(help=f"Stepper instead of the scene's: {STEPPERS}.")
+        str | None, typer.Option(help=f"Stepper instead of the scene's: {', '.join(STEPPERS)}.")
     ] = None,
     step: Annotated[float | None, typer.Option(help="Step instead of the scene's [s].")] = None,
     json: Annotated[

@@ -77,7 +77,7 @@ def print_check(name: str, changes: list[str]) -> None:
     if scene.balls.count and unbalance > 0:
         reach = scene.balls.total_mass * scene.race.radius / unbalance
         table.add_row("balls' unbalance / rotor's", f"{reach:.4g}")
-    body = system.body
+    body = system.carrier
     if "gravity" in scene.effects:
         table.add_row(
             "deck hangs at rest",

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import ab_sim
+from ab_sim.drive.rows import channels_of
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene.model import Scene
@@ -20,13 +21,14 @@ def describe(scene: Scene, accuracy: Mapping[str, Any] | None = None) -> dict[st
             the same bits.
         accuracy: how that solver was found, ``Price.report``, if an accuracy was asked for.
     """
-    radii = scene.balls.radii
+    radii, system = scene.balls.radii, system_of(scene)
     return {
         "version": ab_sim.__version__,
         "scene": scene.as_mapping(),
         "effects": list(scene.effects),
-        "stepper": choose_stepper(scene, system_of(scene)).stepper.name,
+        "stepper": choose_stepper(scene, system).stepper.name,
         "step": scene.solver.step,
+        "channels": list(channels_of(scene, system)),
         "accuracy": None if accuracy is None else dict(accuracy),
         "race_radius": scene.race.radius,
         "eccentricity": scene.rotor.eccentricity,

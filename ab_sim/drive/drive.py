@@ -5,23 +5,22 @@ import math
 import numpy as np
 
 from ab_sim.drive.observation import Energy, Observation, Snapshot
-from ab_sim.drive.rows import BEYOND_STATES, Rows, follow
+from ab_sim.drive.rows import Rows, follow
 from ab_sim.drive.trajectory import Trajectory, check_room
 from ab_sim.dynamics.assemble import (
     place_on,
     start_modes,
     start_state,
     state_bounds,
-    state_names,
     system_of,
 )
-from ab_sim.dynamics.driving_force import driving_force
+from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.ledger import mechanical_energy
-from ab_sim.dynamics.motion import Deck, Spindle
-from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_friction, has_motor
+from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_events, has_friction, has_motor
 from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
-from ab_sim.integrate.fixed_step import acceleration_at, advance
+from ab_sim.integrate.events import event_functions
+from ab_sim.integrate.fixed_step import advance
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
@@ -62,19 +61,16 @@ class Drive:
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
         self._has_motor = bool(has_motor(self.system.effects))
         self._rubs = bool(has_friction(self.system.effects))
-        self._rows = Rows(scene, self.system.effects)
+        self.layout = layout_of(self.system)
+        self._rows = Rows(scene, self.system)
         self.channels = self._rows.channels
         self._first_profile = (
             SpeedProfile.constant(scene.start.speed, scene.start.angle)
             if commanded
             else SpeedProfile.of_scene(scene)
         )
-        self._work = workspace(
-            self.system,
-            self.stepper.slopes,
-            self.stepper.nodes,
-            state_bounds(self.system, self.step),
-        )
+        self._work = workspace(self.system, self.stepper, state_bounds(self.system, self.step))
+        self._events = event_functions() if has_events(self.system.effects) else (0, 0)
         self.reset()
 
     @property
@@ -101,6 +97,7 @@ class Drive:
         self._state[:] = start_state(self.scene, self.system)
         self._modes = start_modes(self.scene, self.system)
         self._work.counts[:] = 0
+        self._smooth_piece: Piece | None = None
         self._integrate(Stretch(self._piece_at(0.0), 0, 0, 0.0, self.step), self._empty_rows(0))
         self._start_energy = self._stored_energy(self._state, 0.0)
         self._rows.reset()
@@ -176,16 +173,7 @@ class Drive:
 
     def present(self) -> Trajectory:
         """The present as a trajectory of one sample."""
-        now = self.observe()
-        row = np.empty((1, len(self.channels)))
-        row[0, :5] = now.steps, now.time, now.psi, now.omega, now.command
-        row[0, 5:11] = *now.position, *now.velocity, *now.acceleration
-        balls = slice(11, 11 + 2 * self.scene.balls.count)
-        row[0, balls] = np.column_stack([now.theta, now.theta_rate]).ravel()
-        extra = [now.motor_torque] if self._has_motor else []
-        extra += [] if now.accelerometer is None else now.accelerometer.tolist()
-        row[0, balls.stop :] = extra
-        return Trajectory(self.channels, row)
+        return self._present(self.time, self._state)
 
     def observe(self) -> Observation:
         """The drive now."""
@@ -225,7 +213,7 @@ class Drive:
         if not self.system.ledger:
             raise ValueError("this drive keeps no ledger: make it with ledger=True")
         stored = self._stored_energy(self._state, self.time)
-        work, dissipated = self._state[-2:]
+        work, dissipated = self._state[self.layout.ledger]
         return Energy(stored, self._start_energy, float(work), float(dissipated))
 
     def snapshot(self) -> Snapshot:
@@ -235,6 +223,7 @@ class Drive:
             self.step,
             self._state.copy(),
             self._modes.copy(),
+            self._work.memory.copy(),
             self.profile,
             self._command,
             None if self._rows.pickup is None else self._rows.pickup.state,
@@ -251,6 +240,10 @@ class Drive:
         )
         self._state[:] = snapshot.state
         self._modes = snapshot.modes.copy()
+        self._smooth_piece = None
+        if snapshot.memory.shape == self._work.memory.shape:
+            self._work.memory[:] = snapshot.memory
+            self._smooth_piece = self._piece_at(self.time)
         if self._rows.pickup is not None and snapshot.pickup is not None:
             self._rows.pickup.state = snapshot.pickup
 
@@ -261,30 +254,42 @@ class Drive:
         return piece_after(self.profile, time, self.step)
 
     def _empty_rows(self, steps: int) -> np.ndarray:
-        return aligned((steps, self._state.size + BEYOND_STATES))
+        return aligned((steps, self._rows.width))
 
-    def _integrate(self, stretch: Stretch, rows: np.ndarray) -> None:
-        taken = advance(
+    def _kernel(
+        self, stretch: Stretch, state: np.ndarray, rows: np.ndarray, sample: np.ndarray
+    ) -> int:
+        """``fixed_step.advance`` along a stretch."""
+        taken: int = advance(
             self.system,
             place_on(stretch.piece),
             self.stepper.weights,
             stretch.piece.start,
             (stretch.first, self.step, stretch.offset),
             stretch.length,
-            self._state,
+            state,
             self._modes,
             self._work,
+            self._events,
             rows,
+            sample,
         )
+        return taken
+
+    def _integrate(self, stretch: Stretch, rows: np.ndarray) -> None:
+        if stretch.piece != self._smooth_piece:
+            # What a stepper remembers is of no use behind a kink.
+            self._work.memory[:] = 0.0
+            self._smooth_piece = stretch.piece
+        taken = self._kernel(stretch, self._state, rows, _NO_SAMPLE)
         if taken < len(rows):
             self.steps += taken
             self._diverged(rows[taken])
 
     def _diverged(self, bad: np.ndarray) -> None:
-        names = state_names(self.system)
         wrong = [
             n
-            for n, x, most in zip(names, bad, self._work.bounds, strict=False)
+            for n, x, most in zip(self.layout.names, bad, self._work.bounds, strict=False)
             if not abs(x) < most
         ]
         if len(wrong) > 3:
@@ -302,17 +307,12 @@ class Drive:
         )
 
     def _stored_energy(self, state: np.ndarray, time: float) -> float:
-        n = self.scene.balls.count
-        psi, omega = self._spindle(state, time)
-        spindle = Spindle(omega, 0.0, math.cos(psi), math.sin(psi), 0.0, 0.0)
-        angles, rates = state[4 : 4 + n], state[4 + n : 4 + 2 * n]
-        return mechanical_energy(self.system, Deck(*state[:4].tolist()), spindle, angles, rates)
+        return mechanical_energy(self.system, state, *self._spindle(state, time))
 
     def _spindle(self, state: np.ndarray, time: float) -> tuple[float, float]:
         """psi [rad], unwrapped, and w [rad/s]."""
         if self._has_motor:
-            at = 4 + 2 * self.scene.balls.count
-            psi, omega = state[at : at + 2].tolist()
+            psi, omega, _ = state[self.layout.spindle].tolist()
             return psi + 2.0 * math.pi * float(self._modes[-1, TURNS]), omega
         piece = self._piece_at(time)
         local = time - piece.start
@@ -321,34 +321,20 @@ class Drive:
             float(piece.segment.speed(local)),
         )
 
-    def _observation(self, time: float, state: np.ndarray) -> Observation:
-        n = self.scene.balls.count
-        piece = self._piece_at(time)
+    def _present(self, time: float, state: np.ndarray) -> Trajectory:
+        piece, row = self._piece_at(time), self._empty_rows(1)[0]
+        stretch = Stretch(piece, self.steps, 0, time - self.time, self.step)
+        self._kernel(stretch, state, self._empty_rows(0), row)
         psi, omega = self._spindle(state, time)
-        rotation = np.array([[math.cos(psi), -math.sin(psi)], [math.sin(psi), math.cos(psi)]])
-        a1, a2, torque = acceleration_at(
-            self.system, place_on(piece), time - piece.start, state, self._modes, self._work
-        )
-        theta = state[4 : 4 + n] + 2.0 * math.pi * self._modes[:n, TURNS]
-        position, rate = rotation @ state[:2], state[4 + n : 4 + 2 * n]
-        commanded = float(piece.segment.speed(time - piece.start))
-        return Observation(
-            time=time,
-            steps=self.steps,
-            psi=psi,
-            omega=omega,
-            command=commanded if self._command is None else self._command,
-            u=state[:2].copy(),
-            v=state[2:4].copy(),
-            position=position,
-            velocity=rotation @ state[2:4],
-            acceleration=rotation @ np.array([a1, a2]),
-            theta=theta,
-            theta_rate=rate.copy(),
-            stuck=(self._modes[:n, DIRECTION] == 0) & (self._modes[:n, LOADED] == 1) & self._rubs,
-            driving_force=driving_force(
-                self.scene, position[0], position[1], psi + theta, omega + rate
-            ),
-            motor_torque=torque if self._has_motor else math.nan,
-            accelerometer=None if self._rows.pickup is None else self._rows.pickup.reading,
-        )
+        command = self._command
+        if command is None:
+            command = float(piece.segment.speed(time - piece.start))
+        return self._rows.present(self.steps, row, (psi, omega, command))
+
+    def _observation(self, time: float, state: np.ndarray) -> Observation:
+        modes = self._modes[: self.scene.balls.count]
+        stuck = (modes[:, DIRECTION] == 0) & (modes[:, LOADED] == 1) & self._rubs
+        return self._rows.observation(self._present(time, state), time, stuck)
+
+
+_NO_SAMPLE = np.zeros(0)

@@ -28,11 +28,11 @@ class Observation:
     v: np.ndarray
     """Deck velocity, inertial, on rotating axes [m/s], shape (2,)."""
     position: np.ndarray
-    """Deck displacement x, y on inertial axes [m]."""
+    """Deck displacement on inertial axes [m]: x, y; and z where it moves in space."""
     velocity: np.ndarray
-    """Deck velocity on inertial axes [m/s]."""
+    """Deck velocity on inertial axes [m/s], shape as ``position``."""
     acceleration: np.ndarray
-    """Deck acceleration on inertial axes [m/s^2]."""
+    """Deck acceleration on inertial axes [m/s^2], shape as ``position``."""
     theta: np.ndarray
     """Ball angles from the unbalance [rad], unwrapped, shape (balls,)."""
     theta_rate: np.ndarray
@@ -74,6 +74,8 @@ class Snapshot(NamedTuple):
     step: float
     state: np.ndarray
     modes: np.ndarray
+    memory: np.ndarray
+    """What the stepper carries from one step to the next."""
     profile: SpeedProfile
     command: float | None
     pickup: PickupState | None

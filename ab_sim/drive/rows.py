@@ -1,17 +1,24 @@
 """From the rows that a kernel writes to a trajectory."""
 
-from typing import Any
+import math
 
 import numpy as np
 
-from ab_sim.drive.trajectory import Trajectory, channels_for
-from ab_sim.dynamics.system import gravity, has_motor
+from ab_sim.drive.observation import Observation
+from ab_sim.drive.trajectory import SPINDLE_CHANNELS, Trajectory, channels_for
+from ab_sim.dynamics.driving_force import driving_force
+from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.system import System, carrier_outputs, gravity, has_motor
+from ab_sim.integrate.fixed_step import row_width
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
 from ab_sim.spindle.stretches import Stretch
 
-BEYOND_STATES = 3
-"""Columns of a row behind the states: the deck's acceleration on rotating axes, the torque."""
+
+def channels_of(scene: Scene, system: System) -> tuple[str, ...]:
+    """Names of a scene's channels."""
+    own, balls = type(system.carrier).CHANNELS, scene.balls.count
+    return channels_for(own, balls, has_motor(system.effects), "accelerometer" in scene.effects)
 
 
 class Rows:
@@ -19,16 +26,20 @@ class Rows:
 
     Args:
         scene: what the rows are of.
-        effects: those that act on the motion.
+        system: the same as a system.
     """
 
-    def __init__(self, scene: Scene, effects: tuple[Any, ...]) -> None:
-        self._balls, self._step = scene.balls.count, scene.solver.step
-        self._motor = bool(has_motor(effects))
-        self._gravity = np.array(gravity(effects))
+    def __init__(self, scene: Scene, system: System) -> None:
+        self._scene, self._step = scene, scene.solver.step
+        self._carrier, self._layout = system.carrier, layout_of(system)
+        self._motor = bool(has_motor(system.effects))
+        self._gravity = np.array(gravity(system.effects))
         asked = scene.effects.get("accelerometer")
         self.pickup = None if asked is None else Pickup(asked, self._step)
-        self.channels = channels_for(self._balls, self._motor, asked is not None)
+        self.channels = channels_of(scene, system)
+        self._balls = len(SPINDLE_CHANNELS) + len(type(system.carrier).CHANNELS)
+        self.width = row_width(self._layout.size, carrier_outputs(system.carrier))
+        """Of a row."""
         self.reset()
 
     def reset(self) -> None:
@@ -43,30 +54,81 @@ class Rows:
         Args:
             steps: the rows' steps, 1 being the first of a run; with an accelerometer none is left
                 out. Shape (rows,).
-            rows: as the kernel writes them, shape (rows, states + 3).
+            rows: as the kernel writes them, shape (rows, width).
             spindle: angle and speed of the profile, and the speed asked for, shape (rows, 3).
         """
-        n = self._balls
+        samples = self._samples(steps, rows, spindle)
+        if self.pickup is not None and len(steps):
+            at = self.channels.index("ax")
+            force = samples[:, at : at + 2] - self._gravity
+            samples[:, -2:] = self.pickup.process(int(steps[0]), force)
+        return Trajectory(self.channels, samples)
+
+    def present(
+        self, step: int, row: np.ndarray, spindle: tuple[float, float, float]
+    ) -> Trajectory:
+        """One sample; the reading of an accelerometer is the one that it holds.
+
+        Args:
+            step: the row's.
+            row: shape (width,).
+            spindle: as a row of ``trajectory``.
+        """
+        samples = self._samples(np.array([step]), row[None, :], np.array([spindle]))
+        if self.pickup is not None:
+            samples[:, -2:] = self.pickup.reading
+        return Trajectory(self.channels, samples)
+
+    def observation(self, present: Trajectory, time: float, stuck: np.ndarray) -> Observation:
+        """One sample with what follows from it.
+
+        Args:
+            present: as ``present`` gives it.
+            time: s.
+            stuck: whether friction holds a ball on the race, shape (balls,).
+        """
+        row = present.samples[0]
+        psi, omega, command = (float(x) for x in row[2:5])
+        place, velocity = present.position[0], present.velocity[0]
+        c, s = math.cos(psi), math.sin(psi)
+        turn = np.array([[c, s], [-s, c]])
+        theta, rate = present.ball_angles[0], present.ball_rates[0]
+        return Observation(
+            time=time,
+            steps=int(row[0]),
+            psi=psi,
+            omega=omega,
+            command=command,
+            u=turn @ place[:2],
+            v=turn @ velocity[:2],
+            position=place,
+            velocity=velocity,
+            acceleration=present.acceleration[0],
+            theta=theta.copy(),
+            theta_rate=rate.copy(),
+            stuck=stuck,
+            driving_force=driving_force(self._scene, place[0], place[1], psi + theta, omega + rate),
+            motor_torque=float(present["motor_torque"][0]) if self._motor else math.nan,
+            accelerometer=None if self.pickup is None else self.pickup.reading,
+        )
+
+    def _samples(self, steps: np.ndarray, rows: np.ndarray, spindle: np.ndarray) -> np.ndarray:
+        layout, balls = self._layout, self._balls
         samples = np.empty((len(rows), len(self.channels)))
         samples[:, 0] = steps
         samples[:, 1] = samples[:, 0] * self._step
         samples[:, 2:5] = spindle
         if self._motor:
-            samples[:, 2:4] = rows[:, 4 + 2 * n : 6 + 2 * n]
-        c, s = np.cos(samples[:, 2]), np.sin(samples[:, 2])
-        for column, at in ((5, 0), (7, 2), (9, rows.shape[1] - BEYOND_STATES)):
-            one, two = rows[:, at], rows[:, at + 1]
-            samples[:, column] = c * one - s * two
-            samples[:, column + 1] = s * one + c * two
-        after = 11 + 2 * n
-        samples[:, 11:after:2] = rows[:, 4 : 4 + n]
-        samples[:, 12:after:2] = rows[:, 4 + n : 4 + 2 * n]
+            samples[:, 2:4] = rows[:, layout.spindle][:, :2]
+        beyond = rows[:, layout.size : -1]
+        own = self._carrier.read(rows[:, layout.carrier], beyond, samples[:, 2])
+        samples[:, len(SPINDLE_CHANNELS) : balls] = own
+        after = balls + 2 * self._scene.balls.count
+        samples[:, balls:after:2] = rows[:, layout.angles]
+        samples[:, balls + 1 : after : 2] = rows[:, layout.rates]
         if self._motor:
             samples[:, after] = rows[:, -1]
-        if self.pickup is not None and len(steps):
-            force = samples[:, 9:11] - self._gravity
-            samples[:, -2:] = self.pickup.process(int(steps[0]), force)
-        return Trajectory(self.channels, samples)
+        return samples
 
 
 def follow(stretch: Stretch, step: float, spindle: np.ndarray) -> None:

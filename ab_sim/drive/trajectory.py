@@ -10,27 +10,17 @@ from ab_sim.errors import nearest
 MAX_VALUES = 250_000_000
 """2 GB of samples; who asks for more in one piece is refused before anything runs."""
 
-DECK_CHANNELS = (
-    "step",
-    "time",
-    "angle",
-    "speed",
-    "command",
-    "x",
-    "y",
-    "vx",
-    "vy",
-    "ax",
-    "ay",
-)
+SPINDLE_CHANNELS = ("step", "time", "angle", "speed", "command")
 
 
-def channels_for(balls: int, motor: bool = False, accelerometer: bool = False) -> tuple[str, ...]:
-    """Names of the columns for a number of balls, and for what else a scene has."""
+def channels_for(
+    carrier: Sequence[str], balls: int, motor: bool = False, accelerometer: bool = False
+) -> tuple[str, ...]:
+    """Names of the columns for what carries so many balls, and for what else a scene has."""
     each = (f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate"))
     torque = ("motor_torque",) if motor else ()
     readings = ("accelerometer_1", "accelerometer_2") if accelerometer else ()
-    return (*DECK_CHANNELS, *each, *torque, *readings)
+    return (*SPINDLE_CHANNELS, *carrier, *each, *torque, *readings)
 
 
 def check_room(steps: int, every: int, channels: Sequence[str]) -> None:
@@ -116,8 +106,18 @@ class Trajectory:
 
     @property
     def position(self) -> np.ndarray:
-        """The deck on inertial axes [m], shape (samples, 2)."""
-        return np.column_stack([self["x"], self["y"]])
+        """The deck on inertial axes [m], shape (samples, 2), or 3 where it moves in space."""
+        return self._along_axes("")
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Its velocity on inertial axes [m/s], shape as ``position``."""
+        return self._along_axes("v")
+
+    @property
+    def acceleration(self) -> np.ndarray:
+        """Its acceleration on inertial axes [m/s^2], shape as ``position``."""
+        return self._along_axes("a")
 
     @property
     def whirl(self) -> np.ndarray:
@@ -127,11 +127,20 @@ class Trajectory:
     @property
     def ball_angles(self) -> np.ndarray:
         """theta_i [rad], shape (samples, balls)."""
-        first = len(DECK_CHANNELS)
-        return self.samples[:, first : first + 2 * self.balls : 2]
+        return self._of_balls("angle")
 
     @property
     def ball_rates(self) -> np.ndarray:
         """theta_i' [rad/s], shape (samples, balls)."""
-        first = len(DECK_CHANNELS) + 1
+        return self._of_balls("rate")
+
+    def _along_axes(self, what: str) -> np.ndarray:
+        return np.column_stack(
+            [self[what + axis] for axis in "xyz" if what + axis in self.channels]
+        )
+
+    def _of_balls(self, what: str) -> np.ndarray:
+        if not self.balls:
+            return np.empty((len(self), 0))
+        first = column_of(f"ball_0_{what}", self.channels)
         return self.samples[:, first : first + 2 * self.balls : 2]

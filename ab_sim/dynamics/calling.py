@@ -14,6 +14,7 @@ from typing import Any
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.types.containers import BaseTuple
+from numba.core.types.misc import NoneType
 from numba.extending import intrinsic
 
 _ADDRESS = types.int64
@@ -49,7 +50,7 @@ def address_of(kind: Any = None) -> Any:
     @intrinsic
     def take(typing_context, value):  # type: ignore[no-untyped-def]
         wanted = value if kind is None else kind
-        if isinstance(value, types.NoneType):
+        if isinstance(value, NoneType):
             return _ADDRESS(value), _nowhere
 
         def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
@@ -103,7 +104,7 @@ def call_at(result: Any, *kinds: Any) -> Any:
 
 
 def callback(function: Any, result: Any, *kinds: Any) -> Any:
-    """A function ``take(context)``: the address of compiled code that calls ``function``; of None 0.
+    """A function ``take(context)``: the address of code that calls ``function``; of None, 0.
 
     Called with the address of such a context and further arguments, the code calls
     ``function(context, *arguments)``.
@@ -117,7 +118,7 @@ def callback(function: Any, result: Any, *kinds: Any) -> Any:
 
     @intrinsic
     def take(typing_context, owner):  # type: ignore[no-untyped-def]
-        if isinstance(owner, types.NoneType):
+        if isinstance(owner, NoneType):
             return _ADDRESS(owner), _nowhere
         called = typing_context.resolve_value_type(function)
         inner = called.get_call_type(typing_context, (owner, *kinds), {})

@@ -13,7 +13,6 @@ from ab_sim.dynamics.dispatch import (
     forward,
     part_of,
     sum_over_effects,
-    system_in,
 )
 
 # Few arrays with columns, not many arrays: compiled code passes seven words for each.

@@ -1,15 +1,15 @@
 """Which stepper a scene is run with, and why."""
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from ab_sim.dynamics.assemble import DRAG, linear_rates
-from ab_sim.dynamics.system import System
+from ab_sim.dynamics.system import System, has_events
 from ab_sim.errors import SceneError
 from ab_sim.integrate.limits import check_step, largest_step
-from ab_sim.integrate.registry import AUTO, Stepper, stepper_named
-from ab_sim.integrate.rk8 import RK8
-from ab_sim.integrate.sweeps import SWEEPS, Sweeps
+from ab_sim.integrate.registry import AUTO, stepper_named, steppers
+from ab_sim.integrate.stepper import Stepper
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile
 
@@ -25,6 +25,20 @@ class Choice(NamedTuple):
     cycle: float
     """Of the fastest motion that its steps follow [s]: the deck's whirl or the motor's loop. What
     the drag makes of a ball's speed is faster now and then, but dies away."""
+
+
+USUAL = "rk8"
+"""What is taken where nothing speaks against it: no other has been found cheaper at an accuracy."""
+
+
+def for_stiff_drag() -> Stepper:
+    """The stepper that any amount of drag leaves stable."""
+    return next(known for known in steppers().values() if known.solves_drag)
+
+
+def limiting(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
+    """Those of ``linear_rates`` that limit a stepper's step."""
+    return {what: rate for what, rate in rates.items() if what != DRAG or not stepper.solves_drag}
 
 
 def top_speed(scene: Scene, commanded: bool = False) -> float:
@@ -62,22 +76,29 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     rates = linear_rates(system, top_speed(scene) if fastest is None else fastest)
     beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
     if name != AUTO:
-        stepper, reason = stepper_named(name), "named by the scene"
+        stepper, reason = stepper_named(name, scene.solver.parameters), "named by the scene"
     else:
-        most, what = largest_step(RK8, rates)
-        stepper, reason = RK8, "auto: stable at this step"
+        stepper, reason = stepper_named(USUAL), "auto: stable at this step"
+        most, what = largest_step(stepper, rates)
         if step > most and what == DRAG:
-            stepper = SWEEPS
+            stepper = for_stiff_drag()
             reason = (
-                f"auto: rk8 would need steps of at most {most:g} s for {DRAG}, whose rate is "
+                f"auto: {USUAL} would need steps of at most {most:g} s for {DRAG}, whose rate is "
                 f"{abs(rates[DRAG]):.4g} 1/s"
             )
-    limits = beside_drag if isinstance(stepper, Sweeps) else rates
+    if has_events(system.effects) and not stepper.locates_events:
+        able = ", ".join(name for name, known in steppers().items() if known.locates_events)
+        raise SceneError(
+            f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which "
+            f"friction, contact and a motor have; name one of: {able}"
+        )
+    limits = limiting(stepper, rates)
     try:
         check_step(stepper, step, limits)
     except SceneError as error:
         if largest_step(stepper, limits)[1] == DRAG:
-            raise SceneError(f"{error}; or leave solver.stepper to auto, or name sweeps") from None
+            other = for_stiff_drag().name
+            raise SceneError(f"{error}; or leave solver.stepper to auto, or name {other}") from None
         raise
     fastest_rate = max(abs(rate) for rate in beside_drag.values())
     # Where nothing moves by itself, and the spindle stands, there is no cycle and no curve.

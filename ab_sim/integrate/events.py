@@ -108,7 +108,7 @@ def event_functions() -> tuple[int, int]:
 @numba.njit(**INLINED)
 def _through(calls, race, work, begin, length, end, state):  # type: ignore[no-untyped-def]
     trial = work.trial
-    bounces = BOUNCES + 20 * race.count
+    bounces = BOUNCES + 20 * race.number
     most = 2 * bounces
     now, rest = begin, length
     for count in range(most + 1):
@@ -292,4 +292,3 @@ def other_below(ahead, rounding, slot):  # type: ignore[no-untyped-def]
         if other != slot and left(ahead, rounding, other) < 0.0:
             return other
     return -1
-

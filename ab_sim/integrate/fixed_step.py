@@ -155,9 +155,7 @@ def _enter(plant, calls, work, events, time, state):  # type: ignore[no-untyped-
     call_settle(events[1], (calls[0], calls[1], calls[2], time, state))
 
 
-enter = chosen_by(
-    has_events, _enter, lambda plant, calls, work, events, time, state: None
-)
+enter = chosen_by(has_events, _enter, lambda plant, calls, work, events, time, state: None)
 """Branches and margins at the beginning of steps, right after ``evaluate``; ``(plant, calls, work,
 events, time, state)``."""
 

@@ -1,4 +1,4 @@
-"""How long a step may be before an explicit stepper goes unstable."""
+"""How long a step may be before a stepper goes unstable."""
 
 import cmath
 import functools
@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from ab_sim.errors import SceneError, exact
-from ab_sim.integrate.registry import Stepper, stepper_named
+from ab_sim.integrate.stepper import Stepper
 
 TOLERANCE = 1e-3
 """Growth per step that still counts as stable: methods amplify undamped motion a little."""
@@ -15,21 +15,20 @@ FARTHEST = 50.0
 
 
 @functools.lru_cache(maxsize=1000)
-def stability_limit(name: str, direction: complex = -1.0) -> float:
+def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
     """How far the stability region of a stepper reaches from 0.
 
     Args:
-        name: the stepper.
+        stepper: the method.
         direction: of modulus 1; -1 is the negative real axis, decay, and +-1j undamped motion.
 
     Returns:
         Largest x for which one step does not amplify y' = (x direction / step) y.
     """
-    tableau = stepper_named(name)
     tolerance = 0.0 if direction == -1.0 else TOLERANCE
 
     def unstable(x: float) -> bool:
-        return abs(tableau.growth(x * direction)) > 1.0 + tolerance
+        return abs(stepper.growth(x * direction)) > 1.0 + tolerance
 
     inside = 0.0
     while not unstable(inside + STRIDE):
@@ -43,15 +42,15 @@ def stability_limit(name: str, direction: complex = -1.0) -> float:
     return inside
 
 
-def largest_step(tableau: Stepper, rates: Mapping[str, complex]) -> tuple[float, str]:
+def largest_step(stepper: Stepper, rates: Mapping[str, complex]) -> tuple[float, str]:
     """The longest stable step [s], rounded down to three digits, and what limits it.
 
     Args:
-        tableau: the stepper.
+        stepper: the method.
         rates: eigenvalues [1/s] by what they belong to; those of 0 do not limit the step.
     """
     steps = {
-        what: stability_limit(tableau.name, _direction(rate)) / abs(rate)
+        what: stability_limit(stepper, _direction(rate)) / abs(rate)
         for what, rate in rates.items()
         if rate != 0
     }
@@ -62,18 +61,18 @@ def largest_step(tableau: Stepper, rates: Mapping[str, complex]) -> tuple[float,
     return math.floor(steps[what] * 10.0**digits) / 10.0**digits, what
 
 
-def check_step(tableau: Stepper, step: float, rates: Mapping[str, complex]) -> None:
+def check_step(stepper: Stepper, step: float, rates: Mapping[str, complex]) -> None:
     """Refuse a step that is beyond the stability limit.
 
     Raises:
         SceneError: names what limits the step, and the largest allowed one.
     """
-    largest, what = largest_step(tableau, rates)
+    largest, what = largest_step(stepper, rates)
     if step <= largest:
         return
-    advice = f"with {tableau.name} use at most {largest:g} s"
+    advice = f"with {stepper.name} use at most {largest:g} s"
     if largest < 1e-8:
-        advice = f"no {tableau.name} step of useful length is stable: lower the rate"
+        advice = f"no {stepper.name} step of useful length is stable: lower the rate"
     raise SceneError(
         f"solver.step = {exact(step)} s: is beyond the stability limit of {what}, whose rate is "
         f"{abs(rates[what]):.4g} 1/s; {advice}"

@@ -8,6 +8,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
+from numba.core.types.containers import NamedTuple
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
@@ -56,7 +57,7 @@ def room_of(typing_context, system, work):  # type: ignore[no-untyped-def]
         "motor": ((3,), "C"),
     }
     kinds = [part_of(owned, name).copy(layout=shapes[name][1]) for name in Room._fields]
-    room = types.NamedTuple(kinds, Room)
+    room = NamedTuple(kinds, Room)
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         arrays = [

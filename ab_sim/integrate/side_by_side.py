@@ -9,12 +9,14 @@ import numpy as np
 from numba.core.errors import TypingError
 
 from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.layout import angle_at, state_size
 from ab_sim.dynamics.numbers.lanes import as_lanes, spread, where_less
-from ab_sim.dynamics.system import TURNS, System, ball_count
+from ab_sim.dynamics.slope import inlined_evaluate
+from ab_sim.dynamics.system import TURNS, Plant, Room, System, ball_count
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.fixed_step import TWO_PI_REST, record
-from ab_sim.integrate.on_stack import scratch_of, state_size
-from ab_sim.integrate.one_step import explicit_step, inlined_derivatives
+from ab_sim.integrate.on_stack import room_of
+from ab_sim.integrate.stepper import step as take_step
 
 FIRST, STEPS, FINISHES = 0, 1, 2
 """Columns of a plan's stretches: steps taken before; steps, or 1 for the part of one; whether its
@@ -45,13 +47,13 @@ class Runs(NamedTuple):
     sound: np.ndarray
     """1 while a run is within its bounds, and how many steps it was: shape (2, 8)."""
     rows: np.ndarray
-    """Shape (samples, states + 3, 8): see fixed_step.advance."""
+    """Shape (samples, row_width, 8): see fixed_step.advance."""
     slopes: np.ndarray
     """The stepper's stages, shape (stages, states, 8)."""
     trial: np.ndarray
     """Shape (states, 8)."""
-    scratch: np.ndarray
-    """Shape (n, WIDTH, 8)."""
+    room: Room
+    """Its arrays have the lanes as a further axis."""
 
 
 class LaneArrays(NamedTuple):
@@ -59,7 +61,7 @@ class LaneArrays(NamedTuple):
 
     slopes: Any
     trial: Any
-    scratch: Any
+    room: Any
 
 
 @compiled
@@ -72,30 +74,38 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
         system: the System of one of the runs: the pattern for all. It is compiled for its number
             of balls, and has no events.
         place: a Place, the pattern of those in ``places``.
-        weights: a Runge-Kutta method's.
-        constants: (floats of body and effects, shape (floats, 8), see lanes.leaves; System.balls
-            of each run, shape (n, 7, 8); magnitudes that no sound run reaches, shape (states, 8)).
+        weights: those of a stepper that takes lanes.
+        constants: (floats of carrier and effects, shape (floats, 8), see lanes.leaves; System.balls
+            of each run, shape (n, BALL_CONSTANTS, 8); magnitudes that no sound run reaches, shape
+            (states, 8)).
         plan: a Plan.
         clock: (step [s], how many steps from one recorded sample to the next).
         runs: a Runs; state, modes and rows are the last and all states at the end.
     """
     step, every = clock
-    body, effects = spread((system.body, system.effects), as_lanes(constants[0]))
+    carrier, effects = spread((system.carrier, system.effects), as_lanes(constants[0]))
     balls, bounds = as_lanes(constants[1]), as_lanes(constants[2])
-    drives = System(body, balls, system.contacts, effects, system.ledger, system.each)
+    drives = System(carrier, balls, system.contacts, effects, system.ledger, system.each)
     state, modes, sound = as_lanes(runs.state), as_lanes(runs.modes), as_lanes(runs.sound)
-    work = LaneArrays(as_lanes(runs.slopes), as_lanes(runs.trial), as_lanes(runs.scratch))
+    room = Room(
+        as_lanes(runs.room.table),
+        as_lanes(runs.room.block),
+        as_lanes(runs.room.reduced),
+        as_lanes(runs.room.acceleration),
+        as_lanes(runs.room.motor),
+    )
+    work = LaneArrays(as_lanes(runs.slopes), as_lanes(runs.trial), room)
     places, times, rows = as_lanes(plan.places), as_lanes(plan.times), as_lanes(runs.rows)
-    slopes, scratch, states = work.slopes, scratch_of(drives, work), state_size(drives, state)
+    slopes, states, own = work.slopes, state_size(drives, state), room_of(drives, work)
     for s in range(plan.stretches.shape[0]):
         first, finishes = plan.stretches[s, FIRST], plan.stretches[s, FINISHES]
-        here = spread(place, places[s])
+        here = Plant(drives, spread(place, places[s]), modes, own)
         start, offset, length = times[s, START], times[s, OFFSET], times[s, LENGTH]
         begin = (first * step - start) + offset
-        inlined_derivatives(drives, here, begin, state, modes, slopes[0], scratch)
+        inlined_evaluate(here, begin, state, slopes[0])
         for k in range(plan.stretches[s, STEPS]):
             begin = ((first + k) * step - start) + offset
-            explicit_step(weights, drives, here, begin, length, state, modes, work)
+            take_step(weights, here, begin, length, state, work)
             still = sound[0]
             for j in range(states):
                 state[j] = work.trial[j]
@@ -103,12 +113,11 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
             sound[0] = still
             take_out_turn(drives, state, modes)
             end = begin + length
-            A1, A2, al = inlined_derivatives(drives, here, end, state, modes, slopes[0], scratch)
+            inlined_evaluate(here, end, state, slopes[0])
             if finishes:
                 sound[1] += sound[0]
                 if (first + k + 1) % every == 0:
-                    row = (first + k + 1) // every - 1
-                    record(drives, here, end, state, modes, A1, A2, rows[row])
+                    record(here, end, state, rows[(first + k + 1) // every - 1])
 
 
 def lanes_can(*arguments: Any) -> bool:
@@ -132,7 +141,7 @@ def _compiles(kinds: tuple[Any, ...]) -> bool:
 def take_out_turn(system, state, modes):  # type: ignore[no-untyped-def]
     """``fixed_step.take_out_turns`` for lanes, in which a ball makes at most one turn per step."""
     for i in range(ball_count(system)):
-        angle = state[4 + i]
+        angle = state[angle_at(system, i)]
         turn = where_less(2.0 * pi, abs(angle), where_less(0.0, angle, 1.0, -1.0), 0.0)
-        state[4 + i] = (angle - turn * (2.0 * pi)) - turn * TWO_PI_REST
+        state[angle_at(system, i)] = (angle - turn * (2.0 * pi)) - turn * TWO_PI_REST
         modes[i, TURNS] += turn

@@ -11,7 +11,7 @@ from typing import Any
 from ab_sim.dynamics.dispatch import forward
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stepper:
     """A named method for steps of a fixed length, with the order that it is declared to have."""
 
@@ -43,6 +43,8 @@ class Stepper:
     """Runs side by side can take its steps: ``numbers.lanes``."""
     locates_events: bool = True
     """Its steps may be cut at events."""
+    priced: bool = True
+    """It is tried where a scene asks for an accuracy."""
 
 
 step = forward("step")

@@ -1,7 +1,7 @@
 """Arrays that a run reuses, so that no step allocates."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -12,6 +12,7 @@ from ab_sim.dynamics.race.margins import slots
 from ab_sim.dynamics.race.pools import POOL_WIDTH
 from ab_sim.dynamics.race.table import table_width
 from ab_sim.dynamics.system import Room, System, carrier_unknowns
+from ab_sim.integrate.stepper import Stepper
 
 
 class Workspace(NamedTuple):
@@ -57,27 +58,28 @@ class Workspace(NamedTuple):
     found for all laws. Shape (2,)."""
 
 
-def workspace(
-    system: System, slopes: int, nodes: int, memory: int, bounds: np.ndarray
-) -> Workspace:
-    """A workspace.
+def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace:
+    """A workspace for a system and a stepper.
 
     Args:
         system: what moves.
-        slopes: how many the stepper keeps within a step.
-        nodes: sets of balls that it keeps beside the one at hand.
-        memory: how many rows of numbers it carries from one step to the next.
+        stepper: says what it keeps within a step, and from one to the next.
         bounds: magnitudes that no sound run reaches, shape (states,).
     """
+    nodes = stepper.nodes
     balls, states = system.balls.shape[0], layout_of(system).size
     margins, accelerations = slots(balls), carrier_unknowns(system.carrier) + 1
     return Workspace(
-        slopes=aligned((slopes, states)),
+        slopes=aligned((stepper.slopes, states)),
         trial=aligned((states,)),
         ahead=aligned((states,)),
         acceleration_ahead=aligned((accelerations,)),
-        room=room(accelerations, (1 + nodes) * balls + table_rows(balls, nodes, accelerations)),
-        memory=aligned((memory, states)),
+        room=room(
+            accelerations,
+            (1 + nodes) * balls + table_rows(balls, nodes, accelerations),
+            1 + nodes,
+        ),
+        memory=aligned((stepper.memory, states)),
         bounds=bounds,
         margin=aligned((margins,)),
         margin_ahead=aligned((margins,)),
@@ -93,16 +95,18 @@ def workspace(
     )
 
 
-def room(accelerations: int, lines: int, *side_by_side: int) -> Room:
-    """Room for evaluations, for as many runs side by side as is said.
+def room(accelerations: int, lines: int, blocks: int, *side_by_side: int) -> Room:
+    """Room for evaluations.
 
     Args:
         accelerations: K.
         lines: of the table, one for each ball.
+        blocks: how many, one behind the other.
         side_by_side: lengths of further axes.
     """
-    block = (accelerations, accelerations + 1)
-    shapes = (lines, table_width(accelerations)), block, block, (accelerations,), (3,)
+    table, every = (lines, table_width(accelerations)), accelerations + 1
+    block, reduced = (blocks * accelerations, every), (accelerations, every)
+    shapes = table, block, reduced, (accelerations,), (3,)
     return Room(*(aligned((*shape, *side_by_side)) for shape in shapes))
 
 
@@ -116,12 +120,8 @@ def aligned(shape: tuple[int, ...]) -> np.ndarray:
 
 def workspace_kind() -> object:
     """Numba's type of a Workspace, which is the same for all."""
-    empty = np.zeros(0)
-    flat, table = empty, np.zeros((0, 0))
-    kinds = {
-        name: table
-        for name in ("slopes", "memory", "pools", "near", "near_margin", "force_rate")
-    }
-    values = {name: kinds.get(name, flat) for name in Workspace._fields}
+    flat, table = np.zeros(0), np.zeros((0, 0))
+    tables = {"slopes", "memory", "pools", "near", "near_margin", "force_rate"}
+    values: dict[str, Any] = {name: table if name in tables else flat for name in Workspace._fields}
     values |= {"room": Room(table, table, table, flat, flat), "counts": np.zeros(0, np.int64)}
     return numba.typeof(Workspace(**values))

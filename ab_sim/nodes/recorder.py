@@ -12,7 +12,6 @@ from rclpy.node import Node
 
 from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, topics
 from ab_msgs_py.samples import command_of, description_of, event_of, text_of
-from ab_sim.drive.trajectory import channels_for
 from ab_sim.errors import RecordingError
 from ab_sim.nodes.inbox import Inbox
 from ab_sim.nodes.parameters import declare, recording_file, refuse_undeclared
@@ -132,7 +131,9 @@ class Recorder(Node):
         block = Block.of(message)
         if self._recording is None or len(block.samples) == 0:
             return
-        if self._description is not None and block.channels != _channels_of(self._description):
+        if self._description is not None and list(block.channels) != self._description.get(
+            "channels"
+        ):
             raise MalformedMessage(f"vibration/block has the channels {block.channels}")
         if not np.isfinite(block.samples[:, 1]).all():
             raise MalformedMessage("vibration/block: time must be finite")
@@ -220,12 +221,6 @@ class Recorder(Node):
             {key: str(value) for key, value in values.items()},
         )
         self._diagnostics.publish(health.message_at(round(self._time * 1e9)))
-
-
-def _channels_of(description: dict[str, Any]) -> tuple[str, ...]:
-    """The channels of the drive that describes itself so."""
-    effects = description.get("effects") or ()
-    return channels_for(int(description["balls"]), "motor" in effects, "accelerometer" in effects)
 
 
 def _number(text: str) -> float:

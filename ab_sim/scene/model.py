@@ -166,6 +166,10 @@ class Solver(Section):
         "integration step; a whole number of nanoseconds", "s", gt=0, le=1.0, default=1e-3
     )
 
+    parameters: dict[str, Number] = Field(
+        default_factory=dict, description="numbers that the stepper takes, by name"
+    )
+
     @model_validator(mode="after")
     def _whole_nanoseconds(self) -> "Solver":
         # Message stamps count steps in integer nanoseconds.

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ab_sim.dynamics.neighbours import start_angles
 
 from ab_sim.accuracy import SAFETY, Price, Timed, cheapest, resolve_accuracy
 from ab_sim.accuracy.deviation import MOST_SAMPLES, Deviation, Samples, deviation
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.neighbours import start_angles
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, check_scene, load_scene, scene_names

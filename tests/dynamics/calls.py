@@ -1,7 +1,6 @@
 """What is compiled for the kernel cannot be called from Python: these can."""
 
 import numba
-
 from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.pools import pool
 

@@ -7,6 +7,8 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
+from ab_sim.dynamics.planar import derivatives
+from ab_sim.integrate.rk8 import RK8
 from numba.extending import register_jitable
 
 from ab_sim.drive import Drive
@@ -16,10 +18,8 @@ from ab_sim.dynamics.dispatch import APART, any_effect_has, forward, sum_over_ef
 from ab_sim.dynamics.effects import RollingFriction, Suspension, ViscousDrag
 from ab_sim.dynamics.motion import Ball, Deck
 from ab_sim.dynamics.numbers.lanes import LANES, as_lanes, leaves, spread
-from ab_sim.dynamics.planar import derivatives
 from ab_sim.dynamics.system import Place, has_events
 from ab_sim.integrate.fixed_step import advance
-from ab_sim.integrate.rk8 import RK8
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene import check_scene
 from ab_sim.scene.registry import effect_classes, effect_parameters

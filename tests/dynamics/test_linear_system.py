@@ -3,7 +3,6 @@
 import numba
 import numpy as np
 import pytest
-
 from ab_sim.dynamics.linear_system import reduce
 
 

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ab_sim.dynamics.neighbours import start_angles
+from ab_sim.dynamics.switches import gap
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ab_sim.dynamics.assemble import start_modes, start_state, system_of
-from ab_sim.dynamics.neighbours import start_angles
-from ab_sim.dynamics.switches import gap
 from ab_sim.dynamics.system import JOINED, SPACING
 from ab_sim.errors import SceneError
 from ab_sim.scene import Scene

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ab_sim.dynamics.scratch import WIDTH
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.system import DIRECTION, LOADED, MODES, Place
 from ab_sim.spindle import Ramp
 from tests.dynamics.calls import compiled_derivatives

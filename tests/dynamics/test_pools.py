@@ -4,10 +4,10 @@ from itertools import product
 
 import numpy as np
 import pytest
-
-from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.pools import CLOSED, GRAIN, HOLD, LEVEL, POOL_WIDTH, PULL
 from ab_sim.dynamics.scratch import INERTIA, WIDTH
+
+from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import JOINED, MODES, ORDER
 from tests.dynamics.calls import compiled_pool
 from tests.hard_cases.extremes import RUBBING, scene_of

@@ -5,7 +5,6 @@ import random
 from fractions import Fraction
 
 import pytest
-
 from ab_sim.dynamics.neighbours import reduced
 
 PI = Fraction(

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ab_sim.integrate.sweeps import Sweeps
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import drag_rate, linear_rates, system_of
@@ -13,7 +14,6 @@ from ab_sim.errors import CommandError, DivergedError, SceneError
 from ab_sim.integrate import STEPPERS
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.limits import largest_step, stability_limit
-from ab_sim.integrate.sweeps import Sweeps
 
 EXPLICIT = [name for name, stepper in STEPPERS.items() if not isinstance(stepper, Sweeps)]
 """Those that the race's drag limits."""

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ab_sim.integrate.sweeps import SWEEPS, integration, radau_right
+from ab_sim.integrate.tableau import Tableau
 
 from ab_sim.drive import Drive
 from ab_sim.errors import SceneError
 from ab_sim.integrate import STEPPERS, stepper_named
-from ab_sim.integrate.sweeps import SWEEPS, integration, radau_right
-from ab_sim.integrate.tableau import Tableau
 
 TABLEAUX = {name: s for name, s in STEPPERS.items() if isinstance(s, Tableau)}
 

@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ab_sim.dynamics.scratch import WIDTH
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.dynamics.system import Place
 from ab_sim.scene import check_scene
 from ab_sim.spindle import Ramp

@@ -12,8 +12,22 @@ nothing of it. It has
         how many numbers it gives for each sample beyond the state
     NEEDS_ANGLE
         whether its equations contain the spindle's angle whatever the effects are
+    WAYS
+        along how many axes it moves
+    CHANNELS
+        names of what a trajectory shows of it: displacement, velocity and acceleration along these
+        axes come first
     DECK_FORCES
         the methods by which effects act on its deck, see ``effects``
+
+in Python the methods
+
+    read(self, states, beyond, psi)
+        its channels, from its own states and its outputs, one line for each sample
+    scale(self, length, speed)
+        magnitudes of its states, for errors to be measured by, from a length and a spindle speed
+    energy(self, system, state, psi, speed) -> J
+        kinetic and stored
 
 and the methods, compiled into kernels, of a Plant, the Spindle's motion and the state:
 

@@ -25,7 +25,9 @@ from math import cos, sin
 from typing import Any, NamedTuple
 
 import numba
+import numpy as np
 
+from ab_sim.dynamics.carriers.facts import carrier
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import angle_at, rate_at
 from ab_sim.dynamics.motion import Deck
@@ -61,15 +63,18 @@ from ab_sim.dynamics.system import (
 _K = 3
 
 
+@carrier(
+    STATES=4,
+    UNKNOWNS=2,
+    STATE_NAMES=("u1", "u2", "v1", "v2"),
+    OUTPUTS=2,
+    NEEDS_ANGLE=False,
+    WAYS=2,
+    CHANNELS=("x", "y", "vx", "vy", "ax", "ay"),
+    DECK_FORCES=("deck_force", "space_force", "gravity"),
+)
 class Planar(NamedTuple):
     """Constants of deck and rotor."""
-
-    STATES = 4
-    UNKNOWNS = 2
-    STATE_NAMES = ("u1", "u2", "v1", "v2")
-    OUTPUTS = 2
-    NEEDS_ANGLE = False
-    DECK_FORCES = ("deck_force", "space_force", "gravity")
 
     total_mass: float
     """M [kg], balls included."""
@@ -96,9 +101,7 @@ class Planar(NamedTuple):
             block[2, _K] = spindle.torque
         return 0.0
 
-    def bear(
-        self, plant: Any, spindle: Any, frame: Any, c: Any, s: Any, i: int, state: Any
-    ) -> Any:
+    def bear(self, plant: Any, spindle: Any, frame: Any, c: Any, s: Any, i: int, state: Any) -> Any:
         """See ``carriers``."""
         system, table, block = plant.system, plant.room.table, plant.room.block
         m, rate = system.balls[i, MASS], state[rate_at(system, i)]
@@ -145,9 +148,7 @@ class Planar(NamedTuple):
             slope[2] += g1
             slope[3] += g2
 
-    def output(
-        self, plant: Any, spindle: Any, state: Any, acceleration: Any, row: Any
-    ) -> None:
+    def output(self, plant: Any, spindle: Any, state: Any, acceleration: Any, row: Any) -> None:
         """The deck's acceleration on the rotating axes [m/s^2]."""
         g1, g2 = gravity_on_rotating_axes(plant, spindle)
         row[0] = acceleration[0] + g1
@@ -168,6 +169,19 @@ class Planar(NamedTuple):
     def straighten(self, state: Any) -> bool:
         """Nothing drifts."""
         return False
+
+    def read(self, states: np.ndarray, beyond: np.ndarray, psi: np.ndarray) -> np.ndarray:
+        """Displacement, velocity and acceleration on inertial axes, shape (samples, 6)."""
+        c, s = np.cos(psi), np.sin(psi)
+        found = np.empty((len(states), 6))
+        for column, (one, two) in ((0, states[:, :2].T), (2, states[:, 2:].T), (4, beyond.T)):
+            found[:, column] = c * one - s * two
+            found[:, column + 1] = s * one + c * two
+        return found
+
+    def scale(self, length: float, speed: float) -> list[float]:
+        """Magnitudes of the states, for errors to be measured by; in Python only."""
+        return [length, length, length * speed, length * speed]
 
     def energy(self, system: Any, state: Any, psi: float, speed: float) -> float:
         """Kinetic and stored energy [J]; in Python only."""

@@ -7,6 +7,7 @@ scene's own functions are, and calls them there.
 from typing import Any, NamedTuple
 
 from numba.core import types
+from numba.core.types.containers import NamedTuple as NamedTupleType
 from numba.extending import register_jitable
 
 from ab_sim.dynamics.calling import call_at
@@ -29,7 +30,7 @@ class Calls(NamedTuple):
     kick: int
 
 
-CALLS = types.NamedTuple((types.int64,) * len(Calls._fields), Calls)
+CALLS = NamedTupleType((types.int64,) * len(Calls._fields), Calls)
 """Numba's type of them."""
 
 _evaluate = call_at(types.int64, types.int64, *EVALUATE)

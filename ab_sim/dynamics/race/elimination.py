@@ -73,7 +73,7 @@ def eliminate_ball(race: Race, i: int) -> None:
 @register_jitable(**INLINED)
 def lead(race: Race) -> None:
     """Fill in LEADER."""
-    table, n = race.room.table, race.count
+    table, n = race.room.table, race.number
     if not race.meets:
         for i in range(n):
             table[i, LEADER] = -1 if sticks(race, i) else i
@@ -94,7 +94,7 @@ def lead(race: Race) -> None:
 @register_jitable(**INLINED)
 def eliminate_rows(race: Race) -> None:
     """Solve each row's equation for its path acceleration."""
-    table, n, gain = race.room.table, race.count, REACH + 2 * race.all
+    table, n, gain = race.room.table, race.number, REACH + 2 * race.all
     lead(race)
     for i in range(n):
         table[i, TOTAL] = 0.0
@@ -128,7 +128,7 @@ def eliminate(race: Race) -> None:
     if race.meets:
         eliminate_rows(race)
     else:
-        for i in range(race.count):
+        for i in range(race.number):
             eliminate_ball(race, i)
 
 
@@ -141,7 +141,7 @@ def solve(race: Race) -> None:
         for q in range(free):
             reduced[r, q] = race.room.block[r, q]
         reduced[r, every] = race.room.block[r, every]
-    for i in range(race.count):
+    for i in range(race.number):
         for r in range(free):
             reach = table[i, REACH + r]
             # Symmetric but for friction: the rest is filled in below.
@@ -170,7 +170,7 @@ def solve(race: Race) -> None:
         for q in range(p):
             rest = multiply_add(-reduced[p, q], x[q], rest)
         x[p] = rest / reduced[p, p]
-    for i in range(race.count):
+    for i in range(race.number):
         g = table[i, FREE]
         for r in range(free):
             g = multiply_add(table[i, gain + r], x[r], g)
@@ -186,7 +186,7 @@ def row_start(race: Race) -> int:
 @register_jitable(**INLINED)
 def first_open(race: Race, lines: Any, column: int) -> int:
     """The place behind a contact for which the column says 0: no more than n - 1 can be closed."""
-    n = race.count
+    n = race.number
     for k in range(n):
         if lines[(k - 1) % n, column] == 0:
             return k
@@ -199,7 +199,7 @@ def moves_along(race: Race, k: int) -> bool:
     if not race.meets or race.modes[k, JOINED] == 0:
         return False
     return not (
-        sticks(race, ball_at(race, k)) or sticks(race, ball_at(race, (k + 1) % race.count))
+        sticks(race, ball_at(race, k)) or sticks(race, ball_at(race, (k + 1) % race.number))
     )
 
 

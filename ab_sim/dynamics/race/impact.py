@@ -58,7 +58,7 @@ def collide(calls: Any, race: Race, work: Any, state: Any, struck: int, plastic:
     Returns:
         Whether impulses that agree with Newton's law at all contacts were found.
     """
-    n, table, modes, pools = race.count, race.room.table, race.modes, work.pools
+    n, table, modes, pools = race.number, race.room.table, race.modes, work.pools
     x, first = race.room.acceleration, race.first_rate
     fastest = 0.0
     for i in range(n):
@@ -100,15 +100,13 @@ def collide(calls: Any, race: Race, work: Any, state: Any, struck: int, plastic:
 
 
 @register_jitable(**APART)
-def bounce(
-    calls: Any, race: Race, work: Any, fastest: float, struck: int, plastic: bool
-) -> None:
+def bounce(calls: Any, race: Race, work: Any, fastest: float, struck: int, plastic: bool) -> None:
     """The equations for the speeds after an impact, less what the balls bounce (SHIFT).
 
     So shifted, u+ + e u- >= 0 says that speeds do not fall along the row, as for accelerations.
     What carries the balls has the momentum that these speeds are short of.
     """
-    n, table, block, pools = race.count, race.room.table, race.room.block, work.pools
+    n, table, block, pools = race.number, race.room.table, race.room.block, work.pools
     hit = table[ball_at(race, struck), PATH] - table[ball_at(race, (struck + 1) % n), PATH]
     for k in range(n):
         pools[k, CLOSED] = race.modes[k, JOINED]
@@ -142,7 +140,7 @@ def jump(calls: Any, race: Race, state: Any) -> None:
     turned = lost = 0.0
     for r in range(race.all):
         turned += race.room.block[spindle, r] * x[r]
-    for i in range(race.count):
+    for i in range(race.number):
         gain = table[i, PULL]
         impulse = table[i, INERTIA] * gain
         for r in range(race.all):

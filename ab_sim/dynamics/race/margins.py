@@ -59,7 +59,7 @@ def friction_margins(
     race: Race, state: Any, slope: Any, margin: Any, rounding: Any, rate: Any
 ) -> None:
     """SLIDE, HOLD and LOAD."""
-    n, table, modes, x = race.count, race.room.table, race.modes, race.room.acceleration
+    n, table, modes, x = race.number, race.room.table, race.modes, race.room.acceleration
     for i in range(n):
         force = table[i, FORCE]
         pull = rubbed_pull_at(race, i, x)
@@ -95,7 +95,7 @@ def friction_margins(
 @register_jitable(**INLINED)
 def contact_margins(race: Race, state: Any, margin: Any, rounding: Any, rate: Any) -> None:
     """TOUCH."""
-    n, x = race.count, race.room.acceleration
+    n, x = race.number, race.room.acceleration
     for k in range(n):
         slot = TOUCH * n + k
         if race.modes[k, JOINED] == 0:
@@ -120,13 +120,13 @@ def leans(race: Race, k: int) -> bool:
     """Whether the balls at contact k touch and both stick."""
     if race.modes[k, JOINED] == 0:
         return False
-    return sticks(race, ball_at(race, k)) and sticks(race, ball_at(race, (k + 1) % race.count))
+    return sticks(race, ball_at(race, k)) and sticks(race, ball_at(race, (k + 1) % race.number))
 
 
 @register_jitable(**INLINED)
 def motor_margins(race: Race, margin: Any, rounding: Any) -> None:
     """MOTOR."""
-    n = race.count
+    n = race.number
     asked, most = race.room.motor[ASKED], race.room.motor[MOST]
     if race.modes[n, DIRECTION] == 0:
         margin[MOTOR * n] = most + asked

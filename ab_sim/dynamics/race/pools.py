@@ -71,7 +71,7 @@ def pool(race: Race, pools: Any) -> bool:
     PULL, HOLD, COARSE, CLOSED and HOP say what holds at the instant. Returns whether a contact that
     was joined is not any more, or vice versa.
     """
-    n, table, modes = race.count, race.room.table, race.modes
+    n, table, modes = race.number, race.room.table, race.modes
     if not race.meets:
         for i in range(n):
             pools[i, LEVEL] = level(

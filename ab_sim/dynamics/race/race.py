@@ -34,7 +34,7 @@ from ab_sim.dynamics.system import (
 class Race(NamedTuple):
     """Balls, what holds of them, and the equations of what carries them."""
 
-    count: int
+    number: int
     """n."""
     balls: Any
     """``System.balls``."""
@@ -104,7 +104,7 @@ def ball_at(race: Race, place: int) -> int:
 @register_jitable(**INLINED)
 def gap(race: Race, k: int) -> Any:
     """Distance along the race between the balls at contact k [m]; negative where they overlap."""
-    n, table, modes, balls = race.count, race.room.table, race.modes, race.balls
+    n, table, modes, balls = race.number, race.room.table, race.modes, race.balls
     i, j = ball_at(race, k), ball_at(race, (k + 1) % n)
     turns = (modes[j, TURNS] - balls[j, FIRST_TURNS]) - (modes[i, TURNS] - balls[i, FIRST_TURNS])
     if k == n - 1:

@@ -23,7 +23,7 @@ from ab_sim.dynamics.race.table import (
 def normal_forces(race: Race, x: Any) -> None:
     """Fill in FORCE, given accelerations."""
     table = race.room.table
-    for i in range(race.count):
+    for i in range(race.number):
         force = table[i, LOAD]
         for r in range(race.all):
             force += table[i, REACH + race.all + r] * x[r]
@@ -60,7 +60,7 @@ def reactions(race: Race) -> None:
     if race.rubs:
         normal_forces(race, x)
     if race.meets:
-        n = race.count
+        n = race.number
         begin = row_start(race)
         push = 0.0
         for place in range(n):

@@ -58,7 +58,7 @@ def settle(
         slot: the margin that has reached zero, or -1.
         plastic: whether balls that meet no longer bounce.
     """
-    n, modes, x = race.count, race.modes, race.room.acceleration
+    n, modes, x = race.number, race.modes, race.room.acceleration
     if 0 <= slot < MOTOR * n:
         kind, i = slot // n, slot % n
         if kind == TOUCH and modes[i, JOINED] == 0:
@@ -96,7 +96,7 @@ def come_to_rest(race: Race, state: Any, stopped: int) -> None:
     """Bring to rest the ball that has ``stopped`` (-1: none), others as slow as it, their rows."""
     first = race.first_rate
     still = STILL if stopped < 0 else max(STILL, abs(state[first + stopped]))
-    for i in range(race.count):
+    for i in range(race.number):
         if 0.0 < abs(state[first + i]) <= still:
             state[first + i] = 0.0
             if race.meets:
@@ -106,7 +106,7 @@ def come_to_rest(race: Race, state: Any, stopped: int) -> None:
 @register_jitable(**INLINED)
 def stop_row(race: Race, state: Any, i: int) -> None:
     """Bring those in a row with ball i to rest."""
-    n = race.count
+    n = race.number
     ahead = 0
     for k in range(n):
         if ball_at(race, k) == i:
@@ -123,7 +123,7 @@ def stop_row(race: Race, state: Any, i: int) -> None:
 @register_jitable(**APART)
 def close_gaps(race: Race, state: Any) -> None:
     """Take out what rounding and truncation have done to balls in contact, and any overlap."""
-    n, table = race.count, race.room.table
+    n, table = race.number, race.room.table
     begin, widest = 0, 0.0
     for k in range(n):
         room = gap(race, k)
@@ -145,7 +145,7 @@ def branches(race: Race, work: Any, state: Any, x: Any) -> bool:
     Right after an evaluation. Returns whether any was not in force.
     """
     changed = False
-    n, table, pools, modes = race.count, race.room.table, work.pools, race.modes
+    n, table, pools, modes = race.number, race.room.table, work.pools, race.modes
     first = race.first_rate
     if race.rubs:
         normal_forces(race, x)
@@ -179,7 +179,7 @@ def branches(race: Race, work: Any, state: Any, x: Any) -> bool:
 @register_jitable(**INLINED)
 def motor_branch(race: Race, work: Any) -> bool:
     """Whether the motor begins or ceases to give all it can."""
-    n, margin, rounding = race.count, work.margin, work.rounding
+    n, margin, rounding = race.number, work.margin, work.rounding
     motor_margins(race, margin, rounding)
     before = race.modes[n, DIRECTION]
     if margin[MOTOR * n] < -rounding[MOTOR * n]:

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from ab_sim.dynamics.assemble import linear_rates
-from ab_sim.dynamics.scratch import WIDTH
 from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.sweeps import integration
+from ab_sim.integrate.steppers.sweeps import integration
+from ab_sim.integrate.vector_field import NO_ROOM, slope_at
 from ab_sim.studies.accuracy_cost.methods import FailedError
-from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide, slope_at
+from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
 
 NODES, ITERATIONS = 8, 60
 LONGEST = 1e-3
@@ -38,12 +38,11 @@ class Nodes(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Arrays that a step writes to: slopes at the nodes, the next ones, a state, the kernel's."""
+    """Arrays that a step writes to: slopes at the nodes, the next ones, a state."""
 
     slopes: np.ndarray
     ahead: np.ndarray
     trial: np.ndarray
-    scratch: np.ndarray
 
 
 def gauss_nodes(count: int = NODES) -> Nodes:
@@ -71,7 +70,7 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
     """
     nodes, state, rest = gauss_nodes(), f.start.copy(), np.zeros(f.start.size)
     shape = (NODES, state.size)
-    work = Work(np.empty(shape), np.empty(shape), state.copy(), np.zeros((len(f.modes), WIDTH)))
+    work = Work(np.empty(shape), np.empty(shape), state.copy())
     kept = []
     for leg in f.legs:
         states = [state.copy()]
@@ -93,11 +92,11 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
 def _steps(system, place, modes, nodes, clock, scale, state, rest, work):  # type: ignore[no-untyped-def]
     """Take steps; ``rest`` is what of the state is too small to be in it. False: no convergence."""
     begin, length, steps = clock
-    slopes, ahead, trial, scratch = work.slopes, work.ahead, work.trial, work.scratch
+    slopes, ahead, trial = work.slopes, work.ahead, work.trial
     count, states = nodes.c.size, state.size
     for step in range(steps):
         time = begin + step * length
-        slope_at(system, place, time, state, modes, trial, scratch)
+        slope_at(system, place, time, state, modes, trial, NO_ROOM)
         for i in range(count):
             for j in range(states):
                 slopes[i, j] = trial[j]
@@ -111,7 +110,7 @@ def _steps(system, place, modes, nodes, clock, scale, state, rest, work):  # typ
                         total += length * nodes.a[i, k] * slopes[k, j]
                     trial[j] = state[j] + total
                 at = time + nodes.c[i] * length
-                slope_at(system, place, at, trial, modes, ahead[i], scratch)
+                slope_at(system, place, at, trial, modes, ahead[i], NO_ROOM)
                 for j in range(states):
                     change = max(change, abs(ahead[i, j] - slopes[i, j]) * length / scale[j])
             for i in range(count):

@@ -8,7 +8,7 @@ from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import has_events
 from ab_sim.errors import SceneError
 from ab_sim.integrate.choose import choose_stepper
-from ab_sim.integrate.registry import STEPPERS
+from ab_sim.integrate.registry import steppers
 from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
 from ab_sim.studies.accuracy_cost.cvode_peer import cvode_solvers
@@ -72,7 +72,7 @@ def _ours(scene: Scene, sampling: Sampling, steps: Sequence[float]) -> Iterator[
     """Every registered stepper."""
     own = [scene.solver.step] if sampling.per_period(scene.solver.step) else []
     ladder = sorted({*steps, *own}, reverse=True)
-    for name in STEPPERS:
+    for name in steppers():
         settings = [
             (f"{1e3 * step:g} ms", partial(Stepping, scene, sampling, name, step))
             for step in ladder

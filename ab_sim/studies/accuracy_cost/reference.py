@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 from ab_sim.accuracy.deviation import Deviation, Samples, deviation, rounding
 from ab_sim.errors import InputError, SceneError
-from ab_sim.integrate.rk8 import RK8
-from ab_sim.integrate.tsit5 import TSIT5
+from ab_sim.integrate.steppers.rk8 import RK8
+from ab_sim.integrate.steppers.tsit5 import TSIT5
 from ab_sim.scene.model import Scene
 from ab_sim.studies.accuracy_cost.collocation import NODES, collocate, step_for
 from ab_sim.studies.accuracy_cost.methods import FailedError

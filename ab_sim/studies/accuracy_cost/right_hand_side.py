@@ -14,12 +14,10 @@ import numpy as np
 from ab_sim.accuracy.deviation import Samples
 from ab_sim.drive.observation import Energy
 from ab_sim.dynamics.assemble import place_on, start_modes, start_state, system_of
+from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.ledger import mechanical_energy
-from ab_sim.dynamics.motion import Deck, Spindle
-from ab_sim.dynamics.planar import derivatives
-from ab_sim.dynamics.scratch import WIDTH
-from ab_sim.dynamics.system import TURNS, Place, has_events
-from ab_sim.integrate.compile_cache import compiled
+from ab_sim.dynamics.system import TURNS, Place, carrier_outputs, has_events
+from ab_sim.integrate.vector_field import NO_ROOM, slope_at
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile
 from ab_sim.spindle.segments import RaisedCosine, Ramp
@@ -28,12 +26,6 @@ from ab_sim.studies.accuracy_cost.sampling import Sampling
 
 SAME_INSTANT = 1e-12
 """s."""
-
-
-@compiled
-def slope_at(system, place, time, state, modes, out, scratch):  # type: ignore[no-untyped-def]
-    """``derivatives``, from the disk cache, for callers outside a kernel; local ``time`` [s]."""
-    derivatives(system, place, time, state, modes, out, scratch)
 
 
 # From a leg's numbers (start, phase, the segment's fields) to its segment, by kind.
@@ -90,21 +82,22 @@ class RightHandSide:
     @property
     def scale(self) -> np.ndarray:
         """Magnitudes from which absolute tolerances are made, shape (states,)."""
-        n, speed = self.scene.balls.count, self.scene.spindle.max_speed
+        layout, speed = layout_of(self.system), self.scene.spindle.max_speed
         length = self.scene.whirl_unit[0]
         energy = 0.5 * self.scene.total_mass * (length * speed) ** 2
-        rest = [energy] * (self.start.size - 4 - 2 * n)
-        return np.array([length] * 2 + [length * speed] * 2 + [1.0] * n + [speed] * n + rest)
+        scale = np.empty(layout.size)
+        scale[layout.carrier] = self.system.carrier.scale(length, speed)
+        scale[layout.angles], scale[layout.rates], scale[layout.ledger] = 1.0, speed, energy
+        return scale
 
     def samples(self, states: np.ndarray) -> Samples:
         """States at the sample times, shape (samples, states), as samples."""
-        n = self.scene.balls.count
+        layout, carrier = layout_of(self.system), self.system.carrier
         psi = np.array([self.profile.angle(float(t)) for t in self.sampling.times])
-        c, s = np.cos(psi), np.sin(psi)
-        position = np.column_stack(
-            [c * states[:, 0] - s * states[:, 1], s * states[:, 0] + c * states[:, 1]]
-        )
-        return Samples(position, states[:, 4 : 4 + n] + 2.0 * math.pi * self.modes[:n, TURNS])
+        beyond = np.zeros((len(states), carrier_outputs(carrier)))
+        position = carrier.read(states[:, layout.carrier], beyond, psi)[:, : carrier.WAYS]
+        turns = 2.0 * math.pi * self.modes[: self.scene.balls.count, TURNS]
+        return Samples(position, states[:, layout.angles] + turns)
 
     def energy_error(self, states: np.ndarray) -> float:
         """Of a run with a ledger, from its states at the sample times."""
@@ -117,10 +110,8 @@ class RightHandSide:
         ).error()
 
     def _stored(self, state: np.ndarray, time: float) -> float:
-        n, psi = self.scene.balls.count, self.profile.angle(time)
-        spindle = Spindle(self.profile.speed(time), 0.0, math.cos(psi), math.sin(psi), 0.0, 0.0)
-        deck = Deck(*state[:4].tolist())
-        return mechanical_energy(self.system, deck, spindle, state[4 : 4 + n], state[4 + n :][:n])
+        psi, speed = self.profile.angle(time), self.profile.speed(time)
+        return mechanical_energy(self.system, state, psi, speed)
 
     def _legs(self) -> Any:
         times = self.sampling.times
@@ -144,20 +135,19 @@ class RightHandSide:
         """f and fill for a kind of segment; the scene's numbers become constants of the code."""
         if kind in self._compiled:
             return self._compiled[kind]
-        system, modes, n, segment = self.system, self.modes, len(self.system.balls), _SEGMENTS[kind]
+        system, modes, segment = self.system, self.modes, _SEGMENTS[kind]
 
         @numba.njit(error_model="numpy")
         def f(t, y, leg):  # type: ignore[no-untyped-def]
-            out, scratch = np.empty(y.size), np.zeros((n, WIDTH))
-            slope_at(system, Place(segment(leg), leg[1]), t - leg[0], y, modes, out, scratch)
+            out = np.empty(y.size)
+            slope_at(system, Place(segment(leg), leg[1]), t - leg[0], y, modes, out, NO_ROOM)
             return out
 
         @numba.njit(error_model="numpy")
         def fill(t, y, out, leg):  # type: ignore[no-untyped-def]
             # A copy, because callers may forbid writing to y, which would be one more type.
-            scratch = np.zeros((n, WIDTH))
             place = Place(segment(leg), leg[1])
-            slope_at(system, place, t - leg[0], y.copy(), modes, out, scratch)
+            slope_at(system, place, t - leg[0], y.copy(), modes, out, NO_ROOM)
 
         self._compiled[kind] = f, fill
         return f, fill

@@ -1,0 +1,28 @@
+"""What is so of all carriers of a kind: attributes of their class, constants of a kernel."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+Class = TypeVar("Class", bound=type[Any])
+
+
+def carrier(
+    *,
+    STATES: int,
+    UNKNOWNS: int,
+    STATE_NAMES: tuple[str, ...],
+    OUTPUTS: int,
+    NEEDS_ANGLE: bool,
+    WAYS: int,
+    CHANNELS: tuple[str, ...],
+    DECK_FORCES: tuple[str, ...],
+) -> Callable[[Class], Class]:
+    """Class decorator: make these attributes of a NamedTuple; for their meaning see ``carriers``."""
+    facts = locals()
+
+    def add(kind: Class) -> Class:
+        for name, value in facts.items():
+            setattr(kind, name, value)
+        return kind
+
+    return add
