@@ -17,7 +17,7 @@ def carrier(
     CHANNELS: tuple[str, ...],
     DECK_FORCES: tuple[str, ...],
 ) -> Callable[[Class], Class]:
-    """Class decorator: make these attributes of a NamedTuple; for their meaning see ``carriers``."""
+    """Class decorator: make these attributes of a NamedTuple; ``carriers`` says what they mean."""
     facts = locals()
 
     def add(kind: Class) -> Class:
