@@ -70,8 +70,8 @@ class Room(NamedTuple):
     table: Any
     """What is known of each ball, shape (n, table_width(K)): see ``race.table``."""
     block: Any
-    """The equations of what carries the balls, the balls not yet eliminated: matrix, and forces in
-    the last column; shape (K, K + 1)."""
+    """The equations of what carries the balls, the balls not yet eliminated: the symmetric matrix'
+    upper triangle, and forces in the last column; shape (K, K + 1)."""
     reduced: Any
     """The same with balls eliminated, and overwritten while it is solved; shape (K, K + 1)."""
     acceleration: Any

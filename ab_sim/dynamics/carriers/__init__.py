@@ -32,7 +32,8 @@ in Python the methods
 and the methods, compiled into kernels, of a Plant, the Spindle's motion and the state:
 
     begin(self, plant, spindle, state) -> frame
-        its own equations into ``room.block``, with the balls' masses where they move with it;
+        its own equations into ``room.block``, with the balls' masses where they move with it:
+        the symmetric matrix' upper triangle, the spindle's row and column last, and the forces;
         ``frame`` is whatever the other methods need once more
     bear(self, plant, spindle, frame, c, s, i, state) -> N
         a ball at outward normal (c, s) on the rotor's axes: COS, SIN, LOAD, REACH and PRESS in the

@@ -50,7 +50,6 @@ from ab_sim.dynamics.system import (
     gravity,
     has_friction,
     has_gravity,
-    has_motor,
     has_space_force,
     has_spin,
     race_shape,
@@ -91,14 +90,12 @@ class Planar(NamedTuple):
         system, block, w = plant.system, plant.room.block, spindle.speed
         f1, f2 = suspension_force(plant, spindle, state)
         block[0, 0] = block[1, 1] = self.total_mass
-        block[0, 1] = block[1, 0] = 0.0
+        block[0, 1] = block[0, 2] = 0.0
+        block[1, 2] = self.unbalance
+        block[2, 2] = rotor_moment(system.effects) + self.unbalance * self.eccentricity
         block[0, _K] = f1 + self.unbalance * (w * w)
-        block[1, _K] = f2 - self.unbalance * spindle.acceleration
-        if has_motor(system.effects) or len(system.ledger) > 0:
-            block[0, 2] = block[2, 0] = 0.0
-            block[1, 2] = block[2, 1] = self.unbalance
-            block[2, 2] = rotor_moment(system.effects) + self.unbalance * self.eccentricity
-            block[2, _K] = spindle.torque
+        block[1, _K] = f2
+        block[2, _K] = spindle.torque
         return 0.0
 
     def bear(self, plant: Any, spindle: Any, frame: Any, c: Any, s: Any, i: int, state: Any) -> Any:
@@ -109,7 +106,6 @@ class Planar(NamedTuple):
         mh, mx = moment_from_shaft(plant, i)
         # m J r, with r the ball's place from the shaft.
         r1, r2 = -(mh * s + mx * c), mh * c - mx * s
-        al = spindle.acceleration
         table[i, COS] = c
         table[i, SIN] = s
         table[i, LOAD] = load
@@ -120,19 +116,16 @@ class Planar(NamedTuple):
             table[i, REACH + _K] = -(m * c)
             table[i, REACH + _K + 1] = -(m * s)
             table[i, REACH + _K + 2] = mx
-        block[0, _K] += load * c - along * s - r1 * al
-        block[1, _K] += load * s + along * c - r2 * al
-        if has_motor(system.effects) or len(system.ledger) > 0:
-            h, x = place_from_shaft(plant, i)
-            block[0, 2] += r1
-            block[2, 0] += r1
-            block[1, 2] += r2
-            block[2, 1] += r2
-            block[2, 2] += mh * h + mx * x
-            block[2, _K] -= mx * (2.0 * spindle.speed + rate) * table[i, PATH]
-            if has_spin(system.effects):
-                ball = ball_of(system, i)
-                block[2, 2] += ball_inertia(system.effects, ball) * ball.radius * ball.radius
+        h, x = place_from_shaft(plant, i)
+        block[0, 2] += r1
+        block[1, 2] += r2
+        block[2, 2] += mh * h + mx * x
+        block[0, _K] += load * c - along * s
+        block[1, _K] += load * s + along * c
+        block[2, _K] -= mx * (2.0 * spindle.speed + rate) * table[i, PATH]
+        if has_spin(system.effects):
+            ball = ball_of(system, i)
+            block[2, 2] += ball_inertia(system.effects, ball) * ball.radius * ball.radius
         return along
 
     def move(self, plant: Any, spindle: Any, frame: Any, state: Any, slope: Any) -> None:
