@@ -19,7 +19,7 @@ from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_events, has_friction, has_motor
 from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
-from ab_sim.integrate.events import event_functions
+from ab_sim.integrate.events import events_address
 from ab_sim.integrate.fixed_step import advance
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene.model import Scene
@@ -70,7 +70,7 @@ class Drive:
             else SpeedProfile.of_scene(scene)
         )
         self._work = workspace(self.system, self.stepper, state_bounds(self.system, self.step))
-        self._events = event_functions() if has_events(self.system.effects) else (0, 0)
+        self._events = events_address() if has_events(self.system.effects) else 0
         self.reset()
 
     @property

@@ -144,9 +144,7 @@ class Tilting(NamedTuple):
         block[6, _K] = spindle.torque - (oy * px - ox * py)
         return frame
 
-    def bear(
-        self, plant: Any, spindle: Any, frame: Any, c: Any, s: Any, i: int, state: Any
-    ) -> Any:
+    def bear(self, plant: Any, spindle: Any, frame: Any, c: Any, s: Any, i: int, state: Any) -> Any:
         """See ``carriers``."""
         system, table, block = plant.system, plant.room.table, plant.room.block
         m, z, w = system.balls[i, MASS], system.balls[i, RACE_HEIGHT], spindle.speed
@@ -259,7 +257,7 @@ class Tilting(NamedTuple):
         return True
 
     def read(self, states: np.ndarray, beyond: np.ndarray, psi: np.ndarray) -> np.ndarray:
-        """Place, velocity, acceleration, quaternion, turn's rate and acceleration: (samples, 19)."""
+        """Place, velocity, acceleration, quaternion, turning and its rate, (samples, 19)."""
         place, turn, velocity, rates = np.split(states, [3, 7, 10], axis=1)
         turn = turn / np.linalg.norm(turn, axis=1, keepdims=True)
         parts = place, velocity, beyond[:, :3], turn, rates, beyond[:, 3:]
