@@ -84,6 +84,16 @@ class Result:
         return self.rates[:, 1]
 
     @property
+    def deck(self) -> Array:
+        """The deck's coordinates, a column for each."""
+        return self.q[:, : self.plant.psi]
+
+    @property
+    def deck_rates(self) -> Array:
+        """Their rates."""
+        return self.rates[:, : self.plant.psi]
+
+    @property
     def psi(self) -> Array:
         """Spindle angle [rad]."""
         return self.q[:, self.plant.psi]
@@ -109,9 +119,9 @@ class Result:
         return np.array([self.plant.energy(q, v) for q, v in pairs])
 
     def imbalance(self) -> Array:
-        """E - E(0) - work + losses [J]: zero if nothing is forgotten."""
-        e = self.energy()
-        return e - e[0] - self.work + self.losses.sum(axis=1)
+        """What of E - work + losses has gained since the first of the times [J]: zero."""
+        kept = self.energy() - self.work + self.losses.sum(axis=1)
+        return kept - kept[0]
 
 
 class Problem:
