@@ -32,8 +32,8 @@ class Plate:
     k: float = 1063.1
     c: float = 0.6
     D: float = 1e-5
-    eps: float = -2.0 * 2e-4 * np.cos(np.deg2rad(142.3))
-    """With these masses and this race the two balls balance at +-142.3 deg."""
+    eps: float = -2.0 * 2e-4 * 0.03 * np.cos(np.deg2rad(142.3)) / 0.03
+    """-2 m R cos(142.3 deg) / M: the paper's two balls balance at +-142.3 deg."""
     omega: float = 335.0
 
     def but(self, **changes: float) -> "Plate":

@@ -3,6 +3,8 @@
 Sources: deck_oracle.json's modes; Kim and Chung (2002): six frequencies, equations (13)-(19).
 """
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh, expm
@@ -13,6 +15,7 @@ from .deck_model import DeckModel
 from .deck_modes import averaged, linearise, modes
 from .deck_params import DeckParams, Race
 from .params import Spindle
+from .plant import Array
 from .small_angle import Plate, simulate_small_angle
 from .test_deck_reference import ODD, damped
 
@@ -110,21 +113,68 @@ def scaled(p: Plate, size: float) -> Plate:
     return p.but(eps=size * p.eps, m=size * p.m, D=size * p.D)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_small_angle_equations_miss_the_second_order(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    plate = Plate(n=3)
-    place, rates = 1e-3 * rng.normal(size=6), 0.3 * rng.normal(size=6)
-    phi, turning, t = rng.uniform(-3, 3, 3), 50.0 * rng.normal(size=3), rng.uniform(0, 0.02)
+def assert_second_order(small: Callable[[float], tuple[Plate, Array, Array]], t: float) -> None:
+    """Accelerations differ by what falls with the square of the size."""
     gaps = []
     for size in (1 / 64, 1 / 128):
-        p = scaled(plate, size)
-        q, v = np.append(size * place, phi), np.append(size * rates, turning)
-        exact = instant(p.exact(), q, v, psi=p.omega * t, speed=p.omega).accelerations
-        gap = exact - p.accelerations(t, q, v)
-        assert (np.abs(gap) > 1e-9).all()
-        gaps.append(gap)
+        p, q, rates = small(size)
+        exact = instant(p.exact(), q, rates, psi=p.omega * t, speed=p.omega).accelerations
+        gaps.append(exact - p.accelerations(t, q, rates))
+    assert (np.abs(gaps) > 1e-9).all()
     np.testing.assert_allclose(gaps[0] / gaps[1], 4.0, rtol=0.15)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_small_angle_equations_with_any_balls(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    place, rates = 1e-3 * rng.normal(size=6), 0.3 * rng.normal(size=6)
+    phi, turning, t = rng.uniform(-3, 3, 3), 50.0 * rng.normal(size=3), rng.uniform(0, 0.02)
+    assert_second_order(
+        lambda size: (
+            scaled(Plate(n=3), size),
+            np.append(size * place, phi),
+            np.append(size * rates, turning),
+        ),
+        t,
+    )
+
+
+def three_balls() -> tuple[Plate, Array, Array]:
+    """Three balls of which the forces on the deck balance while the drag turns two of them.
+
+    Their accelerations A_i exp(i phi_i), A = -p^2 + i phi'', form a triangle.
+    """
+    p, turning = Plate(n=3, eps=0.0), np.array([50.0, -50.0, 0.0])
+    A = -((p.omega + turning) ** 2) - 1j * p.D * turning / (p.m * p.R**2)
+    one, two, three = np.abs(A)
+    second = np.arccos((one**2 + two**2 - three**2) / (2.0 * one * two))
+    third = np.arccos((one**2 + three**2 - two**2) / (2.0 * one * three))
+    phi = np.array([0.0, np.pi - second, third - np.pi]) - np.angle(A)
+    assert abs(np.sum(A * np.exp(1j * phi))) < 1e-9 * one
+    return p, phi, turning
+
+
+BALANCED = {
+    "two balls": (Plate(), np.deg2rad([142.3, -142.3]), np.zeros(2)),
+    "three balls": three_balls(),
+}
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("name", BALANCED)
+def test_small_angle_equations_about_balance(name: str, seed: int) -> None:
+    """Where no force acts on the deck, that of unbalance and balls displaced is first order.
+
+    What (16) has with the sum of phi'' is not: that sum turns the deck, too.
+    """
+    rng = np.random.default_rng(seed)
+    p, phi, turning = BALANCED[name]
+    place = np.append(1e-3 * rng.normal(size=6), 0.1 * rng.normal(size=p.n))
+    rates = np.append(0.3 * rng.normal(size=6), 30.0 * rng.normal(size=p.n))
+    still, moving = np.append(np.zeros(6), phi), np.append(np.zeros(6), turning)
+    assert_second_order(
+        lambda size: (p, still + size * place, moving + size * rates), rng.uniform(0, 0.02)
+    )
 
 
 def test_small_angle_motion_misses_the_second_order() -> None:
