@@ -14,8 +14,8 @@ import numpy as np
 from .params import Contact, Friction, Motor, Runout, Spindle
 from .plant import Array
 
-Vector = Sequence[float]
-Matrix = Sequence[Vector]
+Vector = Sequence[float] | Array
+Matrix = Sequence[Sequence[float]] | Array
 
 
 @dataclass(frozen=True)

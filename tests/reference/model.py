@@ -47,7 +47,7 @@ class Model(Plant):
         n = p.count
         self.p, self.psi, self.count, self.races = p, 2, n, (np.arange(n),)
         self.masses, self.radii = np.array(p.ball_masses), np.array(p.ball_radii)
-        self.coefficients = p.friction_coefficients()
+        self.coefficients = np.array(p.friction_coefficients())
         shape = (p.race_radius, p.runout.oval, p.runout.oval_angle)
         self.curve, self.drag = Curve(*(np.full(n, s) for s in shape)), np.full(n, p.drag)
         self.scales = (1e-5, 1e-5), (1e-3, 1e-3)
