@@ -17,8 +17,6 @@ nothing of it. It has
     CHANNELS
         names of what a trajectory shows of it: displacement, velocity and acceleration along these
         axes come first
-    DECK_FORCES
-        the methods by which effects act on its deck, see ``effects``
 
 in Python the methods
 

@@ -17,7 +17,14 @@ no event locates costs accuracy.
     space_force(self, deck) -> (fx, fy)
         force on the deck [N], axes fixed in space
     gravity(self) -> (gx, gy)
-        acceleration of gravity across the shaft [m/s^2], axes fixed in space
+        acceleration of gravity across the shaft [m/s^2], axes fixed in space; for a deck in the
+        plane
+    weight(self) -> (gx, gy, gz)
+        all of it, for a deck in space
+    mount_stiffening(self, square) -> N/m
+        stiffness that a mount gains when it is moved, by the square of how far [m^2]
+    mount_energy(self, square) -> J
+        energy that it stores for that
     ball_inertia(self, ball) -> kg
         inertia that a ball's motion along the race has beyond its mass, from its spin
     ball_drag(self, ball) -> N s/m
