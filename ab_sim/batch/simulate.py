@@ -130,7 +130,7 @@ def _steps(scene: Scene) -> int:
 
 def _kept_at_first(scene: Scene, every: int) -> int:
     """Each so-manieth step comes out of the kernel: an accelerometer's filter takes all of them."""
-    return 1 if "accelerometer" in scene.effects else every
+    return 1 if scene.sensors else every
 
 
 class _Prepared:
@@ -148,7 +148,7 @@ class _Prepared:
     @property
     def likeness(self) -> Any:
         """Runs in which this is the same go side by side."""
-        names = tuple(self.scene.effects)
+        names = tuple(self.scene.effects), bool(self.scene.sensors)
         constants = pattern((self.system.body, self.system.effects))
         solver = self.stepper.name, self.scene.solver.step
         return names, constants, self.scene.balls.count, solver, self.steps
@@ -162,7 +162,7 @@ def _check_room(scenes: list[Scene], every: int) -> None:
         )
     kept = at_work = 0
     for scene in scenes:
-        width, steps = 14 + 2 * scene.balls.count, _steps(scene)
+        width, steps = 14 + 2 * (scene.balls.count + len(scene.sensors)), _steps(scene)
         kept += steps // every * width
         most = steps // _kept_at_first(scene, every) * width * LANES + 3 * steps
         at_work = max(at_work, most)

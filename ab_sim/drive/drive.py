@@ -183,7 +183,7 @@ class Drive:
         balls = slice(11, 11 + 2 * self.scene.balls.count)
         row[0, balls] = np.column_stack([now.theta, now.theta_rate]).ravel()
         extra = [now.motor_torque] if self._has_motor else []
-        extra += [] if now.accelerometer is None else now.accelerometer.tolist()
+        extra += [value for reading in now.readings.values() for value in reading.tolist()]
         row[0, balls.stop :] = extra
         return Trajectory(self.channels, row)
 
@@ -237,7 +237,7 @@ class Drive:
             self._modes.copy(),
             self.profile,
             self._command,
-            None if self._rows.pickup is None else self._rows.pickup.state,
+            {name: pickup.state for name, pickup in self._rows.pickups.items()},
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -251,8 +251,8 @@ class Drive:
         )
         self._state[:] = snapshot.state
         self._modes = snapshot.modes.copy()
-        if self._rows.pickup is not None and snapshot.pickup is not None:
-            self._rows.pickup.state = snapshot.pickup
+        for name, state in snapshot.pickups.items():
+            self._rows.pickups[name].state = state
 
     def _grid(self) -> Grid:
         return Grid(self.step, self.choice.cycle)
@@ -350,5 +350,5 @@ class Drive:
                 self.scene, position[0], position[1], psi + theta, omega + rate
             ),
             motor_torque=torque if self._has_motor else math.nan,
-            accelerometer=None if self._rows.pickup is None else self._rows.pickup.reading,
+            readings={name: pickup.reading for name, pickup in self._rows.pickups.items()},
         )

@@ -19,30 +19,29 @@ class Rows:
 
     Args:
         scene: what the rows are of.
-        effects: those that act on the motion.
+        effects: the scene's, as its system has them.
     """
 
     def __init__(self, scene: Scene, effects: tuple[Any, ...]) -> None:
         self._balls, self._step = scene.balls.count, scene.solver.step
         self._motor = bool(has_motor(effects))
         self._gravity = np.array(gravity(effects))
-        asked = scene.effects.get("accelerometer")
-        self.pickup = None if asked is None else Pickup(asked, self._step)
-        self.channels = channels_for(self._balls, self._motor, asked is not None)
+        self.pickups = {name: Pickup(sensor, self._step) for name, sensor in scene.sensors.items()}
+        self.channels = channels_for(self._balls, self._motor, scene.sensors)
         self.reset()
 
     def reset(self) -> None:
         """Back to t = 0."""
-        if self.pickup is not None:
+        for pickup in self.pickups.values():
             # As if the drive had hung at rest for ever.
-            self.pickup.reset(-self._gravity)
+            pickup.reset(-self._gravity)
 
     def trajectory(self, steps: np.ndarray, rows: np.ndarray, spindle: np.ndarray) -> Trajectory:
-        """The trajectory of some steps; readings of an accelerometer go on from the last.
+        """The trajectory of some steps; readings of sensors go on from the last.
 
         Args:
-            steps: the rows' steps, 1 being the first of a run; with an accelerometer none is left
-                out. Shape (rows,).
+            steps: the rows' steps, 1 being the first of a run; with sensors none is left out.
+                Shape (rows,).
             rows: as the kernel writes them, shape (rows, states + 3).
             spindle: angle and speed of the profile, and the speed asked for, shape (rows, 3).
         """
@@ -63,9 +62,11 @@ class Rows:
         samples[:, 12:after:2] = rows[:, 4 + n : 4 + 2 * n]
         if self._motor:
             samples[:, after] = rows[:, -1]
-        if self.pickup is not None and len(steps):
+        if len(steps):
             force = samples[:, 9:11] - self._gravity
-            samples[:, -2:] = self.pickup.process(int(steps[0]), force)
+            for at, pickup in enumerate(self.pickups.values()):
+                column = after + self._motor + 2 * at
+                samples[:, column : column + 2] = pickup.process(int(steps[0]), force)
         return Trajectory(self.channels, samples)
 
 

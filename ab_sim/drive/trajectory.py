@@ -1,6 +1,6 @@
 """Samples of a run: one row per integration step, one named channel per column."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,11 +25,11 @@ DECK_CHANNELS = (
 )
 
 
-def channels_for(balls: int, motor: bool = False, accelerometer: bool = False) -> tuple[str, ...]:
-    """Names of the columns for a number of balls, and for what else a scene has."""
+def channels_for(balls: int, motor: bool = False, sensors: Iterable[str] = ()) -> tuple[str, ...]:
+    """Names of the columns for a number of balls, a motor if there is one, and named sensors."""
     each = (f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate"))
     torque = ("motor_torque",) if motor else ()
-    readings = ("accelerometer_1", "accelerometer_2") if accelerometer else ()
+    readings = (f"{name}_{axis}" for name in sensors for axis in (1, 2))
     return (*DECK_CHANNELS, *each, *torque, *readings)
 
 
@@ -75,7 +75,7 @@ class Trajectory:
     rad/s]; ``command`` [rad/s], the speed asked for; ``x``, ``y``, ``vx``, ``vy``, ``ax``, ``ay``
     of the deck on inertial axes [m, m/s, m/s^2]; per ball its ``angle`` from the unbalance,
     unwrapped [rad], and its ``rate`` relative to the race [rad/s]; with a motor its
-    ``motor_torque`` [N m]; with an accelerometer its readings ``accelerometer_1`` and ``_2``.
+    ``motor_torque`` [N m]; of each sensor its readings ``NAME_1`` and ``NAME_2`` [m/s^2].
     """
 
     channels: tuple[str, ...]
@@ -112,7 +112,7 @@ class Trajectory:
     @property
     def balls(self) -> int:
         """Number of balls."""
-        return sum(name.startswith("ball_") for name in self.channels) // 2
+        return sum(name.startswith("ball_") and name.endswith("_angle") for name in self.channels)
 
     @property
     def position(self) -> np.ndarray:

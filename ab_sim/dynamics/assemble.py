@@ -42,14 +42,14 @@ _MOTOR_STATES = ("spindle angle", "spindle speed", "speed loop's integral")
 
 
 def system_of(scene: Scene, ledger: bool = False) -> System:
-    """The system of a scene: constants, and exactly the effects that act on the motion.
+    """The system of a scene: constants, and its effects.
 
     Args:
         scene: a checked scene.
         ledger: whether motor work and losses are integrated along with the motion.
     """
     eccentricity = scene.rotor.eccentricity
-    effects = tuple(effect for effect in scene.effects.values() if effect.acts)
+    effects = tuple(scene.effects.values())
     sag_x, sag_y = _sag(scene.total_mass, effects)
     body = Body(
         total_mass=scene.total_mass,

@@ -108,6 +108,7 @@ class DriveHealth:
             "events": str(drive.events),
             "crowded steps": str(drive.crowded_steps),
             "effects": ", ".join(drive.scene.effects),
+            "sensors": ", ".join(drive.scene.sensors),
             **self._estimates(),
         }
 

@@ -225,7 +225,8 @@ class Recorder(Node):
 def _channels_of(description: dict[str, Any]) -> tuple[str, ...]:
     """The channels of the drive that describes itself so."""
     effects = description.get("effects") or ()
-    return channels_for(int(description["balls"]), "motor" in effects, "accelerometer" in effects)
+    sensors = description.get("sensors") or ()
+    return channels_for(int(description["balls"]), "motor" in effects, sensors)
 
 
 def _number(text: str) -> float:

@@ -3,23 +3,19 @@
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
 from ab_sim.scene.quantities import Count, Number, PerBall, quantity
 from ab_sim.scene.registry import effect_classes
+from ab_sim.scene.section import Section
+from ab_sim.scene.sensors import Sensors
 
 MAX_BALLS = 64
 
 Mass = Annotated[Number, Field(ge=1e-12, le=1e3)]
 Radius = Annotated[Number, Field(gt=0, le=10)]
 Angle = Annotated[Number, Field(ge=-1e10, le=1e10)]
-
-
-class Section(BaseModel):
-    """A part of a scene: unknown keys are errors, values do not change afterwards."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Rotor(Section):
@@ -199,7 +195,7 @@ class Accuracy(Section):
 
 
 class Scene(Section):
-    """One drive, the effects it is simulated with, its start and its spindle-speed profile."""
+    """One drive, its effects and sensors, its start and its spindle-speed profile."""
 
     name: str = ""
     description: str = ""
@@ -209,6 +205,11 @@ class Scene(Section):
     race: Race
     balls: Balls
     effects: dict[str, Any]
+    sensors: Sensors = Field(
+        default={},
+        description="accelerometers, each by a name of its own, with its parameters (`ab-sim "
+        "sensors` prints them), e.g. {accelerometer: {bandwidth: 200}}",
+    )
     start: Start = Start()
     spindle: Spindle
     profile: Annotated[StartUp | SpeedChange, Field(discriminator="kind")] | None = None
@@ -263,6 +264,7 @@ class Scene(Section):
             _check_speeds,
             _check_profile,
             _check_accuracy,
+            _check_sensors,
         ):
             check(self)
         for effect in self.effects.values():
@@ -396,3 +398,9 @@ def _check_accuracy(scene: Scene) -> None:
             f"accuracy.angle = {scene.accuracy.angle:g} rad: is the balls', and the scene has none "
             "(balls.count); ask for accuracy.whirl"
         )
+
+
+def _check_sensors(scene: Scene) -> None:
+    step = None if scene.accuracy is not None else scene.solver.step
+    for name, sensor in scene.sensors.items():
+        sensor.check(f"sensors.{name}", step)

@@ -66,7 +66,7 @@ def commands(k: int) -> list[float]:
     return [200.0, 1.0 * (k % 90)] if k % 101 == 7 else []
 
 
-@pytest.mark.parametrize("changes", [[], ["effects.accelerometer={}"]])
+@pytest.mark.parametrize("changes", [[], ["sensors.accelerometer={}"]])
 def test_the_run_is_the_same_with_and_without(changes: list[str]) -> None:
     scene = load_scene("one-ball", changes)
     plain, checked = Drive(scene, commanded=True), Drive(scene, commanded=True)

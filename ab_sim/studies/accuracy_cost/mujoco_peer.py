@@ -33,7 +33,7 @@ LEAST = 1e-14
 
 def mujoco_refusal(scene: Scene) -> str:
     """Why MuJoCo cannot represent a scene; empty where it can."""
-    others = [name for name, effect in scene.effects.items() if effect.acts and name not in KNOWN]
+    others = [name for name in scene.effects if name not in KNOWN]
     if others:
         return f"its model here has no {', '.join(others)}"
     segments = [piece.segment for piece in SpeedProfile.of_scene(scene).pieces]
