@@ -44,7 +44,7 @@ class ErrorEstimate(NamedTuple):
     angle: float
     """Of any ball's angle [rad]."""
     whirl: float
-    """Of the deck's place [e], in race radii if e = 0."""
+    """Of the deck's displacement [e], in race radii if e = 0."""
 
 
 NONE_YET = ErrorEstimate(0.0, 0.0)
@@ -65,7 +65,7 @@ class _Part(NamedTuple):
         return self.first + len(self.samples.angles) - 1
 
 
-class ErrorChecks:
+class LiveChecks:
     """Runs windows of a drive's run again, in slices that keep within a share of the work.
 
     The drive itself is only read: what it does is the same, bit for bit, with and without checks.

@@ -11,7 +11,7 @@ import numpy as np
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.plan import merged
 from ab_sim.drive import Drive
-from ab_sim.drive.rows import BEYOND_STATES, Rows, follow
+from ab_sim.drive.rows import BEYOND_STATES, RowReader, follow
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
 from ab_sim.dynamics.numbers.lanes import LANES, leaves, pattern
@@ -75,7 +75,7 @@ def simulate_batch(
         progress: called with (runs done, runs).
 
     Raises:
-        SceneError: a variation is not a valid scene; names it by its place, from 0.
+        SceneError: a variation is not a valid scene; names it by its number, from 0.
         InputError: no variations, ``every`` is no number of steps, or more samples than there is
             room for.
     """
@@ -116,11 +116,11 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, Any]]) -> list[Scene]
     """The scenes of a batch.
 
     Raises:
-        SceneError: one of them is not valid; names it by its place, from 0, and by its key.
+        SceneError: one of them is not valid; names it by its number, from 0, and by its key.
     """
     return [
-        changed_scene(scene, variation, f"variation {place}")
-        for place, variation in enumerate(variations)
+        changed_scene(scene, variation, f"variation {number}")
+        for number, variation in enumerate(variations)
     ]
 
 
@@ -238,7 +238,7 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
             )
         kept = slice(in_kernel - 1, sound, in_kernel)
         rows = np.ascontiguousarray(runs.rows[: sound // in_kernel, :, lane])
-        reader = Rows(member.scene, member.system.effects)
+        reader = RowReader(member.scene, member.system.effects)
         whole = reader.trajectory(1 + np.arange(steps)[kept], rows, spindle[kept])
         results.append(BatchRun(member.scene, whole.thinned(every // in_kernel), failure))
     return results, seconds

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ab_sim.drive.observation import Energy, Observation, Snapshot
-from ab_sim.drive.rows import BEYOND_STATES, Rows, follow
+from ab_sim.drive.rows import BEYOND_STATES, RowReader, follow
 from ab_sim.drive.trajectory import Trajectory, check_room
 from ab_sim.dynamics.assemble import (
     place_on,
@@ -62,8 +62,8 @@ class Drive:
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
         self._has_motor = bool(has_motor(self.system.effects))
         self._rubs = bool(has_friction(self.system.effects))
-        self._rows = Rows(scene, self.system.effects)
-        self.channels = self._rows.channels
+        self._reader = RowReader(scene, self.system.effects)
+        self.channels = self._reader.channels
         self._first_profile = (
             SpeedProfile.constant(scene.start.speed, scene.start.angle)
             if commanded
@@ -103,7 +103,7 @@ class Drive:
         self._work.counts[:] = 0
         self._integrate(Stretch(self._piece_at(0.0), 0, 0, 0.0, self.step), self._empty_rows(0))
         self._start_energy = self._stored_energy(self._state, 0.0)
-        self._rows.reset()
+        self._reader.reset()
 
     def command(self, speed: float) -> None:
         """Ask for a spindle speed [rad/s] from the present instant on.
@@ -172,7 +172,7 @@ class Drive:
             follow(stretch, self.step, spindle[at, :2])
         self.steps = begin + steps
         spindle[:, 2] = spindle[:, 1] if self._command is None else self._command
-        return self._rows.trajectory(begin + 1 + np.arange(steps), rows, spindle)
+        return self._reader.trajectory(begin + 1 + np.arange(steps), rows, spindle)
 
     def present(self) -> Trajectory:
         """The present as a trajectory of one sample."""
@@ -237,7 +237,7 @@ class Drive:
             self._modes.copy(),
             self.profile,
             self._command,
-            {name: pickup.state for name, pickup in self._rows.pickups.items()},
+            {name: pickup.state for name, pickup in self._reader.pickups.items()},
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -252,7 +252,7 @@ class Drive:
         self._state[:] = snapshot.state
         self._modes = snapshot.modes.copy()
         for name, state in snapshot.pickups.items():
-            self._rows.pickups[name].state = state
+            self._reader.pickups[name].state = state
 
     def _grid(self) -> Grid:
         return Grid(self.step, self.choice.cycle)
@@ -350,5 +350,5 @@ class Drive:
                 self.scene, position[0], position[1], psi + theta, omega + rate
             ),
             motor_torque=torque if self._has_motor else math.nan,
-            readings={name: pickup.reading for name, pickup in self._rows.pickups.items()},
+            readings={name: pickup.reading for name, pickup in self._reader.pickups.items()},
         )

@@ -14,7 +14,7 @@ BEYOND_STATES = 3
 """Columns of a row behind the states: the deck's acceleration on rotating axes, the torque."""
 
 
-class Rows:
+class RowReader:
     """How a scene's rows are read.
 
     Args:

@@ -14,7 +14,7 @@ from ab_msgs_py import ENDED, Block, Health, JointSample, Level, VectorSample, t
 from ab_msgs_py.samples import FRAME, clock_message, description_message
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.accuracy.live_checks import ErrorChecks
+from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
@@ -83,10 +83,10 @@ class DriveSim(Node):
         scene, price = resolve_accuracy(scene, period=1.0 / wake, commanded=True)
         self.drive = Drive(scene, commanded=True)
         step = self.drive.step
-        self._checks: ErrorChecks | None = None
+        self._checks: LiveChecks | None = None
         if share > 0:
-            self._checks = ErrorChecks(self.drive, share, longest=LONGEST_CHECK / wake)
-        self._stepped: Drive | ErrorChecks = self._checks or self.drive
+            self._checks = LiveChecks(self.drive, share, longest=LONGEST_CHECK / wake)
+        self._stepped: Drive | LiveChecks = self._checks or self.drive
         self._per_wake = whole_ratio(1.0 / wake, step, "period of wake_rate over the scene's step")
         self._per_block = whole_ratio(1.0 / blocks, 1.0 / wake, "period of block_rate")
         self._pacer = Pacer(step, self._per_wake, int(catch_up * self._per_wake), patience)

@@ -180,7 +180,7 @@ class Accuracy(Section):
         "error of any ball's angle from the unbalance", "rad", gt=0, le=10.0, default=None
     )
     whirl: Number | None = quantity(
-        "error of the deck's place, in eccentricities e; in race radii if e = 0",
+        "error of the deck's displacement, in eccentricities e; in race radii if e = 0",
         "1",
         gt=0,
         le=1e6,

@@ -20,7 +20,7 @@ class Accelerometer(Section):
     the sensor's axes, white noise is added, a second-order Butterworth low-pass follows, then
     come the sampling, the range and the quantisation (``ab_sim.sensing.Pickup``).
 
-    The planar deck does not turn, so that every place on it reads the same.
+    The planar deck does not turn, so that every point of it reads the same.
 
     Between integration steps the low-pass sees the force as straight lines. That takes
     (pi F h)^2 / 3 off the amplitude at the frequency F with the step h: at F_c the gain is

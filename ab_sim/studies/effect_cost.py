@@ -67,7 +67,7 @@ class Spread(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Row:
+class VariantCost:
     """One variant, measured."""
 
     name: str
@@ -100,7 +100,7 @@ class EffectCost:
     """The balls start this much further along the race than the scene says [rad]."""
     steps_per_run: int
     repeats: int
-    rows: tuple[Row, ...]
+    rows: tuple[VariantCost, ...]
 
     def table(self) -> dict[str, Any]:
         """As JSON-able values."""
@@ -297,8 +297,8 @@ def measure(
     running = [runner for runner in runners if not runner.failure]
     for turn in range(repeats):
         tell("measuring", turn, repeats)
-        for place in range(len(running)):
-            running[(turn + place) % len(running)].time_once()
+        for at in range(len(running)):
+            running[(turn + at) % len(running)].time_once()
     base = np.array(runners[0].nanoseconds)
     return EffectCost(
         scene.name,
@@ -312,9 +312,9 @@ def measure(
     )
 
 
-def _row(runner: _Runner, base: np.ndarray) -> Row:
+def _row(runner: _Runner, base: np.ndarray) -> VariantCost:
     times = np.array(runner.nanoseconds)
-    return Row(
+    return VariantCost(
         runner.variant.name,
         tuple(runner.variant.scene.effects),
         tuple(runner.variant.scene.sensors),

@@ -154,7 +154,7 @@ class MuJoCo:
         return float(until)
 
     def samples(self, kept: np.ndarray) -> Samples:
-        """Its slides are the deck's place, its hinges the balls' angles."""
+        """Its slides are the deck's displacement, its hinges the balls' angles."""
         return Samples(kept[:, :2], kept[:, 3:])
 
     def energy_error(self) -> float | None:
