@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import time
 from contextlib import ExitStack
 
 TOOLS = ("unshare", "nsenter", "ip", "mount")
@@ -30,6 +31,7 @@ class TwoHosts:
                 self._run(host, ["ip", "address", "add", address, "dev", "wire"])
                 for device in ("lo", "wire"):
                     self._run(host, ["ip", "link", "set", device, "up"])
+            self._wait_for_wire()
         except (OSError, subprocess.SubprocessError) as error:
             self._made.close()
             raise OSError(f"no namespaces here: {error}") from error
@@ -60,5 +62,18 @@ class TwoHosts:
             raise OSError(holder.communicate()[1].strip())
         self._holders[host] = int(said)
 
-    def _run(self, host: str, command: list[str]) -> None:
-        subprocess.run([*self.on(host), *command], check=True, capture_output=True)
+    def _run(self, host: str, command: list[str]) -> str:
+        done = subprocess.run(
+            [*self.on(host), *command], check=True, capture_output=True, text=True
+        )
+        return done.stdout
+
+    def _wait_for_wire(self) -> None:
+        # The kernel tells of a link up to a second late, and who begins before that never listens
+        # there: DDS looks for networks once.
+        end = time.monotonic() + 30.0
+        for host in self._holders:
+            while "state UP" not in self._run(host, ["ip", "link", "show", "wire"]):
+                if time.monotonic() > end:
+                    raise OSError(f"the wire of {host} does not come up")
+                time.sleep(0.02)
