@@ -74,7 +74,7 @@ def simulate_batch(
         progress: called with (runs done, runs).
 
     Raises:
-        SceneError: a variation is not a valid scene; names it by its place, from 0.
+        SceneError: a variation is not a valid scene; names it by its number, from 0.
         InputError: no variations, ``every`` is no number of steps, or more samples than there is
             room for.
     """
@@ -115,11 +115,11 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, Any]]) -> list[Scene]
     """The scenes of a batch.
 
     Raises:
-        SceneError: one of them is not valid; names it by its place, from 0, and by its key.
+        SceneError: one of them is not valid; names it by its number, from 0, and by its key.
     """
     return [
-        changed_scene(scene, variation, f"variation {place}")
-        for place, variation in enumerate(variations)
+        changed_scene(scene, variation, f"variation {number}")
+        for number, variation in enumerate(variations)
     ]
 
 
@@ -129,7 +129,7 @@ def _steps(scene: Scene) -> int:
 
 def _kept_at_first(scene: Scene, every: int) -> int:
     """Each so-manieth step comes out of the kernel: an accelerometer's filter takes all of them."""
-    return 1 if "accelerometer" in scene.effects else every
+    return 1 if scene.sensors else every
 
 
 class _Prepared:
@@ -161,7 +161,7 @@ def _check_room(scenes: list[Scene], every: int) -> None:
         )
     kept = at_work = 0
     for scene in scenes:
-        width, steps = 14 + 2 * scene.balls.count, _steps(scene)
+        width, steps = 14 + 2 * (scene.balls.count + len(scene.sensors)), _steps(scene)
         kept += steps // every * width
         most = steps // _kept_at_first(scene, every) * width * LANES + 3 * steps
         at_work = max(at_work, most)

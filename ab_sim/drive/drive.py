@@ -100,7 +100,7 @@ class Drive:
         self._smooth_piece: Piece | None = None
         self._integrate(Stretch(self._piece_at(0.0), 0, 0, 0.0, self.step), self._empty_rows(0))
         self._start_energy = self._stored_energy(self._state, 0.0)
-        self._rows.reset()
+        self._reader.reset()
 
     def command(self, speed: float) -> None:
         """Ask for a spindle speed [rad/s] from the present instant on.
@@ -169,7 +169,7 @@ class Drive:
             follow(stretch, self.step, spindle[at, :2])
         self.steps = begin + steps
         spindle[:, 2] = spindle[:, 1] if self._command is None else self._command
-        return self._rows.trajectory(begin + 1 + np.arange(steps), rows, spindle)
+        return self._reader.trajectory(begin + 1 + np.arange(steps), rows, spindle)
 
     def present(self) -> Trajectory:
         """The present as a trajectory of one sample."""
@@ -226,7 +226,7 @@ class Drive:
             self._work.memory.copy(),
             self.profile,
             self._command,
-            None if self._rows.pickup is None else self._rows.pickup.state,
+            {name: pickup.state for name, pickup in self._reader.pickups.items()},
         )
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -21,7 +21,7 @@ def channels_of(scene: Scene, system: System) -> tuple[str, ...]:
     return channels_for(own, balls, has_motor(system.effects), "accelerometer" in scene.effects)
 
 
-class Rows:
+class RowReader:
     """How a scene's rows are read.
 
     Args:
@@ -44,12 +44,12 @@ class Rows:
 
     def reset(self) -> None:
         """Back to t = 0."""
-        if self.pickup is not None:
+        for pickup in self.pickups.values():
             # As if the drive had hung at rest for ever.
-            self.pickup.reset(-self._gravity)
+            pickup.reset(-self._gravity)
 
     def trajectory(self, steps: np.ndarray, rows: np.ndarray, spindle: np.ndarray) -> Trajectory:
-        """The trajectory of some steps; readings of an accelerometer go on from the last.
+        """The trajectory of some steps; readings of sensors go on from the last.
 
         Args:
             steps: the rows' steps, 1 being the first of a run; with an accelerometer none is left

@@ -1,6 +1,6 @@
 """Samples of a run: one row per integration step, one named channel per column."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,7 +65,7 @@ class Trajectory:
     rad/s]; ``command`` [rad/s], the speed asked for; ``x``, ``y``, ``vx``, ``vy``, ``ax``, ``ay``
     of the deck on inertial axes [m, m/s, m/s^2]; per ball its ``angle`` from the unbalance,
     unwrapped [rad], and its ``rate`` relative to the race [rad/s]; with a motor its
-    ``motor_torque`` [N m]; with an accelerometer its readings ``accelerometer_1`` and ``_2``.
+    ``motor_torque`` [N m]; of each sensor its readings ``NAME_1`` and ``NAME_2`` [m/s^2].
     """
 
     channels: tuple[str, ...]
@@ -102,7 +102,7 @@ class Trajectory:
     @property
     def balls(self) -> int:
         """Number of balls."""
-        return sum(name.startswith("ball_") for name in self.channels) // 2
+        return sum(name.startswith("ball_") and name.endswith("_angle") for name in self.channels)
 
     @property
     def position(self) -> np.ndarray:

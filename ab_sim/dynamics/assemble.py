@@ -38,7 +38,7 @@ from ab_sim.spindle import Piece
 
 
 def system_of(scene: Scene, ledger: bool = False) -> System:
-    """The system of a scene: constants, and exactly the effects that act on the motion.
+    """The system of a scene: constants, and its effects.
 
     Args:
         scene: a checked scene.

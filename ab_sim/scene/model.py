@@ -241,7 +241,7 @@ class Accuracy(Section):
         "error of any ball's angle from the unbalance", "rad", gt=0, le=10.0, default=None
     )
     whirl: Number | None = quantity(
-        "error of the deck's place, in eccentricities e; in race radii if e = 0",
+        "error of the deck's displacement, in eccentricities e; in race radii if e = 0",
         "1",
         gt=0,
         le=1e6,
@@ -256,7 +256,7 @@ class Accuracy(Section):
 
 
 class Scene(Section):
-    """One drive, the effects it is simulated with, its start and its spindle-speed profile."""
+    """One drive, its effects and sensors, its start and its spindle-speed profile."""
 
     name: str = ""
     description: str = ""
@@ -269,6 +269,11 @@ class Scene(Section):
     race: Race
     balls: Balls
     effects: dict[str, Any]
+    sensors: Sensors = Field(
+        default={},
+        description="accelerometers, each by a name of its own, with its parameters (`ab-sim "
+        "sensors` prints them), e.g. {accelerometer: {bandwidth: 200}}",
+    )
     start: Start = Start()
     spindle: Spindle
     profile: Annotated[StartUp | SpeedChange, Field(discriminator="kind")] | None = None
@@ -482,3 +487,9 @@ def _check_accuracy(scene: Scene) -> None:
             f"accuracy.angle = {scene.accuracy.angle:g} rad: is the balls', and the scene has none "
             "(balls.count); ask for accuracy.whirl"
         )
+
+
+def _check_sensors(scene: Scene) -> None:
+    step = None if scene.accuracy is not None else scene.solver.step
+    for name, sensor in scene.sensors.items():
+        sensor.check(f"sensors.{name}", step)

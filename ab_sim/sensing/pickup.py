@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.dynamics.effects.accelerometer import Accelerometer, steps_per_sample
 from ab_sim.integrate.compile_cache import compiled
+from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 
 NOISE_BLOCK = 1024
 """Steps whose noise is drawn together; a part of what a seed means."""
