@@ -14,12 +14,11 @@ SPINDLE_CHANNELS = ("step", "time", "angle", "speed", "command")
 
 
 def channels_for(
-    carrier: Sequence[str], balls: int, motor: bool = False, accelerometer: bool = False
+    carrier: Sequence[str], balls: int, motor: bool = False, readings: Iterable[str] = ()
 ) -> tuple[str, ...]:
-    """Names of the columns for what carries so many balls, and for what else a scene has."""
+    """Names of the columns: of what carries so many balls, a motor if there is one, readings."""
     each = (f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate"))
     torque = ("motor_torque",) if motor else ()
-    readings = ("accelerometer_1", "accelerometer_2") if accelerometer else ()
     return (*SPINDLE_CHANNELS, *carrier, *each, *torque, *readings)
 
 

@@ -6,10 +6,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
-from ab_sim.scene.deck import Deck, Inertia, Length, Mount, Vector, check_deck
-from ab_sim.scene.quantities import Count, Number, PerBall, quantity
+from ab_sim.scene.deck import Deck, Inertia, Mount, Vector, check_deck
+from ab_sim.scene.quantities import Count, Length, Number, PerBall, quantity
 from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.section import Section
+from ab_sim.scene.sensors import Sensors
 
 MAX_BALLS = 64
 

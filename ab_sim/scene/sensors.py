@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from ab_sim.errors import exact
-from ab_sim.scene.quantities import Count, Number, quantity
+from ab_sim.scene.quantities import Count, Length, Number, quantity
 from ab_sim.scene.section import Section
 
 RATE_TOLERANCE = 1e-6
@@ -14,13 +14,17 @@ RATE_TOLERANCE = 1e-6
 
 
 class Accelerometer(Section):
-    """Two-axis accelerometer on the deck; it reads, and does not act on the dynamics.
+    """Accelerometer on the deck; it reads, and does not act on the dynamics.
+
+    It has two axes across the shaft, and on a deck in space a third along it; all turn with the
+    deck.
 
     It senses specific force f, acceleration minus gravity. In physical order: f is turned into
     the sensor's axes, white noise is added, a second-order Butterworth low-pass follows, then
     come the sampling, the range and the quantisation (``ab_sim.sensing.Pickup``).
 
-    The planar deck does not turn, so that every point of it reads the same.
+    A deck in the plane does not turn, so that every point of it reads the same; of one in space the
+    position counts.
 
     Between integration steps the low-pass sees the force as straight lines. That takes
     (pi F h)^2 / 3 off the amplitude at the frequency F with the step h: at F_c the gain is
@@ -36,6 +40,11 @@ class Accelerometer(Section):
         "defaults of range, noise and resolution: TDK DS-000347 (ICM-42688-P, 16 g, 16 bits)"
     )
 
+    position: tuple[Length, Length, Length] = quantity(
+        "where it sits on the deck, from C on deck axes; only with a deck in space",
+        "m",
+        default=(0.0, 0.0, 0.0),
+    )
     axis_angle: Number = quantity(
         "phi, first axis from the deck's x; the second is pi/2 further",
         "rad",
