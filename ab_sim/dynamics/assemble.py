@@ -44,7 +44,7 @@ def system_of(scene: Scene, ledger: bool = False) -> System:
         scene: a checked scene.
         ledger: whether motor work and losses are integrated along with the motion.
     """
-    effects = tuple(effect for effect in scene.effects.values() if effect.acts)
+    effects = tuple(scene.effects.values())
     carrier = _of(scene).carrier_of(scene, effects)
     balls = _balls(scene, effects)
     kept = (Ledger(),) if ledger else ()
