@@ -14,26 +14,48 @@ from numba.np.arrayobj import make_array, populate_array
 
 from ab_sim.dynamics.dispatch import effect_class, part_of
 from ab_sim.dynamics.layout import states_in
+from ab_sim.dynamics.numbers.abreast import PAIR
 from ab_sim.dynamics.race.table import table_width
 from ab_sim.dynamics.system import Room, ball_number
 
 ALIGNMENT = 64
 
 
-@intrinsic
-def trial_of(typing_context, system, work):  # type: ignore[no-untyped-def]
-    """Where a stepper keeps the state of a stage, shape (states,); ``(system, work)``.
+def _states_of(field: str) -> Any:
+    @intrinsic
+    def array_of(typing_context, system, work):  # type: ignore[no-untyped-def]
+        size, kind = states_in(system), part_of(work, field)
 
-    On the stack it lasts as long as the function that asks for it.
-    """
+        def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+            if size is None:
+                return builder.extract_value(arguments[1], work.fields.index(field))
+            return _on_stack(context, builder, kind, (size,))
+
+        return kind(system, work), generate
+
+    return array_of
+
+
+trial_of = _states_of("trial")
+"""Where a stepper keeps the state of a stage, shape (states,); ``(system, work)``.
+
+On the stack it lasts as long as the function that asks for it."""
+rates_of = _states_of("ahead")
+"""Where it keeps the slope there; as ``trial_of``."""
+
+
+@intrinsic
+def pairs_of(typing_context, system, work):  # type: ignore[no-untyped-def]
+    """Room for as many pairs as there are in a state, or None if that is not known or no floats."""
     size, kind = states_in(system), part_of(work, "trial")
+    if size is None or kind.dtype != types.float64:
+        return types.none(system, work), lambda context, *_: context.get_dummy_value()
+    pairs = types.Array(PAIR, 1, "C")
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        if size is None:
-            return builder.extract_value(arguments[1], work.fields.index("trial"))
-        return _on_stack(context, builder, kind, (size,))
+        return _on_stack(context, builder, pairs, (max(1, size // 2),))
 
-    return kind(system, work), generate
+    return pairs(system, work), generate
 
 
 @intrinsic
@@ -46,23 +68,45 @@ def room_of(typing_context, system, work):  # type: ignore[no-untyped-def]
             return builder.extract_value(arguments[1], work.fields.index("room"))
 
         return owned(system, work), owned_by_caller
+    return _room(system, work, n)
 
-    every = effect_class(part_of(system, "carrier")).UNKNOWNS + 1
-    # By columns: what is known of neighbouring balls then lies side by side.
-    shapes = {
-        "table": ((n, table_width(every)), "F"),
+
+@intrinsic
+def stage_room_of(typing_context, system, work):  # type: ignore[no-untyped-def]
+    """A Room of which nobody but a step looks at more than the table.
+
+    The rest is on the stack whether or not the number of balls is known; as ``trial_of``.
+    """
+    return _room(system, work, ball_number(system))
+
+
+def _room(system: Any, work: Any, n: int | None) -> Any:
+    """Signature and generator of a Room with as many lines of its table on the stack, or none."""
+    owned, every = part_of(work, "room"), effect_class(part_of(system, "carrier")).UNKNOWNS + 1
+    shapes: dict[str, tuple[tuple[int, ...], str]] = {
         "block": ((every, every + 1), "C"),
         "reduced": ((every, every + 1), "C"),
         "acceleration": ((every,), "C"),
         "motor": ((3,), "C"),
     }
-    kinds = [part_of(owned, name).copy(layout=shapes[name][1]) for name in Room._fields]
+    if n is not None:
+        # By columns: what is known of neighbouring balls then lies side by side.
+        shapes["table"] = (n, table_width(every)), "F"
+    kinds = [
+        part_of(owned, name).copy(layout=shapes[name][1])
+        if name in shapes
+        else part_of(owned, name)
+        for name in Room._fields
+    ]
     room = NamedTuple(kinds, Room)
 
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        caller = builder.extract_value(arguments[1], work.fields.index("room"))
         arrays = [
             _on_stack(context, builder, kind, shapes[name][0])
-            for name, kind in zip(Room._fields, kinds, strict=True)
+            if name in shapes
+            else builder.extract_value(caller, at)
+            for at, (name, kind) in enumerate(zip(Room._fields, kinds, strict=True))
         ]
         return context.make_tuple(builder, room, arrays)
 
