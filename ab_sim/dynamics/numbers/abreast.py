@@ -10,6 +10,8 @@ from typing import Any
 from llvmlite import ir
 from numba.core import types
 from numba.core.imputils import lower_cast
+from numba.core.types.containers import UniTuple
+from numba.core.types.misc import NoneType
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array
 
@@ -77,7 +79,7 @@ def abreast(typing_context, numbers):  # type: ignore[no-untyped-def]
 @intrinsic
 def apart(typing_context, several):  # type: ignore[no-untyped-def]
     """Such a number as a tuple of floats."""
-    floats = types.UniTuple(types.float64, several.width)
+    floats = UniTuple(types.float64, several.width)
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         parts = [
@@ -197,7 +199,7 @@ def _by_pairs(weights, count, slopes, length, state, out, states, several):  # t
 
 @overload(stepped, jit_options=INLINED, strict=False)
 def _stepped(weights, count, slopes, length, state, out, states, several):  # type: ignore[no-untyped-def]
-    return stepped if isinstance(several, types.NoneType) else _by_pairs
+    return stepped if isinstance(several, NoneType) else _by_pairs
 
 
 def copied(values: Any, out: Any, count: Any) -> None:
