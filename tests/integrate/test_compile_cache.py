@@ -88,7 +88,7 @@ def test_a_kernel_is_made_of_what_its_imports_lead_to() -> None:
     }
     assert not {planar, sweeps} & set(sources(fixed)), "of carriers and steppers only its own"
     rooms = {name.split(".")[1] for name in made_of}
-    assert rooms == {"dynamics", "integrate", "spindle"}, "no plots, no nodes, no scenes"
+    assert rooms == {"dynamics", "integrate", "spindle", "errors"}, "no plots, nodes or scenes"
     assert not any(name.startswith("ab_sim.dynamics.effects") for name in made_of)
     drag = "ab_sim.dynamics.effects.viscous_drag"
     assert set(sources({*kernel, drag})) > {drag, "ab_sim.dynamics.motion"}

@@ -118,8 +118,13 @@ def test_result_does_not_depend_on_how_steps_are_grouped(name: str, scene: Any) 
     assert one.snapshot().state.tobytes() == other.snapshot().state.tobytes()
 
 
+def test_their_order_does_not_depend_on_who_was_imported_first() -> None:
+    assert list(steppers()) == sorted(steppers())
+    assert SWEEPS is stepper_named("sweeps")
+
+
 def test_unknown_stepper() -> None:
     with pytest.raises(
-        SceneError, match=r"did you mean 'rk8'.*known are: rk4, tsit5, rk8, sweeps, auto"
+        SceneError, match=r"did you mean 'rk8'.*known are: rk4, rk8, sweeps, tsit5, auto"
     ):
         stepper_named("rk88")
