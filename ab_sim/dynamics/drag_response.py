@@ -126,7 +126,7 @@ def drag_responses(plant, step, q, states, slopes, tables):  # type: ignore[no-u
         own = at_node(plant, a)
         for p in range(free):
             for r in range(free):
-                carrier[p * m + a, r * m + a] += own.room.block[p, r]
+                carrier[p * m + a, r * m + a] += own.room.block[min(p, r), max(p, r)]
         for i in range(n):
             at = int(own.room.table[i, LEADER])
             if at >= 0:

@@ -39,7 +39,7 @@ def book(ledger: Any, plant: Any, spindle: Any, state: Any, slope: Any) -> None:
     # What the spindle's equation leaves to the motor.
     torque = -room.block[row, race.all]
     for r in range(race.all):
-        torque += room.block[row, r] * x[r]
+        torque += room.block[r, row] * x[r]
     loss = dissipate(system.carrier, plant, spindle, state)
     for i in range(ball_count(system)):
         path = room.table[i, PATH]

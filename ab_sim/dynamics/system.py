@@ -70,8 +70,8 @@ class Room(NamedTuple):
     table: Any
     """What is known of each ball, shape (n, table_width(K)): see ``race.table``."""
     block: Any
-    """The equations of what carries the balls, the balls not yet eliminated: matrix, and forces in
-    the last column; shape (K, K + 1)."""
+    """The equations of what carries the balls, the balls not yet eliminated: the symmetric matrix'
+    upper triangle, and forces in the last column; shape (K, K + 1)."""
     reduced: Any
     """The same with balls eliminated, and overwritten while it is solved; shape (K, K + 1)."""
     acceleration: Any
@@ -130,6 +130,7 @@ deck_loss = sum_over_effects("deck_loss", 0.0)
 deck_energy = sum_over_effects("deck_energy", 0.0)
 space_loss = sum_over_effects("space_loss", 0.0)
 space_energy = sum_over_effects("space_energy", 0.0)
+mount_energy = sum_over_effects("mount_energy", 0.0)
 mount_stiffening = sum_over_effects("mount_stiffening", 0.0)
 gravity = sum_over_effects("gravity", (0.0, 0.0))
 weight = sum_over_effects("weight", (0.0, 0.0, 0.0))

@@ -45,64 +45,49 @@ SHORTLY = 1e-5
 
 RACE, WORK = race_kind(), workspace_kind()
 _race_at, _work_at, _calls_at = value_at(RACE), value_at(WORK), value_at(CALLS)
-_STEP = (types.int64, types.int64, types.int64, *(types.float64,) * 3, STATE)
-_SETTLE = (types.int64, types.int64, types.int64, types.float64, STATE)
+_KINDS = (*(types.int64,) * 3, types.boolean, *(types.float64,) * 3, STATE)
 
 
 @compiled
-def step_through_events(calls, race, work, begin, length, end, state):  # type: ignore[no-untyped-def]
-    """One step, cut at every event.
+def go_on(calls, race, work, only_look, begin, length, end, state):  # type: ignore[no-untyped-def]
+    """One step, cut at every event; or only a look at what holds where steps begin.
+
+    Where the spindle's acceleration jumps, or events were too many to locate, what held so far may
+    hold no more; elsewhere a look may change nothing, or a run would depend on how it is cut up.
 
     Args:
-        calls, race, work: addresses of a Calls, a Race and a Workspace.
+        calls, race, work: addresses of a Calls, a Race and a Workspace. Its slopes[0] and room hold
+            what the equations say at the state; margin and rate what the margins are, unless this
+            is only a look, which finds them.
+        only_look: whether no step is taken.
         begin: local time [s].
         length: of the step [s].
         end: the time that the next step begins at, ``begin + length`` but for rounding.
-        state: changed at events, as the race's modes are; the result is in ``work.trial``.
+        state: changed at events, as the race's modes are; a step's result is in ``work.trial``.
 
     Returns:
-        Whether ``ahead``, ``margin_ahead``, ``rate_ahead`` and ``acceleration_ahead`` of the
-        workspace hold what they say at the step's end.
+        Of a step: whether ``ahead``, ``margin_ahead``, ``rate_ahead`` and ``acceleration_ahead`` of
+        the workspace hold what they say at its end.
     """
-    return _through(_calls_at(calls), _race_at(race), _work_at(work), begin, length, end, state)
-
-
-@compiled
-def settle_at(calls, race, work, time, state):  # type: ignore[no-untyped-def]
-    """Margins at the beginning of steps, and other branches if those in force hold no more.
-
-    Where the spindle's acceleration jumps, or events were too many to locate, what held so far may
-    hold no more; elsewhere nothing may change, or a run would depend on how it is cut up.
-
-    Args:
-        calls, race, work: addresses of a Calls, a Race and a Workspace, whose slopes[0] and room
-            hold what the equations say; they do so at the end, too.
-        time: local time [s].
-        state: may be changed, as the race's modes may.
-
-    Returns:
-        Whether branches were decided anew.
-    """
-    own, room = _race_at(race), _work_at(work)
+    scene, own, room = _calls_at(calls), _race_at(race), _work_at(work)
+    if not only_look:
+        return _through(scene, own, room, begin, length, end, state)
     margins(own, state, room.slopes[0], room.margin, room.rounding, room.rate)
-    if first_below(room.margin, room.margin, room.rounding) < 0:
-        return False
-    # A variable, because numba would compile all of it once more for a literal.
-    slot = np.int64(-1)
-    settle(_calls_at(calls), own, room, time, state, slot, room.counts[0] < 0)
-    return True
+    if first_below(room.margin, room.margin, room.rounding) >= 0:
+        # A variable, because numba would compile all of it once more for a literal.
+        slot = np.int64(-1)
+        settle(scene, own, room, begin, state, slot, room.counts[0] < 0)
+    return False
 
 
-call_step = call_at(types.boolean, *_STEP)
-"""``step_through_events`` by its address; ``(address, arguments)``."""
-call_settle = call_at(types.boolean, *_SETTLE)
-"""``settle_at`` by its address; ``(address, arguments)``."""
+call_events = call_at(types.boolean, *_KINDS)
+"""``go_on`` by its address; ``(address, arguments)``."""
 
 
 @functools.cache
-def event_functions() -> tuple[int, int]:
-    """Addresses of ``step_through_events`` and ``settle_at``."""
-    return compiled_address(step_through_events, *_STEP), compiled_address(settle_at, *_SETTLE)
+def events_address() -> int:
+    """Where ``go_on`` is."""
+    return compiled_address(go_on, *_KINDS)
 
 
 @numba.njit(**INLINED)

@@ -24,7 +24,7 @@ from ab_sim.dynamics.system import (
     straighten,
 )
 from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.events import RACE, WORK, call_settle, call_step, within_bounds
+from ab_sim.integrate.events import RACE, WORK, call_events, within_bounds
 from ab_sim.integrate.on_stack import room_of
 from ab_sim.integrate.stepper import step
 
@@ -49,7 +49,7 @@ def advance(  # type: ignore[no-untyped-def]
         state: the state; holds the last good one at the end.
         modes: the branches in force; changed at events.
         work: a Workspace.
-        events: ``events.event_functions()``; of no account where the system has none.
+        events: ``events.events_address()``; of no account where the system has none.
         rows: shape (steps, ``row_width``): the state after each step, angles with all their turns,
             what the carrier gives beyond it, and the motor's torque.
         sample: shape (row_width,): a row of the state as it is, instead of any steps; or (0,).
@@ -152,7 +152,7 @@ work_if_needed = chosen_by(has_events, lambda plant, work: work, lambda plant, w
 
 @numba.njit(**INLINED)
 def _enter(plant, calls, work, events, time, state):  # type: ignore[no-untyped-def]
-    call_settle(events[1], (calls[0], calls[1], calls[2], time, state))
+    call_events(events, (calls[0], calls[1], calls[2], True, time, 0.0, time, state))
 
 
 enter = chosen_by(has_events, _enter, lambda plant, calls, work, events, time, state: None)
@@ -168,7 +168,7 @@ def _step(plant, weights, calls, work, events, begin, length, end, state):  # ty
 
 @numba.njit(**INLINED)
 def _step_with_events(plant, weights, calls, work, events, begin, length, end, state):  # type: ignore[no-untyped-def]
-    return call_step(events[0], (calls[0], calls[1], calls[2], begin, length, end, state))
+    return call_events(events, (calls[0], calls[1], calls[2], False, begin, length, end, state))
 
 
 step_over_events = chosen_by(has_events, _step_with_events, _step)

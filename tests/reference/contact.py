@@ -1,6 +1,6 @@
 """Which balls can touch, how far apart they are, and what an impact does.
 
-Neighbours i, j in cyclic order keep their distance along the race,
+Neighbours i, j in cyclic order on a race keep their distance along the race,
 
     (s_j - s_i) / R >= Delta = 2 asin((a_i + a_j) / (2 R)),    s_j - s_i = integral of |X'(theta)|
 
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
-from .model import Array, Model
+from .plant import Array, Plant
 
 REST_RATE = 1e-10
 """rad/s: gaps that change more slowly than this do not change."""
@@ -30,7 +30,7 @@ NODES, WEIGHTS = leggauss(28)
 class Chain(NamedTuple):
     """The possible contacts: arrays with one entry for each. Gaps are lengths over R."""
 
-    model: Model
+    plant: Plant
     behind: Array
     ahead: Array
     closest: Array
@@ -43,26 +43,34 @@ class Chain(NamedTuple):
         """Number of contacts."""
         return len(self.behind)
 
+    @property
+    def radius(self) -> Array:
+        """R of each contact's race."""
+        return self.plant.curve.radius[self.behind]
+
     def gaps(self, theta: Array) -> Array:
         """Free length of the race between neighbours, from ball angles relative to the spindle."""
         begin, turn = theta[self.behind], theta[self.ahead] - theta[self.behind] + self.turns
-        _, _, path, _ = self.model.race(begin[:, None] + turn[:, None] * 0.5 * (NODES + 1.0))
-        return 0.5 * turn * (path @ WEIGHTS) / self.model.p.race_radius - self.closest
+        curve = self.plant.curve.of(self.behind)
+        _, _, path, _ = curve.at(begin[:, None] + turn[:, None] * 0.5 * (NODES + 1.0))
+        return 0.5 * turn * (path @ WEIGHTS) / self.radius - self.closest
 
     def directions(self, q: Array) -> Array:
         """Rows c of gap' = c q': s_j' - s_i' with s' = g (psi_i' - psi')."""
-        _, _, path, _ = self.model.race(q[3:] - q[2])
-        each, scale = np.arange(self.size), path / self.model.p.race_radius
-        found = np.zeros((self.size, self.model.size))
-        found[each, 3 + self.ahead] = scale[self.ahead]
-        found[each, 3 + self.behind] = -scale[self.behind]
-        found[:, 2] = scale[self.behind] - scale[self.ahead]
+        plant, psi = self.plant, self.plant.psi
+        _, _, path, _ = plant.curve.at(plant.theta(q))
+        each, scale = np.arange(self.size), path / plant.curve.radius
+        found = np.zeros((self.size, plant.size))
+        found[each, psi + 1 + self.ahead] = scale[self.ahead]
+        found[each, psi + 1 + self.behind] = -scale[self.behind]
+        found[:, psi] = scale[self.behind] - scale[self.ahead]
         return found
 
     def bias(self, q: Array, rates: Array) -> Array:
         """What gap'' has beside c q''."""
-        _, _, _, dpath = self.model.race(q[3:] - q[2])
-        bend = dpath * (rates[3:] - rates[2]) ** 2 / self.model.p.race_radius
+        plant = self.plant
+        _, _, _, dpath = plant.curve.at(plant.theta(q))
+        bend = dpath * plant.theta(rates) ** 2 / plant.curve.radius
         return bend[self.ahead] - bend[self.behind]
 
     def rates(self, q: Array, rates: Array) -> Array:
@@ -70,17 +78,18 @@ class Chain(NamedTuple):
         return self.directions(q) @ rates
 
 
-def chain_of(model: Model, angles: Array) -> Chain:
+def chain_of(plant: Plant, angles: Array) -> Chain:
     """The contacts of balls that start at ``angles``; none without contact or with one ball."""
-    n = model.count
-    many = model.p.contact is not None and n > 1
-    order = np.argsort(np.mod(angles, 2.0 * np.pi), kind="stable")
-    behind, ahead = (order, np.roll(order, -1)) if many else (order[:0], order[:0])
-    reach = model.radii[behind] + model.radii[ahead]
-    closest = 2.0 * np.arcsin(reach / (2.0 * model.p.race_radius))
+    behind, ahead = np.zeros((2, 0), int)
+    for race in plant.races:
+        if plant.p.contact is not None and len(race) > 1:
+            order = race[np.argsort(np.mod(angles[race], 2.0 * np.pi), kind="stable")]
+            behind, ahead = np.append(behind, order), np.append(ahead, np.roll(order, -1))
+    reach = plant.radii[behind] + plant.radii[ahead]
+    closest = 2.0 * np.arcsin(reach / (2.0 * plant.curve.radius[behind]))
     apart = angles[ahead] - angles[behind]
     turns = np.mod(apart, 2.0 * np.pi) - apart
-    chain = Chain(model, behind, ahead, closest, turns)
+    chain = Chain(plant, behind, ahead, closest, turns)
     if (chain.gaps(angles) < -TOUCHING).any():
         raise ValueError("balls overlap at the start")
     return chain
@@ -89,27 +98,27 @@ def chain_of(model: Model, angles: Array) -> Chain:
 def touching(chain: Chain, q: Array, rates: Array) -> Array:
     """Which contacts have neither gap nor approach."""
     still = np.abs(chain.rates(q, rates)) <= REST_RATE
-    return (np.abs(chain.gaps(q[3:] - q[2])) <= TOUCHING) & still
+    return (np.abs(chain.gaps(chain.plant.theta(q))) <= TOUCHING) & still
 
 
-def impact(model: Model, chain: Chain, hit: int, q: Array, rates: Array) -> Array:
+def impact(plant: Plant, chain: Chain, hit: int, q: Array, rates: Array) -> Array:
     """q' after the impact of contact ``hit``; M (q'+ - q'-) = c^T Lambda with the full matrix M.
 
     Newton's law for all contacts that touch, with u = c q' and Lambda complementary:
     u+ >= -e u-,  Lambda >= 0,  Lambda (u+ + e u-) = 0. A prescribed spindle keeps its speed.
     """
-    p = model.p
+    p = plant.p
     assert p.contact is not None
-    mass = model.kinematics(q, rates).mass
-    free = np.array([i for i in range(3 + p.count) if i != 2 or p.motor is not None])
+    mass = plant.system(q, rates).mass
+    free = np.array([i for i in range(plant.size) if i != plant.psi or p.motor is not None])
     rows = chain.directions(q)
     resting = touching(chain, q, rates)
     resting[hit] = True
     active = np.flatnonzero(resting)
     before = rows[active] @ rates
-    fast = p.race_radius * np.abs(before) >= p.contact.rest_speed
+    fast = chain.radius[active] * np.abs(before) >= p.contact.rest_speed
     target = -p.contact.restitution * fast * before
-    mobility = np.zeros((3 + p.count, len(active)))
+    mobility = np.zeros((plant.size, len(active)))
     mobility[free] = np.linalg.solve(mass[np.ix_(free, free)], rows[active][:, free].T)
     response = rows[active] @ mobility
 

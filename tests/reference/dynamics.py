@@ -18,7 +18,7 @@ import numpy as np
 
 from . import motor as motors
 from .contact import Chain
-from .model import Array, Model
+from .plant import Array, Plant
 
 FREE, STUCK, FORWARD, BACKWARD = 0, 2, 1, -1
 
@@ -46,45 +46,37 @@ class Forces(NamedTuple):
     """On the rotor, from outside."""
     integrator: float
     """z'."""
-    path: Array
-    """ds/dtheta of each ball."""
+    losses: Array
+    """W, in suspension, drag and friction."""
 
 
 def solve(
-    model: Model, chain: Chain, mode: Mode, asked: motors.Command, q: Array, rates: Array, z: float
+    plant: Plant, chain: Chain, mode: Mode, asked: motors.Command, q: Array, rates: Array, z: float
 ) -> Forces:
     """Solve the system above."""
-    p, n, size = model.p, model.count, model.size
-    k = model.kinematics(q, rates)
+    p, n, size, psi = plant.p, plant.count, plant.size, plant.psi
+    k = plant.system(q, rates)
     total = size + n + chain.size
     matrix, right = np.zeros((total, total)), np.zeros(total)
     matrix[:size, :size] = k.mass
-    right[:size] = model.known_forces(k, q, rates)
+    right[:size] = k.known
     if p.motor is not None:
-        raw = motors.raw_torque(p.motor, asked, rates[2], z)
-        right[2] += motors.torque(p.motor, mode.regime, raw, rates[2])
+        raw = motors.raw_torque(p.motor, asked, rates[psi], z)
+        right[psi] += motors.torque(p.motor, mode.regime, raw, rates[psi])
     for i in range(n):
-        matrix[3 + i, size + i], matrix[2, size + i] = -k.path[i], k.path[i]
+        matrix[psi + 1 + i, size + i], matrix[psi, size + i] = -k.path[i], k.path[i]
     directions, turning = chain.directions(q), chain.bias(q, rates)
-    matrix[:size, size + n :] = -p.race_radius * directions.T
-
-    # N = normal_rows . unknowns + normal_known
-    gx, gy = p.gravity
-    in_x, in_y = slice(5, 5 + n), slice(5 + n, 5 + 2 * n)
-    normal_rows = np.zeros((n, total))
-    pull_x, pull_y = -model.masses * k.cosines, -model.masses * k.sines
-    normal_rows[:, :size] = pull_x[:, None] * k.rows[in_x] + pull_y[:, None] * k.rows[in_y]
-    normal_known = pull_x * (k.bias[in_x] - gx) + pull_y * (k.bias[in_y] - gy)
+    matrix[:size, size + n :] = -chain.radius * directions.T
 
     for i, state in enumerate(mode.balls):
         row = size + i
         if state == STUCK:
-            matrix[row, 3 + i], matrix[row, 2] = 1.0, -1.0
+            matrix[row, psi + 1 + i], matrix[row, psi] = 1.0, -1.0
             continue
         matrix[row, row] = 1.0
         if state != FREE:
-            matrix[row] += state * model.coefficients[i] * normal_rows[i]
-            right[row] = -state * model.coefficients[i] * normal_known[i]
+            matrix[row, :size] += state * plant.coefficients[i] * k.normal_rows[i]
+            right[row] = -state * plant.coefficients[i] * k.normal_known[i]
     for c, closed in enumerate(mode.closed):
         row = size + n + c
         if closed:
@@ -93,19 +85,21 @@ def solve(
             matrix[row, row] = 1.0
 
     held = asked.acceleration if p.spindle.feel_acceleration else 0.0
-    spindle_row, spindle_right = matrix[2].copy(), right[2]
+    spindle_row, spindle_right = matrix[psi].copy(), right[psi]
     if p.motor is None:
-        matrix[2], right[2] = 0.0, held
-        matrix[2, 2] = 1.0
+        matrix[psi], right[psi] = 0.0, held
+        matrix[psi, psi] = 1.0
     unknowns = np.linalg.solve(matrix, right)
-    normal = normal_rows @ unknowns + normal_known
+    normal = k.normal_rows @ unknowns[:size] + k.normal_known
     accelerations = unknowns[:size].copy()
     if p.motor is None:
         torque = float(spindle_row @ unknowns - spindle_right)
-        accelerations[2:] += asked.acceleration - held
+        accelerations[psi:] += asked.acceleration - held
         integrator = 0.0
     else:
-        torque = motors.torque(p.motor, mode.regime, raw, rates[2])
-        integrator = motors.integrator_rate(p.motor, mode.regime, asked, rates[2], z)
+        torque = motors.torque(p.motor, mode.regime, raw, rates[psi])
+        integrator = motors.integrator_rate(p.motor, mode.regime, asked, rates[psi], z)
     friction, contact = unknowns[size : size + n], unknowns[size + n :]
-    return Forces(accelerations, friction, normal, contact, torque, integrator, k.path)
+    slip = k.path * plant.theta(rates)
+    losses = np.array([k.damping, (plant.drag * slip) @ slip, -friction @ slip])
+    return Forces(accelerations, friction, normal, contact, torque, integrator, losses)

@@ -15,7 +15,7 @@ import numpy as np
 from . import motor as motors
 from .contact import Chain, touching
 from .dynamics import BACKWARD, FORWARD, FREE, STUCK, Forces, Mode, solve
-from .model import Array, Model
+from .plant import Array, Plant
 
 FORCE_SLACK = 1e-13
 """N."""
@@ -65,10 +65,10 @@ def independent(mode: Mode, chain: Chain) -> bool:
     return True
 
 
-def candidates(model: Model, chain: Chain, q: Array, rates: Array) -> Iterator[Mode]:
+def candidates(plant: Plant, chain: Chain, q: Array, rates: Array) -> Iterator[Mode]:
     """Modes that the velocities allow, the most firmly held first."""
     choices: list[tuple[int, ...]] = []
-    for coefficient, slide in zip(model.coefficients, rates[3:] - rates[2], strict=True):
+    for coefficient, slide in zip(plant.coefficients, plant.theta(rates), strict=True):
         if coefficient == 0.0:
             choices.append((FREE,))
         elif abs(slide) > 2.0 * RATE_SLACK:
@@ -83,13 +83,13 @@ def candidates(model: Model, chain: Chain, q: Array, rates: Array) -> Iterator[M
                 yield mode
 
 
-def agrees(model: Model, chain: Chain, mode: Mode, forces: Forces, q: Array, rates: Array) -> bool:
+def agrees(plant: Plant, chain: Chain, mode: Mode, forces: Forces, q: Array, rates: Array) -> bool:
     """Whether forces and accelerations are those that the mode takes for granted."""
-    slide = rates[3:] - rates[2]
-    gain = forces.accelerations[3:] - forces.accelerations[2]
+    slide = plant.theta(rates)
+    gain = plant.theta(forces.accelerations)
     slack = 0.5 * FORCE_SLACK
     fixed = pinned(mode, chain)
-    for i, coefficient in enumerate(model.coefficients):
+    for i, coefficient in enumerate(plant.coefficients):
         state, normal = mode.balls[i], forces.normal[i]
         if coefficient == 0.0:
             continue
@@ -111,29 +111,29 @@ def agrees(model: Model, chain: Chain, mode: Mode, forces: Forces, q: Array, rat
 
 
 def choose_mode(
-    model: Model, chain: Chain, asked: motors.Command, q: Array, rates: Array, z: float
+    plant: Plant, chain: Chain, asked: motors.Command, q: Array, rates: Array, z: float
 ) -> Mode:
     """The mode just after an instant."""
-    speed = float(rates[2])
+    speed = float(rates[plant.psi])
     # The torque does not jump between regimes that meet, so a provisional one serves to find w'.
     regime = motors.Regime()
-    if model.p.motor is not None:
-        raw = motors.raw_torque(model.p.motor, asked, speed, z)
-        if abs(raw) > model.p.motor.limit:
+    if plant.p.motor is not None:
+        raw = motors.raw_torque(plant.p.motor, asked, speed, z)
+        if abs(raw) > plant.p.motor.limit:
             regime = motors.Regime(motors.SATURATED, 1 if raw > 0.0 else -1)
-    for candidate in candidates(model, chain, q, rates):
+    for candidate in candidates(plant, chain, q, rates):
         mode = candidate._replace(regime=regime)
-        forces = solve(model, chain, mode, asked, q, rates, z)
-        if agrees(model, chain, mode, forces, q, rates):
-            if model.p.motor is not None:
-                gain = float(forces.accelerations[2])
-                mode = mode._replace(regime=motors.choose(model.p.motor, asked, speed, gain, z))
+        forces = solve(plant, chain, mode, asked, q, rates, z)
+        if agrees(plant, chain, mode, forces, q, rates):
+            if plant.p.motor is not None:
+                gain = float(forces.accelerations[plant.psi])
+                mode = mode._replace(regime=motors.choose(plant.p.motor, asked, speed, gain, z))
             return mode
     raise RuntimeError("no mode agrees with the state")
 
 
 def guards(
-    model: Model,
+    plant: Plant,
     chain: Chain,
     mode: Mode,
     asked: motors.Command,
@@ -144,9 +144,9 @@ def guards(
 ) -> list[Guard]:
     """Everything that can end the mode."""
     found: list[Guard] = []
-    slide = rates[3:] - rates[2]
+    slide = plant.theta(rates)
     fixed = pinned(mode, chain)
-    for i, coefficient in enumerate(model.coefficients):
+    for i, coefficient in enumerate(plant.coefficients):
         state, normal = mode.balls[i], float(forces.normal[i])
         if coefficient == 0.0:
             continue
@@ -159,31 +159,32 @@ def guards(
             found.append(Guard("unload", i, normal + FORCE_SLACK))
             if i not in fixed:
                 found.append(Guard("stop", i, state * float(slide[i]) + RATE_SLACK))
-    gaps = chain.gaps(q[3:] - q[2])
+    gaps = chain.gaps(plant.theta(q))
     for c in range(chain.size):
         if mode.closed[c]:
             found.append(Guard("part", c, float(forces.contact[c]) + FORCE_SLACK))
         else:
             found.append(Guard("impact", c, float(gaps[c]) + GAP_SLACK))
-    if model.p.motor is not None and (model.p.motor.kp or model.p.motor.ki):
-        speed, gain = float(rates[2]), float(forces.accelerations[2])
-        values = motors.guards(model.p.motor, mode.regime, asked, speed, gain, z)
+    if plant.p.motor is not None and (plant.p.motor.kp or plant.p.motor.ki):
+        speed, gain = float(rates[plant.psi]), float(forces.accelerations[plant.psi])
+        values = motors.guards(plant.p.motor, mode.regime, asked, speed, gain, z)
         found += [Guard("motor", i, value) for i, value in enumerate(values)]
     return found
 
 
-def settled(model: Model, chain: Chain, mode: Mode, q: Array, rates: Array) -> tuple[Array, Array]:
+def settled(plant: Plant, chain: Chain, mode: Mode, q: Array, rates: Array) -> tuple[Array, Array]:
     """q and q' with what the mode holds held exactly: rates of stuck balls, closed gaps."""
-    q, rates = q.copy(), rates.copy()
-    for i, coefficient in enumerate(model.coefficients):
-        if coefficient and abs(rates[3 + i] - rates[2]) <= 2.0 * RATE_SLACK:
-            rates[3 + i] = rates[2]
-    closes = np.abs(chain.gaps(q[3:] - q[2])) <= 3.0 * GAP_SLACK
+    q, rates, first = q.copy(), rates.copy(), plant.psi + 1
+    speed = rates[plant.psi]
+    for i, coefficient in enumerate(plant.coefficients):
+        if coefficient and abs(rates[first + i] - speed) <= 2.0 * RATE_SLACK:
+            rates[first + i] = speed
+    closes = np.abs(chain.gaps(plant.theta(q))) <= 3.0 * GAP_SLACK
     for c in np.flatnonzero(closes | np.array(mode.closed, bool)):
-        pair = np.array([3 + chain.behind[c], 3 + chain.ahead[c]])
+        pair = first + np.array([chain.behind[c], chain.ahead[c]])
         half = 0.5 * chain.directions(q)[c, pair]
-        q[pair] -= chain.gaps(q[3:] - q[2])[c] * half / (2.0 * half @ half)
+        q[pair] -= chain.gaps(plant.theta(q))[c] * half / (2.0 * half @ half)
         if mode.closed[c]:
-            speed = np.abs(half) @ (rates[pair] - rates[2])
-            rates[pair] = rates[2] + 0.5 * speed / np.abs(half)
+            slide = np.abs(half) @ (rates[pair] - speed)
+            rates[pair] = speed + 0.5 * slide / np.abs(half)
     return q, rates

@@ -18,8 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .params import Params
-
-Array = np.ndarray
+from .plant import Array, Curve, Plant, System
 
 
 class Kinematics(NamedTuple):
@@ -41,14 +40,17 @@ class Kinematics(NamedTuple):
     """Balls from the deck centre, 2 x n, inertial axes."""
 
 
-class Model:
+class Model(Plant):
     """Params with what follows from them once and for all: W, K, C, sag."""
 
     def __init__(self, p: Params) -> None:
         n = p.count
-        self.p, self.count, self.size = p, n, 3 + n
+        self.p, self.psi, self.count, self.races = p, 2, n, (np.arange(n),)
         self.masses, self.radii = np.array(p.ball_masses), np.array(p.ball_radii)
-        self.coefficients = p.friction_coefficients()
+        self.coefficients = np.array(p.friction_coefficients())
+        shape = (p.race_radius, p.runout.oval, p.runout.oval_angle)
+        self.curve, self.drag = Curve(*(np.full(n, s) for s in shape)), np.full(n, p.drag)
+        self.scales = (1e-5, 1e-5), (1e-3, 1e-3)
         rest = p.mass - self.masses.sum() - p.carrier_mass
         inertia = 0.0 if p.motor is None else p.motor.inertia
         deck = [rest, rest, p.carrier_mass, p.carrier_mass, inertia]
@@ -80,7 +82,7 @@ class Model:
         p, n, psi, w = self.p, self.count, float(q[2]), float(rates[2])
         slide = rates[3:] - w
         co, si = np.cos(q[3:]), np.sin(q[3:])
-        h, dh, path, dpath = self.race(q[3:] - psi)
+        h, dh, path, dpath = self.curve.at(q[3:] - psi)
         ax, ay = cos(psi), sin(psi)
         d1, d2 = p.runout.offset
         arm_x = d1 * ax - d2 * ay + h * co - dh * si
@@ -105,12 +107,16 @@ class Model:
         mass = rows.T @ (self.weights[:, None] * rows)
         return Kinematics(rows, bias, mass, co, si, path, np.array([arm_x, arm_y]))
 
-    def race(self, theta: Array) -> tuple[Array, Array, Array, Array]:
-        """h, h', g = h + h'' and g' of the race at the angles ``theta``."""
-        twice = 2.0 * (theta - self.p.runout.oval_angle)
-        swell, tilt = self.p.runout.oval * np.cos(twice), self.p.runout.oval * np.sin(twice)
-        radius = self.p.race_radius
-        return radius + swell, -2.0 * tilt, radius - 3.0 * swell, 6.0 * tilt
+    def system(self, q: Array, rates: Array) -> System:
+        """The equations of motion; N = -m (P'' - g) . n."""
+        n, k = self.count, self.kinematics(q, rates)
+        gx, gy = self.gravity
+        in_x, in_y = slice(5, 5 + n), slice(5 + n, 5 + 2 * n)
+        pull_x, pull_y = -self.masses * k.cosines, -self.masses * k.sines
+        rows = pull_x[:, None] * k.rows[in_x] + pull_y[:, None] * k.rows[in_y]
+        known = pull_x * (k.bias[in_x] - gx) + pull_y * (k.bias[in_y] - gy)
+        damping = float(rates[:2] @ self.damping @ rates[:2])
+        return System(k.mass, self.known_forces(k, q, rates), rows, known, k.path, damping)
 
     def known_forces(self, k: Kinematics, q: Array, rates: Array) -> Array:
         """Q - V^T W b, with Q of suspension, gravity (V^T W g) and race drag.

@@ -12,8 +12,9 @@ from . import friction, motor
 from .contact import chain_of, impact
 from .dynamics import STUCK, Forces, Mode, solve
 from .friction import Guard
-from .model import Array, Model
+from .model import Model
 from .params import Params
+from .plant import Array, Plant
 
 
 class Event(NamedTuple):
@@ -49,10 +50,10 @@ class Start:
 class Result:
     """The motion at ``times``; arrays have one row per time. Energies are integrals from t = 0."""
 
-    params: Params
+    plant: Plant
     times: Array
     q: Array
-    """x, y, psi, psi_1, ..."""
+    """x, y, psi, psi_1, ..., or with the deck's other four coordinates after y."""
     rates: Array
     """q'."""
     z: Array
@@ -64,7 +65,7 @@ class Result:
 
     @property
     def x(self) -> Array:
-        """Deck from its static equilibrium [m], inertial."""
+        """Deck [m], inertial, from its static equilibrium; in space from relaxed springs."""
         return self.q[:, 0]
 
     @property
@@ -83,34 +84,44 @@ class Result:
         return self.rates[:, 1]
 
     @property
+    def deck(self) -> Array:
+        """The deck's coordinates, a column for each."""
+        return self.q[:, : self.plant.psi]
+
+    @property
+    def deck_rates(self) -> Array:
+        """Their rates."""
+        return self.rates[:, : self.plant.psi]
+
+    @property
     def psi(self) -> Array:
         """Spindle angle [rad]."""
-        return self.q[:, 2]
+        return self.q[:, self.plant.psi]
 
     @property
     def w(self) -> Array:
         """Spindle speed [rad/s]."""
-        return self.rates[:, 2]
+        return self.rates[:, self.plant.psi]
 
     @property
     def theta(self) -> Array:
         """Ball angles from the unbalance [rad], unwrapped, a column for each ball."""
-        return self.q[:, 3:] - self.q[:, 2:3]
+        return self.plant.theta(self.q)
 
     @property
     def theta_rate(self) -> Array:
         """theta_i' [rad/s]."""
-        return self.rates[:, 3:] - self.rates[:, 2:3]
+        return self.plant.theta(self.rates)
 
     def energy(self) -> Array:
         """Kinetic energy, springs and gravity [J]."""
-        model = Model(self.params)
-        return np.array([model.energy(q, v) for q, v in zip(self.q, self.rates, strict=True)])
+        pairs = zip(self.q, self.rates, strict=True)
+        return np.array([self.plant.energy(q, v) for q, v in pairs])
 
     def imbalance(self) -> Array:
-        """E - E(0) - work + losses [J]: zero if nothing is forgotten."""
-        e = self.energy()
-        return e - e[0] - self.work + self.losses.sum(axis=1)
+        """What of E - work + losses has gained since the first of the times [J]: zero."""
+        kept = self.energy() - self.work + self.losses.sum(axis=1)
+        return kept - kept[0]
 
 
 class Problem:
@@ -119,9 +130,9 @@ class Problem:
     Scipy asks several events for values at one state, so the last forces are remembered.
     """
 
-    def __init__(self, p: Params, angles: Array) -> None:
-        self.p, self.model, self.size = p, Model(p), 3 + p.count
-        self.chain = chain_of(self.model, angles)
+    def __init__(self, plant: Plant, angles: Array) -> None:
+        self.p, self.plant, self.size = plant.p, plant, plant.size
+        self.chain = chain_of(plant, angles)
         self._key: tuple[float, bytes] | None = None
         self._guards: list[Guard] = []
 
@@ -132,22 +143,14 @@ class Problem:
     def forces(self, start: float, t: float, y: Array, mode: Mode) -> Forces:
         """Forces in a mode, on the command's segment that holds after ``start``."""
         asked = motor.command(self.p, start, t)
-        return solve(self.model, self.chain, mode, asked, *self.split(y))
+        return solve(self.plant, self.chain, mode, asked, *self.split(y))
 
     def derivative(self, start: float, mode: Mode, t: float, y: Array) -> Array:
         """Of the state vector."""
-        p, forces = self.p, self.forces(start, t, y, mode)
+        forces = self.forces(start, t, y, mode)
         _, rates, _ = self.split(y)
-        slip = forces.path * (rates[3:] - rates[2])
-        damping = self.model.damping @ rates[:2]
-        powers = [
-            forces.integrator,
-            forces.torque * rates[2],
-            rates[:2] @ damping,
-            p.drag * slip @ slip,
-            -forces.friction @ slip,
-        ]
-        return np.concatenate([rates, forces.accelerations, powers])
+        driven = [forces.integrator, forces.torque * rates[self.plant.psi]]
+        return np.concatenate([rates, forces.accelerations, driven, forces.losses])
 
     def guards(self, start: float, t: float, y: Array, mode: Mode) -> list[Guard]:
         """What can end the mode."""
@@ -156,7 +159,7 @@ class Problem:
             asked = motor.command(self.p, start, t)
             forces = self.forces(start, t, y, mode)
             state = self.split(y)
-            self._guards = friction.guards(self.model, self.chain, mode, asked, forces, *state)
+            self._guards = friction.guards(self.plant, self.chain, mode, asked, forces, *state)
             self._key = key
         return self._guards
 
@@ -174,19 +177,19 @@ class Problem:
         return [event(i) for i in range(len(self.guards(start, start, y, mode)))]
 
 
-def tolerances(p: Params, rtol: float, implicit: bool) -> tuple[Array | float, Array]:
+def tolerances(plant: Plant, rtol: float, implicit: bool) -> tuple[Array | float, Array]:
     """Rtol and atol of the state vector; angles and speeds grow, so theirs are absolute.
 
     Scipy's implicit methods take no rtol by component: there all are absolute.
     """
-    n, floor = p.count, 2.3e-14
-    turns = np.concatenate([np.full(1 + n, 1.0), [1e-3] * 2, np.full(1 + n, 10.0), [1.0]])
-    scales = np.concatenate([[1e-5] * 2, turns, [1e-3] * 4])
+    turning, floor = 1 + plant.count, 2.3e-14
+    places, rates = (3.0 * np.array(s) if implicit else np.array(s) for s in plant.scales)
+    turns, gains = np.full(turning, 1.0), np.full(turning, 10.0)
+    scales = np.concatenate([places, turns, rates, gains, [1.0], [1e-3] * 4])
     if implicit:
-        scales[:2], scales[3 + n : 5 + n] = 3e-5, 3e-3
         return max(rtol * 1e-4, 1e-13), rtol * scales
-    relative = [rtol] * 2 + [floor] * (1 + n) + [rtol] * 2 + [floor] * (1 + n) + [rtol] * 5
-    return np.array(relative), rtol * scales
+    half = [rtol] * plant.psi + [floor] * turning
+    return np.array([*half, *half, *[rtol] * 5]), rtol * scales
 
 
 def simulate(
@@ -200,31 +203,69 @@ def simulate(
     max_step: float = np.inf,
     max_events: int = 100_000,
 ) -> Result:
-    """The motion from rest at the static equilibrium.
+    """The planar rotor's motion from rest at the static equilibrium.
 
     Args:
         params: the rotor.
         theta0: ball angles from the unbalance [rad].
         times: rising, from 0 or later [s].
         start: another start than rest.
-        method: of solve_ivp; "Radau" for a stiff race.
-        rtol: relative tolerance; the absolute ones follow from it.
-        max_step: longest step [s], where an event could hide within one.
-        max_events: how many before it gives up.
+        method: as for ``follow``, and so on.
+        rtol: see there.
+        max_step: see there.
+        max_events: see there.
     """
     p, s = params, start or Start()
     theta = np.array(theta0, float)
     if theta.shape != (p.count,):
         raise ValueError(f"{p.count} ball angles, please")
-    problem = Problem(p, theta)
-    asked = motor.command(p, 0.0, 0.0)
-    w = asked.speed if s.speed is None or p.motor is None else s.speed
     slide = np.array(s.rates or np.zeros(p.count), float)
-    places: Array = np.concatenate([[s.x, s.y, asked.angle], asked.angle + theta])
-    y: Array = np.concatenate([places, [s.vx, s.vy, w], w + slide, [s.z], np.zeros(4)])
+    return follow(
+        Model(p), [s.x, s.y], theta, [s.vx, s.vy], slide, times, speed=s.speed, z=s.z,
+        method=method, rtol=rtol, max_step=max_step, max_events=max_events,
+    )  # fmt: skip
+
+
+def follow(
+    plant: Plant,
+    deck: Sequence[float] | Array,
+    theta: Array,
+    deck_rates: Sequence[float] | Array,
+    theta_rates: Array,
+    times: Sequence[float] | Array,
+    *,
+    speed: float | None = None,
+    z: float = 0.0,
+    method: str = "DOP853",
+    rtol: float = 1e-12,
+    max_step: float = np.inf,
+    max_events: int = 100_000,
+) -> Result:
+    """The motion from a state at t = 0.
+
+    Args:
+        plant: what moves.
+        deck: its coordinates.
+        theta: ball angles from the unbalance [rad].
+        deck_rates: rates of the deck's coordinates.
+        theta_rates: theta_i' [rad/s].
+        times: rising, from 0 or later [s].
+        speed: w with a motor; the command's unless given.
+        z: the motor's integral.
+        method: of solve_ivp; "Radau" for a stiff race.
+        rtol: relative tolerance; the absolute ones follow from it.
+        max_step: longest step [s], where an event could hide within one.
+        max_events: how many before it gives up.
+    """
+    p = plant.p
+    problem = Problem(plant, theta)
+    asked = motor.command(p, 0.0, 0.0)
+    w = asked.speed if speed is None or p.motor is None else speed
+    places: Array = np.concatenate([deck, [asked.angle], asked.angle + theta])
+    y: Array = np.concatenate([places, deck_rates, [w], w + theta_rates, [z], np.zeros(4)])
     out = np.asarray(times, float)
     stops = [b for b in motor.breakpoints(p) if 0.0 < b < out[-1]] + [float(out[-1])]
-    relative, absolute = tolerances(p, rtol, method in ("Radau", "BDF", "LSODA"))
+    relative, absolute = tolerances(plant, rtol, method in ("Radau", "BDF", "LSODA"))
     states = [np.append(y, 0.0)] * int(out[0] <= 0.0)
     events: list[Event] = []
     now, knocked = 0.0, 0.0
@@ -261,7 +302,7 @@ def simulate(
     table, size = np.array(states), problem.size
     tail = table[:, 2 * size :]
     return Result(
-        p, out, table[:, :size], table[:, size : 2 * size], tail[:, 0], tail[:, 1], tail[:, 2:],
+        plant, out, table[:, :size], table[:, size : 2 * size], tail[:, 0], tail[:, 1], tail[:, 2:],
         tuple(events),
     )  # fmt: skip
 
@@ -270,8 +311,8 @@ def fresh(problem: Problem, now: float, y: Array) -> tuple[Array, Mode]:
     """The mode just after ``now``, and the state with what it holds held exactly."""
     asked = motor.command(problem.p, now, now)
     q, rates, z = problem.split(y)
-    mode = friction.choose_mode(problem.model, problem.chain, asked, q, rates, z)
-    q, rates = friction.settled(problem.model, problem.chain, mode, q, rates)
+    mode = friction.choose_mode(problem.plant, problem.chain, asked, q, rates, z)
+    q, rates = friction.settled(problem.plant, problem.chain, mode, q, rates)
     rest = y[2 * problem.size :].copy()
     return np.concatenate([q, rates, rest]), mode
 
@@ -283,11 +324,12 @@ def happen(problem: Problem, guard: Guard, now: float, y: Array) -> tuple[Event,
     if guard.kind != "impact":
         return Event(now, guard.kind, ball), y
     q, rates, _ = problem.split(y)
-    after = impact(problem.model, chain, guard.which, q, rates)
-    gained = problem.model.energy(q, after) - problem.model.energy(q, rates)
+    plant, psi = problem.plant, problem.plant.psi
+    after = impact(plant, chain, guard.which, q, rates)
+    gained = plant.energy(q, after) - plant.energy(q, rates)
     after_y = np.concatenate([q, after, y[2 * size :]])
     if problem.p.motor is None:  # what holds the spindle's speed gives an impulse, too
-        kick = problem.model.kinematics(q, rates).mass[2] @ (after - rates) * rates[2]
+        kick = plant.system(q, rates).mass[psi] @ (after - rates) * rates[psi]
         after_y[2 * size + 1] += kick
         gained -= kick
     return Event(now, "impact", ball, -gained), after_y

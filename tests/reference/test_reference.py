@@ -125,7 +125,7 @@ def test_virtual_work_and_normal_forces() -> None:
     asked = Command(0.0, 0.0, 0.0)
     mode = Mode((1, -1, STUCK), (), Regime())
     chain = chain_of(model, q[3:])
-    forces = solve(model, chain, mode, asked, q, rates, 0.0)
+    forces, path = solve(model, chain, mode, asked, q, rates, 0.0), model.system(q, rates).path
 
     def at(t: float, j: int = 0, shift: float = 0.0) -> Array:
         t = np.longdouble(t)
@@ -160,8 +160,8 @@ def test_virtual_work_and_normal_forces() -> None:
             for i in range(1, 5)
         )
         work = ground[j] if j < 2 else 0.0
-        slip = forces.path * (rates[3:] - rates[2])
-        along = (forces.friction - p.drag * slip) * forces.path
+        slip = path * (rates[3:] - rates[2])
+        along = (forces.friction - p.drag * slip) * path
         work += -along.sum() if j == 2 else along[j - 3] if j > 2 else 0.0
         inertial = float(np.sum(weights * (gain - pull) * vary))
         scale = float(np.abs(weights * gain * vary).sum())

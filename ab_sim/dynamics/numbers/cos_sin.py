@@ -6,7 +6,8 @@ that it inlines, and serves numbers and runs side by side alike.
 
 from typing import Any
 
-from numba.extending import register_jitable
+from numba.core import types
+from numba.extending import overload
 
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.numbers.multiply_add import multiply_add
@@ -19,7 +20,6 @@ _PI_2A, _PI_2B, _PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487
 """pi/2 in pieces of 33 bits, whose products with up to 2^20 quarters are exact."""
 
 
-@register_jitable(**INLINED)
 def cos_sin(x: Any) -> Any:
     """(cos x, sin x), each to within 2^-53 or so of 1 for abs(x) up to 10^6.
 
@@ -46,3 +46,8 @@ def cos_sin(x: Any) -> Any:
     turn_c = 1.0 - abs(left)
     turn_s = left * (2.0 - abs(left))
     return c * turn_c - s * turn_s, s * turn_c + c * turn_s
+
+
+@overload(cos_sin, jit_options=INLINED, strict=False)
+def _cos_sin(x):  # type: ignore[no-untyped-def]
+    return cos_sin if isinstance(x, types.Number) else None

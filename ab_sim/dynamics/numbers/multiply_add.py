@@ -7,11 +7,11 @@ promise no bits, leave it to the compiler all the same: see lanes.py.)
 
 from typing import Any
 
-from llvmlite import ir
-from numba.core import cgutils, types
+from numba.core import types
 from numba.extending import intrinsic, overload
 
 from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.numbers.kinds import call_of
 
 
 def multiply_add(x: Any, y: Any, z: Any) -> Any:
@@ -22,23 +22,17 @@ def multiply_add(x: Any, y: Any, z: Any) -> Any:
 @intrinsic
 def _fused(typing_context, x, y, z):  # type: ignore[no-untyped-def]
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        number = context.get_value_type(signature.return_type)
-        # llvmlite's own way to declare it knows no vectors.
-        name = "llvm.fma." + (f"v{number.count}f64" if isinstance(number, ir.VectorType) else "f64")
-        kinds = ir.FunctionType(number, [number] * 3)
-        fma = cgutils.get_or_insert_function(builder.module, kinds, name)
-        return builder.call(
-            fma,
-            [
-                context.cast(builder, value, kind, signature.return_type)
-                for value, kind in zip(arguments, signature.args, strict=True)
-            ],
+        numbers = (
+            context.cast(builder, value, kind, types.float64)
+            for value, kind in zip(arguments, signature.args, strict=True)
         )
+        return call_of(builder, "fma", *numbers)
 
-    kind = next((k for k in (x, y, z) if not isinstance(k, types.Number)), types.float64)
-    return kind(x, y, z), generate
+    return types.float64(x, y, z), generate
 
 
 @overload(multiply_add, jit_options=INLINED, strict=False)
 def _multiply_add(x, y, z):  # type: ignore[no-untyped-def]
-    return lambda x, y, z: _fused(x, y, z)
+    if all(isinstance(kind, types.Number) for kind in (x, y, z)):
+        return lambda x, y, z: _fused(x, y, z)
+    return None

@@ -149,14 +149,20 @@ def solve(race: Race) -> None:
     """The accelerations of what carries the balls, once these are eliminated, and g of each."""
     table, reduced, x = race.room.table, race.room.reduced, race.room.acceleration
     free, every, gain = race.free, race.all, REACH + 2 * race.all
+    block = race.room.block
     for r in range(free):
-        for q in range(free):
-            reduced[r, q] = race.room.block[r, q]
-        reduced[r, every] = race.room.block[r, every]
+        for q in range(r, free):
+            reduced[r, q] = block[r, q]
+        reduced[r, every] = block[r, every]
+        if not race.driven:
+            reduced[r, every] -= block[r, every - 1] * x[every - 1]
+        if race.rubs:
+            for q in range(r):
+                reduced[r, q] = block[q, r]
     for i in range(race.number):
         for r in range(free):
             reach = table[i, REACH + r]
-            # Symmetric but for friction: the rest is filled in below.
+            # Symmetric but for friction.
             for q in range(0 if race.rubs else r, free):
                 reduced[r, q] = multiply_add(-reach, table[i, gain + q], reduced[r, q])
             reduced[r, every] = multiply_add(reach, table[i, FREE], reduced[r, every])

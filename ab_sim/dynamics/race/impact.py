@@ -139,7 +139,7 @@ def jump(calls: Any, race: Race, state: Any) -> None:
     table, x, spindle = race.room.table, race.room.acceleration, race.all - 1
     turned = lost = 0.0
     for r in range(race.all):
-        turned += race.room.block[spindle, r] * x[r]
+        turned += race.room.block[r, spindle] * x[r]
     for i in range(race.number):
         gain = table[i, PULL]
         impulse = table[i, INERTIA] * gain

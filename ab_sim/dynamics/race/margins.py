@@ -17,7 +17,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.dispatch import APART, INLINED
 from ab_sim.dynamics.race.elimination import moves_along, row_start, sticks
 from ab_sim.dynamics.race.race import Race, ball_at, gap, path_speed
 from ab_sim.dynamics.race.reactions import reactions, rubbed_pull_at
@@ -43,7 +43,7 @@ def slots(balls: int) -> int:
     return MOTOR * balls + 2
 
 
-@register_jitable(**INLINED)
+@register_jitable(**APART)
 def force_rounding(race: Race, i: int, x: Any, pull: float) -> Any:
     """What of the forces on ball i, ``pull`` along the race, may be rounding [N]."""
     size = abs(pull)
@@ -54,7 +54,7 @@ def force_rounding(race: Race, i: int, x: Any, pull: float) -> Any:
     return ROUNDING * size
 
 
-@register_jitable(**INLINED)
+@register_jitable(**APART)
 def friction_margins(
     race: Race, state: Any, slope: Any, margin: Any, rounding: Any, rate: Any
 ) -> None:
@@ -92,7 +92,7 @@ def friction_margins(
                 rounding[HOLD * n + here] += rounding[HOLD * n + ahead]
 
 
-@register_jitable(**INLINED)
+@register_jitable(**APART)
 def contact_margins(race: Race, state: Any, margin: Any, rounding: Any, rate: Any) -> None:
     """TOUCH."""
     n, x = race.number, race.room.acceleration
@@ -136,7 +136,7 @@ def motor_margins(race: Race, margin: Any, rounding: Any) -> None:
     rounding[MOTOR * n] = rounding[MOTOR * n + 1] = ROUNDING * (most + abs(asked))
 
 
-@register_jitable(**INLINED)
+@register_jitable(**APART)
 def margins(race: Race, state: Any, slope: Any, margin: Any, rounding: Any, rate: Any) -> None:
     """All margins at a state, right after an evaluation of the equations there.
 

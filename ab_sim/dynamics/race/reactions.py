@@ -4,7 +4,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.dispatch import APART, INLINED
 from ab_sim.dynamics.race.elimination import moves_along, row_start
 from ab_sim.dynamics.race.race import Race, ball_at
 from ab_sim.dynamics.race.table import (
@@ -19,7 +19,7 @@ from ab_sim.dynamics.race.table import (
 )
 
 
-@register_jitable(**INLINED)
+@register_jitable(**APART)
 def normal_forces(race: Race, x: Any) -> None:
     """Fill in FORCE, given accelerations."""
     table = race.room.table
@@ -30,7 +30,7 @@ def normal_forces(race: Race, x: Any) -> None:
         table[i, FORCE] = force
 
 
-@register_jitable(**INLINED)
+@register_jitable(**APART)
 def pull_at(race: Race, i: int, x: Any) -> Any:
     """Force along the race on ball i but for its neighbours' pushes and friction [N]."""
     table = race.room.table
@@ -50,7 +50,7 @@ def rubbed_pull_at(race: Race, i: int, x: Any) -> Any:
     return pull
 
 
-@register_jitable(**INLINED)
+@register_jitable(**APART)
 def reactions(race: Race) -> None:
     """Fill in FORCE, the race's normal forces, and PUSH, as far as the balls have such.
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.dispatch import APART
 from ab_sim.dynamics.race.calls import evaluate
 from ab_sim.dynamics.race.elimination import moves_along, sign
 from ab_sim.dynamics.race.impact import collide
@@ -103,7 +103,7 @@ def come_to_rest(race: Race, state: Any, stopped: int) -> None:
                 stop_row(race, state, i)
 
 
-@register_jitable(**INLINED)
+@register_jitable(**APART)
 def stop_row(race: Race, state: Any, i: int) -> None:
     """Bring those in a row with ball i to rest."""
     n = race.number
@@ -176,7 +176,7 @@ def branches(race: Race, work: Any, state: Any, x: Any) -> bool:
     return changed
 
 
-@register_jitable(**INLINED)
+@register_jitable(**APART)
 def motor_branch(race: Race, work: Any) -> bool:
     """Whether the motor begins or ceases to give all it can."""
     n, margin, rounding = race.number, work.margin, work.rounding
