@@ -1,14 +1,15 @@
 """From a scene to the system that a kernel runs, its start, and its fastest decay rate."""
 
-import math
+from typing import Any
 
 import numpy as np
-from scipy.optimize import root
 
+from ab_sim.dynamics.carriers import planar_scene, tilting_scene
 from ab_sim.dynamics.carriers.planar import Planar
+from ab_sim.dynamics.carriers.tilting import Tilting
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.ledger import Ledger
-from ab_sim.dynamics.motion import Ball, Deck
+from ab_sim.dynamics.motion import Ball
 from ab_sim.dynamics.race.margins import TOUCHING
 from ab_sim.dynamics.race.neighbours import contacts_of, reduced, start_angles, start_gaps
 from ab_sim.dynamics.system import (
@@ -26,40 +27,25 @@ from ab_sim.dynamics.system import (
     back_torque,
     ball_drag,
     ball_inertia,
-    deck_energy,
-    deck_force,
-    gravity,
     has_events,
-    has_gravity,
     has_motor,
     has_spin,
     loop_torque,
     rotor_moment,
-    space_energy,
-    space_force,
 )
-from ab_sim.errors import SceneError, exact
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece
 
 
 def system_of(scene: Scene, ledger: bool = False) -> System:
-    """The system of a scene: constants, and exactly the effects that act on the motion.
+    """The system of a scene: constants, and its effects.
 
     Args:
         scene: a checked scene.
         ledger: whether motor work and losses are integrated along with the motion.
     """
-    eccentricity = scene.rotor.eccentricity
-    effects = tuple(effect for effect in scene.effects.values() if effect.acts)
-    sag_x, sag_y = _sag(scene.total_mass, effects)
-    carrier = Planar(
-        total_mass=scene.total_mass,
-        unbalance=scene.eccentric_mass * eccentricity,
-        eccentricity=eccentricity,
-        sag_x=sag_x,
-        sag_y=sag_y,
-    )
+    effects = tuple(scene.effects.values())
+    carrier = _of(scene).carrier_of(scene, effects)
     balls = _balls(scene, effects)
     kept = (Ledger(),) if ledger else ()
     # Events make kernels so large that one for each number of balls would take too long to compile.
@@ -71,57 +57,22 @@ def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
     """``System.balls``."""
     angles, radius = start_angles(scene), scene.race.radius
     rows = []
-    for m, a, angle in zip(scene.balls.masses, scene.balls.radii, angles, strict=True):
+    each = scene.balls.masses, scene.balls.radii, scene.balls.races
+    for m, a, race, angle in zip(*each, angles, strict=True):
         spin = ball_inertia(effects, Ball(m, a))
         lever = m * radius - spin * a if has_spin(effects) else m * radius
         own = m, a, m + spin, 1.0 / (m + spin), m * radius, lever, reduced(angle)[1]
-        rows.append((*own, radius, 1.0 / radius, 0.0))
+        rows.append((*own, radius, 1.0 / radius, scene.race.heights[race]))
     return np.array(rows).reshape(len(rows), BALL_CONSTANTS)
 
 
-def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
-    """Where the deck hangs at rest under gravity, from the suspension's unloaded position [m]."""
-    if not has_gravity(effects):
-        return 0.0, 0.0
-    weight = mass * np.array(gravity(effects))
-    if not weight.any():
-        return 0.0, 0.0
-
-    def unbalanced(place: np.ndarray) -> np.ndarray:
-        deck = Deck(float(place[0]), float(place[1]), 0.0, 0.0)
-        force = np.array(deck_force(effects, deck)) + np.array(space_force(effects, deck))
-        return np.asarray((force + weight) / np.hypot(*weight))
-
-    # Down the weight until the springs have stored as much as it has done work.
-    reach = 1e-9
-    while _stored(effects, reach * weight / np.hypot(*weight)) < reach * np.hypot(*weight):
-        reach *= 2.0
-        if reach > 1e6:
-            raise SceneError(
-                "effects.gravity: the suspension does not hold the deck's weight within 1000 km; "
-                "stiffen it"
-            )
-    found = root(unbalanced, reach / 2 * weight / np.hypot(*weight), tol=1e-15)
-    if np.abs(unbalanced(found.x)).max() > 1e-9:
-        raise SceneError(
-            "effects.gravity: no place was found where the suspension holds the deck's weight; "
-            "give it stiffness in every direction"
-        )
-    return float(found.x[0]), float(found.x[1])
-
-
-def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
-    deck = Deck(float(place[0]), float(place[1]), 0.0, 0.0)
-    return float(deck_energy(effects, deck) + space_energy(effects, deck))
-
-
 def start_state(scene: Scene, system: System) -> np.ndarray:
-    """The state at t = 0: deck at rest, balls at rest on the race at the scene's angles.
-
-    At rest in space, the deck's velocity on the rotating axes is zero at any speed.
-    """
+    """The state at t = 0."""
     layout = layout_of(system)
     state = np.zeros(layout.size)
+    state[layout.carrier] = _of(scene).start_of(scene, system)
+    if scene.start.ball_rates is not None:
+        state[layout.rates] = scene.start.ball_rates
     state[layout.angles] = [reduced(angle)[0] for angle in start_angles(scene)]
     if has_motor(system.effects):
         state[layout.spindle] = reduced(scene.start.angle)[0], scene.start.speed, 0.0
@@ -163,19 +114,9 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
         top_speed: fastest spindle speed [rad/s]: in its frame, the deck's whirl turns that much
             faster.
     """
-    body, effects = system.carrier, system.effects
-    mass = body.total_mass - float(system.balls[:, MASS].sum())
-    poles = np.concatenate(
-        [
-            np.roots([mass, *_resistance(effects, body, along)])
-            for along in np.linspace(0.0, math.pi, 8, endpoint=False)
-        ]
-    )
-    turning = [pole + 1j * (top_speed if pole.imag >= 0 else -top_speed) for pole in poles]
-    rates = {
-        DRAG: complex(-drag_rate(system)),
-        f"the deck's whirl at {exact(top_speed)} rad/s": complex(max(turning, key=abs)),
-    }
+    effects = system.effects
+    own = _SCENES[type(system.carrier)].rates_of(system, top_speed)
+    rates = {DRAG: complex(-drag_rate(system)), **own}
     if has_motor(effects):
         moment = rotor_moment(effects)
         damping = loop_torque(effects, 1.0, 0.0) + back_torque(effects, 1.0)
@@ -188,38 +129,32 @@ DRAG = "the race's drag"
 """Key of the drag's rate in ``linear_rates``: what a stepper for stiff drag takes care of."""
 
 
-def _resistance(effects: tuple[object, ...], body: Planar, along: float) -> tuple[float, float]:
-    """Damping and stiffness against small displacements from rest in one direction."""
-    c, s = math.cos(along), math.sin(along)
-    # Far enough from rest for a cubic spring to count: as far as the deck hangs, or 10 e.
-    far = max(10.0 * body.eccentricity, math.hypot(body.sag_x, body.sag_y), 1e-9)
-
-    def resisting(moved: Deck) -> float:
-        f, g = deck_force(effects, moved), space_force(effects, moved)
-        return float(-(c * (f[0] + g[0]) + s * (f[1] + g[1])))
-
-    stiffness = (
-        resisting(Deck(far * c, far * s, 0.0, 0.0)) - resisting(Deck(-far * c, -far * s, 0.0, 0.0))
-    ) / (2.0 * far)
-    return resisting(Deck(0.0, 0.0, c, s)), stiffness
-
-
 def drag_rate(system: System) -> float:
     """Fastest decay rate [1/s] of a ball's speed along the race under the effects' drag.
 
     c_b/(m + I/a^2) for a ball on a fixed deck. A deck that is free to move lightens the balls;
     they are lightest side by side, so that is assumed: the largest eigenvalue of G^-1 c_b with
-    G_ij = mu_i delta_ij - m_i m_j / M (EQUATIONS.md section 1, A eliminated).
+    G_ij = mu_i delta_ij - m_i m_j / M (EQUATIONS.md section 1, A eliminated); of a deck in space
+    with what tilting adds to 1 / M.
     """
     n = system.balls.shape[0]
     if n == 0:
         return 0.0
-    body, masses = system.carrier, system.balls[:, MASS]
+    masses = system.balls[:, MASS]
+    lightness = _SCENES[type(system.carrier)].lightness_of(system)
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]]]
     drag = np.array([ball_drag(system.effects, ball) for ball in balls])
     inertia = np.array([b.mass + ball_inertia(system.effects, b) for b in balls])
-    coupled = np.diag(inertia) - np.outer(masses, masses) / body.total_mass
+    coupled = np.diag(inertia) - np.outer(masses, masses) * lightness
     return float(np.max(np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag))).real))
+
+
+_SCENES: dict[type, Any] = {Planar: planar_scene, Tilting: tilting_scene}
+
+
+def _of(scene: Scene) -> Any:
+    """What makes the carrier of a scene."""
+    return planar_scene if scene.deck is None else tilting_scene
 
 
 def place_on(piece: Piece) -> Place:

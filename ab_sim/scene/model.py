@@ -3,23 +3,20 @@
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
-from ab_sim.scene.quantities import Count, Number, PerBall, quantity
+from ab_sim.scene.deck import Deck, Inertia, Mount, Vector, check_deck
+from ab_sim.scene.quantities import Count, Length, Number, PerBall, quantity
 from ab_sim.scene.registry import effect_classes
+from ab_sim.scene.section import Section
+from ab_sim.scene.sensors import Sensors
 
 MAX_BALLS = 64
 
 Mass = Annotated[Number, Field(ge=1e-12, le=1e3)]
 Radius = Annotated[Number, Field(gt=0, le=10)]
 Angle = Annotated[Number, Field(ge=-1e10, le=1e10)]
-
-
-class Section(BaseModel):
-    """A part of a scene: unknown keys are errors, values do not change afterwards."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Rotor(Section):
@@ -50,11 +47,32 @@ class Rotor(Section):
         default=None,
     )
 
+    height: Length = quantity(
+        "of its mass centre along the shaft; only with a deck in space", "m", default=0.0
+    )
+    inertia: Inertia | None = quantity(
+        "of rotor and disc about their mass centre, the first axis through the unbalance: "
+        "[xx, yy, zz] or [xx, yy, zz, xy, xz, yz], xz and yz being a couple unbalance; only with a "
+        "deck in space",
+        "kg m^2",
+        default=None,
+    )
+
 
 class Race(Section):
-    """The ring in which the balls run, concentric with the shaft."""
+    """The ring in which the balls run, concentric with the shaft; or several, of one size."""
 
     radius: Number = quantity("R, radius of the circle of the balls' centres", "m", gt=0, le=10)
+    height: PerBall[Length] = quantity(
+        "of its plane along the shaft, one number or one for each race; only with a deck in space",
+        "m",
+        default=0.0,
+    )
+
+    @property
+    def heights(self) -> tuple[float, ...]:
+        """Of each race [m]."""
+        return self.height if isinstance(self.height, tuple) else (self.height,)
 
 
 class Balls(Section):
@@ -70,6 +88,17 @@ class Balls(Section):
         "m",
         default=None,
     )
+
+    race: PerBall[Count] = quantity(
+        "in which race a ball runs, counted from 0: one number for all, or one per ball",
+        "1",
+        default=0,
+    )
+
+    @property
+    def races(self) -> tuple[int, ...]:
+        """Each ball's race."""
+        return self.race if isinstance(self.race, tuple) else (self.race,) * self.count
 
     @property
     def masses(self) -> tuple[float, ...]:
@@ -93,8 +122,29 @@ class Balls(Section):
         return (math.nan if value is None else value,) * self.count
 
 
+class StartDeck(Section):
+    """How the deck begins."""
+
+    position: tuple[Length, ...] | None = quantity(
+        "x, y from where it hangs at rest; of a deck in space X, Y, Z of C from where the mounts "
+        "are relaxed, by default where it hangs at rest",
+        "m",
+        default=None,
+    )
+    velocity: tuple[Number, ...] | None = quantity(
+        "its rates of change; default 0", "m/s", default=None
+    )
+    tilt: Vector | None = quantity(
+        "alpha, beta, gamma of a deck in space: turned by gamma about Z, then by alpha about the "
+        "new x, then by beta about the last y; default as it hangs at rest",
+        "rad",
+        default=None,
+    )
+    tilt_rate: Vector | None = quantity("their rates of change; default 0", "rad/s", default=None)
+
+
 class Start(Section):
-    """The state at t = 0: the deck at rest, the balls at rest on the race."""
+    """The state at t = 0; by default deck and balls are at rest."""
 
     speed: Number = quantity("spindle speed", "rad/s", ge=-1e5, le=1e5, default=0.0)
     angle: Angle = quantity(
@@ -103,6 +153,10 @@ class Start(Section):
     ball_angles: tuple[Angle, ...] | None = quantity(
         "theta, each ball's angle from the unbalance; default all 0", "rad", default=None
     )
+    ball_rates: tuple[Number, ...] | None = quantity(
+        "theta', each ball's speed relative to the race; default all 0", "rad/s", default=None
+    )
+    deck: StartDeck = StartDeck()
 
 
 class Spindle(Section):
@@ -188,7 +242,7 @@ class Accuracy(Section):
         "error of any ball's angle from the unbalance", "rad", gt=0, le=10.0, default=None
     )
     whirl: Number | None = quantity(
-        "error of the deck's place, in eccentricities e; in race radii if e = 0",
+        "error of the deck's displacement, in eccentricities e; in race radii if e = 0",
         "1",
         gt=0,
         le=1e6,
@@ -203,16 +257,24 @@ class Accuracy(Section):
 
 
 class Scene(Section):
-    """One drive, the effects it is simulated with, its start and its spindle-speed profile."""
+    """One drive, its effects and sensors, its start and its spindle-speed profile."""
 
     name: str = ""
     description: str = ""
     source: str = ""
     assumed: tuple[str, ...] = ()
     rotor: Rotor
+    deck: Deck | None = None
+    """Of a deck in space; without, it moves in the plane of the disc."""
+    mounts: tuple[Mount, ...] = ()
     race: Race
     balls: Balls
     effects: dict[str, Any]
+    sensors: Sensors = Field(
+        default={},
+        description="accelerometers, each by a name of its own, with its parameters (`ab-sim "
+        "sensors` prints them), e.g. {accelerometer: {bandwidth: 200}}",
+    )
     start: Start = Start()
     spindle: Spindle
     profile: Annotated[StartUp | SpeedChange, Field(discriminator="kind")] | None = None
@@ -267,6 +329,8 @@ class Scene(Section):
             _check_speeds,
             _check_profile,
             _check_accuracy,
+            _check_start,
+            check_deck,
         ):
             check(self)
         for effect in self.effects.values():
@@ -282,6 +346,8 @@ def _check_lists(scene: Scene) -> None:
         ("balls.mass", balls.mass, "masses", "or one number for all"),
         ("balls.radius", balls.radius, "radii", "or one number for all"),
         ("start.ball_angles", angles, "angles", "or leave it out to start all at 0"),
+        ("start.ball_rates", scene.start.ball_rates, "rates", "or leave it out to start at rest"),
+        ("balls.race", balls.race, "races", "or one number for all"),
     ):
         if isinstance(values, tuple) and len(values) != balls.count:
             raise ValueError(
@@ -387,6 +453,28 @@ def _check_profile(scene: Scene) -> None:
         )
 
 
+def _check_start(scene: Scene) -> None:
+    start, ways = scene.start.deck, 2 if scene.deck is None else 3
+    for key in ("position", "velocity"):
+        value = getattr(start, key)
+        if value is not None and len(value) != ways:
+            raise ValueError(
+                f"start.deck.{key} = {list(value)}: has {len(value)} numbers, and the deck moves "
+                f"along {ways} axes"
+            )
+    for key in ("tilt", "tilt_rate"):
+        if scene.deck is None and getattr(start, key) is not None:
+            raise ValueError(
+                f"start.deck.{key}: the deck moves in the plane of the disc and does not tilt; "
+                "remove it, or describe the deck in space (sections deck and mounts)"
+            )
+    if start.tilt is not None and abs(math.cos(start.tilt[0])) < 1e-6:
+        raise ValueError(
+            f"start.deck.tilt = {list(start.tilt)} rad: at alpha = +-pi/2 the angles beta and "
+            "gamma turn about the same axis; tilt the deck a little less"
+        )
+
+
 def _check_accuracy(scene: Scene) -> None:
     if scene.accuracy is None:
         return
@@ -400,3 +488,9 @@ def _check_accuracy(scene: Scene) -> None:
             f"accuracy.angle = {scene.accuracy.angle:g} rad: is the balls', and the scene has none "
             "(balls.count); ask for accuracy.whirl"
         )
+
+
+def _check_sensors(scene: Scene) -> None:
+    step = None if scene.accuracy is not None else scene.solver.step
+    for name, sensor in scene.sensors.items():
+        sensor.check(f"sensors.{name}", step)

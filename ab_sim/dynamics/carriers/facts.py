@@ -15,7 +15,6 @@ def carrier(
     NEEDS_ANGLE: bool,
     WAYS: int,
     CHANNELS: tuple[str, ...],
-    DECK_FORCES: tuple[str, ...],
 ) -> Callable[[Class], Class]:
     """Class decorator: make these attributes of a NamedTuple; ``carriers`` says what they mean."""
     facts = locals()

@@ -24,8 +24,8 @@ f_i the coefficient of friction, signed as theta_i'. With a motor al is unknown 
 from math import cos, sin
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
+from numba.extending import register_jitable
 
 from ab_sim.dynamics.carriers.facts import carrier
 from ab_sim.dynamics.dispatch import INLINED
@@ -70,7 +70,6 @@ _K = 3
     NEEDS_ANGLE=False,
     WAYS=2,
     CHANNELS=("x", "y", "vx", "vy", "ax", "ay"),
-    DECK_FORCES=("deck_force", "space_force", "gravity"),
 )
 class Planar(NamedTuple):
     """Constants of deck and rotor."""
@@ -172,6 +171,22 @@ class Planar(NamedTuple):
             found[:, column + 1] = s * one + c * two
         return found
 
+    def felt(
+        self,
+        system: Any,
+        states: np.ndarray,
+        beyond: np.ndarray,
+        psi: np.ndarray,
+        point: np.ndarray,
+    ) -> np.ndarray:
+        """Specific force on inertial axes [m/s^2]: the same all over a deck that never turns."""
+        own: np.ndarray = self.read(states, beyond, psi)[:, 4:] - np.array(gravity(system.effects))
+        return own
+
+    def stopped(self, states: np.ndarray) -> np.ndarray:
+        """The same states at rest."""
+        return states * np.array([1.0, 1.0, 0.0, 0.0])
+
     def scale(self, length: float, speed: float) -> list[float]:
         """Magnitudes of the states, for errors to be measured by; in Python only."""
         return [length, length, length * speed, length * speed]
@@ -193,7 +208,7 @@ class Planar(NamedTuple):
         energy += deck_energy(effects, deck._replace(x=u1, y=u2))
         energy += space_energy(effects, Deck(c * u1 - s * u2, s * u1 + c * u2, 0.0, 0.0))
         for i in range(ball_count(system)):
-            ball, R = ball_of.py_func(system, i), system.balls[i, RACE_RADIUS]
+            ball, R = ball_of(system, i), system.balls[i, RACE_RADIUS]
             theta, rate = state[angle_at(system, i)], state[rate_at(system, i)]
             nc, ns = cos(theta), sin(theta)
             beyond, x, curve, _ = race_shape(effects, nc, ns)
@@ -208,8 +223,8 @@ class Planar(NamedTuple):
         return float(energy)
 
 
-@numba.njit(**INLINED)
-def gravity_on_rotating_axes(plant, spindle):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def gravity_on_rotating_axes(plant: Any, spindle: Any) -> Any:
     """Gravity across the shaft [m/s^2], (0, 0) without the effect."""
     if has_gravity(plant.system.effects):
         gx, gy = gravity(plant.system.effects)
@@ -218,8 +233,8 @@ def gravity_on_rotating_axes(plant, spindle):  # type: ignore[no-untyped-def]
     return 0.0, 0.0
 
 
-@numba.njit(**INLINED)
-def suspension_force(plant, spindle, state):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def suspension_force(plant: Any, spindle: Any, state: Any) -> Any:
     """Force of the suspension on the deck, on the rotating axes [N]."""
     carrier, effects = plant.system.carrier, plant.system.effects
     u1, u2, v1, v2 = state[0], state[1], state[2], state[3]

@@ -28,25 +28,29 @@ the ball's own equation. A ball that rolls spins with w - s'/a about z, carried 
 its angular momentum is (I/a^2) a^2 (Om + (w - s'/a) z).
 """
 
-from math import sqrt
+from math import cos, sin, sqrt
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
+from numba.extending import register_jitable
 
 from ab_sim.dynamics.carriers.facts import carrier
 from ab_sim.dynamics.dispatch import INLINED
-from ab_sim.dynamics.layout import rate_at
+from ab_sim.dynamics.layout import angle_at, rate_at
 from ab_sim.dynamics.race.ball import ball_of, place_from_shaft, relative_load
 from ab_sim.dynamics.race.table import COS, LOAD, PATH, REACH, SIN
 from ab_sim.dynamics.system import (
     MASS,
     RACE_HEIGHT,
+    RACE_RADIUS,
+    ball_count,
     ball_inertia,
     has_friction,
     has_spin,
     has_stiffening,
+    mount_energy,
     mount_stiffening,
+    race_shape,
 )
 
 _K = 7
@@ -73,7 +77,6 @@ depends on its length but its own digits."""
         *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
         *("qw", "qx", "qy", "qz", "wx", "wy", "wz", "wx_rate", "wy_rate", "wz_rate"),
     ),
-    DECK_FORCES=("mount_stiffening", "weight"),
 )
 class Tilting(NamedTuple):
     """Constants of deck, rotor and mounts."""
@@ -263,13 +266,82 @@ class Tilting(NamedTuple):
         parts = place, velocity, beyond[:, :3], turn, rates, beyond[:, 3:]
         return np.concatenate(parts, axis=1)
 
+    def felt(
+        self,
+        system: Any,
+        states: np.ndarray,
+        beyond: np.ndarray,
+        psi: np.ndarray,
+        point: np.ndarray,
+    ) -> np.ndarray:
+        """Specific force at a point of the deck on its axes [m/s^2], shape (samples, 3)."""
+        turn = np.array(turn_of(states.T)).reshape(3, 3, -1)
+        force = np.einsum("jis,sj->si", turn, beyond[:, :3] - np.array(self.gravity))
+        rates, change = states[:, 10:13], beyond[:, 3:]
+        own: np.ndarray = (
+            force + np.cross(change, point) + np.cross(rates, np.cross(rates, point[None, :]))
+        )
+        return own
+
+    def stopped(self, states: np.ndarray) -> np.ndarray:
+        """The same states at rest."""
+        found = states.copy()
+        found[:, 7:] = 0.0
+        return found
+
     def scale(self, length: float, speed: float) -> list[float]:
         """Magnitudes of the states, for errors to be measured by; in Python only."""
         return [*[length] * 3, *[1.0] * 4, *[length * speed] * 3, *[speed] * 3]
 
+    def energy(self, system: Any, state: Any, psi: float, speed: float) -> float:
+        """Kinetic and stored energy [J], gravity's from where C lies at the origin; in Python."""
+        turn = np.array(turn_of(state)).reshape(3, 3)
+        velocity, omega = turn.T @ state[7:10], np.array(state[10:13])
+        shaft = np.array([0.0, 0.0, 1.0])
+        c, s = cos(psi), sin(psi)
+        moments = turned_second_moments(self.rotor_second, c, s)
+        rotor = np.array([self.unbalance * c, self.unbalance * s, self.rotor_lift])
+        spinning = omega + speed * shaft
+        balls_mass = float(system.balls[:, MASS].sum())
+        energy = 0.5 * (self.total_mass - balls_mass) * float(velocity @ velocity)
+        first = np.array(self.deck_first)
+        energy += float(velocity @ (np.cross(omega, first) + np.cross(spinning, rotor)))
+        energy += 0.5 * float(omega @ _symmetric(self.deck_inertia) @ omega)
+        own = _symmetric(moments)
+        energy += 0.5 * float(spinning @ (np.trace(own) * np.eye(3) - own) @ spinning)
+        gravity = turn.T @ np.array(self.gravity)
+        energy -= float(gravity @ (first + rotor)) + self.total_mass * float(
+            np.array(self.gravity) @ state[:3]
+        )
+        for i in range(ball_count(system)):
+            ball = ball_of(system, i)
+            R, z = system.balls[i, [RACE_RADIUS, RACE_HEIGHT]]
+            theta, rate = state[angle_at(system, i)], state[rate_at(system, i)]
+            beyond, x, curve, _ = race_shape(system.effects, cos(theta), sin(theta))
+            path = (R + curve) * rate
+            normal = np.array([cos(theta + psi), sin(theta + psi), 0.0])
+            along = np.cross(shaft, normal)
+            place = (R + beyond) * normal + x * along + z * shaft
+            moving = velocity + np.cross(spinning, place) + path * along
+            energy += 0.5 * ball.mass * float(moving @ moving)
+            energy -= ball.mass * float(gravity @ place)
+            if has_spin(system.effects):
+                spin = ball.radius * (omega + speed * shaft) - path * shaft
+                energy += 0.5 * ball_inertia(system.effects, ball) * float(spin @ spin)
+        for k in range(len(self.mounts)):
+            moved = np.array(at_mount(self, turn.ravel(), state, k)[0])
+            energy += 0.5 * float(self.mounts[k, STIFFNESS:DAMPING] @ moved**2)
+            energy += mount_energy(system.effects, float(moved @ moved))
+        return float(energy)
 
-@numba.njit(**INLINED)
-def turn_of(state):  # type: ignore[no-untyped-def]
+
+def _symmetric(six: Any) -> np.ndarray:
+    xx, yy, zz, xy, xz, yz = six
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+@register_jitable(**INLINED)
+def turn_of(state: Any) -> Any:
     """The turn from deck axes to the ground's, row by row: nine numbers."""
     w, x, y, z = state[3], state[4], state[5], state[6]
     # Divided by its square, the quaternion may have any length.
@@ -284,8 +356,8 @@ def turn_of(state):  # type: ignore[no-untyped-def]
     )
 
 
-@numba.njit(**INLINED)
-def to_ground(turn, x, y, z):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def to_ground(turn: Any, x: Any, y: Any, z: Any) -> Any:
     """A vector on deck axes, on the ground's."""
     return (
         turn[0] * x + turn[1] * y + turn[2] * z,
@@ -294,8 +366,8 @@ def to_ground(turn, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@numba.njit(**INLINED)
-def to_deck(turn, x, y, z):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def to_deck(turn: Any, x: Any, y: Any, z: Any) -> Any:
     """A vector on the ground's axes, on deck axes."""
     return (
         turn[0] * x + turn[3] * y + turn[6] * z,
@@ -304,8 +376,8 @@ def to_deck(turn, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@numba.njit(**INLINED)
-def turned_second_moments(own, c, s):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def turned_second_moments(own: Any, c: Any, s: Any) -> Any:
     """Second moments on deck axes of what turns with the spindle."""
     xx, yy, zz, xy, xz, yz = own
     cross = c * s * (xx - yy) + (c * c - s * s) * xy
@@ -319,8 +391,8 @@ def turned_second_moments(own, c, s):  # type: ignore[no-untyped-def]
     )
 
 
-@numba.njit(**INLINED)
-def add_point_mass(block, m, x, y, z):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def add_point_mass(block: Any, m: Any, x: Any, y: Any, z: Any) -> Any:
     """To the block what a mass at (x, y, z) that turns with the spindle adds, M excepted."""
     sx, sy, sz = m * x, m * y, m * z
     block[0, 4] += sz
@@ -343,8 +415,8 @@ def add_point_mass(block, m, x, y, z):  # type: ignore[no-untyped-def]
     block[6, 6] += sx * x + sy * y
 
 
-@numba.njit(**INLINED)
-def at_mount(deck, turn, state, k):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def at_mount(deck: Any, turn: Any, state: Any, k: Any) -> Any:
     """Displacement [m] and speed [m/s] of the deck at mount k, along the mount's axes."""
     mounts = deck.mounts
     px, py, pz = mounts[k, PLACE], mounts[k, PLACE + 1], mounts[k, PLACE + 2]
@@ -368,8 +440,8 @@ def at_mount(deck, turn, state, k):  # type: ignore[no-untyped-def]
     )
 
 
-@numba.njit(**INLINED)
-def mount_forces(deck, system, turn, state):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def mount_forces(deck: Any, system: Any, turn: Any, state: Any) -> Any:
     """Force of all mounts on the deck [N], and its moment about C [N m], on deck axes."""
     mounts = deck.mounts
     fx = fy = fz = tx = ty = tz = 0.0
@@ -397,8 +469,8 @@ def mount_forces(deck, system, turn, state):  # type: ignore[no-untyped-def]
     return fx, fy, fz, tx, ty, tz
 
 
-@numba.njit(**INLINED)
-def mount_force(mounts, k, axis, stiffening, moved, speed):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def mount_force(mounts: Any, k: Any, axis: Any, stiffening: Any, moved: Any, speed: Any) -> Any:
     """Force of mount k on the deck along one of its axes [N]."""
     stiffness = mounts[k, STIFFNESS + axis] + stiffening
     return -stiffness * moved - mounts[k, DAMPING + axis] * speed

@@ -17,7 +17,14 @@ no event locates costs accuracy.
     space_force(self, deck) -> (fx, fy)
         force on the deck [N], axes fixed in space
     gravity(self) -> (gx, gy)
-        acceleration of gravity across the shaft [m/s^2], axes fixed in space
+        acceleration of gravity across the shaft [m/s^2], axes fixed in space; for a deck in the
+        plane
+    weight(self) -> (gx, gy, gz)
+        all of it, for a deck in space
+    mount_stiffening(self, square) -> N/m
+        stiffness that a mount gains when it is moved, by the square of how far [m^2]
+    mount_energy(self, square) -> J
+        energy that it stores for that
     ball_inertia(self, ball) -> kg
         inertia that a ball's motion along the race has beyond its mass, from its spin
     ball_drag(self, ball) -> N s/m
@@ -44,11 +51,9 @@ no event locates costs accuracy.
     check_scene(self, scene)
         raises ValueError for a scene in which the effect makes no sense
 
-``register`` adds the equation, its source, whether the balls' radius matters, and whether the
-effect acts on the motion at all.
+``register`` adds the equation, its source, and whether the balls' radius matters.
 """
 
-from ab_sim.dynamics.effects.accelerometer import Accelerometer
 from ab_sim.dynamics.effects.ball_contact import BallContact
 from ab_sim.dynamics.effects.ball_spin import BallSpin
 from ab_sim.dynamics.effects.gravity import Gravity
@@ -63,7 +68,6 @@ from ab_sim.dynamics.effects.unequal_suspension import UnequalSuspension
 from ab_sim.dynamics.effects.viscous_drag import ViscousDrag
 
 __all__ = [
-    "Accelerometer",
     "BallContact",
     "BallSpin",
     "Gravity",

@@ -43,4 +43,9 @@ class BallContact(NamedTuple):
 
     def check_scene(self, scene: "Scene") -> None:
         """Refuse balls that do not fit on the race, or that overlap at the start."""
+        if len(set(scene.balls.races)) > 1:
+            raise ValueError(
+                "effects.ball_contact: balls in more than one race (balls.race) cannot be told who "
+                "touches whom; put them into one race, or leave the effect out"
+            )
         check_row(scene)

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 class Gravity(NamedTuple):
     """Weight of deck, unbalance and balls in the plane of the disc.
 
-    The weight's part along the shaft presses on bearings that the planar model does not have, and
-    is left out. Displacements count from where the drive hangs at rest in its suspension.
+    A deck in the plane feels the weight's part across the shaft only, and displacements count from
+    where it hangs at rest in its suspension. A deck in space feels all of it, along the shaft too,
+    and displacements count from where its mounts are relaxed.
     """
 
     tilt: Annotated[
@@ -41,8 +42,14 @@ class Gravity(NamedTuple):
         across = self.acceleration * sin(self.tilt)
         return (across * cos(self.direction), across * sin(self.direction))
 
+    def weight(self) -> tuple[float, float, float]:
+        gx, gy = self.gravity()
+        return (gx, gy, -self.acceleration * cos(self.tilt))
+
     def check_scene(self, scene: "Scene") -> None:
         """Refuse a deck that is pulled aside and that nothing holds."""
+        if scene.deck is not None:
+            return  # where it hangs is looked for, and one that nothing holds may fall
         pull = hypot(*self.gravity())
         held = (
             ("suspension", "stiffness"),

@@ -13,13 +13,22 @@ from ab_sim.scene.registry import register
     source="Duffing's spring, isotropic; Genta, Dynamics of Rotating Systems (2005), ch. 8",
 )
 class HardeningSuspension(NamedTuple):
-    """Cubic spring beside the linear suspension, equal in every direction: rubber mounts."""
+    """Cubic spring beside the linear suspension, equal in every direction: rubber mounts.
+
+    In each of the mounts of a deck in space.
+    """
 
     cubic_stiffness: Annotated[Number, quantity("k_3", "N/m^3", ge=0, le=1e18)]
 
     def deck_force(self, deck: Deck) -> tuple[float, float]:
         stiffness = self.cubic_stiffness * (deck.x * deck.x + deck.y * deck.y)
         return (-stiffness * deck.x, -stiffness * deck.y)
+
+    def mount_stiffening(self, square: float) -> float:
+        return self.cubic_stiffness * square
+
+    def mount_energy(self, square: float) -> float:
+        return 0.25 * self.cubic_stiffness * square * square
 
     def deck_energy(self, deck: Deck) -> float:
         square = deck.x * deck.x + deck.y * deck.y

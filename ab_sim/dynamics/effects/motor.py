@@ -25,7 +25,13 @@ class Motor(NamedTuple):
     """
 
     rotor_inertia: Annotated[
-        Number, quantity("I_r of rotor and disc about the shaft, M0 e^2 left out", "kg m^2", gt=0)
+        Number,
+        quantity(
+            "I_r of rotor and disc about the shaft, M0 e^2 left out; of a deck in space: of what "
+            "turns besides rotor.inertia",
+            "kg m^2",
+            ge=0,
+        ),
     ]
     torque_limit: Annotated[Number, quantity("T_max, at standstill", "N m", ge=0, le=1e6)]
     proportional_gain: Annotated[Number, quantity("k_p", "N m s/rad", gt=0, le=1e6)]
@@ -51,7 +57,12 @@ class Motor(NamedTuple):
         return self.back_emf_slope * speed
 
     def check_scene(self, scene: "Scene") -> None:
-        """Refuse a motor whose acceleration nobody would feel."""
+        """Refuse a motor with nothing to turn, or whose acceleration nobody would feel."""
+        if scene.deck is None and self.rotor_inertia == 0.0:
+            raise ValueError(
+                "effects.motor.rotor_inertia = 0.0 kg m^2: must be more than 0; the rotor of a "
+                "scene without a deck in space has no other inertia"
+            )
         if "spindle_acceleration" not in scene.effects:
             raise ValueError(
                 "effects.motor: needs the effect spindle_acceleration too, because the spindle's "

@@ -1,6 +1,7 @@
 """One ball on the race: where it is, and its equation along the race before it is solved."""
 
 import numba
+from numba.extending import register_jitable
 
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import angle_at, rate_at
@@ -27,6 +28,7 @@ from ab_sim.dynamics.system import (
     RADIUS,
     ROLLING_MASS,
     ROUND_LEVER,
+    System,
     ball_drag,
     friction_coefficient,
     has_contact,
@@ -38,8 +40,8 @@ from ab_sim.dynamics.system import (
 )
 
 
-@numba.njit(**INLINED)
-def ball_of(system, i):  # type: ignore[no-untyped-def]
+@register_jitable(**INLINED)
+def ball_of(system: System, i: int) -> Ball:
     """Constants of ball i, as effects see it."""
     return Ball(system.balls[i, MASS], system.balls[i, RADIUS])
 

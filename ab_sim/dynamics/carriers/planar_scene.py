@@ -1,0 +1,122 @@
+"""A deck in the plane, from a scene."""
+
+import math
+
+import numpy as np
+from scipy.optimize import root
+
+from ab_sim.dynamics.carriers.planar import Planar
+from ab_sim.dynamics.motion import Deck
+from ab_sim.dynamics.system import (
+    MASS,
+    System,
+    deck_energy,
+    deck_force,
+    gravity,
+    has_gravity,
+    space_energy,
+    space_force,
+)
+from ab_sim.errors import SceneError, exact
+from ab_sim.scene.model import Scene
+
+
+def carrier_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
+    """Its constants."""
+    eccentricity = scene.rotor.eccentricity
+    sag_x, sag_y = _sag(scene.total_mass, effects)
+    return Planar(
+        total_mass=scene.total_mass,
+        unbalance=scene.eccentric_mass * eccentricity,
+        eccentricity=eccentricity,
+        sag_x=sag_x,
+        sag_y=sag_y,
+    )
+
+
+def start_of(scene: Scene, system: System) -> np.ndarray:
+    """Its states at t = 0, shape (4,).
+
+    At rest in space, its velocity on the rotating axes is zero at any speed.
+    """
+    start, psi = scene.start.deck, scene.start.angle
+    turn = np.array([[math.cos(psi), math.sin(psi)], [-math.sin(psi), math.cos(psi)]])
+    place, velocity = start.position or (0.0, 0.0), start.velocity or (0.0, 0.0)
+    return np.concatenate([turn @ place, turn @ velocity])
+
+
+def rates_of(system: System, top_speed: float) -> dict[str, complex]:
+    """The fastest eigenvalue [1/s] of its suspension.
+
+    Args:
+        system: the System.
+        top_speed: fastest spindle speed [rad/s]: in its frame, the deck's whirl turns that much
+            faster.
+    """
+    body, effects = system.carrier, system.effects
+    mass = body.total_mass - float(system.balls[:, MASS].sum())
+    poles = np.concatenate(
+        [
+            np.roots([mass, *_resistance(effects, body, along)])
+            for along in np.linspace(0.0, math.pi, 8, endpoint=False)
+        ]
+    )
+    turning = [pole + 1j * (top_speed if pole.imag >= 0 else -top_speed) for pole in poles]
+    return {f"the deck's whirl at {exact(top_speed)} rad/s": complex(max(turning, key=abs))}
+
+
+def lightness_of(system: System) -> float:
+    """Acceleration of the race at a ball per force on it there, along the race [1/kg]."""
+    return float(1.0 / system.carrier.total_mass)
+
+
+def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
+    """Where the deck hangs at rest under gravity, from the suspension's unloaded position [m]."""
+    if not has_gravity(effects):
+        return 0.0, 0.0
+    weight = mass * np.array(gravity(effects))
+    if not weight.any():
+        return 0.0, 0.0
+
+    def unbalanced(place: np.ndarray) -> np.ndarray:
+        deck = Deck(float(place[0]), float(place[1]), 0.0, 0.0)
+        force = np.array(deck_force(effects, deck)) + np.array(space_force(effects, deck))
+        return np.asarray((force + weight) / np.hypot(*weight))
+
+    # Down the weight until the springs have stored as much as it has done work.
+    reach = 1e-9
+    while _stored(effects, reach * weight / np.hypot(*weight)) < reach * np.hypot(*weight):
+        reach *= 2.0
+        if reach > 1e6:
+            raise SceneError(
+                "effects.gravity: the suspension does not hold the deck's weight within 1000 km; "
+                "stiffen it"
+            )
+    found = root(unbalanced, reach / 2 * weight / np.hypot(*weight), tol=1e-15)
+    if np.abs(unbalanced(found.x)).max() > 1e-9:
+        raise SceneError(
+            "effects.gravity: no place was found where the suspension holds the deck's weight; "
+            "give it stiffness in every direction"
+        )
+    return float(found.x[0]), float(found.x[1])
+
+
+def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
+    deck = Deck(float(place[0]), float(place[1]), 0.0, 0.0)
+    return float(deck_energy(effects, deck) + space_energy(effects, deck))
+
+
+def _resistance(effects: tuple[object, ...], body: Planar, along: float) -> tuple[float, float]:
+    """Damping and stiffness against small displacements from rest in one direction."""
+    c, s = math.cos(along), math.sin(along)
+    # Far enough from rest for a cubic spring to count: as far as the deck hangs, or 10 e.
+    far = max(10.0 * body.eccentricity, math.hypot(body.sag_x, body.sag_y), 1e-9)
+
+    def resisting(moved: Deck) -> float:
+        f, g = deck_force(effects, moved), space_force(effects, moved)
+        return float(-(c * (f[0] + g[0]) + s * (f[1] + g[1])))
+
+    stiffness = (
+        resisting(Deck(far * c, far * s, 0.0, 0.0)) - resisting(Deck(-far * c, -far * s, 0.0, 0.0))
+    ) / (2.0 * far)
+    return resisting(Deck(0.0, 0.0, c, s)), stiffness

@@ -1,0 +1,137 @@
+"""Sections of a scene whose deck moves and tilts in space; see dynamics/carriers/tilting.py."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from pydantic import Field
+
+from ab_sim.errors import exact
+from ab_sim.scene.quantities import Length, Number, PerBall, quantity
+from ab_sim.scene.section import Section
+
+if TYPE_CHECKING:
+    from ab_sim.scene.model import Scene
+
+Vector = tuple[Number, Number, Number]
+Inertia = Vector | tuple[Number, Number, Number, Number, Number, Number]
+"""xx, yy, zz, and xy, xz, yz where they are not 0; xy is minus the integral of x y dm."""
+Place = tuple[Length, Length, Length]
+Stiffness = Annotated[Number, Field(ge=0, le=1e12)]
+Damping = Annotated[Number, Field(ge=0, le=1e9)]
+
+IN_PLANE = ("deck_force", "space_force")
+IN_SPACE = ("mount_stiffening",)
+"""Methods by which effects act on a deck in the plane of the disc, and on one in space."""
+
+
+class Deck(Section):
+    """The deck as a rigid body in space, without rotor and balls; its mass is what these leave.
+
+    Deck axes x, y, z lie at C, the point of the spindle axis from which heights count; z is the
+    spindle axis.
+    """
+
+    center: Place = quantity("of mass, from C on deck axes", "m", default=(0.0, 0.0, 0.0))
+    inertia: Inertia = quantity(
+        "about the centre of mass on deck axes: [xx, yy, zz] or [xx, yy, zz, xy, xz, yz]; xy is "
+        "minus the integral of x y dm",
+        "kg m^2",
+    )
+
+
+class Mount(Section):
+    """A rubber mount between deck and housing: springs and dampers along three axes."""
+
+    position: Place = quantity("where it holds the deck, from C on deck axes", "m")
+    stiffness: PerBall[Stiffness] = quantity("along its axes: one number, or three", "N/m")
+    damping: PerBall[Damping] = quantity("along its axes: one number, or three", "N s/m")
+    turned: Vector = quantity(
+        "rotation vector that turns its axes from the ground's", "rad", default=(0.0, 0.0, 0.0)
+    )
+
+
+def check_deck(scene: "Scene") -> None:
+    """Refuse what has a meaning in the plane or in space only, or cannot be.
+
+    Raises:
+        ValueError: names key, value, what is allowed, and what to do.
+    """
+    if scene.deck is None:
+        _check_plane(scene)
+        return
+    rotor, heights = scene.rotor, scene.race.heights
+    if rotor.inertia is None:
+        raise ValueError("rotor.inertia: is needed, the scene has a deck in space (deck)")
+    if rotor.eccentric_mass is None:
+        raise ValueError(
+            "rotor.eccentric_mass: is needed, the scene has a deck in space (deck): the mass of "
+            "rotor and disc, whose centre is off the shaft axis by rotor.eccentricity"
+        )
+    left = scene.total_mass - scene.balls.total_mass - rotor.eccentric_mass
+    if left <= 0:
+        raise ValueError(
+            f"rotor.eccentric_mass = {exact(rotor.eccentric_mass)} kg: must leave something of the "
+            f"{exact(scene.total_mass - scene.balls.total_mass)} kg besides the balls for the deck"
+        )
+    _check_inertia("deck.inertia", scene.deck.inertia)
+    _check_inertia("rotor.inertia", rotor.inertia)
+    for k, mount in enumerate(scene.mounts):
+        for key, value in (("stiffness", mount.stiffness), ("damping", mount.damping)):
+            if isinstance(value, tuple) and len(value) != 3:
+                raise ValueError(
+                    f"mounts.{k}.{key}: has {len(value)} numbers; give one, or one for each of its "
+                    "three axes"
+                )
+    for i, race in enumerate(scene.balls.races):
+        if not 0 <= race < len(heights):
+            raise ValueError(
+                f"balls.race.{i} = {race}: there is no such race; race.height has {len(heights)}, "
+                "counted from 0"
+            )
+    _check_effects(scene, IN_PLANE, IN_SPACE, "a deck in the plane", "the scene has one in space")
+
+
+def _check_plane(scene: "Scene") -> None:
+    needless = {
+        "mounts": bool(scene.mounts),
+        "rotor.height": bool(scene.rotor.height),
+        "rotor.inertia": scene.rotor.inertia is not None,
+        "race.height": scene.race.height != 0.0,
+        "balls.race": any(scene.balls.races),
+        **{f"sensors.{name}.position": any(s.position) for name, s in scene.sensors.items()},
+    }
+    for key, given in needless.items():
+        if given:
+            raise ValueError(
+                f"{key}: has no meaning for a deck that moves in the plane of the disc; remove it, "
+                "or describe the deck in space (sections deck and mounts)"
+            )
+    _check_effects(scene, IN_SPACE, IN_PLANE, "a deck in space", "the scene has one in the plane")
+
+
+def _check_effects(
+    scene: "Scene", others: tuple[str, ...], own: tuple[str, ...], whose: str, here: str
+) -> None:
+    for name, effect in scene.effects.items():
+        acts_there = any(hasattr(effect, method) for method in others)
+        if acts_there and not any(hasattr(effect, method) for method in own):
+            instead = "; describe the springs as mounts" if others is IN_PLANE else ""
+            raise ValueError(
+                f"effects.{name}: acts on {whose} only, and {here}; remove it{instead}"
+            )
+
+
+def _check_inertia(key: str, inertia: Inertia) -> None:
+    least, middle, most = np.linalg.eigvalsh(inertia_matrix(inertia))
+    if least < 0 or least + middle < most * (1 - 1e-9) or most <= 0:
+        raise ValueError(
+            f"{key} = {list(inertia)} kg m^2: is of no body: the principal moments are "
+            f"{least:.4g}, {middle:.4g}, {most:.4g}, and must not be negative, nor one larger than "
+            "the two others together"
+        )
+
+
+def inertia_matrix(inertia: Inertia) -> np.ndarray:
+    """An ``Inertia`` as a matrix [kg m^2], shape (3, 3)."""
+    xx, yy, zz, xy, xz, yz = (*inertia, 0.0, 0.0, 0.0)[:6]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
