@@ -16,8 +16,6 @@ from ab_msgs_py.errors import MalformedMessage
 
 FRAME = "drive_housing"
 """Inertial axes at the shaft's rest position, x and y across the shaft (REP-103)."""
-ACCELEROMETER = "accelerometer"
-"""The axes of the deck's accelerometer: x is its first one, y its second."""
 
 
 def stamp(nanoseconds: int) -> Time:
@@ -146,7 +144,7 @@ class VectorSample:
     x: float
     y: float
     frame: str = FRAME
-    """Its axes: FRAME, or ACCELEROMETER for what the accelerometer shows."""
+    """Its axes: FRAME, or the name of an accelerometer, whose first axis is x, the second y."""
 
     def whirl_message(self) -> PointStamped:
         """As ``whirl`` [m]."""

@@ -80,8 +80,8 @@ COMMAND = Topic("spindle/command", Float64, _DEEP)
 JOINT_STATES = Topic("joint_states", JointState, _STREAM)
 """Spindle and balls: angle, rate, effort."""
 VIBRATION = Topic("vibration", AccelStamped, _STREAM)
-"""Reading of the deck's accelerometer on its axes, or the deck's acceleration on inertial ones
-[m/s^2]; the message's frame says which."""
+"""What accelerometers on the deck read, each on its axes, or in a scene without any the deck's
+acceleration on inertial ones [m/s^2]; the message's frame says which."""
 WHIRL = Topic("whirl", PointStamped, _STREAM)
 """Deck displacement, inertial axes [m]."""
 BLOCK = Topic("vibration/block", Float64MultiArray, _DEEP)

@@ -25,11 +25,11 @@ SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
 def main() -> None:
     """Measure and write the two files."""
     asked = arguments("What an accuracy costs.", REPEATS).parse_args()
-    accuracy = measure_with_progress(load_scene(SCENE, CHANGES), asked.repeats)
-    report = {"changes": CHANGES, **accuracy.report()}
+    cost = measure_with_progress(load_scene(SCENE, CHANGES), asked.repeats)
+    report = {"changes": CHANGES, **cost.report()}
     write_json(report, str(asked.out / "accuracy-cost.json"))
-    accuracy_figure(accuracy, asked.out / "accuracy-cost.png")
-    print_accuracy(accuracy, Console(markup=False))
+    accuracy_figure(cost, asked.out / "accuracy-cost.png")
+    print_accuracy(cost, Console(markup=False))
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ class Deviation(NamedTuple):
     angle: float
     """Of any ball's angle theta, over the run [rad]; 0 without balls."""
     whirl: float
-    """Of the deck's place, a vector's length, over the run [units]; see ``deviation``."""
+    """Of the deck's displacement, a vector's length, over the run [units]; see ``deviation``."""
     angle_end: float
     """As ``angle``, at the last sample."""
     whirl_end: float

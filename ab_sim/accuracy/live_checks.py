@@ -44,7 +44,7 @@ class ErrorEstimate(NamedTuple):
     angle: float
     """Of any ball's angle [rad]."""
     whirl: float
-    """Of the deck's place [e], in race radii if e = 0."""
+    """Of the deck's displacement [e], in race radii if e = 0."""
 
 
 NONE_YET = ErrorEstimate(0.0, 0.0)
@@ -65,7 +65,7 @@ class _Part(NamedTuple):
         return self.first + len(self.samples.angles) - 1
 
 
-class ErrorChecks:
+class LiveChecks:
     """Runs windows of a drive's run again, in slices that keep within a share of the work.
 
     The drive itself is only read: what it does is the same, bit for bit, with and without checks.
@@ -213,7 +213,7 @@ class ErrorChecks:
     def _begin_window(self) -> deque[_Part]:
         kept = self._drive.snapshot()
         # Twice as many steps of half the length end at the same time to the last bit.
-        kept = kept._replace(steps=2 * kept.steps, step=self._shadow.step, pickup=None)
+        kept = kept._replace(steps=2 * kept.steps, step=self._shadow.step, pickups={})
         self._shadow.restore(kept)
         self._begun, self._end = self._drive.steps, self._drive.steps + self._length
         return deque()
@@ -260,10 +260,9 @@ class ErrorChecks:
 
 
 def half_step(drive: Drive) -> Scene:
-    """The drive's scene at half its step, without what acts on nothing."""
-    effects = {name: effect for name, effect in drive.scene.effects.items() if effect.acts}
+    """The drive's scene at half its step, without sensors: they do not act on the motion."""
     solver = {"stepper": drive.stepper.name, "step": drive.step / 2.0}
     # Unchecked: half a step need not be whole nanoseconds, which only stamps need.
     return drive.scene.model_copy(
-        update={"effects": effects, "solver": drive.scene.solver.model_copy(update=solver)}
+        update={"sensors": {}, "solver": drive.scene.solver.model_copy(update=solver)}
     )

@@ -37,8 +37,9 @@ ALIKE = 1.15
 SHARPER = 10.0
 """How much less than the error allowed, ``SAFETY`` included, the references may differ by."""
 STALLED = 3
-"""Refinements in a row that fail to halve the references' difference: rounding is reached. One
-that makes it larger by ``SHARPER`` shows instead that what came before it agreed by chance."""
+"""Refinements, one after the other, that fail to halve the references' difference: rounding is
+reached. One that makes it larger by ``SHARPER`` shows instead that what came before it agreed by
+chance."""
 SHARED = 20
 """The reference's rung is a multiple of this: the steps of all shorter rungs, and every second or
 fifth step of the others, then end at one of its samples."""

@@ -48,6 +48,7 @@ class OfflineRun:
             "variable_speed_period": self.variable_speed_period,
             "scene": self.scene.name,
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
+            "sensors": {name: sensor.model_dump() for name, sensor in self.scene.sensors.items()},
             "stepper": self.stepper,
             "step": self.scene.solver.step,
             "accuracy": None if self.price is None else self.price.report(),
@@ -138,6 +139,6 @@ def _sample(observation: Observation) -> dict[str, Any]:
     }
     if not math.isnan(observation.motor_torque):
         sample["motor_torque"] = observation.motor_torque
-    if observation.accelerometer is not None:
-        sample["accelerometer"] = observation.accelerometer.tolist()
+    if observation.readings:
+        sample["readings"] = {name: read.tolist() for name, read in observation.readings.items()}
     return sample

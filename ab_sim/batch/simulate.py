@@ -11,7 +11,7 @@ import numpy as np
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.plan import merged
 from ab_sim.drive import Drive
-from ab_sim.drive.rows import Rows, follow
+from ab_sim.drive.rows import RowReader, follow
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
 from ab_sim.dynamics.numbers.lanes import LANES, leaves, pattern
@@ -74,7 +74,7 @@ def simulate_batch(
         progress: called with (runs done, runs).
 
     Raises:
-        SceneError: a variation is not a valid scene; names it by its place, from 0.
+        SceneError: a variation is not a valid scene; names it by its number, from 0.
         InputError: no variations, ``every`` is no number of steps, or more samples than there is
             room for.
     """
@@ -115,11 +115,11 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, Any]]) -> list[Scene]
     """The scenes of a batch.
 
     Raises:
-        SceneError: one of them is not valid; names it by its place, from 0, and by its key.
+        SceneError: one of them is not valid; names it by its number, from 0, and by its key.
     """
     return [
-        changed_scene(scene, variation, f"variation {place}")
-        for place, variation in enumerate(variations)
+        changed_scene(scene, variation, f"variation {number}")
+        for number, variation in enumerate(variations)
     ]
 
 
@@ -129,7 +129,7 @@ def _steps(scene: Scene) -> int:
 
 def _kept_at_first(scene: Scene, every: int) -> int:
     """Each so-manieth step comes out of the kernel: an accelerometer's filter takes all of them."""
-    return 1 if "accelerometer" in scene.effects else every
+    return 1 if scene.sensors else every
 
 
 class _Prepared:
@@ -147,7 +147,7 @@ class _Prepared:
     @property
     def likeness(self) -> Any:
         """Runs in which this is the same go side by side."""
-        names = tuple(self.scene.effects)
+        names = tuple(self.scene.effects), tuple(self.scene.sensors)
         constants = pattern((self.system.carrier, self.system.effects))
         solver = self.stepper.name, self.scene.solver.step
         return names, constants, self.scene.balls.count, solver, self.steps
@@ -161,7 +161,7 @@ def _check_room(scenes: list[Scene], every: int) -> None:
         )
     kept = at_work = 0
     for scene in scenes:
-        width, steps = 14 + 2 * scene.balls.count, _steps(scene)
+        width, steps = 14 + 2 * (scene.balls.count + len(scene.sensors)), _steps(scene)
         kept += steps // every * width
         most = steps // _kept_at_first(scene, every) * width * LANES + 3 * steps
         at_work = max(at_work, most)
@@ -236,7 +236,7 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
             )
         kept = slice(in_kernel - 1, sound, in_kernel)
         rows = np.ascontiguousarray(runs.rows[: sound // in_kernel, :, lane])
-        reader = Rows(member.scene, member.system)
+        reader = RowReader(member.scene, member.system)
         whole = reader.trajectory(1 + np.arange(steps)[kept], rows, spindle[kept])
         results.append(BatchRun(member.scene, whole.thinned(every // in_kernel), failure))
     return results, seconds
@@ -254,7 +254,7 @@ def _empty_runs(lanes: list[_Prepared], stepper: Stepper, samples: int) -> Runs:
         state=_stacked(states),
         modes=modes,
         sound=sound,
-        rows=aligned((samples, Rows(lanes[0].scene, lanes[0].system).width, LANES)),
+        rows=aligned((samples, RowReader(lanes[0].scene, lanes[0].system).width, LANES)),
         slopes=aligned((stepper.slopes, size, LANES)),
         trial=aligned((size, LANES)),
         room=room(carrier_unknowns(lanes[0].system.carrier) + 1, n, 1, LANES),

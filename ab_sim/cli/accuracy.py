@@ -9,7 +9,7 @@ from ab_sim.cli.outputs import check_outputs, people, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
-from ab_sim.studies.accuracy_cost import REPEATS, Accuracy, Row, measure
+from ab_sim.studies.accuracy_cost import REPEATS, AccuracyCost, SettingCost, measure
 
 WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
 """Errors for which the cheapest setting is named [rad]."""
@@ -23,34 +23,34 @@ def accuracy_command(
         raise InputError(f"--repeats {repeats}: must be at least 1")
     scene = load_scene(scene_name, changes)
     files = check_outputs(json, plot)
-    accuracy = measure_with_progress(scene, repeats)
+    cost = measure_with_progress(scene, repeats)
     if json is not None:
-        write_json(accuracy.report(), json)
+        write_json(cost.report(), json)
     if plot is not None:
         from ab_sim.figures.accuracy_cost import accuracy_figure
 
-        accuracy_figure(accuracy, plot)
-    print_accuracy(accuracy, people if json == "-" else Console(markup=False))
+        accuracy_figure(cost, plot)
+    print_accuracy(cost, people if json == "-" else Console(markup=False))
     for file in files:
         people.print(f"wrote {file}")
 
 
-def measure_with_progress(scene: Scene, repeats: int = REPEATS) -> Accuracy:
+def measure_with_progress(scene: Scene, repeats: int = REPEATS) -> AccuracyCost:
     """``measure``, which takes minutes, with a bar."""
     with progress_bar(scene.name) as update:
         return measure(scene, repeats, update)
 
 
-def print_accuracy(accuracy: Accuracy, console: Console) -> None:
+def print_accuracy(cost: AccuracyCost, console: Console) -> None:
     """The tables, then what they rest on and what is not in them."""
-    console.print(accuracy_table(accuracy))
-    console.print(cheapest_table(accuracy))
-    apart = accuracy.uncertainty
-    unit = accuracy.unit
-    console.print(f"effects: {', '.join(accuracy.effects) or 'none'}")
-    console.print(f"reference: {accuracy.reference}")
-    shared = ", ".join(accuracy.reference_shares)
-    if accuracy.independent:
+    console.print(accuracy_table(cost))
+    console.print(cheapest_table(cost))
+    apart = cost.uncertainty
+    unit = cost.unit
+    console.print(f"effects: {', '.join(cost.effects) or 'none'}")
+    console.print(f"reference: {cost.reference}")
+    shared = ", ".join(cost.reference_shares)
+    if cost.independent:
         console.print(f"it is independent: what it shares with ab_sim's steppers is the {shared}")
     else:
         console.print(
@@ -61,27 +61,26 @@ def print_accuracy(accuracy: Accuracy, console: Console) -> None:
         f"its uncertainty: {apart.angle:.1e} rad, {apart.whirl:.1e} {unit}, by which the two "
         "differ at most; of the integration, not of the equations"
     )
-    console.print(f"the scene itself takes {accuracy.as_scene_says}")
-    for row in accuracy.rows:
+    console.print(f"the scene itself takes {cost.as_scene_says}")
+    for row in cost.rows:
         if row.failure:
             console.print(f"unstable: {row.method} at {row.setting}: {row.failure}")
     reasons: dict[str, list[str]] = {}
-    for each in accuracy.left_out:
+    for each in cost.left_out:
         reasons.setdefault(each.reason, []).append(each.method)
     for reason, methods in reasons.items():
         console.print(f"left out: {', '.join(methods)}: {reason}")
-    for note in accuracy.notes:
+    for note in cost.notes:
         console.print(note)
 
 
-def accuracy_table(accuracy: Accuracy) -> Table:
+def accuracy_table(cost: AccuracyCost) -> Table:
     """All rows, the most accurate first."""
-    balls = f"{accuracy.balls} ball{'' if accuracy.balls == 1 else 's'}"
-    unit = accuracy.unit
-    own, others = 1e3 * accuracy.reference_period, 1e3 * accuracy.period
+    balls = f"{cost.balls} ball{'' if cost.balls == 1 else 's'}"
+    unit = cost.unit
+    own, others = 1e3 * cost.reference_period, 1e3 * cost.period
     table = Table(
-        title=f"{accuracy.scene}: {balls}, {accuracy.duration:g} s, "
-        f"{accuracy.repeats} interleaved repeats",
+        title=f"{cost.scene}: {balls}, {cost.duration:g} s, {cost.repeats} interleaved repeats",
         caption="* no other is both cheaper and more accurate; <= the reference knows no better; "
         "CPU time: median (quartiles) of the thread, per simulated second, without compiling; "
         f"errors: the largest at the ends of steps, at most every {own:g} ms; of peers, every "
@@ -94,20 +93,20 @@ def accuracy_table(accuracy: Accuracy) -> Table:
         "at the end", "energy",
     ):  # fmt: skip
         table.add_column(name, justify="right")
-    front = accuracy.front()
-    for row in accuracy.by_error():
-        table.add_row("*" if row in front else "", *_cells(row, bool(accuracy.balls)))
+    front = cost.front()
+    for row in cost.by_error():
+        table.add_row("*" if row in front else "", *_cells(row, bool(cost.balls)))
     return table
 
 
-def cheapest_table(accuracy: Accuracy) -> Table:
+def cheapest_table(cost: AccuracyCost) -> Table:
     """For errors that one may want: the package's cheapest setting beside the best peer."""
-    what = "ball angle [rad]" if accuracy.balls else f"whirl [{accuracy.unit}]"
+    what = "ball angle [rad]" if cost.balls else f"whirl [{cost.unit}]"
     table = Table(title=f"cheapest of what was tried, for an error in {what} of at most")
     for name in ("error", "ab_sim", "CPU [ms/s]", "best peer", "CPU [ms/s]", "peer / ab_sim"):
         table.add_column(name, justify="right")
     for error in WANTED:
-        ours, peer = accuracy.cheapest(error, peer=False), accuracy.cheapest(error, peer=True)
+        ours, peer = cost.cheapest(error, peer=False), cost.cheapest(error, peer=True)
         ratio = ""
         if ours and peer and ours.cpu and peer.cpu:
             ratio = f"{peer.cpu.median / ours.cpu.median:.0f}"
@@ -115,13 +114,13 @@ def cheapest_table(accuracy: Accuracy) -> Table:
     return table
 
 
-def _choice(row: Row | None) -> tuple[str, str]:
+def _choice(row: SettingCost | None) -> tuple[str, str]:
     if row is None or row.cpu is None:
         return "-", "-"
     return f"{row.method} at {row.setting}", f"{1e3 * row.cpu.median:.3g}"
 
 
-def _cells(row: Row, balls: bool) -> list[str]:
+def _cells(row: SettingCost, balls: bool) -> list[str]:
     assert row.errors is not None and row.cpu is not None
     errors, time = row.errors, row.cpu
     angles = [str(errors.angle), str(errors.angle_end)] if balls else ["-", "-"]

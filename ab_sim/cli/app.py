@@ -89,7 +89,7 @@ def run(
     """Run a scene without ROS, as fast as it goes.
 
     The JSON has `samples` (one per time, each with t, psi, omega, u, v, x, y, vx, vy,
-    whirl, theta, ball_rate, stuck, and where the scene has them motor_torque, accelerometer),
+    whirl, theta, ball_rate, stuck, and where the scene has them motor_torque, readings),
     events, crowded_steps, what was run, and what the run is judged by: peak_whirl_over_e,
     peak_time; final_whirl_over_e, the root mean square over the last tenth of the run
     (final_stretch), and whether it is still_changing; final_whirl_relative_to_no_balls;
@@ -129,6 +129,14 @@ def effects(
     from ab_sim.cli.tables import print_effects
 
     print_effects(name)
+
+
+@app.command()
+def sensors() -> None:
+    """List the sensors that a scene can have: meaning, equation, source, parameters."""
+    from ab_sim.cli.tables import print_sensors
+
+    print_sensors()
 
 
 @app.command()

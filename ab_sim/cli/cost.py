@@ -9,7 +9,7 @@ from ab_sim.cli.outputs import check_outputs, people, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
-from ab_sim.studies.effect_cost import EffectCost, Row, measure
+from ab_sim.studies.effect_cost import EffectCost, VariantCost, measure
 
 
 def cost_command(
@@ -58,7 +58,7 @@ def cost_table(cost: EffectCost) -> Table:
     return table
 
 
-def _cells(row: Row) -> list[str]:
+def _cells(row: VariantCost) -> list[str]:
     name = row.name + (f" (with {', '.join(row.added)})" if row.added else "")
     kernel = f"{row.first_seconds:.2f}" + ("*" if row.compiled_kernels else "")
     if row.ns_per_step is None or row.ratio is None:

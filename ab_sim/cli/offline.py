@@ -119,4 +119,6 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
         lost = f"; too many to locate them all in {crowded} steps" if crowded else ""
         table.add_row("events", f"{result.events} located{lost}")
     table.add_row("effects", ", ".join(report["effects"]) or "none")
+    if report["sensors"]:
+        table.add_row("sensors", ", ".join(report["sensors"]))
     return table

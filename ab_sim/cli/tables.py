@@ -1,6 +1,7 @@
-"""`ab-sim scenes`, `ab-sim effects`, `ab-sim check`."""
+"""`ab-sim scenes`, `ab-sim effects`, `ab-sim sensors`, `ab-sim check`."""
 
 from collections.abc import Iterator
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -8,11 +9,11 @@ from rich.table import Table
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.cli.outputs import people
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.effects.accelerometer import steps_per_sample
 from ab_sim.errors import InputError, nearest
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, find_scene, load_scene, scene_names
 from ab_sim.scene.registry import effect_classes, effect_parameters
+from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 
 # Scenes hold other people's text, and units stand in brackets: nothing here is markup.
 console = Console(markup=False)
@@ -39,18 +40,29 @@ def print_effects(only: str | None = None) -> None:
             f"{only!r}: no such effect{nearest(only, known)}; known are: {', '.join(known)}"
         )
     for name, effect in known.items() if only is None else [(only, known[only])]:
-        table = Table(title=name, title_justify="left", title_style="bold", show_header=False)
-        table.add_row("meaning", " ".join((effect.__doc__ or "").split()))
-        table.add_row("equation", effect.equation)
-        table.add_row("source", effect.source)
-        for key, field in effect_parameters(effect).items():
-            default = f"; default {_short(field['default'])}" if "default" in field else ""
-            table.add_row(key, f"{field['description']} [{field['unit']}]{default}")
-        if not effect_parameters(effect):
-            table.add_row("parameters", "none")
+        table = _described(name, effect, effect_parameters(effect))
         if effect.uses_ball_radius:
             table.add_row("also uses", "balls.radius")
         console.print(table)
+
+
+def print_sensors() -> None:
+    """The accelerometer, which all sensors are: meaning, equation, source and parameters."""
+    parameters = Accelerometer.model_json_schema()["properties"]
+    console.print(_described("accelerometer", Accelerometer, parameters))
+
+
+def _described(name: str, what: type[Any], parameters: dict[str, dict[str, Any]]) -> Table:
+    table = Table(title=name, title_justify="left", title_style="bold", show_header=False)
+    table.add_row("meaning", " ".join((what.__doc__ or "").split()))
+    table.add_row("equation", what.equation)
+    table.add_row("source", what.source)
+    for key, field in parameters.items():
+        default = f"; default {_short(field['default'])}" if "default" in field else ""
+        table.add_row(key, f"{field['description']} [{field['unit']}]{default}")
+    if not parameters:
+        table.add_row("parameters", "none")
+    return table
 
 
 def _short(value: float | None) -> str:
@@ -83,7 +95,7 @@ def print_check(name: str, changes: list[str]) -> None:
             "deck hangs at rest",
             f"x = {round(body.sag_x, 12):.4g} m, y = {round(body.sag_y, 12):.4g} m",
         )
-    for row in (*_motor(scene), *_accelerometer(scene)):
+    for row in (*_motor(scene), *_sensors(scene)):
         table.add_row(*row)
     table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
     stepper, reason, longest, limited_by, _ = choice
@@ -131,10 +143,9 @@ def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
         yield "", f"{whirling:.3g} N m to whirl at the critical speed, without balls"
 
 
-def _accelerometer(scene: Scene) -> Iterator[tuple[str, str]]:
-    sensor = scene.effects.get("accelerometer")
-    if sensor is not None:
+def _sensors(scene: Scene) -> Iterator[tuple[str, str]]:
+    for name, sensor in scene.sensors.items():
         steps = steps_per_sample(sensor.sample_rate, scene.solver.step)
         every = "every step" if steps == 1 else f"every {steps} steps"
         rates = f"{sensor.sample_rate:g} samples/s, one {every}; low-pass {sensor.bandwidth:g} Hz"
-        yield "accelerometer", rates
+        yield f"sensor {name}", rates

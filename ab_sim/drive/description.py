@@ -26,6 +26,7 @@ def describe(scene: Scene, accuracy: Mapping[str, Any] | None = None) -> dict[st
         "version": ab_sim.__version__,
         "scene": scene.as_mapping(),
         "effects": list(scene.effects),
+        "sensors": list(scene.sensors),
         "stepper": choose_stepper(scene, system).stepper.name,
         "step": scene.solver.step,
         "channels": list(channels_of(scene, system)),

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ab_sim.drive.observation import Energy, Observation, Snapshot
-from ab_sim.drive.rows import Rows, follow
+from ab_sim.drive.rows import RowReader, follow
 from ab_sim.drive.trajectory import Trajectory, check_room
 from ab_sim.dynamics.assemble import (
     place_on,
@@ -62,8 +62,8 @@ class Drive:
         self._has_motor = bool(has_motor(self.system.effects))
         self._rubs = bool(has_friction(self.system.effects))
         self.layout = layout_of(self.system)
-        self._rows = Rows(scene, self.system)
-        self.channels = self._rows.channels
+        self._reader = RowReader(scene, self.system)
+        self.channels = self._reader.channels
         self._first_profile = (
             SpeedProfile.constant(scene.start.speed, scene.start.angle)
             if commanded
@@ -100,7 +100,7 @@ class Drive:
         self._smooth_piece: Piece | None = None
         self._integrate(Stretch(self._piece_at(0.0), 0, 0, 0.0, self.step), self._empty_rows(0))
         self._start_energy = self._stored_energy(self._state, 0.0)
-        self._rows.reset()
+        self._reader.reset()
 
     def command(self, speed: float) -> None:
         """Ask for a spindle speed [rad/s] from the present instant on.
@@ -169,7 +169,7 @@ class Drive:
             follow(stretch, self.step, spindle[at, :2])
         self.steps = begin + steps
         spindle[:, 2] = spindle[:, 1] if self._command is None else self._command
-        return self._rows.trajectory(begin + 1 + np.arange(steps), rows, spindle)
+        return self._reader.trajectory(begin + 1 + np.arange(steps), rows, spindle)
 
     def present(self) -> Trajectory:
         """The present as a trajectory of one sample."""
@@ -226,7 +226,7 @@ class Drive:
             self._work.memory.copy(),
             self.profile,
             self._command,
-            None if self._rows.pickup is None else self._rows.pickup.state,
+            {name: pickup.state for name, pickup in self._reader.pickups.items()},
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -244,8 +244,8 @@ class Drive:
         if snapshot.memory.shape == self._work.memory.shape:
             self._work.memory[:] = snapshot.memory
             self._smooth_piece = self._piece_at(self.time)
-        if self._rows.pickup is not None and snapshot.pickup is not None:
-            self._rows.pickup.state = snapshot.pickup
+        for name, state in snapshot.pickups.items():
+            self._reader.pickups[name].state = state
 
     def _grid(self) -> Grid:
         return Grid(self.step, self.choice.cycle)
@@ -254,7 +254,7 @@ class Drive:
         return piece_after(self.profile, time, self.step)
 
     def _empty_rows(self, steps: int) -> np.ndarray:
-        return aligned((steps, self._rows.width))
+        return aligned((steps, self._reader.width))
 
     def _kernel(
         self, stretch: Stretch, state: np.ndarray, rows: np.ndarray, sample: np.ndarray
@@ -329,12 +329,12 @@ class Drive:
         command = self._command
         if command is None:
             command = float(piece.segment.speed(time - piece.start))
-        return self._rows.present(self.steps, row, (psi, omega, command))
+        return self._reader.present(self.steps, row, (psi, omega, command))
 
     def _observation(self, time: float, state: np.ndarray) -> Observation:
         modes = self._modes[: self.scene.balls.count]
         stuck = (modes[:, DIRECTION] == 0) & (modes[:, LOADED] == 1) & self._rubs
-        return self._rows.observation(self._present(time, state), time, stuck)
+        return self._reader.observation(self._present(time, state), time, stuck)
 
 
 _NO_SAMPLE = np.zeros(0)

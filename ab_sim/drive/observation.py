@@ -44,8 +44,8 @@ class Observation:
     drives towards falling theta."""
     motor_torque: float
     """N m; NaN where the speed is prescribed."""
-    accelerometer: np.ndarray | None
-    """What the accelerometer shows, on its axes [m/s^2], shape (2,); None without one."""
+    readings: dict[str, np.ndarray]
+    """What each sensor shows, by its name: on its axes [m/s^2], shape (2,)."""
 
     @property
     def whirl(self) -> float:
@@ -78,4 +78,4 @@ class Snapshot(NamedTuple):
     """What the stepper carries from one step to the next."""
     profile: SpeedProfile
     command: float | None
-    pickup: PickupState | None
+    pickups: dict[str, PickupState]

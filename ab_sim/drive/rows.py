@@ -6,9 +6,10 @@ import numpy as np
 
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import SPINDLE_CHANNELS, Trajectory, channels_for
+from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.driving_force import driving_force
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import System, carrier_outputs, gravity, has_motor
+from ab_sim.dynamics.system import System, carrier_outputs, has_motor
 from ab_sim.integrate.fixed_step import row_width
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
@@ -17,11 +18,12 @@ from ab_sim.spindle.stretches import Stretch
 
 def channels_of(scene: Scene, system: System) -> tuple[str, ...]:
     """Names of a scene's channels."""
-    own, balls = type(system.carrier).CHANNELS, scene.balls.count
-    return channels_for(own, balls, has_motor(system.effects), "accelerometer" in scene.effects)
+    kind, balls = type(system.carrier), scene.balls.count
+    sensors = [f"{name}_{axis + 1}" for name in scene.sensors for axis in range(kind.WAYS)]
+    return channels_for(kind.CHANNELS, balls, has_motor(system.effects), sensors)
 
 
-class Rows:
+class RowReader:
     """How a scene's rows are read.
 
     Args:
@@ -30,12 +32,12 @@ class Rows:
     """
 
     def __init__(self, scene: Scene, system: System) -> None:
-        self._scene, self._step = scene, scene.solver.step
+        self._scene, self._system, self._step = scene, system, scene.solver.step
         self._carrier, self._layout = system.carrier, layout_of(system)
-        self._motor = bool(has_motor(system.effects))
-        self._gravity = np.array(gravity(system.effects))
-        asked = scene.effects.get("accelerometer")
-        self.pickup = None if asked is None else Pickup(asked, self._step)
+        self._motor, self._ways = bool(has_motor(system.effects)), type(system.carrier).WAYS
+        self.pickups = {
+            name: Pickup(sensor, self._step, self._ways) for name, sensor in scene.sensors.items()
+        }
         self.channels = channels_of(scene, system)
         self._balls = len(SPINDLE_CHANNELS) + len(type(system.carrier).CHANNELS)
         self.width = row_width(self._layout.size, carrier_outputs(system.carrier))
@@ -44,30 +46,33 @@ class Rows:
 
     def reset(self) -> None:
         """Back to t = 0."""
-        if self.pickup is not None:
-            # As if the drive had hung at rest for ever.
-            self.pickup.reset(-self._gravity)
+        start = start_state(self._scene, self._system)[None, self._layout.carrier]
+        at_rest = np.zeros((1, carrier_outputs(self._carrier)))
+        for name, pickup in self.pickups.items():
+            # As if the drive had hung there at rest for ever.
+            pickup.reset(self._felt(name, self._carrier.stopped(start), at_rest, np.zeros(1))[0])
 
     def trajectory(self, steps: np.ndarray, rows: np.ndarray, spindle: np.ndarray) -> Trajectory:
-        """The trajectory of some steps; readings of an accelerometer go on from the last.
+        """The trajectory of some steps; readings of sensors go on from the last.
 
         Args:
-            steps: the rows' steps, 1 being the first of a run; with an accelerometer none is left
-                out. Shape (rows,).
+            steps: the rows' steps, 1 being the first of a run; with sensors none is left out.
+                Shape (rows,).
             rows: as the kernel writes them, shape (rows, width).
             spindle: angle and speed of the profile, and the speed asked for, shape (rows, 3).
         """
         samples = self._samples(steps, rows, spindle)
-        if self.pickup is not None and len(steps):
-            at = self.channels.index("ax")
-            force = samples[:, at : at + 2] - self._gravity
-            samples[:, -2:] = self.pickup.process(int(steps[0]), force)
+        if len(steps):
+            states, beyond = rows[:, self._layout.carrier], rows[:, self._layout.size : -1]
+            for (name, pickup), at in zip(self.pickups.items(), self._readings(), strict=True):
+                force = self._felt(name, states, beyond, samples[:, 2])
+                samples[:, at] = pickup.process(int(steps[0]), force)
         return Trajectory(self.channels, samples)
 
     def present(
         self, step: int, row: np.ndarray, spindle: tuple[float, float, float]
     ) -> Trajectory:
-        """One sample; the reading of an accelerometer is the one that it holds.
+        """One sample; the readings of sensors are those that they hold.
 
         Args:
             step: the row's.
@@ -75,8 +80,8 @@ class Rows:
             spindle: as a row of ``trajectory``.
         """
         samples = self._samples(np.array([step]), row[None, :], np.array([spindle]))
-        if self.pickup is not None:
-            samples[:, -2:] = self.pickup.reading
+        for pickup, at in zip(self.pickups.values(), self._readings(), strict=True):
+            samples[:, at] = pickup.reading
         return Trajectory(self.channels, samples)
 
     def observation(self, present: Trajectory, time: float, stuck: np.ndarray) -> Observation:
@@ -109,8 +114,21 @@ class Rows:
             stuck=stuck,
             driving_force=driving_force(self._scene, place[0], place[1], psi + theta, omega + rate),
             motor_torque=float(present["motor_torque"][0]) if self._motor else math.nan,
-            accelerometer=None if self.pickup is None else self.pickup.reading,
+            readings={name: pickup.reading for name, pickup in self.pickups.items()},
         )
+
+    def _readings(self) -> list[slice]:
+        """Columns of each sensor's readings."""
+        ways, first = self._ways, len(self.channels) - self._ways * len(self.pickups)
+        return [slice(at, at + ways) for at in range(first, len(self.channels), ways)]
+
+    def _felt(
+        self, name: str, states: np.ndarray, beyond: np.ndarray, psi: np.ndarray
+    ) -> np.ndarray:
+        """Specific force where a sensor is, on the deck's axes [m/s^2], shape (samples, ways)."""
+        point = np.array(self._scene.sensors[name].position)
+        force: np.ndarray = self._carrier.felt(self._system, states, beyond, psi, point)
+        return force
 
     def _samples(self, steps: np.ndarray, rows: np.ndarray, spindle: np.ndarray) -> np.ndarray:
         layout, balls = self._layout, self._balls

@@ -1,6 +1,6 @@
 """Samples of a run: one row per integration step, one named channel per column."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,12 +14,11 @@ SPINDLE_CHANNELS = ("step", "time", "angle", "speed", "command")
 
 
 def channels_for(
-    carrier: Sequence[str], balls: int, motor: bool = False, accelerometer: bool = False
+    carrier: Sequence[str], balls: int, motor: bool = False, readings: Iterable[str] = ()
 ) -> tuple[str, ...]:
-    """Names of the columns for what carries so many balls, and for what else a scene has."""
+    """Names of the columns: of what carries so many balls, a motor if there is one, readings."""
     each = (f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate"))
     torque = ("motor_torque",) if motor else ()
-    readings = ("accelerometer_1", "accelerometer_2") if accelerometer else ()
     return (*SPINDLE_CHANNELS, *carrier, *each, *torque, *readings)
 
 
@@ -65,7 +64,7 @@ class Trajectory:
     rad/s]; ``command`` [rad/s], the speed asked for; ``x``, ``y``, ``vx``, ``vy``, ``ax``, ``ay``
     of the deck on inertial axes [m, m/s, m/s^2]; per ball its ``angle`` from the unbalance,
     unwrapped [rad], and its ``rate`` relative to the race [rad/s]; with a motor its
-    ``motor_torque`` [N m]; with an accelerometer its readings ``accelerometer_1`` and ``_2``.
+    ``motor_torque`` [N m]; of each sensor its readings ``NAME_1`` and ``NAME_2`` [m/s^2].
     """
 
     channels: tuple[str, ...]
@@ -102,7 +101,7 @@ class Trajectory:
     @property
     def balls(self) -> int:
         """Number of balls."""
-        return sum(name.startswith("ball_") for name in self.channels) // 2
+        return sum(name.startswith("ball_") and name.endswith("_angle") for name in self.channels)
 
     @property
     def position(self) -> np.ndarray:

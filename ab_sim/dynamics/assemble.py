@@ -38,13 +38,13 @@ from ab_sim.spindle import Piece
 
 
 def system_of(scene: Scene, ledger: bool = False) -> System:
-    """The system of a scene: constants, and exactly the effects that act on the motion.
+    """The system of a scene: constants, and its effects.
 
     Args:
         scene: a checked scene.
         ledger: whether motor work and losses are integrated along with the motion.
     """
-    effects = tuple(effect for effect in scene.effects.values() if effect.acts)
+    effects = tuple(scene.effects.values())
     carrier = _of(scene).carrier_of(scene, effects)
     balls = _balls(scene, effects)
     kept = (Ledger(),) if ledger else ()

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from ab_sim.studies.accuracy_cost import Accuracy, Bound, Row
+from ab_sim.studies.accuracy_cost import AccuracyCost, Bound, SettingCost
 
 OURS = ("tab:red", "tab:orange", "tab:purple", "tab:brown", "tab:pink", "tab:olive")
 PEERS = ("tab:blue", "tab:cyan", "tab:green", "tab:gray", "black", "navy", "teal")
@@ -15,45 +15,45 @@ REAL_TIME = 1.0
 """CPU seconds per simulated second at which one core just keeps up."""
 
 
-def accuracy_figure(accuracy: Accuracy, path: Path) -> None:
+def accuracy_figure(cost: AccuracyCost, path: Path) -> None:
     """Draw errors of ball angle and whirl over CPU time, log-log, and write them to a file.
 
     Filled marks and full lines are the package's steppers; hollow marks and dashed lines peers.
 
     Args:
-        accuracy: what was measured.
+        cost: what was measured.
         path: file to write; its ending says the format (png, svg, pdf).
     """
-    unit = accuracy.unit
-    panels = [("whirl", f"largest error in whirl [{unit}]", accuracy.uncertainty.whirl)]
-    if accuracy.balls:
+    unit = cost.unit
+    panels = [("whirl", f"largest error in whirl [{unit}]", cost.uncertainty.whirl)]
+    if cost.balls:
         text = "largest error in ball angle [rad]"
-        panels.insert(0, ("angle", text, accuracy.uncertainty.angle))
+        panels.insert(0, ("angle", text, cost.uncertainty.angle))
     figure = Figure(figsize=(6.2 * len(panels) + 1.8, 6), layout="constrained")
     axes = figure.subplots(1, len(panels), squeeze=False, sharex=True)
     for panel, (key, text, uncertainty) in zip(axes[0], panels, strict=True):
-        _panel(panel, accuracy, key, text, uncertainty)
+        _panel(panel, cost, key, text, uncertainty)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right center", fontsize=9, frameon=False)
-    balls = f"{accuracy.balls} ball{'' if accuracy.balls == 1 else 's'}"
-    effects = ", ".join(accuracy.effects) or "no effects"
+    balls = f"{cost.balls} ball{'' if cost.balls == 1 else 's'}"
+    effects = ", ".join(cost.effects) or "no effects"
     figure.suptitle(
-        f"{accuracy.scene}: {balls}, {accuracy.duration:g} s, {effects}\ndown and left is better",
+        f"{cost.scene}: {balls}, {cost.duration:g} s, {effects}\ndown and left is better",
         fontsize=11,
     )
     figure.savefig(path, dpi=120)
 
 
-def _panel(axes: Axes, accuracy: Accuracy, key: str, text: str, uncertainty: float) -> None:
-    methods: dict[str, list[Row]] = {}
-    for row in accuracy.rows:
+def _panel(axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: float) -> None:
+    methods: dict[str, list[SettingCost]] = {}
+    for row in cost.rows:
         if row.errors is not None and row.cpu is not None:
             methods.setdefault(row.method, []).append(row)
     values: list[float] = []
     labels: list[tuple[str, float, float, str]] = []
-    front = accuracy.front()
+    front = cost.front()
     ours, peers = iter(OURS), iter(PEERS)
-    for place, (name, rows) in enumerate(methods.items()):
+    for at, (name, rows) in enumerate(methods.items()):
         rows = sorted(rows, key=lambda row: row.step or row.tolerance or 0.0)
         times = [row.cpu.median for row in rows if row.cpu]
         bounds = [getattr(row.errors, key) for row in rows]
@@ -61,7 +61,7 @@ def _panel(axes: Axes, accuracy: Accuracy, key: str, text: str, uncertainty: flo
         values += errors
         peer = rows[0].peer
         colour = next(peers, "gray") if peer else next(ours, "red")
-        marker = MARKERS[place % len(MARKERS)]
+        marker = MARKERS[at % len(MARKERS)]
         axes.plot(
             times, errors, color=colour, marker=marker, markersize=5 if peer else 7,
             linestyle="--" if peer else "-", linewidth=1.0 if peer else 2.2,
@@ -114,5 +114,5 @@ def _label(axes: Axes, labels: list[tuple[str, float, float, str]]) -> None:
 
 
 def _drawable(bound: Bound) -> float:
-    """On a logarithmic axis an error of exactly 0 has no place: it goes to the last digit."""
+    """On a logarithmic axis an error of exactly 0 cannot be drawn: it goes to the last digit."""
     return max(bound.value, 1e-17)

@@ -71,13 +71,13 @@ def label_at_right(axes: Axes, labels: Sequence[Label]) -> None:
     """
     axes.get_ylim()  # limits that follow the curves are worked out only when asked for
     to_axes = axes.transData + axes.transAxes.inverted()
-    places = [float(to_axes.transform((0.0, label.value))[1]) for label in labels]
+    wanted = [float(to_axes.transform((0.0, label.value))[1]) for label in labels]
     figure, spec = axes.figure, axes.get_subplotspec()
     assert isinstance(figure, Figure) and spec is not None
     line = LINE / (spec.get_position(figure).height * figure.get_figheight())
-    order = np.argsort(places)
+    order = np.argsort(wanted)
     heights = [line * (1 + labels[i].text.count("\n")) for i in order]
-    spread = _spread([min(max(places[i], 0.0), 1.0) for i in order], heights)
+    spread = _spread([min(max(wanted[i], 0.0), 1.0) for i in order], heights)
     for i, y in zip(order, spread, strict=True):
         axes.annotate(
             labels[i].text, (1.0, y), xycoords="axes fraction", xytext=(5, 0),
@@ -85,12 +85,12 @@ def label_at_right(axes: Axes, labels: Sequence[Label]) -> None:
         )  # fmt: skip
 
 
-def _spread(places: Sequence[float], heights: Sequence[float]) -> list[float]:
-    """Places, rising, moved as little as need be until intervals of these heights are apart."""
+def _spread(wanted: Sequence[float], heights: Sequence[float]) -> list[float]:
+    """Wanted centres, rising, moved as little as need be until intervals so high are apart."""
     # Neighbours that overlap form a block, which is centred where its members would like to be.
     blocks: list[tuple[list[float], list[float]]] = []
-    for place, height in zip(places, heights, strict=True):
-        blocks.append(([place], [height]))
+    for y, height in zip(wanted, heights, strict=True):
+        blocks.append(([y], [height]))
         while len(blocks) > 1 and _bottom(blocks[-1]) < _bottom(blocks[-2]) + sum(blocks[-2][1]):
             upper, lower = blocks.pop(), blocks.pop()
             blocks.append((lower[0] + upper[0], lower[1] + upper[1]))
@@ -104,5 +104,5 @@ def _spread(places: Sequence[float], heights: Sequence[float]) -> list[float]:
 
 
 def _bottom(block: tuple[list[float], list[float]]) -> float:
-    places, heights = block
-    return sum(places) / len(places) - sum(heights) / 2
+    wanted, heights = block
+    return sum(wanted) / len(wanted) - sum(heights) / 2

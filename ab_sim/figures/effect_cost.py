@@ -28,14 +28,14 @@ def cost_figure(costs: list[EffectCost], path: Path) -> None:
 
 def _panel(axes: Axes, cost: EffectCost) -> None:
     most = max(row.ns_per_step.upper for row in cost.rows if row.ns_per_step)
-    for place, row in enumerate(cost.rows):
+    for at, row in enumerate(cost.rows):
         if row.ns_per_step is None or row.ratio is None:
-            axes.text(0, place, " cannot run", va="center", fontsize=8)
+            axes.text(0, at, " cannot run", va="center", fontsize=8)
             continue
         time = row.ns_per_step
         spread = [[1e-3 * (time.median - time.lower)], [1e-3 * (time.upper - time.median)]]
         axes.barh(
-            place,
+            at,
             1e-3 * time.median,
             xerr=spread,
             color=COLOURS.get(row.name, "tab:blue"),
@@ -44,7 +44,7 @@ def _panel(axes: Axes, cost: EffectCost) -> None:
         )
         axes.text(
             1e-3 * (time.upper + 0.01 * most),
-            place,
+            at,
             f" {1e-3 * time.median:.2f} µs, {row.ratio.median:.2f}x",
             va="center",
             fontsize=8,

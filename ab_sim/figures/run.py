@@ -207,7 +207,7 @@ def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
     low, high = low - margin, high + margin
     for turn in range(int(np.ceil((low - 180) / 360)), int(np.floor((high - 180) / 360)) + 1):
         axes.axhline(180 + 360 * turn, color=LIMIT, lw=0.9, ls=":")
-    labels += [Label(place, "opposite the unbalance", LIMIT) for place in sorted(nearest)]
+    labels += [Label(angle, "opposite the unbalance", LIMIT) for angle in sorted(nearest)]
     axes.set_ylim(low, high)
     ticks = next((base for base in (15, 30, 45, 90, 180) if high - low <= 8 * base), 360)
     axes.yaxis.set_major_locator(MultipleLocator(ticks, offset=0))

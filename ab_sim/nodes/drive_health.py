@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from ab_sim.accuracy import Price, share_of
-from ab_sim.accuracy.live_checks import ErrorChecks
+from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
 from ab_sim.nodes.pacing import Pacer
 
@@ -35,7 +35,7 @@ class DriveHealth:
         self,
         drive: Drive,
         pacer: Pacer,
-        checks: ErrorChecks | None,
+        checks: LiveChecks | None,
         tolerance: Tolerance,
         price: Price | None = None,
     ) -> None:
@@ -108,6 +108,7 @@ class DriveHealth:
             "events": str(drive.events),
             "crowded steps": str(drive.crowded_steps),
             "effects": ", ".join(drive.scene.effects),
+            "sensors": ", ".join(drive.scene.sensors),
             **self._estimates(),
         }
 

@@ -11,10 +11,10 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from ab_msgs_py import ENDED, Block, Health, JointSample, Level, VectorSample, topics
-from ab_msgs_py.samples import ACCELEROMETER, clock_message, description_message
+from ab_msgs_py.samples import FRAME, clock_message, description_message
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.accuracy.live_checks import ErrorChecks
+from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
@@ -83,10 +83,10 @@ class DriveSim(Node):
         scene, price = resolve_accuracy(scene, period=1.0 / wake, commanded=True)
         self.drive = Drive(scene, commanded=True)
         step = self.drive.step
-        self._checks: ErrorChecks | None = None
+        self._checks: LiveChecks | None = None
         if share > 0:
-            self._checks = ErrorChecks(self.drive, share, longest=LONGEST_CHECK / wake)
-        self._stepped: Drive | ErrorChecks = self._checks or self.drive
+            self._checks = LiveChecks(self.drive, share, longest=LONGEST_CHECK / wake)
+        self._stepped: Drive | LiveChecks = self._checks or self.drive
         self._per_wake = whole_ratio(1.0 / wake, step, "period of wake_rate over the scene's step")
         self._per_block = whole_ratio(1.0 / blocks, 1.0 / wake, "period of block_rate")
         self._pacer = Pacer(step, self._per_wake, int(catch_up * self._per_wake), patience)
@@ -117,9 +117,9 @@ class DriveSim(Node):
         self._description.publish(description_message(describe(scene, accuracy)))
         chosen = scene.solver.stepper == AUTO or price is not None
         reason = f" ({self._health.stepper_chosen})" if chosen else ""
+        what = ", ".join([f"{scene.balls.count} balls", *scene.effects, *scene.sensors])
         self.get_logger().info(
-            f"{scene.name}: {scene.balls.count} balls, {', '.join(scene.effects)}; "
-            f"{self.drive.stepper.name} at {step:g} s{reason}"
+            f"{scene.name}: {what}; {self.drive.stepper.name} at {step:g} s{reason}"
             + (", paused" if self._paused else "")
         )
 
@@ -243,12 +243,9 @@ class DriveSim(Node):
             None if math.isnan(now.motor_torque) else now.motor_torque,
         )
         self._joints.publish(joints.message())
-        if now.accelerometer is None:
-            vibration = VectorSample(time_ns, *now.acceleration.tolist())
-        else:
-            x, y = now.accelerometer.tolist()
-            vibration = VectorSample(time_ns, x, y, ACCELEROMETER)
-        self._vibration.publish(vibration.vibration_message())
+        for frame, (x, y) in (now.readings or {FRAME: now.acceleration}).items():
+            vibration = VectorSample(time_ns, float(x), float(y), frame)
+            self._vibration.publish(vibration.vibration_message())
         x, y = now.position.tolist()
         self._whirl.publish(VectorSample(time_ns, x, y).whirl_message())
         self._clock_topic.publish(clock_message(time_ns))

@@ -14,8 +14,7 @@ entity                      contents                                    shown as
 ``/deck/displacement``      x, y [m], inertial axes
 ``/deck/velocity``          vx, vy [m/s]
 ``/deck/acceleration``      ax, ay [m/s^2]
-``/deck/accelerometer``     accelerometer_1, accelerometer_2 [m/s^2],
-                            on its axes, with an accelerometer
+``/sensors/NAME``           NAME_1, NAME_2 [m/s^2], on the sensor's axes
 ``/balls/angle``            ball_0_angle, ... [rad, from the
                             unbalance, unwrapped]
 ``/balls/rate``             ball_0_rate, ... [rad/s]

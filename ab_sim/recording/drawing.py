@@ -12,7 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from ab_sim.errors import RecordingError
-from ab_sim.recording.layout import Array, scalar_columns
+from ab_sim.recording.layout import Array, scalar_columns, sensor_entity, size_entity
 
 Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there
 
@@ -31,12 +31,6 @@ _STYLES: dict[str, Any] = {
     "real_time_factor": rr.SeriesLines(names="measured", colors=_HUES[2], widths=3.0),
     "commands_received": rr.SeriesPoints(names="received", colors=_WHITE, marker_sizes=1.5),
 }
-SIZES = {
-    "/deck/acceleration": "/plot/vibration/deck",
-    "/deck/accelerometer": "/plot/vibration/reading",
-}
-"""Entities of vectors, each with the one that holds their lengths: one curve, never a solid block,
-on an axis that begins at 0."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +46,7 @@ class Drawing:
     balls: int
     radii: tuple[float, ...]  # of the balls
     motor: bool = False  # whether there is a torque to plot
-    accelerometer: bool = False  # whether there are readings to plot
+    sensors: tuple[str, ...] = ()  # whose readings there are to plot
 
     @classmethod
     def of(cls, description: Mapping[str, Any]) -> Drawing:
@@ -64,10 +58,13 @@ class Drawing:
             if given is None:
                 given = [1e-3 * race * min(0.1, 2.5 / max(balls, 1))] * balls
             radii = tuple(1e3 * float(radius) for radius in given)
+            effects = description.get("effects") or ()
+            motor, sensors = "motor" in effects, tuple(description.get("sensors") or ())
         except (KeyError, TypeError, ValueError) as error:
             raise RecordingError(
                 "the description of a recording needs numbers for race_radius [m], "
-                "eccentricity [m] and balls, and a list of numbers, or None, for ball_radii [m]: "
+                "eccentricity [m] and balls, a list of numbers, or None, for ball_radii [m], and "
+                "lists of names, or None, for effects and sensors: "
                 f"{error!r}"
             ) from error
         if len(radii) != balls:
@@ -75,8 +72,7 @@ class Drawing:
                 f"the description of a recording gives {len(radii)} ball_radii for {balls} balls; "
                 "give one per ball, or None"
             )
-        effects = description.get("effects") or ()
-        return cls(race, eccentricity, balls, radii, "motor" in effects, "accelerometer" in effects)
+        return cls(race, eccentricity, balls, radii, motor, sensors)
 
     def document(self, description: Mapping[str, Any]) -> str:
         """Write the description for people, with its JSON in a fence for `read_recording`."""
@@ -117,8 +113,9 @@ class Drawing:
             yield "/plot/balls", lines([f"ball {ball}" for ball in range(self.balls)], widths)
         yield "/plot/whirl", lines(["W/e" if self.eccentricity else "W [mm]"])
         yield "/plot/real_time", rr.SeriesLines(names="real time", colors=_GREY)
-        for color, (vector, size) in zip(_HUES, SIZES.items(), strict=False):
-            yield size, rr.SeriesLines(names=vector.rpartition("/")[2], colors=color)
+        for i, vector in enumerate(["/deck/acceleration", *map(sensor_entity, self.sensors)]):
+            line = rr.SeriesLines(names=vector.rpartition("/")[2], colors=_HUES[i % len(_HUES)])
+            yield f"{size_entity(vector)}", line
 
     def frames(self, angle: Array, x: Array, y: Array, balls: Array) -> Parts:
         """What moves: columns, one row per sample. angle, x, y (rows,), balls (rows, balls)."""
@@ -166,7 +163,7 @@ class Drawing:
         middle = [
             _plot("Spindle: speed and command [rad/s]", "/spindle/speed", legend=True),
             _plot(f"Shaft: {whirl}", "/plot/whirl"),
-            _plot("Deck: vibration |a| [m/s²]", "/plot/vibration", legend=self.accelerometer),
+            _plot("Deck: vibration |a| [m/s²]", "/plot/vibration", legend=bool(self.sensors)),
         ]
         if self.balls:
             name = "Balls: angle from the unbalance [deg]"

@@ -23,10 +23,10 @@ _GROUPS = {
     "/deck/displacement": ("x", "y"),
     "/deck/velocity": ("vx", "vy"),
     "/deck/acceleration": ("ax", "ay"),
-    "/deck/accelerometer": ("accelerometer_1", "accelerometer_2"),
 }
 _ENTITY = {name: entity for entity, names in _GROUPS.items() for name in names}
 _BALL_CHANNEL = re.compile(r"ball_\d+_(angle|rate)")
+_READING = re.compile(r"([a-z][a-z0-9_]*)_[12]")
 
 
 def scalar_columns(values: Array) -> Any:
@@ -54,8 +54,31 @@ def layout_of(channels: Sequence[str]) -> dict[str, list[int]]:
     """Columns of every entity, in order. ``step`` is a timeline and not among them."""
     layout: dict[str, list[int]] = {}
     for column, name in enumerate(channels):
-        ball = _BALL_CHANNEL.fullmatch(name)
-        entity = f"/balls/{ball[1]}" if ball else _ENTITY.get(name) or entity_path("other", name)
         if name != "step":
-            layout.setdefault(entity, []).append(column)
+            layout.setdefault(_entity_of(name), []).append(column)
     return layout
+
+
+def _entity_of(channel: str) -> str:
+    if channel in _ENTITY:
+        return _ENTITY[channel]
+    if ball := _BALL_CHANNEL.fullmatch(channel):
+        return f"/balls/{ball[1]}"
+    if reading := _READING.fullmatch(channel):
+        return sensor_entity(reading[1])
+    return entity_path("other", channel)
+
+
+def sensor_entity(name: str) -> str:
+    """Where the readings of a sensor are."""
+    return f"/sensors/{name}"
+
+
+def size_entity(entity: str) -> str | None:
+    """Where the lengths of an entity's vectors are, if they are drawn.
+
+    One curve, never a solid block, on an axis that begins at 0.
+    """
+    if entity == "/deck/acceleration":
+        return "/plot/vibration/deck"
+    return f"/plot/vibration{entity}" if entity.startswith("/sensors/") else None

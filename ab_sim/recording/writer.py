@@ -12,7 +12,7 @@ import rerun as rr
 from numpy.typing import ArrayLike
 
 from ab_sim.errors import RecordingError
-from ab_sim.recording.drawing import SIZES, Drawing, lines
+from ab_sim.recording.drawing import Drawing, lines
 from ab_sim.recording.layout import (
     CLOSED,
     Array,
@@ -20,6 +20,7 @@ from ab_sim.recording.layout import (
     index_columns,
     layout_of,
     scalar_columns,
+    size_entity,
 )
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
 
@@ -42,7 +43,7 @@ class Recording:
     :param path: the file; its folder must exist.
     :param description: what was run, JSON-able; kept as it is. The pictures use ``race_radius``
         [m], ``eccentricity`` [m], ``balls`` (how many), ``ball_radii`` [m] (one per ball; None:
-        some that fit), and of ``effects`` whether there is a motor or an accelerometer.
+        some that fit), of ``effects`` whether there is a motor, and the names of ``sensors``.
     :param index: whether the file ends with Rerun's index, for quick access to parts of it. Until
         then Rerun keeps an entry of 1 to 2 kB in memory for everything that is sent, some 300 MB
         an hour for a drive at 1 kHz, so recordings of unknown length go without; ``rerun rrd
@@ -225,9 +226,9 @@ class Recording:
         index, layout = index_columns(rows[:, 1], rows[:, 0]), layout_of(self._channels)
         for entity, columns in layout.items():
             self._send(entity, index, scalar_columns(rows[:, columns]))
-            if entity in SIZES:
+            if drawn := size_entity(entity):
                 sizes = np.linalg.norm(rows[:, columns], axis=1)
-                self._send(SIZES[entity], index, scalar_columns(sizes[:, None]))
+                self._send(drawn, index, scalar_columns(sizes[:, None]))
         ends = rows[[0, -1]]
         one = scalar_columns(np.ones((2, 1)))
         self._send("/plot/real_time", index_columns(ends[:, 1], ends[:, 0]), one)

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from ab_sim.errors import exact
-from ab_sim.scene.quantities import Number, PerBall, quantity
+from ab_sim.scene.quantities import Length, Number, PerBall, quantity
 from ab_sim.scene.section import Section
 
 if TYPE_CHECKING:
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 Vector = tuple[Number, Number, Number]
 Inertia = Vector | tuple[Number, Number, Number, Number, Number, Number]
 """xx, yy, zz, and xy, xz, yz where they are not 0; xy is minus the integral of x y dm."""
-Length = Annotated[Number, Field(ge=-10, le=10)]
 Place = tuple[Length, Length, Length]
 Stiffness = Annotated[Number, Field(ge=0, le=1e12)]
 Damping = Annotated[Number, Field(ge=0, le=1e9)]
@@ -99,6 +98,7 @@ def _check_plane(scene: "Scene") -> None:
         "rotor.inertia": scene.rotor.inertia is not None,
         "race.height": scene.race.height != 0.0,
         "balls.race": any(scene.balls.races),
+        **{f"sensors.{name}.position": any(s.position) for name, s in scene.sensors.items()},
     }
     for key, given in needless.items():
         if given:

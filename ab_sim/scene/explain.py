@@ -11,6 +11,7 @@ from ab_sim.errors import exact, nearest
 from ab_sim.scene.model import Scene
 from ab_sim.scene.quantities import EACH, ONE
 from ab_sim.scene.registry import effect_classes, effect_parameters
+from ab_sim.scene.sensors import Accelerometer
 
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
@@ -47,6 +48,8 @@ def _keys(loc: tuple[Any, ...]) -> list[str]:
         del parts[1]
     if len(parts) > 2 and parts[2] in (ONE, EACH):
         del parts[2]
+    if parts[-1:] == ["[key]"]:
+        del parts[-1]
     return parts
 
 
@@ -75,6 +78,8 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         given = value.get("kind") if isinstance(value, dict) else value
         return f"{key}.kind = {given!r}: must be one of start_up, speed_change"
+    if kind == "dict_type":
+        return f"{key} = {value!r}: must be a section `name: ...`{_meaning(loc)}"
     if kind in ("model_type", "named_tuple_type", "model_attributes_type"):
         return f"{key} = {value!r}: must be a section `key: value`"
     return f"{key} = {value!r}: {finding['msg']}"
@@ -88,22 +93,33 @@ def _not_finite(value: Any) -> bool:
 
 
 def _unknown(loc: list[str]) -> str:
-    """What to say of a key nobody knows: its owner if it is an effect's, else the nearest name."""
+    """What to say of a key nobody knows: whose it is elsewhere, else the nearest name."""
     name = loc[-1]
     if loc[:-1] == ["effects"]:
+        if name == "accelerometer":
+            return (
+                "it does not act on the motion, so it is no effect; write it under sensors, "
+                "e.g. `sensors: {accelerometer: {bandwidth: 200}}`"
+            )
         known: list[str] = list(effect_classes())
         return f"no such effect{nearest(name, known)}; known are: {', '.join(known)}"
-    owners = [
-        effect
-        for effect, cls in effect_classes().items()
-        if name in getattr(cls, "_fields", ()) and loc[:-1] != ["effects", effect]
-    ]
     known = _known_keys(loc[:-1])
     allowed = f"; allowed here: {', '.join(known)}" if known else "; it takes no parameters"
+    owners = _owners(name)
     if owners and not difflib.get_close_matches(name, known, n=1, cutoff=0.8):
-        places = " or ".join(f"effects.{owner}.{name}" for owner in owners)
-        return f"not known here, it is a parameter of an effect: {places}{allowed}"
+        return f"not known here, it is a parameter of {' or '.join(owners)}{allowed}"
     return f"not known here{nearest(name, known)}{allowed}"
+
+
+def _owners(name: str) -> list[str]:
+    """Whose parameter it is, and its key there."""
+    effects = [
+        f"effects.{effect}.{name}"
+        for effect, cls in effect_classes().items()
+        if name in getattr(cls, "_fields", ())
+    ]
+    owners = [f"an effect: {' or '.join(effects)}"] if effects else []
+    return owners + [f"a sensor: sensors.NAME.{name}"] * (name in Accelerometer.model_fields)
 
 
 def _known_keys(loc: list[str]) -> list[str]:
@@ -114,6 +130,9 @@ def _known_keys(loc: list[str]) -> list[str]:
 
 
 def _sections_at(loc: list[str]) -> list[type[BaseModel]]:
+    """The classes that a section at this key may have."""
+    if len(loc) > 1 and loc[0] == "sensors":
+        loc = ["sensors", *loc[2:]]  # the name between is free
     sections: list[type[BaseModel]] = [Scene]
     for part in loc:
         annotations = [s.model_fields[part].annotation for s in sections if part in s.model_fields]

@@ -250,36 +250,36 @@ def _change(raw: dict[str, Any], changes: Sequence[_Change]) -> None:
 
 def _set(raw: dict[str, Any], change: _Change) -> None:
     *sections, last = change.key.split(".")
-    place = raw
+    here = raw
     for section in sections:
-        if place.get(section) is None:
-            place[section] = {}
-        place = _inside(place, section, change)
-    place[last] = change.value
+        if here.get(section) is None:
+            here[section] = {}
+        here = _inside(here, section, change)
+    here[last] = change.value
 
 
 def _remove(raw: dict[str, Any], change: _Change) -> None:
     *sections, last = change.key.split(".")
-    place, owner = raw, "the scene"
+    here, owner = raw, "the scene"
     for section in sections:
-        _check_there(place, section, owner, change)
-        place, owner = _inside(place, section, change), section
-    _check_there(place, last, owner, change)
-    del place[last]
+        _check_there(here, section, owner, change)
+        here, owner = _inside(here, section, change), section
+    _check_there(here, last, owner, change)
+    del here[last]
 
 
-def _check_there(place: dict[str, Any], key: str, owner: str, change: _Change) -> None:
+def _check_there(here: dict[str, Any], key: str, owner: str, change: _Change) -> None:
     """What is not there may be a slip of the pen for what is, which would silently stay."""
-    if key not in place:
-        there = [str(other) for other in place]
+    if key not in here:
+        there = [str(other) for other in here]
         raise SceneError(
             f"{change.said}: {owner} has no {key!r} to remove{nearest(key, there)}; it has "
             + (", ".join(there) or "no keys")
         )
 
 
-def _inside(place: dict[str, Any], section: str, change: _Change) -> dict[str, Any]:
-    inner = place[section]
+def _inside(here: dict[str, Any], section: str, change: _Change) -> dict[str, Any]:
+    inner = here[section]
     if not isinstance(inner, dict):
         raise SceneError(f"{change.said}: {section} is a value, it has no keys")
     return inner

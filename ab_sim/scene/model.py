@@ -6,10 +6,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
-from ab_sim.scene.deck import Deck, Inertia, Length, Mount, Vector, check_deck
-from ab_sim.scene.quantities import Count, Number, PerBall, quantity
+from ab_sim.scene.deck import Deck, Inertia, Mount, Vector, check_deck
+from ab_sim.scene.quantities import Count, Length, Number, PerBall, quantity
 from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.section import Section
+from ab_sim.scene.sensors import Sensors
 
 MAX_BALLS = 64
 
@@ -241,7 +242,7 @@ class Accuracy(Section):
         "error of any ball's angle from the unbalance", "rad", gt=0, le=10.0, default=None
     )
     whirl: Number | None = quantity(
-        "error of the deck's place, in eccentricities e; in race radii if e = 0",
+        "error of the deck's displacement, in eccentricities e; in race radii if e = 0",
         "1",
         gt=0,
         le=1e6,
@@ -256,7 +257,7 @@ class Accuracy(Section):
 
 
 class Scene(Section):
-    """One drive, the effects it is simulated with, its start and its spindle-speed profile."""
+    """One drive, its effects and sensors, its start and its spindle-speed profile."""
 
     name: str = ""
     description: str = ""
@@ -269,6 +270,11 @@ class Scene(Section):
     race: Race
     balls: Balls
     effects: dict[str, Any]
+    sensors: Sensors = Field(
+        default={},
+        description="accelerometers, each by a name of its own, with its parameters (`ab-sim "
+        "sensors` prints them), e.g. {accelerometer: {bandwidth: 200}}",
+    )
     start: Start = Start()
     spindle: Spindle
     profile: Annotated[StartUp | SpeedChange, Field(discriminator="kind")] | None = None
@@ -482,3 +488,9 @@ def _check_accuracy(scene: Scene) -> None:
             f"accuracy.angle = {scene.accuracy.angle:g} rad: is the balls', and the scene has none "
             "(balls.count); ask for accuracy.whirl"
         )
+
+
+def _check_sensors(scene: Scene) -> None:
+    step = None if scene.accuracy is not None else scene.solver.step
+    for name, sensor in scene.sensors.items():
+        sensor.check(f"sensors.{name}", step)

@@ -15,6 +15,7 @@ def _not_a_bool(value: Any) -> Any:
 
 
 Number = Annotated[float, BeforeValidator(_not_a_bool), Field(allow_inf_nan=False)]
+Length = Annotated[Number, Field(ge=-10, le=10)]
 Count = Annotated[int, BeforeValidator(_not_a_bool)]
 
 ONE, EACH = "<one>", "<each>"

@@ -31,7 +31,6 @@ def register(
     equation: str,
     source: str,
     uses_ball_radius: bool = False,
-    acts: bool = True,
 ) -> Callable[[EffectClass], EffectClass]:
     """Class decorator: make an effect known to scenes.
 
@@ -40,7 +39,6 @@ def register(
         equation: its equation, one line, symbols as in EQUATIONS.md.
         source: where that is from, with the equation's number there.
         uses_ball_radius: whether a scene with it has to give ``balls.radius``.
-        acts: whether it acts on the motion; a sensor only looks, and no kernel contains it.
 
     Raises:
         ValueError: another effect has the name, or a class of the same name.
@@ -60,7 +58,6 @@ def register(
         effect.equation = equation
         effect.source = source
         effect.uses_ball_radius = uses_ball_radius
-        effect.acts = acts
         _effects[name] = effect
         return effect
 

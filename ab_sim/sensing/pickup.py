@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.dynamics.effects.accelerometer import Accelerometer, steps_per_sample
 from ab_sim.integrate.compile_cache import compiled
+from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 
 NOISE_BLOCK = 1024
 """Steps whose noise is drawn together; a part of what a seed means."""
@@ -33,7 +33,7 @@ class PickupState(NamedTuple):
     """Everything that later readings depend on, besides the parameters and later forces."""
 
     mode: np.ndarray
-    """The low-pass' z, per axis [m/s^2], complex, shape (2,)."""
+    """The low-pass' z, per axis [m/s^2], complex, shape (axes,)."""
     force: np.ndarray
     """Last input of the low-pass, noise included, per axis [m/s^2]."""
     reading: np.ndarray
@@ -67,13 +67,15 @@ class Pickup:
     Args:
         accelerometer: its parameters.
         step: integration step [s].
+        axes: how many it has: 2, or 3 on a deck that moves in space, the third along the shaft.
 
     Raises:
         ValueError: there is no whole number of steps between samples.
     """
 
-    def __init__(self, accelerometer: Accelerometer, step: float) -> None:
+    def __init__(self, accelerometer: Accelerometer, step: float, axes: int = 2) -> None:
         self.accelerometer = accelerometer
+        self.axes = axes
         self.step = step
         self.steps_per_sample = steps_per_sample(accelerometer.sample_rate, step)
         turn = 2.0 * math.pi * accelerometer.bandwidth * step * complex(-1.0, 1.0) / math.sqrt(2.0)
@@ -82,10 +84,10 @@ class Pickup:
         # White up to half the integration rate, with the one-sided spectrum noise_density^2.
         self._noise_size = accelerometer.noise_density * math.sqrt(0.5 / step)
         self._block = -1
-        self._block_noise = np.empty((0, 2))
-        self.reset(np.zeros(2))
+        self._block_noise = np.empty((0, self.axes))
+        self.reset(np.zeros(self.axes))
         # Compiled here, so that no live drive has to wait for it.
-        nothing = np.empty((0, 2))
+        nothing = np.empty((0, self.axes))
         _low_pass(self._decay, self._drive, nothing, self._mode, self._force, nothing)
 
     def reset(self, initial: np.ndarray) -> None:
@@ -93,14 +95,14 @@ class Pickup:
 
         The reading that is held until the first sample is that of ``initial``.
         """
-        force = self._on_axes(np.asarray(initial, dtype=float).reshape(1, 2))[0]
-        self._mode = np.zeros(2, dtype=complex)
+        force = self._on_axes(np.asarray(initial, dtype=float).reshape(1, self.axes))[0]
+        self._mode = np.zeros(self.axes, dtype=complex)
         self._force = force
         self._reading = self._digits(force)
 
     @property
     def reading(self) -> np.ndarray:
-        """The reading that is held [m/s^2], shape (2,)."""
+        """The reading that is held [m/s^2], shape (axes,)."""
         return self._reading.copy()
 
     @property
@@ -119,16 +121,16 @@ class Pickup:
             first_step: number of the first of these steps; one more than the last one's of the
                 call before.
             specific_force: acceleration minus gravity at the end of each step, on inertial axes
-                [m/s^2], shape (steps, 2).
+                [m/s^2], shape (steps, axes).
 
         Returns:
-            What the sensor shows then, on its own axes [m/s^2], shape (steps, 2). It takes a
+            What the sensor shows then, on its own axes [m/s^2], shape (steps, axes). It takes a
             sample at every step whose number is a multiple of ``steps_per_sample``, and holds it.
         """
         force = self._on_axes(np.asarray(specific_force, dtype=float))
         count = len(force)
         if count == 0:
-            return np.empty((0, 2))
+            return np.empty((0, self.axes))
         if self._noise_size:
             force += self._noise(first_step, count)
         passed = np.empty_like(force)
@@ -145,7 +147,8 @@ class Pickup:
         x, y = force[:, 0], force[:, 1]
         cosine = math.cos(self.accelerometer.axis_angle)
         sine = math.sin(self.accelerometer.axis_angle)
-        return np.column_stack((cosine * x + sine * y, cosine * y - sine * x))
+        turned = cosine * x + sine * y, cosine * y - sine * x
+        return np.column_stack((*turned, *force.T[2:]))
 
     def _noise(self, first_step: int, count: int) -> np.ndarray:
         start = first_step % NOISE_BLOCK
@@ -160,7 +163,7 @@ class Pickup:
             bits = np.random.Philox(
                 key=(_STREAM << 64) | self.accelerometer.seed, counter=block << 64
             )
-            normal = np.random.Generator(bits).standard_normal((NOISE_BLOCK, 2))
+            normal = np.random.Generator(bits).standard_normal((NOISE_BLOCK, self.axes))
             self._block, self._block_noise = block, self._noise_size * normal
         return self._block_noise
 

@@ -1,5 +1,6 @@
-"""What each effect of a scene costs: time per step with all off, each alone, the scene's set."""
+"""What each effect and sensor of a scene costs: per step with all off, each alone, the set."""
 
+import contextlib
 import datetime
 import math
 import os
@@ -42,7 +43,7 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Variant:
-    """The scene with some of its effects."""
+    """The scene with some of its effects and sensors."""
 
     name: str
     scene: Scene
@@ -66,11 +67,12 @@ class Spread(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Row:
+class VariantCost:
     """One variant, measured."""
 
     name: str
     effects: tuple[str, ...]
+    sensors: tuple[str, ...]
     added: tuple[str, ...]
     ns_per_step: Spread | None
     """None where the variant cannot run; ``failure`` says why."""
@@ -98,7 +100,7 @@ class EffectCost:
     """The balls start this much further along the race than the scene says [rad]."""
     steps_per_run: int
     repeats: int
-    rows: tuple[Row, ...]
+    rows: tuple[VariantCost, ...]
 
     def table(self) -> dict[str, Any]:
         """As JSON-able values."""
@@ -162,24 +164,30 @@ def variants(scene: Scene, leave_one_out: bool = False) -> list[Variant]:
     """The scene without effects, with each alone, with its set; and with its set less one each.
 
     All with the stepper that the scene itself takes. An effect that is refused alone comes with
-    the fewest others of the scene that make it valid.
+    the fewest others of the scene that make it valid. Sensors count as effects do.
 
     Raises:
         SceneError: the scene cannot run at its step.
     """
     stepper = choose_stepper(scene, system_of(scene)).stepper.name
-    found = [Variant(BASE, _with_effects(scene, (), stepper))]
-    for name in scene.effects:
-        found.append(_alone(scene, name, stepper))
-    found.append(Variant(ALL, _with_effects(scene, tuple(scene.effects), stepper)))
+    effects, sensors = tuple(scene.effects), tuple(scene.sensors)
+    found = [Variant(BASE, _with(scene, (), (), stepper))]
+    found += [_alone(scene, name, stepper) for name in effects]
+    found += [Variant(f"sensor {name}", _with(scene, (), (name,), stepper)) for name in sensors]
+    found.append(Variant(ALL, _with(scene, effects, sensors, stepper)))
     if leave_one_out:
-        for name in scene.effects:
-            rest = tuple(other for other in scene.effects if other != name)
-            try:
-                found.append(Variant(f"all but {name}", _with_effects(scene, rest, stepper)))
-            except SceneError:
-                continue  # another effect needs it
+        for name in effects:
+            with contextlib.suppress(SceneError):  # another effect needs it
+                made = _with(scene, _without(effects, name), sensors, stepper)
+                found.append(Variant(f"all but {name}", made))
+        for name in sensors:
+            made = _with(scene, effects, _without(sensors, name), stepper)
+            found.append(Variant(f"all but sensor {name}", made))
     return found
+
+
+def _without(names: tuple[str, ...], name: str) -> tuple[str, ...]:
+    return tuple(other for other in names if other != name)
 
 
 def _alone(scene: Scene, name: str, stepper: str) -> Variant:
@@ -187,15 +195,16 @@ def _alone(scene: Scene, name: str, stepper: str) -> Variant:
     for count in range(len(others) + 1):
         for added in combinations(others, count):
             try:
-                return Variant(name, _with_effects(scene, (*added, name), stepper), added)
+                return Variant(name, _with(scene, (*added, name), (), stepper), added)
             except SceneError:
                 continue
     raise SceneError(f"effects.{name}: is refused with any of the scene's other effects")
 
 
-def _with_effects(scene: Scene, names: Sequence[str], stepper: str) -> Scene:
+def _with(scene: Scene, effects: Sequence[str], sensors: Sequence[str], stepper: str) -> Scene:
     raw = scene.as_mapping()
-    raw["effects"] = {name: raw["effects"][name] for name in raw["effects"] if name in names}
+    for section, names in (("effects", effects), ("sensors", sensors)):
+        raw[section] = {name: raw[section][name] for name in raw[section] if name in names}
     raw["solver"] = {**raw["solver"], "stepper": stepper}
     if not any(effect_classes()[name].uses_ball_radius for name in raw["effects"]):
         raw["balls"].pop("radius", None)
@@ -288,8 +297,8 @@ def measure(
     running = [runner for runner in runners if not runner.failure]
     for turn in range(repeats):
         tell("measuring", turn, repeats)
-        for place in range(len(running)):
-            running[(turn + place) % len(running)].time_once()
+        for at in range(len(running)):
+            running[(turn + at) % len(running)].time_once()
     base = np.array(runners[0].nanoseconds)
     return EffectCost(
         scene.name,
@@ -303,11 +312,12 @@ def measure(
     )
 
 
-def _row(runner: _Runner, base: np.ndarray) -> Row:
+def _row(runner: _Runner, base: np.ndarray) -> VariantCost:
     times = np.array(runner.nanoseconds)
-    return Row(
+    return VariantCost(
         runner.variant.name,
         tuple(runner.variant.scene.effects),
+        tuple(runner.variant.scene.sensors),
         runner.variant.added,
         Spread.of(times) if len(times) else None,
         Spread.of(times / base) if len(times) else None,

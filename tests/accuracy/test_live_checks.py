@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.accuracy import live_checks as error_checks
+from ab_sim.accuracy import live_checks
 from ab_sim.accuracy.deviation import Deviation, Samples, deviation
-from ab_sim.accuracy.live_checks import SLICE, WINDOW, ErrorChecks
+from ab_sim.accuracy.live_checks import SLICE, WINDOW, LiveChecks
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import load_scene
@@ -16,7 +16,7 @@ from ab_sim.scene import load_scene
 PER_WAKE = 4
 
 
-def run(checks: ErrorChecks, seconds: float, each: float = 1.0) -> Trajectory:
+def run(checks: LiveChecks, seconds: float, each: float = 1.0) -> Trajectory:
     """As a node does it, whose work takes ``each`` second at each wake-up."""
     parts = []
     drive = checks._drive
@@ -51,7 +51,7 @@ def test_estimate_is_near_the_true_error(name: str, stepper: str, step: float) -
     """Within a factor of two of the largest error of the whole run; it does not exaggerate."""
     changes = ["effects.rolling_friction=", "balls.radius=1e-3"] if name == "thesis-hold" else []
     solver = [f"solver.stepper={stepper}", f"solver.step={step}"]
-    checks = ErrorChecks(Drive(load_scene(name, [*changes, *solver])), 0.5)
+    checks = LiveChecks(Drive(load_scene(name, [*changes, *solver])), 0.5)
     got = run(checks, 6.0)
     true, found = true_error(name, changes, got, step), checks.largest
     assert checks.checked > 0.9 * len(got) - SLICE
@@ -66,11 +66,11 @@ def commands(k: int) -> list[float]:
     return [200.0, 1.0 * (k % 90)] if k % 101 == 7 else []
 
 
-@pytest.mark.parametrize("changes", [[], ["effects.accelerometer={}"]])
+@pytest.mark.parametrize("changes", [[], ["sensors.accelerometer={}"]])
 def test_the_run_is_the_same_with_and_without(changes: list[str]) -> None:
     scene = load_scene("one-ball", changes)
     plain, checked = Drive(scene, commanded=True), Drive(scene, commanded=True)
-    checks = ErrorChecks(checked, 0.5)
+    checks = LiveChecks(checked, 0.5)
     for k in range(700):
         for speed in commands(k):
             plain.command(speed)
@@ -85,7 +85,7 @@ def test_the_run_is_the_same_with_and_without(changes: list[str]) -> None:
 def test_commands_are_followed_at_the_same_instants() -> None:
     """Else the two would differ by what the command does, not by the step."""
     scene = load_scene("one-ball", ["effects.rolling_friction="])
-    checks = ErrorChecks(Drive(scene, commanded=True), 0.5)
+    checks = LiveChecks(Drive(scene, commanded=True), 0.5)
     for k in range(1500):
         for speed in commands(k):
             checks.command(speed)
@@ -99,7 +99,7 @@ def test_slices_do_not_matter() -> None:
     """Cut between samples, or within what one wake-up did."""
     found = []
     for steps in (1, 7, 10**6):
-        checks = ErrorChecks(Drive(load_scene("nsc-case-1", ["solver.stepper=rk4"])), 1.0)
+        checks = LiveChecks(Drive(load_scene("nsc-case-1", ["solver.stepper=rk4"])), 1.0)
         for _ in range(25):
             checks.advance(5)
             checks.check(steps)
@@ -121,7 +121,7 @@ class Clock:
             return advance(drive, steps)
 
         monkeypatch.setattr(Drive, "advance", timed)
-        monkeypatch.setattr(error_checks, "time", SimpleNamespace(thread_time=lambda: self.now))
+        monkeypatch.setattr(live_checks, "time", SimpleNamespace(thread_time=lambda: self.now))
 
 
 @pytest.mark.parametrize("share", [0.01, 0.05, 0.5])
@@ -131,7 +131,7 @@ def test_checks_keep_within_their_share(
 ) -> None:
     """From the first slice on, that is; what costs too much is done more rarely."""
     Clock(monkeypatch, per_step)
-    checks = ErrorChecks(Drive(load_scene("one-ball")), share, longest=1e-3)
+    checks = LiveChecks(Drive(load_scene("one-ball")), share, longest=1e-3)
     checks.warm_up(100.0, PER_WAKE)
     assert checks.checked == 0 and checks.share == 0.0 and checks.largest == (0.0, 0.0)
     for _ in range(2500):
@@ -145,7 +145,7 @@ def test_checks_keep_within_their_share(
 
 
 def test_a_diverging_half_step_is_an_infinite_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    checks = ErrorChecks(Drive(load_scene("one-ball")), 0.5)
+    checks = LiveChecks(Drive(load_scene("one-ball")), 0.5)
     run(checks, 0.5)
     bounds = checks._shadow._work.bounds.copy()
     checks._shadow._work.bounds[:] = 0.0
@@ -158,12 +158,12 @@ def test_a_diverging_half_step_is_an_infinite_error(monkeypatch: pytest.MonkeyPa
 
 def test_a_ledger_is_refused(scene: Any) -> None:
     with pytest.raises(ValueError, match="a drive without a ledger"):
-        ErrorChecks(Drive(scene(), ledger=True), 0.05)
+        LiveChecks(Drive(scene(), ledger=True), 0.05)
 
 
 def test_reset_begins_again() -> None:
     drive = Drive(load_scene("nsc-case-1", ["solver.stepper=rk4"]))
-    checks = ErrorChecks(drive, 0.5)
+    checks = LiveChecks(drive, 0.5)
     first = run(checks, 1.0)
     found = checks.largest
     assert found.angle > 0
@@ -175,7 +175,7 @@ def test_reset_begins_again() -> None:
 
 def test_the_estimate_forgets_windows_that_are_long_past() -> None:
     drive = Drive(load_scene("nsc-case-1", ["solver.stepper=rk4"]))  # settles from its start
-    checks = ErrorChecks(drive, 0.5)
+    checks = LiveChecks(drive, 0.5)
     run(checks, 4.0)
     assert checks.estimate.angle < 0.01 * checks.largest.angle
 
@@ -183,4 +183,4 @@ def test_the_estimate_forgets_windows_that_are_long_past() -> None:
 @pytest.mark.parametrize("share", [0.0, -0.1, 1.1, float("nan")])
 def test_a_share_is_a_share(share: Any) -> None:
     with pytest.raises(ValueError, match="must be above 0, and at most 1"):
-        ErrorChecks(Drive(load_scene("one-ball")), share)
+        LiveChecks(Drive(load_scene("one-ball")), share)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.accuracy.live_checks import ErrorChecks
+from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
 from ab_sim.errors import SceneError
 from ab_sim.scene import Scene, check_scene
@@ -96,7 +96,7 @@ def test_errors_fall_with_the_step(stepper: str, step: float, most: float) -> No
 def test_the_live_estimate_sees_it() -> None:
     """Its run again at half the step takes the curve in steps of half the length."""
     scene = changing(SLIPPERY, 1e-4, 0.1003, solver={"stepper": "rk4", "step": 1e-3})
-    checks = ErrorChecks(Drive(scene), 0.5)
+    checks = LiveChecks(Drive(scene), 0.5)
     run = checks.advance(120)
     checks.check(10**6)
     true = np.abs(run.ball_angles[9::10] - truth(SLIPPERY, 1e-4, 0.1003)[:12]).max()

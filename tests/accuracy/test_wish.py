@@ -218,7 +218,7 @@ def test_periods_that_leave_no_choice_are_refused(rate: float) -> None:
 
 
 def test_an_accelerometer_gets_steps_that_suit_it() -> None:
-    changes = [*SHORT["one-ball"], "effects.accelerometer={}", "accuracy.angle=1e-3"]
+    changes = [*SHORT["one-ball"], "sensors.accelerometer={}", "accuracy.angle=1e-3"]
     drive, _ = resolved(load_scene("one-ball", changes))
     assert drive.step <= 1e-3, "one sample per step at most"
     assert 1e-3 / drive.step == pytest.approx(round(1e-3 / drive.step))

@@ -129,8 +129,8 @@ def test_replay_with_motor_and_accelerometer_is_bit_exact(scene: Any, tmp_path: 
                 "proportional_gain": 1e-3,
                 "integral_gain": 2e-3,
             },
-            "accelerometer": {"seed": 3},
-        }
+        },
+        sensors={"accelerometer": {"seed": 3}},
     )
     drive = Drive(made, commanded=True)
     random = np.random.default_rng(1)

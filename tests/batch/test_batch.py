@@ -34,7 +34,6 @@ EVERYTHING_SMOOTH: dict[str, Any] = {
     "hardening_suspension": {"cubic_stiffness": 1e8},
     "gravity": {"tilt": 1.2, "direction": 0.7},
     "race_runout": {"offset_1": 3e-4, "offset_2": -2e-4, "lobe": 2e-4, "lobe_angle": 0.3},
-    "accelerometer": {"noise_density": 1e-3},
 }
 
 
@@ -90,14 +89,16 @@ def test_every_scalar_may_vary(scene: Any, balls: int) -> None:
 
 
 def test_all_effects_that_are_smooth(scene: Any) -> None:
-    base = quick(scene, effects=EVERYTHING_SMOOTH, start={"ball_angles": [0.4, -0.7]})
+    sensors = {"pickup": {"noise_density": 1e-3}, "other": {"axis_angle": 1.0}}
+    start = {"ball_angles": [0.4, -0.7]}
+    base = quick(scene, effects=EVERYTHING_SMOOTH, sensors=sensors, start=start)
     variations: list[dict[str, Any]] = [
         {
             "effects.gravity.tilt": 0.3 * i,
             "effects.hardening_suspension.cubic_stiffness": 1e8 * i,
             "effects.unequal_suspension.axis_angle": 0.1 * i,
             "effects.race_runout.lobe_angle": 0.2 * i,
-            "effects.accelerometer.seed": i,
+            "sensors.pickup.seed": i,
         }
         for i in range(3)
     ]
@@ -189,7 +190,7 @@ def test_scenes_with_events_run_one_by_one_and_exactly(scene: Any) -> None:
 
 
 def test_an_accelerometer_takes_every_step_whatever_it_runs_beside(scene: Any) -> None:
-    silent = {"effects.accelerometer": {"noise_density": 0.0}}
+    silent = {"sensors.pickup": {"noise_density": 0.0}}
     assert_equal_to_drives(quick(scene), [{}, silent], every=10)
 
 

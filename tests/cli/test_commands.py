@@ -135,15 +135,25 @@ MOTOR = "rotor_inertia: 2.9e-5, torque_limit: 1.5e-3, proportional_gain: 1.0e-3"
 
 def test_motor_and_accelerometer_are_in_the_json() -> None:
     done = ab_sim(
-        "run", "weak-motor", "--set", "effects.accelerometer={}", "--times", "0.5",
+        "run", "weak-motor", "--set", "sensors.accelerometer={}", "--times", "0.5",
         "--set", "duration=0.5", "--json", "-",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     (sample,) = json.loads(done.stdout)["samples"]
     assert 4e-4 < sample["motor_torque"] < 5e-4, "at its limit, less what the speed takes"
-    assert len(sample["accelerometer"]) == 2
+    assert [len(reading) for reading in sample["readings"].values()] == [2]
     assert 60.0 < sample["omega"] < 75.0
-    assert "of 80 commanded rad/s" in done.stderr
+    assert "of 80 commanded rad/s" in done.stderr and "sensors" in done.stderr
+
+
+def test_sensors_are_described() -> None:
+    done = ab_sim("sensors")
+    assert done.returncode == 0, done.stderr
+    for words in ("F_c, where the low-pass is 3 dB down [Hz]; default 100", "Butterworth", "TDK"):
+        assert words in done.stdout, words
+    checked = ab_sim("check", "on-edge")
+    assert "sensor accelerometer" in checked.stdout
+    assert "Butterworth" not in ab_sim("effects").stdout, "no effects"
 
 
 def test_an_accuracy_is_turned_into_a_solver_and_reported() -> None:
@@ -175,7 +185,7 @@ def test_check_says_what_would_be_simulated(tmp_path: Path) -> None:
     text = find_scene("thesis-hold").read_text()
     for old, new in (
         ("mass: 1.0e-3,", "mass: [1.0e-3, 2.0e-3],"),
-        ("arm: 1.0e-6}", "arm: 0}\n  - gravity: {tilt: 1.5707963}\n  - accelerometer"),
+        ("arm: 1.0e-6}", "arm: 0}\n  - gravity: {tilt: 1.5707963}\nsensors: {left: }"),
         ("coefficient: 1.0}", f"coefficient: 30.0}}\n  - motor: {{{MOTOR}}}"),
     ):
         assert old in text

@@ -37,7 +37,7 @@ def test_effects_are_documented(name: str, effect: Any) -> None:
         assert field["description"] and field["unit"], key
     own = {key for key in vars(effect) if callable(vars(effect)[key]) and not key.startswith("_")}
     own -= {"check_scene"}
-    assert bool(own) == effect.acts, "it does something, if it is said to act"
+    assert own, "it does something"
     assert own <= METHODS, "and nothing that no kernel would call"
 
 
@@ -64,7 +64,6 @@ HALVES: tuple[dict[str, Any], ...] = (
         "hardening_suspension": {"cubic_stiffness": 1e8},
         "gravity": {"tilt": 1.0},
         "race_runout": {"lobe": 1e-5},
-        "accelerometer": {},
     },
     {
         "spindle_acceleration": {},
@@ -78,13 +77,11 @@ HALVES: tuple[dict[str, Any], ...] = (
         "race_friction": {"coefficient": 0.01},
         "ball_contact": {"restitution_coefficient": 0.5},
         "motor": {"rotor_inertia": 2e-5, "torque_limit": 1e-2, "proportional_gain": 1e-3},
-        "accelerometer": {},
     },
 )
-"""Each effect that acts is in one of them and not in the other; the first has no events."""
+"""Each effect is in one of them and not in the other; the first has no events."""
 
 
-ACTING = [name for name, effect in effect_classes().items() if effect.acts]
 MOVING: dict[str, Any] = {"deck": Deck(3e-4, -2e-4, 0.05, 0.04), "ball": Ball(1e-3, 2e-3)}
 """Arguments by name; others are numbers."""
 
@@ -118,7 +115,7 @@ def in_lanes(
     return out
 
 
-@pytest.mark.parametrize("name", ACTING)
+@pytest.mark.parametrize("name", effect_classes())
 def test_an_effect_computes_and_does_nothing_else(name: str) -> None:
     """As the folder's documentation says: the same compiled, and unless it has events in lanes."""
     (half,) = [half for half in HALVES if name in half]
@@ -172,10 +169,9 @@ def test_what_a_scene_does_not_name_is_not_in_its_kernel(
     """Its class is not among the types that the kernel is compiled for, nor in its code."""
     effect = effect_classes()[name]
     word = re.compile(rf"(?<![A-Za-z]){effect.__name__}(?![A-Za-z])")
-    assert sum(name in half for half in HALVES) == (1 if effect.acts else 2)
+    assert sum(name in half for half in HALVES) == 1
     for half, (types, code) in zip(HALVES, kernels, strict=True):
-        named = name in half and effect.acts
-        assert bool(word.search(types)) == named
+        assert bool(word.search(types)) == (name in half)
         assert (effect.__name__ in types) == (effect.__name__ in code)
 
 

@@ -254,10 +254,11 @@ def test_description_is_latched(fleet: Fleet) -> None:
     assert description["race_radius"] == 0.0165
 
 
-def test_motor_and_accelerometer_are_published(fleet: Fleet) -> None:
+def test_motor_and_sensors_are_published(fleet: Fleet) -> None:
     joints, blocks = fleet.listen(topics.JOINT_STATES), fleet.listen(topics.BLOCK)
     vibration = fleet.listen(topics.VIBRATION)
-    fleet.start("drive_sim", scene="weak-motor", changes="['effects.accelerometer={}']")
+    changes = "['sensors.front={}', 'sensors.side.axis_angle=1.5']"
+    fleet.start("drive_sim", scene="weak-motor", changes=changes)
     fleet.command(100.0)
     fleet.until(lambda: joints and JointSample.of(joints[-1]).spindle_speed > 62.0, "62 rad/s")
     before = len(joints)
@@ -270,13 +271,16 @@ def test_motor_and_accelerometer_are_published(fleet: Fleet) -> None:
     torques = [JointSample.of(message).spindle_torque for message in joints]
     assert all(torque is not None for torque in torques)
     assert max(filter(None, torques)) == pytest.approx(4.4e-4, rel=0.01), "all that it can give"
-    assert {message.header.frame_id for message in vibration} == {"accelerometer"}
     channels, samples = Block.of(blocks[0]).channels, rows(blocks)
-    assert channels[-3:] == ("motor_torque", "accelerometer_1", "accelerometer_2")
-    shown = {(s.x, s.y) for s in map(VectorSample.of_vibration, vibration)}
-    assert shown <= {tuple(reading) for reading in samples[:, -2:].tolist()}
+    assert channels[-5:] == ("motor_torque", "front_1", "front_2", "side_1", "side_2")
+    shown = [VectorSample.of_vibration(message) for message in vibration]
+    assert {sample.frame for sample in shown} == {"front", "side"}
+    for name, first in (("front", -4), ("side", -2)):
+        readings = {tuple(reading) for reading in samples[:, [first, first + 1]].tolist()}
+        assert {(sample.x, sample.y) for sample in shown if sample.frame == name} <= readings
     health = fleet.health("drive_sim")
     assert health is not None
+    assert health.values["sensors"] == "front, side"
     assert health.values["stepper chosen"] == "auto: stable at this step"
     assert health.values["crowded steps"] == "0" and "events" in health.values
     assert "rk8 at 0.001 s (auto: stable at this step)" in fleet.log("drive_sim")

@@ -93,7 +93,7 @@ def test_nothing_is_compiled_or_loaded_once_it_runs(
     """Numba says when it takes a kernel from its cache, or puts a new one there."""
     monkeypatch.setenv("NUMBA_DEBUG_CACHE", "1")
     fleet: Fleet = request.getfixturevalue("fleet")
-    fleet.start("drive_sim", scene="weak-motor", changes="['effects.accelerometer={}']")
+    fleet.start("drive_sim", scene="weak-motor", changes="['sensors.accelerometer={}']")
     fleet.until(lambda: number(fleet, "simulated time [s]") > 0.2, "it runs")
     fleet.command(120.0)
     fleet.until(lambda: number(fleet, "steps checked") > 300, "steps are done again")

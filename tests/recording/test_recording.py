@@ -126,20 +126,23 @@ def test_other_channels_and_another_order_are_kept(tmp_path: Path) -> None:
     assert back.samples.tobytes() == wide.tobytes()
 
 
-def test_motor_and_accelerometer_have_places_of_their_own(tmp_path: Path) -> None:
+def test_motor_and_sensors_have_places_of_their_own(tmp_path: Path) -> None:
     names, samples = run(50)
-    more = [*names, "motor_torque", "accelerometer_1", "accelerometer_2"]
-    wide = np.column_stack([samples, np.random.default_rng(1).normal(size=(50, 3))])
+    more = [*names, "motor_torque", "deck_1", "deck_2", "a_1_1", "a_1_2"]
+    wide = np.column_stack([samples, np.random.default_rng(1).normal(size=(50, 5))])
     path = tmp_path / "run.rrd"
-    with Recording(path, description=describe(effects=["motor", "accelerometer"])) as recording:
+    with Recording(
+        path, description=describe(effects=["motor"], sensors=["deck", "a_1"])
+    ) as recording:
         recording.block(more, wide)
     assert read_recording(path).samples.tobytes() == wide.tobytes()
     torque = np.array(cells(path, "/spindle/torque", "Scalars:scalars"))
-    readings = np.array(cells(path, "/deck/accelerometer", "Scalars:scalars"))
-    assert np.array_equal(np.column_stack([torque, readings]), wide[:, -3:])
+    readings = np.array(cells(path, "/sensors/deck", "Scalars:scalars"))
+    others = np.array(cells(path, "/sensors/a_1", "Scalars:scalars"))
+    assert np.array_equal(np.column_stack([torque, readings, others]), wide[:, -5:])
     record(tmp_path / "plain.rrd", names, samples)
     assert set(views(path)) - set(views(tmp_path / "plain.rrd")) == {"Motor: torque [N m]"}
-    sizes = np.array(cells(path, "/plot/vibration/reading", "Scalars:scalars"))[:, 0]
+    sizes = np.array(cells(path, "/plot/vibration/sensors/deck", "Scalars:scalars"))[:, 0]
     np.testing.assert_allclose(sizes, np.hypot(*readings.T))
 
 
@@ -464,6 +467,7 @@ def test_a_file_that_is_lost_meanwhile_holds_nothing(
     ("changes", "match"),
     [
         ({"race_radius": None}, "race_radius"),
+        ({"sensors": 3}, "sensors"),
         ({"balls": "many"}, "balls"),
         ({"ball_radii": 1e-3}, "ball_radii"),
         ({"ball_radii": [1e-3]}, "1 ball_radii for 2 balls"),

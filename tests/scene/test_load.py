@@ -162,7 +162,7 @@ JUST_BEYOND = [
     ("thesis-hold", "spindle.max_speed", 420.0, "start.speed"),
     ("thesis-hold", "spindle.max_acceleration", 50.0, "profile.acceleration"),
     ("thesis-hold", "race.radius", 0.01, "balls.radius"),
-    ("on-edge", "effects.accelerometer.range", 156.9064, "effects.accelerometer.resolution"),
+    ("on-edge", "sensors.accelerometer.range", 156.9064, "sensors.accelerometer.resolution"),
 ]
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 from scipy import signal, stats
 
-from ab_sim.dynamics.effects.accelerometer import Accelerometer, steps_per_sample
-from ab_sim.scene.registry import effect_parameters
+from ab_sim.scene.model import Solver
+from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 from ab_sim.sensing import Pickup
 from ab_sim.sensing.pickup import NOISE_BLOCK
 
@@ -23,7 +23,7 @@ CLEAN = Accelerometer(
 
 
 def pickup(step: float = STEP, **changes: Any) -> Pickup:
-    return Pickup(CLEAN._replace(**changes), step)
+    return Pickup(CLEAN.model_copy(update=changes), step)
 
 
 def along_x(values: Any) -> np.ndarray:
@@ -314,10 +314,11 @@ def test_what_is_given_is_not_changed() -> None:
 
 
 def test_parameters_are_documented_and_have_defaults() -> None:
-    assert Accelerometer.__doc__
-    for key, field in effect_parameters(Accelerometer).items():
+    assert Accelerometer.__doc__ and Accelerometer.equation and Accelerometer.source
+    parameters = Accelerometer.model_json_schema()["properties"]
+    assert set(parameters) == set(Accelerometer().model_dump())
+    for key, field in parameters.items():
         assert field["description"] and field["unit"], key
-    assert TypeAdapter(Accelerometer).validate_python({}) == Accelerometer()
 
 
 @pytest.mark.parametrize(
@@ -336,11 +337,11 @@ def test_parameters_are_documented_and_have_defaults() -> None:
 )
 def test_refuses_parameters_out_of_bounds(key: str, value: Any) -> None:
     with pytest.raises(ValidationError):
-        TypeAdapter(Accelerometer).validate_python({key: value})
+        Accelerometer.model_validate({key: value})
 
 
-def test_defaults_suit_the_default_step(scene: Any) -> None:
-    Accelerometer().check_scene(scene())
+def test_defaults_suit_the_default_step() -> None:
+    Accelerometer().check("sensors.a", Solver().step)
 
 
 @pytest.mark.parametrize(
@@ -353,11 +354,9 @@ def test_defaults_suit_the_default_step(scene: Any) -> None:
         ({"resolution": 200.0}, r"resolution = 200 m/s\^2: must be at most the range"),
     ],
 )
-def test_refuses_what_does_not_go_with_the_scene(
-    changes: dict[str, float], message: str, scene: Any
-) -> None:
-    with pytest.raises(ValueError, match=r"^effects\.accelerometer\." + message):
-        Accelerometer()._replace(**changes).check_scene(scene())
+def test_refuses_what_does_not_go_with_the_step(changes: dict[str, float], message: str) -> None:
+    with pytest.raises(ValueError, match=r"^sensors\.a\." + message):
+        Accelerometer(**changes).check("sensors.a", 1e-3)
 
 
 @given(st.integers(1, 10**9), st.integers(1, 10**6))

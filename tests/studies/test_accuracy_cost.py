@@ -18,7 +18,7 @@ from ab_sim.figures.accuracy_cost import accuracy_figure
 from ab_sim.integrate.registry import stepper_named, steppers
 from ab_sim.scene import check_scene
 from ab_sim.scene.load import with_solver
-from ab_sim.studies.accuracy_cost import Accuracy, Bound, Row, measure
+from ab_sim.studies.accuracy_cost import AccuracyCost, Bound, SettingCost, measure
 from ab_sim.studies.accuracy_cost import families as families_module
 from ab_sim.studies.accuracy_cost.energy import ledger_refusal
 from ab_sim.studies.accuracy_cost.families import all_families
@@ -51,18 +51,18 @@ def made(**changes: Any) -> Any:
 
 
 @lru_cache
-def study() -> Accuracy:
+def study() -> AccuracyCost:
     return measure(made(**SMOOTH), repeats=1, steps=STEPS, tolerances=TOLERANCES)
 
 
-def rows_of(method: str) -> list[Row]:
+def rows_of(method: str) -> list[SettingCost]:
     return sorted(
         (row for row in study().rows if row.method == method and row.errors),
         key=lambda row: row.step or row.tolerance or 0.0,
     )
 
 
-def order(rows: list[Row], least: float = 0.0) -> float:
+def order(rows: list[SettingCost], least: float = 0.0) -> float:
     """Slope of log error in whirl over log step, where the error is more than rounding."""
     pairs = [
         (row.step, row.errors.whirl.value)

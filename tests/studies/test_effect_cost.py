@@ -30,6 +30,17 @@ def test_variants_none_each_alone_and_the_set(scene: Any) -> None:
     assert found[-1].scene.effects == made.effects
 
 
+def test_sensors_count_as_effects_do(scene: Any) -> None:
+    made = scene(sensors={"left": {}, "right": {"seed": 1}})
+    found = {variant.name: variant.scene for variant in variants(made, leave_one_out=True)}
+    assert not found[BASE].sensors and not found["ball_spin"].sensors
+    alone = found["sensor right"]
+    assert not alone.effects and alone.sensors == {"right": made.sensors["right"]}
+    assert found[ALL].sensors == made.sensors == found["all but ball_spin"].sensors
+    without = found["all but sensor right"]
+    assert without.effects == made.effects and list(without.sensors) == ["left"]
+
+
 def test_an_effect_that_is_refused_alone_brings_what_it_needs(scene: Any) -> None:
     made = scene(effects={"motor": MOTOR, "gravity": {"tilt": 1.0}})
     added = {variant.name: variant.added for variant in variants(made)}

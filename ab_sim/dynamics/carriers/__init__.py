@@ -22,6 +22,10 @@ in Python the methods
 
     read(self, states, beyond, psi)
         its channels, from its own states and its outputs, one line for each sample
+    felt(self, system, states, beyond, psi, point)
+        specific force at a point of the deck on its axes, one line for each sample
+    stopped(self, states)
+        the same states at rest
     scale(self, length, speed)
         magnitudes of its states, for errors to be measured by, from a length and a spindle speed
     energy(self, system, state, psi, speed) -> J

@@ -171,6 +171,22 @@ class Planar(NamedTuple):
             found[:, column + 1] = s * one + c * two
         return found
 
+    def felt(
+        self,
+        system: Any,
+        states: np.ndarray,
+        beyond: np.ndarray,
+        psi: np.ndarray,
+        point: np.ndarray,
+    ) -> np.ndarray:
+        """Specific force on inertial axes [m/s^2]: the same all over a deck that never turns."""
+        own: np.ndarray = self.read(states, beyond, psi)[:, 4:] - np.array(gravity(system.effects))
+        return own
+
+    def stopped(self, states: np.ndarray) -> np.ndarray:
+        """The same states at rest."""
+        return states * np.array([1.0, 1.0, 0.0, 0.0])
+
     def scale(self, length: float, speed: float) -> list[float]:
         """Magnitudes of the states, for errors to be measured by; in Python only."""
         return [length, length, length * speed, length * speed]

@@ -266,6 +266,29 @@ class Tilting(NamedTuple):
         parts = place, velocity, beyond[:, :3], turn, rates, beyond[:, 3:]
         return np.concatenate(parts, axis=1)
 
+    def felt(
+        self,
+        system: Any,
+        states: np.ndarray,
+        beyond: np.ndarray,
+        psi: np.ndarray,
+        point: np.ndarray,
+    ) -> np.ndarray:
+        """Specific force at a point of the deck on its axes [m/s^2], shape (samples, 3)."""
+        turn = np.array(turn_of(states.T)).reshape(3, 3, -1)
+        force = np.einsum("jis,sj->si", turn, beyond[:, :3] - np.array(self.gravity))
+        rates, change = states[:, 10:13], beyond[:, 3:]
+        own: np.ndarray = (
+            force + np.cross(change, point) + np.cross(rates, np.cross(rates, point[None, :]))
+        )
+        return own
+
+    def stopped(self, states: np.ndarray) -> np.ndarray:
+        """The same states at rest."""
+        found = states.copy()
+        found[:, 7:] = 0.0
+        return found
+
     def scale(self, length: float, speed: float) -> list[float]:
         """Magnitudes of the states, for errors to be measured by; in Python only."""
         return [*[length] * 3, *[1.0] * 4, *[length * speed] * 3, *[speed] * 3]

@@ -51,11 +51,9 @@ no event locates costs accuracy.
     check_scene(self, scene)
         raises ValueError for a scene in which the effect makes no sense
 
-``register`` adds the equation, its source, whether the balls' radius matters, and whether the
-effect acts on the motion at all.
+``register`` adds the equation, its source, and whether the balls' radius matters.
 """
 
-from ab_sim.dynamics.effects.accelerometer import Accelerometer
 from ab_sim.dynamics.effects.ball_contact import BallContact
 from ab_sim.dynamics.effects.ball_spin import BallSpin
 from ab_sim.dynamics.effects.gravity import Gravity
@@ -70,7 +68,6 @@ from ab_sim.dynamics.effects.unequal_suspension import UnequalSuspension
 from ab_sim.dynamics.effects.viscous_drag import ViscousDrag
 
 __all__ = [
-    "Accelerometer",
     "BallContact",
     "BallSpin",
     "Gravity",

@@ -137,7 +137,7 @@ def _mujoco(
 
 
 def _events_reason(scene: Scene) -> str:
-    names = [name for name, e in scene.effects.items() if e.acts and has_events((e,))]
+    names = [name for name, e in scene.effects.items() if has_events((e,))]
     return (
         f"{', '.join(names)} switch forces at events, which it is not made to locate here; over a "
         "right-hand side with kinks every method falls to first order"

@@ -33,7 +33,7 @@ LEAST = 1e-14
 
 def mujoco_refusal(scene: Scene) -> str:
     """Why MuJoCo cannot represent a scene; empty where it can."""
-    others = [name for name, effect in scene.effects.items() if effect.acts and name not in KNOWN]
+    others = [name for name in scene.effects if name not in KNOWN]
     if others:
         return f"its model here has no {', '.join(others)}"
     segments = [piece.segment for piece in SpeedProfile.of_scene(scene).pieces]
@@ -154,7 +154,7 @@ class MuJoCo:
         return float(until)
 
     def samples(self, kept: np.ndarray) -> Samples:
-        """Its slides are the deck's place, its hinges the balls' angles."""
+        """Its slides are the deck's displacement, its hinges the balls' angles."""
         return Samples(kept[:, :2], kept[:, 3:])
 
     def energy_error(self) -> float | None:

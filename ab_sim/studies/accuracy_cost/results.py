@@ -29,7 +29,7 @@ class Errors(NamedTuple):
     angle: Bound
     """Of any ball's angle, over the run [rad]."""
     whirl: Bound
-    """Of the deck's place, over the run [e]."""
+    """Of the deck's displacement, over the run [e]."""
     angle_end: Bound
     """As ``angle``, at the end."""
     whirl_end: Bound
@@ -44,7 +44,7 @@ class Errors(NamedTuple):
         return cls(angle, whirl, angle_end, whirl_end, energy)
 
 
-class Row(NamedTuple):
+class SettingCost(NamedTuple):
     """One method at one setting."""
 
     method: str
@@ -91,7 +91,7 @@ class LeftOut(NamedTuple):
     reason: str
 
 
-class Accuracy(NamedTuple):
+class AccuracyCost(NamedTuple):
     """The study of one scene."""
 
     scene: str
@@ -117,7 +117,7 @@ class Accuracy(NamedTuple):
     uncertainty: Deviation
     """Of the reference: of its integration, not of the equations."""
     repeats: int
-    rows: tuple[Row, ...]
+    rows: tuple[SettingCost, ...]
     left_out: tuple[LeftOut, ...]
     notes: tuple[str, ...]
 
@@ -126,25 +126,25 @@ class Accuracy(NamedTuple):
         """Whether the reference has no more than the equations in common with what it judges."""
         return self.reference_shares == EQUATIONS
 
-    def by_error(self) -> list[Row]:
+    def by_error(self) -> list[SettingCost]:
         """All that ran, the most accurate first, and among equals the cheapest."""
         return sorted((row for row in self.rows if row.errors and row.cpu), key=self._order)
 
-    def error_of(self, row: Row) -> float:
+    def error_of(self, row: SettingCost) -> float:
         """What rows are compared by: the ball angle's largest error, without balls the whirl's."""
         assert row.errors is not None
         return (row.errors.angle if self.balls else row.errors.whirl).value
 
-    def front(self) -> list[Row]:
+    def front(self) -> list[SettingCost]:
         """Rows that no other one beats at both error and time, the most accurate first."""
-        best: list[Row] = []
+        best: list[SettingCost] = []
         for row in self.by_error():
             assert row.cpu is not None
             if not best or row.cpu.median < _median(best[-1]):
                 best.append(row)
         return best
 
-    def cheapest(self, error: float, peer: bool | None = None) -> Row | None:
+    def cheapest(self, error: float, peer: bool | None = None) -> SettingCost | None:
         """The row with the least CPU time that has at most this error; None if there is none.
 
         Args:
@@ -171,11 +171,11 @@ class Accuracy(NamedTuple):
             "left_out": [each._asdict() for each in self.left_out],
         }
 
-    def _order(self, row: Row) -> tuple[float, float]:
+    def _order(self, row: SettingCost) -> tuple[float, float]:
         return self.error_of(row), _median(row)
 
 
-def _median(row: Row) -> float:
+def _median(row: SettingCost) -> float:
     assert row.cpu is not None
     return row.cpu.median
 

@@ -17,7 +17,7 @@ from ab_sim.studies.accuracy_cost.energy import ledger_refusal
 from ab_sim.studies.accuracy_cost.families import TOLERANCES, Setting, all_families
 from ab_sim.studies.accuracy_cost.methods import FailedError, Method
 from ab_sim.studies.accuracy_cost.reference import Reference, event_reference, smooth_reference
-from ab_sim.studies.accuracy_cost.results import Accuracy, Errors, LeftOut, Row
+from ab_sim.studies.accuracy_cost.results import AccuracyCost, Errors, LeftOut, SettingCost
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
 from ab_sim.studies.accuracy_cost.sampling import LADDER, Sampling, nanoseconds, sampling_of
 from ab_sim.studies.effect_cost import Progress, Spread
@@ -54,7 +54,7 @@ def measure(
     *,
     steps: Sequence[float] = LADDER,
     tolerances: Sequence[float] = TOLERANCES,
-) -> Accuracy:
+) -> AccuracyCost:
     """Run every method at every setting, compare, and time.
 
     Each setting is run once, untimed, for its errors, from coarse to fine; a method's finer
@@ -97,7 +97,7 @@ def measure(
             f"compared up to {sampling.end:g} s of {scene.duration:g} s: the last whole multiple "
             f"of {sampling.period:g} s"
         )
-    return Accuracy(
+    return AccuracyCost(
         scene.name,
         tuple(scene.effects),
         scene.balls.count,
@@ -130,7 +130,7 @@ class _Study:
         self.scene, self.sampling, self.reference = scene, sampling, reference
         self.repeats, self.with_ledger = repeats, with_ledger
         self.candidates: list[_Candidate] = []
-        self.failed: list[Row] = []
+        self.failed: list[SettingCost] = []
         self.left_out: list[LeftOut] = []
 
     def family(self, name: str, settings: Sequence[Setting]) -> None:
@@ -160,7 +160,7 @@ class _Study:
             samples = method.samples(method.run())
             seconds = time.thread_time() - begin
         except FailedError as error:
-            row = Row(
+            row = SettingCost(
                 method.name, method.peer, method.step, method.tolerance,
                 None, None, 0, None, str(error),
             )  # fmt: skip
@@ -180,21 +180,21 @@ class _Study:
     def _deviation(self, name: str, samples: Samples) -> Deviation:
         return deviation(samples, self.reference.samples_for(name), self.scene.whirl_unit[0])
 
-    def timed(self, tell: Progress) -> list[Row]:
+    def timed(self, tell: Progress) -> list[SettingCost]:
         """All that ran, timed in turns; and what failed."""
         for turn in range(self.repeats):
             tell("measuring", turn, self.repeats)
             count = len(self.candidates)
-            for place in range(count):
-                candidate = self.candidates[(turn + place) % count]
+            for at in range(count):
+                candidate = self.candidates[(turn + at) % count]
                 if len(candidate.seconds) < candidate.repeats:
                     candidate.time_once()
         return [self._row(candidate) for candidate in self.candidates] + self.failed
 
-    def _row(self, candidate: _Candidate) -> Row:
+    def _row(self, candidate: _Candidate) -> SettingCost:
         method, simulated = candidate.method, self.sampling.end
         evaluations = method.evaluations
-        return Row(
+        return SettingCost(
             method.name,
             method.peer,
             method.step,

@@ -1,0 +1,146 @@
+"""The sensors that a scene may have: they read, and do not act on the motion."""
+
+import re
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator
+
+from ab_sim.errors import exact
+from ab_sim.scene.quantities import Count, Length, Number, quantity
+from ab_sim.scene.section import Section
+
+RATE_TOLERANCE = 1e-6
+"""Relative: a sample rate written with six digits or so counts as the rate that it means."""
+
+
+class Accelerometer(Section):
+    """Accelerometer on the deck; it reads, and does not act on the dynamics.
+
+    It has two axes across the shaft, and on a deck in space a third along it; all turn with the
+    deck.
+
+    It senses specific force f, acceleration minus gravity. In physical order: f is turned into
+    the sensor's axes, white noise is added, a second-order Butterworth low-pass follows, then
+    come the sampling, the range and the quantisation (``ab_sim.sensing.Pickup``).
+
+    A deck in the plane does not turn, so that every point of it reads the same; of one in space the
+    position counts.
+
+    Between integration steps the low-pass sees the force as straight lines. That takes
+    (pi F h)^2 / 3 off the amplitude at the frequency F with the step h: at F_c the gain is
+    -3.02 dB with F_c h = 1/50, -3.3 dB with 1/10, and nothing is left with 1/2.
+    """
+
+    equation: ClassVar[str] = (
+        "s = q round(clip(B(A(phi) f + n), -s_max, s_max) / q) at t = k / F_s; "
+        "|B(F)|^2 = 1 / (1 + (F / F_c)^4), S_n = N^2"
+    )
+    source: ClassVar[str] = (
+        "parameters as in IEEE Std 2700 and MEMS data sheets; the standard sampled-data chain; "
+        "defaults of range, noise and resolution: TDK DS-000347 (ICM-42688-P, 16 g, 16 bits)"
+    )
+
+    position: tuple[Length, Length, Length] = quantity(
+        "where it sits on the deck, from C on deck axes; only with a deck in space",
+        "m",
+        default=(0.0, 0.0, 0.0),
+    )
+    axis_angle: Number = quantity(
+        "phi, first axis from the deck's x; the second is pi/2 further",
+        "rad",
+        ge=-1e3,
+        le=1e3,
+        default=0.0,
+    )
+    range: Number = quantity(
+        "s_max, readings are clipped at +- this", "m/s^2", gt=0, le=1e9, default=156.9064
+    )
+    noise_density: Number = quantity(
+        "N, root of the noise's one-sided spectrum",
+        "(m/s^2)/sqrt(Hz)",
+        ge=0,
+        le=1e6,
+        default=6.864655e-4,
+    )
+    bandwidth: Number = quantity(
+        "F_c, where the low-pass is 3 dB down", "Hz", ge=1e-3, le=1e9, default=100.0
+    )
+    sample_rate: Number = quantity(
+        "F_s; a whole number of steps per sample", "Hz", ge=1e-3, le=1e9, default=1000.0
+    )
+    resolution: Number = quantity(
+        "q, difference of neighbouring readings; 0: none",
+        "m/s^2",
+        ge=0,
+        le=1e9,
+        default=4.788403e-3,
+    )
+    seed: Count = quantity(
+        "picks the noise; the same seed, the same noise", "1", ge=0, le=10**9, default=0
+    )
+
+    def check(self, key: str, step: float | None) -> None:
+        """Check what does not follow from each parameter alone.
+
+        Args:
+            key: what the sensor is called in messages.
+            step: integration step [s]; None while it is not chosen yet, and then only those are
+                that suit.
+
+        Raises:
+            ValueError: names the parameter, its value, and what is allowed.
+        """
+        if self.resolution > self.range:
+            raise ValueError(
+                f"{key}.resolution = {exact(self.resolution)} m/s^2: must be at "
+                f"most the range, {exact(self.range)} m/s^2; or 0 for none"
+            )
+        if step is None:
+            return
+        try:
+            steps_per_sample(self.sample_rate, step)
+        except ValueError as error:
+            raise ValueError(f"{key}.{error}") from None
+        highest = 0.5 / step
+        if self.bandwidth > highest * (1 + RATE_TOLERANCE):
+            raise ValueError(
+                f"{key}.bandwidth = {self.bandwidth:.10g} Hz: must be at most "
+                f"half the integration rate, {highest:.10g} Hz at solver.step = {step:g} s; "
+                "lower it, or the step"
+            )
+
+
+def steps_per_sample(sample_rate: float, step: float) -> int:
+    """How many integration steps of ``step`` [s] there are between samples.
+
+    Raises:
+        ValueError: not a whole number; names the nearest rates that work.
+    """
+    steps = 1.0 / (sample_rate * step)
+    whole = max(1, round(steps))
+    if abs(steps - whole) <= RATE_TOLERANCE * whole:
+        return whole
+    below = int(steps)
+    if below == 0:
+        nearest = f"the highest rate is {1 / step:.10g} Hz"
+    else:
+        rates = f"{1 / (below * step):.10g} and {1 / ((below + 1) * step):.10g} Hz"
+        nearest = f"the nearest rates that work are {rates}"
+    raise ValueError(
+        f"sample_rate = {sample_rate:.10g} Hz: must be the integration rate, {1 / step:.10g} Hz "
+        f"at solver.step = {step:g} s, divided by a whole number; {nearest}"
+    )
+
+
+def _name(value: Any) -> Any:
+    # It becomes part of channels' names, and the frame of messages.
+    if not isinstance(value, str) or not re.fullmatch("[a-z][a-z0-9_]*", value):
+        raise ValueError("the name must be of small letters, digits and _, and begin with a letter")
+    return value
+
+
+Sensors = dict[
+    Annotated[str, BeforeValidator(_name)],
+    Annotated[Accelerometer, BeforeValidator(lambda value: {} if value is None else value)],
+]
+"""By names of the scene's own; all are accelerometers."""
