@@ -8,7 +8,7 @@ from ab_sim.errors import CommandError
 from ab_sim.spindle import SpeedServo
 
 AT_ONCE = 1000
-"""Most commands taken at one wake-up: some 4 ms. The others wait, so that a flood stops no clock."""
+"""Most commands taken at a wake-up: some 4 ms. The others wait, so that a flood stops no clock."""
 
 
 class Commands:
