@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from ab_sim.scene.model import Scene
 
 
-
 def _three_or_six(inertia: tuple[float, ...]) -> tuple[float, ...]:
     if len(inertia) not in (3, 6):
         raise ValueError(
