@@ -41,3 +41,13 @@ def coordinates(run: Trajectory) -> Coordinates:
         np.hstack([run.position, tilt, run.ball_angles]),
         np.hstack([run.velocity, tilt_rate, run.ball_rates]),
     )
+
+
+def absolute(run: Trajectory) -> Coordinates:
+    """As the reference's plants count them: X .. gamma, psi, then psi + theta_i of the balls."""
+    psi, speed = run["angle"][:, None], run["speed"][:, None]
+    places, rates = coordinates(run)
+    return Coordinates(
+        np.hstack([places[:, :6], psi, psi + places[:, 6:]]),
+        np.hstack([rates[:, :6], speed, speed + rates[:, 6:]]),
+    )
