@@ -33,6 +33,8 @@ LEAST = 1e-14
 
 def mujoco_refusal(scene: Scene) -> str:
     """Why MuJoCo cannot represent a scene; empty where it can."""
+    if scene.deck is not None:
+        return "its model here has a deck in the plane only"
     others = [name for name in scene.effects if name not in KNOWN]
     if others:
         return f"its model here has no {', '.join(others)}"
@@ -119,9 +121,14 @@ class MuJoCo:
     def prepare(self) -> None:
         """Back to the start."""
         self.mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[2] = self.scene.start.angle
+        start, none = self.scene.start, (0.0, 0.0)
+        self.data.qpos[:2], self.data.qvel[:2] = (
+            start.deck.position or none,
+            start.deck.velocity or none,
+        )
+        self.data.qpos[2], self.data.qvel[2] = start.angle, start.speed
         self.data.qpos[3:] = start_angles(self.scene)
-        self.data.qvel[2] = self.scene.start.speed
+        self.data.qvel[3:] = start.ball_rates or 0.0
 
     def run(self) -> np.ndarray:
         """Positions of all joints at the sample times; its steps end at every breakpoint."""
