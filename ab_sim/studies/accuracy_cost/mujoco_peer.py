@@ -34,7 +34,7 @@ LEAST = 1e-14
 def mujoco_refusal(scene: Scene) -> str:
     """Why MuJoCo cannot represent a scene; empty where it can."""
     if scene.deck is not None:
-        return "its model here has a deck in the plane only"
+        return "its model here is of a deck in the plane"
     others = [name for name in scene.effects if name not in KNOWN]
     if others:
         return f"its model here has no {', '.join(others)}"
@@ -121,13 +121,12 @@ class MuJoCo:
     def prepare(self) -> None:
         """Back to the start."""
         self.mujoco.mj_resetData(self.model, self.data)
-        start, none = self.scene.start, (0.0, 0.0)
-        self.data.qpos[:2], self.data.qvel[:2] = (
-            start.deck.position or none,
-            start.deck.velocity or none,
-        )
-        self.data.qpos[2], self.data.qvel[2] = start.angle, start.speed
+        self.data.qpos[2] = self.scene.start.angle
         self.data.qpos[3:] = start_angles(self.scene)
+        self.data.qvel[2] = self.scene.start.speed
+        start = self.scene.start
+        self.data.qpos[:2] = start.deck.position or 0.0
+        self.data.qvel[:2] = start.deck.velocity or 0.0
         self.data.qvel[3:] = start.ball_rates or 0.0
 
     def run(self) -> np.ndarray:
