@@ -329,6 +329,7 @@ class Scene(Section):
             _check_speeds,
             _check_profile,
             _check_accuracy,
+            _check_sensors,
             _check_start,
             check_deck,
         ):
