@@ -1,5 +1,6 @@
 """Topics of the contract: name, message type and quality of service, each in one place."""
 
+import copy
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -17,7 +18,11 @@ from std_msgs.msg import Float64, Float64MultiArray, String
 
 # Reliable throughout: a best-effort publisher is invisible to a reliable subscriber.
 _STREAM = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-# Bursts of commands, and blocks for a recorder that is away for some seconds, are kept.
+# All publishers share a subscription's queue: one that floods it evicts what the others have sent.
+# This is room for 50,000/s while the drive waits for a processor for a tenth of a second. Of a
+# deeper queue Fast DDS fills no more, and then refuses what is new instead of dropping what is old.
+_BURSTS = QoSProfile(depth=5000, reliability=ReliabilityPolicy.RELIABLE)
+# Blocks for a recorder that is away for some seconds are kept.
 _DEEP = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 _LATCHED = QoSProfile(
     depth=1,
@@ -43,7 +48,7 @@ class Topic(NamedTuple):
         return node.create_publisher(
             self.type,
             self.name,
-            self.qos,
+            copy.copy(self.qos),  # rclpy writes the overrides into it
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
@@ -53,7 +58,7 @@ class Topic(NamedTuple):
             self.type,
             self.name,
             callback,
-            self.qos,
+            copy.copy(self.qos),  # rclpy writes the overrides into it
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
@@ -62,20 +67,20 @@ class Topic(NamedTuple):
         return node.count_publishers(node.resolve_topic_name(self.name))
 
 
-def arrived(subscription: Subscription[Any]) -> Iterator[Any]:
-    """Take what has arrived, oldest first, without an executor.
+def arrived(subscription: Subscription[Any], most: int) -> Iterator[Any]:
+    """Take what has arrived, oldest first and at most so many, without an executor.
 
-    At most as many as the queue holds: whoever sends faster than this takes gets no end of it.
+    Without a limit there might be no end of it: messages go on arriving.
     """
     with subscription.handle:
-        for _ in range(_DEEP.depth):
+        for _ in range(most):
             taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
             if taken is None:
                 return
             yield taken[0]
 
 
-COMMAND = Topic("spindle/command", Float64, _DEEP)
+COMMAND = Topic("spindle/command", Float64, _BURSTS)
 """Commanded spindle speed [rad/s]."""
 JOINT_STATES = Topic("joint_states", JointState, _STREAM)
 """Spindle and balls: angle, rate, effort."""

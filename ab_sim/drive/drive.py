@@ -21,6 +21,7 @@ from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.events import events_address
 from ab_sim.integrate.fixed_step import advance
+from ab_sim.integrate.vector_field import VectorField
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
@@ -215,6 +216,10 @@ class Drive:
         stored = self._stored_energy(self._state, self.time)
         work, dissipated = self._state[self.layout.ledger]
         return Energy(stored, self._start_energy, float(work), float(dissipated))
+
+    def vector_field(self) -> VectorField:
+        """f of y' = f(t, y) along the present piece of the profile, with the branches in force."""
+        return VectorField(self.system, self._piece_at(self.time), self._modes)
 
     def snapshot(self) -> Snapshot:
         """The present, to return to with ``restore``."""

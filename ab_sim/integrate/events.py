@@ -17,7 +17,7 @@ import numpy as np
 from numba.core import types
 
 from ab_sim.dynamics.calling import call_at, compiled_address, value_at
-from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.dispatch import APART, INLINED, number_of
 from ab_sim.dynamics.race.calls import CALLS, STATE, evaluate, take_step
 from ab_sim.dynamics.race.margins import NEVER, ROUNDING, margins
 from ab_sim.dynamics.race.race import race_kind
@@ -93,14 +93,14 @@ def events_address() -> int:
 @numba.njit(**INLINED)
 def _through(calls, race, work, begin, length, end, state):  # type: ignore[no-untyped-def]
     trial = work.trial
-    bounces = BOUNCES + 20 * race.number
+    bounces = BOUNCES + 20 * number_of(race.number)
     most = 2 * bounces
     now, rest = begin, length
     for count in range(most + 1):
         slot = trial_step(calls, race, work, now, rest, end, state)
         if not within_bounds(trial, work.bounds):
             return False
-        for r in range(race.all):
+        for r in range(number_of(race.all)):
             work.acceleration_ahead[r] = race.room.acceleration[r]
         taken = rest
         if slot < 0:
