@@ -94,13 +94,17 @@ def without_period(scene: Scene) -> Scene:
 def without_balls(scene: Scene) -> Scene:
     """The scene whose balls, and their mass, have been taken out; the unbalance M0 e remains."""
     what = "without balls"
+    rotor = {
+        key: value for key, value in scene.as_mapping()["rotor"].items() if key != "total_mass"
+    }
     changes = {
         "name": f"{scene.name}, {what}",
         "balls": {"count": 0},
         "start.ball_angles": [],
+        "start.ball_rates": [],
         "rotor": {
+            **rotor,
             "mass": scene.total_mass - scene.balls.total_mass,
-            "eccentricity": scene.rotor.eccentricity,
             "eccentric_mass": scene.eccentric_mass,
         },
     }

@@ -121,17 +121,16 @@ def run_scene(
 
 
 def _sample(observation: Observation) -> dict[str, Any]:
-    (x, y), (vx, vy) = observation.position.tolist(), observation.velocity.tolist()
+    place = dict(zip("xyz", observation.position.tolist(), strict=False))
+    velocity = dict(zip(("vx", "vy", "vz"), observation.velocity.tolist(), strict=False))
     sample = {
         "t": observation.time,
         "psi": observation.psi,
         "omega": observation.omega,
         "u": observation.u.tolist(),
         "v": observation.v.tolist(),
-        "x": x,
-        "y": y,
-        "vx": vx,
-        "vy": vy,
+        **place,
+        **velocity,
         "whirl": observation.whirl,
         "theta": observation.theta.tolist(),
         "ball_rate": observation.ball_rate.tolist(),

@@ -29,9 +29,7 @@ def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
     if 0 < top < len(whirl) - 1:
         near = slice(top - 1, top + 2)
         path = CubicHermiteSpline(
-            time[near],
-            trajectory.position[near],
-            np.column_stack([trajectory["vx"][near], trajectory["vy"][near]]),
+            time[near], trajectory.position[near, :2], trajectory.velocity[near, :2]
         )
         best = minimize_scalar(
             lambda t: -math.hypot(*path(t)),

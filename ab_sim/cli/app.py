@@ -204,6 +204,40 @@ def accuracy(
 
 
 @app.command()
+def modes(
+    scene: SceneArgument,
+    change: SetOption = None,
+    speed: Annotated[float, typer.Option(help="Of the spindle [rad/s], for the table.")] = 0.0,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw frequencies and damping over speed (Campbell)."),
+    ] = None,
+) -> None:
+    """Natural frequencies, damping ratios and mode shapes of the deck in its suspension.
+
+    About where it hangs at rest, at one speed of the spindle, and over speeds from 0 to
+    spindle.max_speed, where gyroscopic moments change them. Rotor and balls are averaged over one
+    turn; the balls spread evenly, and turn with the rotor.
+
+    The JSON has `modes`, by frequency, each with frequency [rad/s], the undamped one |lambda|;
+    damping_ratio, null where the frequency is 0; damped_frequency, 0 where it does not swing;
+    shape, [real, imaginary] for each of the `coordinates`, whose `units` it says, the largest
+    being 1; its two eigenvalues lambda [1/s], conjugates, or two real ones where it is damped more
+    than critically; whirl, from 1 for a circle in the spindle's sense to -1 for one against it,
+    and sense, forward, backward or null for to and fro. Then `speed`, `rest` (where the deck
+    hangs), and `over_speed`: the same of each branch over `speeds`, and critical_speeds, at which
+    a branch's frequency is the spindle's speed.
+    """
+    from ab_sim.cli.modes import modes_command
+
+    modes_command(scene, change or [], speed, json, plot)
+
+
+@app.command()
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for startup.rrd and startup.png.")] = Path(
         "out"

@@ -8,8 +8,9 @@ from rich.table import Table
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.cli.outputs import people
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.errors import InputError, nearest
+from ab_sim.dynamics.assemble import linearised, system_of
+from ab_sim.dynamics.system import System
+from ab_sim.errors import InputError, SceneError, nearest
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, find_scene, load_scene, scene_names
 from ab_sim.scene.registry import effect_classes, effect_parameters
@@ -89,13 +90,7 @@ def print_check(name: str, changes: list[str]) -> None:
     if scene.balls.count and unbalance > 0:
         reach = scene.balls.total_mass * scene.race.radius / unbalance
         table.add_row("balls' unbalance / rotor's", f"{reach:.4g}")
-    body = system.carrier
-    if "gravity" in scene.effects:
-        table.add_row(
-            "deck hangs at rest",
-            f"x = {round(body.sag_x, 12):.4g} m, y = {round(body.sag_y, 12):.4g} m",
-        )
-    for row in (*_motor(scene), *_sensors(scene)):
+    for row in (*_sag(scene, system), *_motor(scene), *_sensors(scene)):
         table.add_row(*row)
     table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
     stepper, reason, longest, limited_by, _ = choice
@@ -118,6 +113,14 @@ def _balls(scene: Scene) -> str:
     if len(set(masses)) == 1:
         return f"{len(masses)} of {masses[0]:g} kg"
     return f"{len(masses)} of " + ", ".join(f"{mass:g}" for mass in masses) + " kg"
+
+
+def _sag(scene: Scene, system: System) -> Iterator[tuple[str, str]]:
+    if "gravity" in scene.effects:
+        try:
+            yield "deck hangs at rest", linearised(system).hangs
+        except SceneError:
+            yield "deck falls", "nothing holds its weight"
 
 
 def _motor(scene: Scene) -> Iterator[tuple[str, str]]:

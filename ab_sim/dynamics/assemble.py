@@ -9,6 +9,7 @@ from ab_sim.dynamics.carriers.planar import Planar
 from ab_sim.dynamics.carriers.tilting import Tilting
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.ledger import Ledger
+from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.motion import Ball
 from ab_sim.dynamics.race.margins import TOUCHING
 from ab_sim.dynamics.race.neighbours import contacts_of, reduced, start_angles, start_gaps
@@ -147,6 +148,16 @@ def drag_rate(system: System) -> float:
     inertia = np.array([b.mass + ball_inertia(system.effects, b) for b in balls])
     coupled = np.diag(inertia) - np.outer(masses, masses) * lightness
     return float(np.max(np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag))).real))
+
+
+def linearised(system: System) -> Linearised:
+    """Small motions of the deck about where it hangs at rest.
+
+    Raises:
+        SceneError: there is no such place.
+    """
+    found: Linearised = _SCENES[type(system.carrier)].linearised(system)
+    return found
 
 
 _SCENES: dict[type, Any] = {Planar: planar_scene, Tilting: tilting_scene}

@@ -62,12 +62,13 @@ class Label(NamedTuple):
     color: str = "black"
 
 
-def label_at_right(axes: Axes, labels: Sequence[Label]) -> None:
+def label_at_right(axes: Axes, labels: Sequence[Label], away: float = 5.0) -> None:
     """Write texts beside a panel, at their values, moved apart where they would overlap.
 
     Args:
         axes: with its limits and scale as they stay.
         labels: those beyond the limits are written at the nearest edge.
+        away: how far from the panel [pt].
     """
     axes.get_ylim()  # limits that follow the curves are worked out only when asked for
     to_axes = axes.transData + axes.transAxes.inverted()
@@ -80,7 +81,7 @@ def label_at_right(axes: Axes, labels: Sequence[Label]) -> None:
     spread = _spread([min(max(wanted[i], 0.0), 1.0) for i in order], heights)
     for i, y in zip(order, spread, strict=True):
         axes.annotate(
-            labels[i].text, (1.0, y), xycoords="axes fraction", xytext=(5, 0),
+            labels[i].text, (1.0, y), xycoords="axes fraction", xytext=(away, 0),
             textcoords="offset points", va="center", fontsize=8, color=labels[i].color,
         )  # fmt: skip
 

@@ -18,8 +18,8 @@ from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, check_scene, load_scene, scene_names
 from tests.conftest import THESIS, merge
-from tests.reference import simulate
-from tests.reference.of_scene import params_of
+from tests.reference import simulate, simulate_deck
+from tests.reference.of_scene import deck_of, params_of
 
 GRID = 5e-4
 """s; errors are looked at wherever a step ends on it, so that their peaks are not missed."""
@@ -43,6 +43,9 @@ SHORT = {
     # With eight balls at rest the reference has 10^7 modes to choose from: see the last of these
     # tests. Three in a row start to slide, meet and part.
     "packed-balls": ["balls.count=3", "duration=0.5"],
+    "feeding-deck": ["duration=0.3"],
+    # Through the tilt's critical speeds.
+    "couple-unbalance": ["start.speed=320", "duration=0.5"],
 }
 MEETING = ["balls.count=2", "balls.mass=0.001", "effects.viscous_drag.coefficient=0.02"]
 MEETING += ["start.ball_angles=[0.6,-0.6]"]
@@ -102,10 +105,15 @@ def truth(name: str) -> tuple[np.ndarray, Samples]:
     times = GRID * np.arange(1, round(scene.duration / GRID) + 1)
     # Events may come and go within the long steps that the reference could take.
     longest = 2e-3 if name in EVENTFUL else np.inf
-    want = simulate(params_of(scene), start_angles(scene), times, rtol=1e-12, max_step=longest)
+    angles = start_angles(scene)
+    if scene.deck is None:
+        want = simulate(params_of(scene), angles, times, rtol=1e-12, max_step=longest)
+    else:
+        start, still = np.append(np.zeros(6), angles), np.zeros(6 + len(angles))
+        want = simulate_deck(deck_of(scene), start, still, times, rtol=1e-12, max_step=longest)
     if name in EVENTFUL:
         assert EVENTFUL[name][2] <= {event.kind for event in want.events}
-    return times, Samples(np.column_stack([want.x, want.y]), want.theta)
+    return times, Samples(want.deck[:, : 2 if scene.deck is None else 3], want.theta)
 
 
 def resolved(scene: Scene, period: float | None = None) -> tuple[Drive, Price]:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.optimize import root
 
 from ab_sim.dynamics.carriers.planar import Planar
+from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.motion import Deck
 from ab_sim.dynamics.system import (
     MASS,
@@ -68,6 +69,37 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
 def lightness_of(system: System) -> float:
     """Acceleration of the race at a ball per force on it there, along the race [1/kg]."""
     return float(1.0 / system.carrier.total_mass)
+
+
+def linearised(system: System) -> Linearised:
+    """Small motions x, y about where the deck hangs at rest.
+
+    A round race with its balls turns about the shaft whatever the deck does: nothing gyroscopic.
+    """
+    body, effects = system.carrier, system.effects
+    rest = np.array([body.sag_x, body.sag_y, 0.0, 0.0])
+    far = max(float(np.hypot(body.sag_x, body.sag_y)), 1e-6)
+
+    def force(moved: np.ndarray) -> np.ndarray:
+        deck = Deck(*(float(x) for x in rest + moved))
+        return np.add(deck_force(effects, deck), space_force(effects, deck))
+
+    def against(way: np.ndarray) -> np.ndarray:
+        # Five points: exact for linear and cubic springs, wherever the deck hangs.
+        near, wide = (force(-x * way) - force(x * way) for x in (far, 2.0 * far))
+        return (8.0 * near - wide) / (12.0 * far)
+
+    ways = np.array([against(way) for way in np.eye(4)]).T
+    return Linearised(
+        mass=body.total_mass * np.eye(2),
+        damping=ways[:, 2:],
+        gyroscopic=np.zeros((2, 2)),
+        stiffness=ways[:, :2],
+        rest=(body.sag_x, body.sag_y),
+        coordinates=("x", "y"),
+        units=("m", "m"),
+        across=((0, 1),),
+    )
 
 
 def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:

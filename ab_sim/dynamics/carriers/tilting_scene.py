@@ -8,11 +8,15 @@ from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
 from ab_sim.dynamics.carriers.tilting import MOUNT_WIDTH, Tilting
+from ab_sim.dynamics.linearised import Linearised
+from ab_sim.dynamics.race.ball import ball_of
 from ab_sim.dynamics.system import (
     MASS,
     RACE_HEIGHT,
     RACE_RADIUS,
     System,
+    ball_inertia,
+    has_spin,
     mount_energy,
     mount_stiffening,
     rotor_moment,
@@ -92,20 +96,14 @@ def angular_velocity(tilt: tuple[float, ...], rate: tuple[float, ...]) -> np.nda
 
 def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     """The fastest eigenvalue [1/s] of the deck on its mounts, gyroscopic moments included."""
-    mass, damping, stiffness = suspended(system, top_speed)
-    size = len(mass)
-    inverse = np.linalg.inv(mass)
-    first = np.block(
-        [[np.zeros((size, size)), np.eye(size)], [-inverse @ stiffness, -inverse @ damping]]
-    )
-    fastest = max(np.linalg.eigvals(first), key=abs)
+    matrix = linearised(_weightless(system)).matrix(top_speed)
+    fastest = max(np.linalg.eigvals(matrix), key=abs)
     return {"the deck's motion on its mounts": complex(fastest)} if abs(fastest) > 0 else {}
 
 
 def lightness_of(system: System) -> float:
     """Acceleration of the race at a ball per force on it there, along the race [1/kg]."""
-    mass, _, _ = suspended(system, 0.0)
-    inverse = np.linalg.inv(mass)
+    inverse = np.linalg.inv(linearised(_weightless(system)).mass)
     most = 0.0
     for radius, height in system.balls[:, [RACE_RADIUS, RACE_HEIGHT]]:
         for along in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False):
@@ -116,43 +114,95 @@ def lightness_of(system: System) -> float:
     return most
 
 
-def suspended(system: System, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mass, damping with gyroscopic moments, and stiffness about rest, each of shape (6, 6).
+def linearised(system: System) -> Linearised:
+    """Small motions about where the deck hangs at rest.
 
-    Coordinates: X, Y, Z [m] and the turn about x, y, z [rad]. Rotor and balls are averaged over one
-    turn; the balls spread evenly, and turn with the rotor.
+    X, Y, Z on the ground's axes, and turns about the deck's x, y, z. The equations are those of
+    ``tilting``, where a symmetric rotor has V = 0.
 
-    Args:
-        system: the System.
-        speed: of the spindle [rad/s].
+    Raises:
+        SceneError: there is no such place.
     """
-    deck, balls = system.carrier, system.balls
-    xx, yy, zz, _, _, _ = deck.rotor_second
-    ring, lifted = 0.5 * (xx + yy), balls[:, MASS] * balls[:, RACE_HEIGHT]
-    ring += 0.5 * float((balls[:, MASS] * balls[:, RACE_RADIUS] ** 2).sum())
-    tall = zz + float((lifted * balls[:, RACE_HEIGHT]).sum())
-    inertia = np.diag([ring + tall, ring + tall, 2.0 * ring]) + _matrix(deck.deck_inertia)
-    first = np.array(deck.deck_first) + [0.0, 0.0, deck.rotor_lift + float(lifted.sum())]
-    mass, damping, stiffness = (np.zeros((6, 6)) for _ in range(3))
+    rest = _at_rest(system) if any(system.carrier.gravity) else np.zeros(6)
+    deck, effects = system.carrier, system.effects
+    turn = Rotation.from_rotvec(rest[3:]).as_matrix()
+    ring, tall, first = _averaged(system)
+    gravity = turn.T @ np.array(deck.gravity)
+    mass, damping, gyroscopic, stiffness = (np.zeros((6, 6)) for _ in range(4))
     mass[:3, :3] = deck.total_mass * np.eye(3)
-    mass[:3, 3:] = -_cross(first)
-    mass[3:, :3] = _cross(first)
-    mass[3:, 3:] = inertia
-    spin = 2.0 * ring * speed
-    damping[3, 4], damping[4, 3] = spin, -spin
+    mass[:3, 3:] = -turn @ _cross(first)
+    mass[3:, :3] = mass[:3, 3:].T
+    mass[3:, 3:] = _matrix(deck.deck_inertia) + np.diag([ring + tall, ring + tall, 2.0 * ring])
+    gyroscopic[3, 4], gyroscopic[4, 3] = 2.0 * ring, -2.0 * ring
+    stiffness[3:, 3:] = _stiffness_against_turning(first, gravity)
     for mount in deck.mounts:
-        axes = mount[9:].reshape(3, 3)
-        moved = axes @ np.hstack([np.eye(3), -_cross(mount[:3])])
-        stiffness += moved.T @ np.diag(mount[3:6]) @ moved
-        damping += moved.T @ np.diag(mount[6:9]) @ moved
-    return mass, damping, stiffness
+        axes, place = mount[9:].reshape(3, 3), mount[:3]
+        moved = axes @ (rest[:3] + turn @ place - place)
+        change = axes @ np.hstack([np.eye(3), -turn @ _cross(place)])
+        stiffening, slope = _stiffening(effects, float(moved @ moved))
+        held = mount[3:6] + stiffening
+        own = np.diag(held) + 2.0 * slope * np.outer(moved, moved)
+        stiffness += change.T @ own @ change
+        stiffness[3:, 3:] += _stiffness_against_turning(place, -(axes @ turn).T @ (held * moved))
+        damping += change.T @ np.diag(mount[6:9]) @ change
+    return Linearised(
+        mass, damping, gyroscopic, stiffness,
+        rest=tuple(float(x) for x in rest),
+        coordinates=("X", "Y", "Z", "tilt about x", "tilt about y", "turn about z"),
+        units=("m", "m", "m", "rad", "rad", "rad"),
+        across=((0, 1), (3, 4)),
+    )  # fmt: skip
+
+
+def _weightless(system: System) -> System:
+    """The same without gravity: so that its mounts are relaxed at rest."""
+    return system._replace(carrier=system.carrier._replace(gravity=(0.0, 0.0, 0.0)))
+
+
+def _averaged(system: System) -> tuple[float, float, np.ndarray]:
+    """Rotor and balls averaged over a turn: second moments across and along the shaft [kg m^2].
+
+    And the first moment of all that moves [kg m], shape (3,).
+    """
+    deck = system.carrier
+    xx, yy, tall, _, _, _ = deck.rotor_second
+    ring, lift = 0.5 * (xx + yy), deck.rotor_lift
+    for i, (m, radius, height) in enumerate(system.balls[:, [MASS, RACE_RADIUS, RACE_HEIGHT]]):
+        ring += 0.5 * m * radius**2
+        tall += m * height**2
+        lift += m * height
+        if has_spin(system.effects):
+            ball = ball_of(system, i)
+            own = 0.5 * ball_inertia(system.effects, ball) * ball.radius**2
+            ring, tall = ring + own, tall + own
+    return ring, tall, np.array(deck.deck_first) + [0.0, 0.0, lift]
+
+
+def _stiffness_against_turning(place: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Stiffness [N m/rad] that a constant force has, shape (3, 3), by place and force on deck axes.
+
+    Turned by phi, the place moves by phi x p + phi x (phi x p) / 2, and -f . (phi x (phi x p)) / 2
+    is the energy's second order.
+    """
+    outer = np.outer(place, force)
+    return np.asarray(place @ force * np.eye(3) - 0.5 * (outer + outer.T))
+
+
+def _stiffening(effects: tuple[object, ...], square: float) -> tuple[float, float]:
+    """What the effects add to a mount's stiffness, and its derivative by the square."""
+    step = 1e-3 * square
+    slope = 0.0
+    if step > 0.0:
+        slope = (
+            mount_stiffening(effects, square + step) - mount_stiffening(effects, square - step)
+        ) / (2.0 * step)
+    return float(mount_stiffening(effects, square)), float(slope)
 
 
 def _at_rest(system: System) -> np.ndarray:
     """Where the deck hangs: X, Y, Z of C [m], and its turn as a rotation vector [rad]."""
     deck, effects = system.carrier, system.effects
-    mass, lifted = deck.total_mass, system.balls[:, MASS] * system.balls[:, RACE_HEIGHT]
-    first = np.array(deck.deck_first) + [0.0, 0.0, deck.rotor_lift + float(lifted.sum())]
+    mass, (_, _, first) = deck.total_mass, _averaged(system)
     pull, size = np.array(deck.gravity), mass * float(np.linalg.norm(deck.gravity))
 
     def unbalanced(place: np.ndarray) -> np.ndarray:

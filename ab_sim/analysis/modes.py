@@ -1,0 +1,290 @@
+"""Natural vibration of the deck in its suspension: modes, and how they change with speed.
+
+About where the deck hangs at rest, M q'' + (C + w G) q' + K q = 0 (``Linearised``), of which
+q = shape exp(lambda t) is a solution. Two eigenvalues make a mode: they are conjugates, or, where
+it is damped more than critically, real. Shapes are compared, and their parts weighed, by the
+kinetic energy M, which has one unit where lengths and angles have two.
+
+Sources: Genta, Dynamics of Rotating Systems (2005), ch. 2 and 3 (whirl, Campbell diagrams);
+Allemang, The Modal Assurance Criterion (2003), of which ``likeness`` is the form weighed by M.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq, linear_sum_assignment
+
+import ab_sim
+from ab_sim.dynamics.assemble import linearised, system_of
+from ab_sim.dynamics.linearised import Linearised
+from ab_sim.scene.model import Scene
+
+AVERAGE = "rotor and balls averaged over one turn; balls spread evenly, turning with the rotor"
+SPEEDS = 201
+"""Of the spindle, in a Campbell diagram."""
+STRAIGHT = 0.01
+"""Whirl below which the deck moves to and fro: on an ellipse 200 times as long as wide."""
+MATTERS = 0.1
+"""Share of the energy from which on a coordinate is said to move."""
+ZERO = 1e-7
+"""Eigenvalues smaller than this share of the largest are 0: what is left of two zeros, rounded."""
+EQUAL = 1e-9
+"""Eigenvalues this near to each other, as a share of the largest, are one."""
+
+
+class Mode(NamedTuple):
+    """A natural vibration."""
+
+    eigenvalues: tuple[complex, complex]
+    """[1/s]: conjugates, the one with the positive imaginary part first; or real, slow and fast."""
+    shape: np.ndarray
+    """Of the first of them, complex, shape (n,); the entry that is largest, in m or rad, is 1."""
+    whirl: float
+    """1: all of it circles in the spindle's sense; -1: against it; 0: to and fro."""
+
+    @property
+    def frequency(self) -> float:
+        """|lambda|, undamped [rad/s]: the root of the eigenvalues' product; 0: nothing restores."""
+        one, two = self.eigenvalues
+        return float(np.sqrt(max(0.0, (one * two).real)))
+
+    @property
+    def damped_frequency(self) -> float:
+        """At which it swings [rad/s]; 0 where it does not."""
+        return self.eigenvalues[0].imag
+
+    @property
+    def damping_ratio(self) -> float | None:
+        """Of critical; None where nothing restores."""
+        total = sum(self.eigenvalues).real
+        return 0.0 - 0.5 * total / self.frequency if self.frequency > 0.0 else None
+
+    @property
+    def growth(self) -> float:
+        """The faster of its rates of growth [1/s]; negative where it decays."""
+        return max(value.real for value in self.eigenvalues)
+
+    @property
+    def sense(self) -> str | None:
+        """forward, the spindle's; backward; None: to and fro."""
+        if abs(self.whirl) < STRAIGHT:
+            return None
+        return "forward" if self.whirl > 0.0 else "backward"
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values; complex numbers are [real, imaginary]."""
+        return {
+            "frequency": self.frequency,
+            "damping_ratio": self.damping_ratio,
+            "damped_frequency": self.damped_frequency,
+            "shape": [[float(x.real), float(x.imag)] for x in self.shape],
+            "eigenvalues": [[float(x.real), float(x.imag)] for x in self.eigenvalues],
+            "whirl": self.whirl,
+            "sense": self.sense,
+        }
+
+
+@dataclass(frozen=True)
+class Campbell:
+    """Modes over the spindle's speed."""
+
+    speeds: np.ndarray
+    """[rad/s], rising."""
+    branches: tuple[tuple[Mode, ...], ...]
+    """Each a mode followed by its shape, one for each speed; by frequency at the first."""
+    critical: tuple[tuple[float, Mode], ...]
+    """Speeds [rad/s] at which a mode's frequency is the spindle's, rising."""
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values."""
+        return {
+            "speeds": self.speeds.tolist(),
+            "branches": [
+                {
+                    key: [getattr(mode, key) for mode in branch]
+                    for key in ("frequency", "damping_ratio", "damped_frequency", "whirl")
+                }
+                for branch in self.branches
+            ],
+            "critical_speeds": [
+                {"speed": speed, "sense": mode.sense} for speed, mode in self.critical
+            ],
+        }
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """What there is to know of a scene's natural vibration."""
+
+    scene: str
+    linearised: Linearised
+    speed: float
+    """[rad/s], of ``modes``."""
+    modes: tuple[Mode, ...]
+    """By frequency, one for each coordinate."""
+    over_speed: Campbell
+
+    def report(self) -> dict[str, Any]:
+        """Everything as JSON-able values, SI units: see ``ab-sim modes --help``."""
+        about = self.linearised
+        return {
+            "scene": self.scene,
+            "speed": self.speed,
+            "coordinates": list(about.coordinates),
+            "units": list(about.units),
+            "rest": list(about.rest),
+            "average": AVERAGE,
+            "modes": [mode.report() for mode in self.modes],
+            "over_speed": self.over_speed.report(),
+            "version": ab_sim.__version__,
+        }
+
+
+def vibration_of(scene: Scene, speed: float = 0.0) -> Vibration:
+    """A scene's modes at a speed [rad/s], and from 0 to ``spindle.max_speed``.
+
+    Raises:
+        SceneError: there is no place where the deck hangs at rest.
+    """
+    about = linearised(system_of(scene))
+    over_speed = campbell(about, np.linspace(0.0, scene.spindle.max_speed, SPEEDS))
+    return Vibration(scene.name, about, speed, modes_of(about, speed), over_speed)
+
+
+def campbell(about: Linearised, speeds: np.ndarray) -> Campbell:
+    """Follow modes over speeds, from one to the next by their shapes.
+
+    Args:
+        about: the deck's equations.
+        speeds: [rad/s], rising, at least two.
+    """
+    rows = [modes_of(about, float(speeds[0]))]
+    for speed in speeds[1:]:
+        rows.append(_followed(about, rows[-1], float(speed)))
+    branches = tuple(zip(*rows, strict=True))
+    critical = []
+    for branch in branches:
+        above = np.array([mode.frequency for mode in branch]) - speeds
+        for k in np.flatnonzero((above[:-1] * above[1:] < 0.0) | (above[1:] == 0.0)):
+            critical.append(_met(about, branch[k], float(speeds[k]), float(speeds[k + 1])))
+    return Campbell(speeds, branches, tuple(sorted(critical, key=lambda each: each[0])))
+
+
+def _followed(about: Linearised, before: tuple[Mode, ...], speed: float) -> tuple[Mode, ...]:
+    """Modes at a speed, in the order of those at one near it that they are like."""
+    modes = modes_of(about, speed)
+    order = linear_sum_assignment(likeness(about, before, modes), maximize=True)[1]
+    return tuple(modes[k] for k in order)
+
+
+def _met(about: Linearised, mode: Mode, low: float, high: float) -> tuple[float, Mode]:
+    """Where between two speeds a mode's frequency is the speed."""
+
+    def at(speed: float) -> Mode:
+        modes = modes_of(about, speed)
+        return modes[int(np.argmax(likeness(about, (mode,), modes)))]
+
+    speed = float(brentq(lambda w: at(w).frequency - w, low, high, xtol=1e-9))
+    return speed, at(speed)
+
+
+def likeness(about: Linearised, ones: Sequence[Mode], others: Sequence[Mode]) -> np.ndarray:
+    """1 for modes of the same shape, 0 where neither moves what the other does.
+
+    Shape (ones, others).
+    """
+    p, q = (np.array([mode.shape for mode in modes]) for modes in (ones, others))
+    sizes = [np.einsum("ki,ij,kj->k", r.conj(), about.mass, r).real for r in (p, q)]
+    return np.abs(p.conj() @ about.mass @ q.T) ** 2 / np.outer(*sizes)
+
+
+def moving(about: Linearised, mode: Mode) -> tuple[str, ...]:
+    """What moves in a mode, most first: coordinates by the kinetic energy of each alone."""
+    energy = np.diag(about.mass) * np.abs(mode.shape) ** 2
+    share = energy / energy.sum()
+    return tuple(about.coordinates[k] for k in np.argsort(-share) if share[k] >= MATTERS)
+
+
+def modes_of(about: Linearised, speed: float) -> tuple[Mode, ...]:
+    """Modes at a speed of the spindle [rad/s], by frequency, one for each coordinate."""
+    values, vectors = np.linalg.eig(about.matrix(speed))
+    values = np.where(np.abs(values) <= ZERO * np.abs(values).max(), 0.0, values)
+    # Of p = L^T q, M = L L^T, the square is the kinetic energy.
+    root = np.linalg.cholesky(about.mass).T
+    shapes = root @ vectors[: len(root)]
+    shapes = shapes / np.linalg.norm(shapes, axis=0)
+    back = np.linalg.inv(root)
+    whirl = back.T @ _whirling(about) @ back
+    found = [*_swinging(values, shapes, whirl), *_creeping(values, shapes)]
+    modes = [_mode(about, pair, back @ shape, speed) for pair, shape in found]
+    scale = max(mode.frequency for mode in modes) or 1.0
+    return tuple(sorted(modes, key=lambda m: (round(m.frequency / scale, 9), m.whirl)))
+
+
+Pair = tuple[complex, complex]
+
+
+def _swinging(
+    values: np.ndarray, shapes: np.ndarray, whirl: np.ndarray
+) -> Iterator[tuple[Pair, np.ndarray]]:
+    """Conjugate eigenvalues and their shapes; of equal ones, what turns which way apart."""
+    for group in _equal(values, np.flatnonzero(values.imag > 0.0)):
+        basis = _orthogonal(shapes[:, group])
+        if len(group) > 1 and basis is not None:
+            basis = basis @ np.linalg.eigh(basis.conj().T @ whirl @ basis)[1]
+        for k, value in enumerate(values[group]):
+            shape = shapes[:, group[k]] if basis is None else basis[:, k]
+            yield (complex(value), complex(value.conjugate())), shape
+
+
+def _creeping(values: np.ndarray, shapes: np.ndarray) -> Iterator[tuple[Pair, np.ndarray]]:
+    """Real eigenvalues two by two, of the most similar shapes; and the shape of the slower."""
+    real = np.flatnonzero(values.imag == 0.0)
+    shapes = shapes.copy()
+    for group in _equal(values, real):
+        basis = _orthogonal(shapes[:, group])
+        if basis is not None:
+            shapes[:, group] = basis
+    real = real[np.argsort(np.abs(values[real]), kind="stable")]
+    # Plus 1, so that 0 is left for those that have their partner.
+    like = np.triu(np.abs(shapes[:, real].conj().T @ shapes[:, real]) + 1.0, 1)
+    while like.any():
+        slow, fast = np.unravel_index(np.argmax(like), like.shape)
+        like[[slow, fast]] = like[:, [slow, fast]] = 0.0
+        pair = complex(values[real[slow]]), complex(values[real[fast]])
+        yield pair, shapes[:, real[slow]]
+
+
+def _equal(values: np.ndarray, among: np.ndarray) -> list[np.ndarray]:
+    """Places of eigenvalues, those together that are one but for rounding."""
+    scale, groups, left = np.abs(values).max(), [], list(among)
+    while left:
+        near = [k for k in left if abs(values[k] - values[left[0]]) <= EQUAL * scale]
+        groups.append(np.array(near))
+        left = [k for k in left if k not in near]
+    return groups
+
+
+def _orthogonal(shapes: np.ndarray) -> np.ndarray | None:
+    """Shapes that span the same, and are not alike; None where they are not independent."""
+    basis, size, _ = np.linalg.svd(shapes, full_matrices=False)
+    return basis if shapes.shape == basis.shape and size[-1] > 1e-6 else None
+
+
+def _whirling(about: Linearised) -> np.ndarray:
+    """H of the whirl q^H H q / q^H diag(M) q, shape (n, n)."""
+    found = np.zeros(about.mass.shape, complex)
+    for x, y in about.across:
+        found[x, y] = 1j * np.sqrt(about.mass[x, x] * about.mass[y, y])
+        found[y, x] = -found[x, y]
+    return found
+
+
+def _mode(about: Linearised, pair: Pair, q: np.ndarray, speed: float) -> Mode:
+    whirl = (q.conj() @ _whirling(about) @ q).real / (np.diag(about.mass) @ np.abs(q) ** 2)
+    size = np.abs(q)
+    # The first of several equal ones, whatever rounding says.
+    largest = np.argmax(size > (1.0 - EQUAL) * size.max())
+    return Mode(pair, q / q[largest], float(-whirl if speed < 0.0 else whirl))

@@ -1,0 +1,83 @@
+"""`ab-sim modes`."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from ab_sim.analysis.modes import AVERAGE, ZERO, Mode, Vibration, moving, vibration_of
+from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.errors import InputError
+from ab_sim.scene import load_scene
+
+FASTEST = 1e5
+"""As a scene's speeds [rad/s]."""
+
+
+def modes_command(
+    scene_name: str, changes: list[str], speed: float, json: str | None, plot: Path | None
+) -> None:
+    """Find, print, and write what was asked for; outputs are tried first."""
+    if not abs(speed) <= FASTEST:
+        raise InputError(f"--speed {speed}: must be a number within +-{FASTEST:g} rad/s")
+    scene = load_scene(scene_name, changes)
+    files = check_outputs(json, plot)
+    found = vibration_of(scene, speed)
+    if json is not None:
+        write_json(found.report(), json)
+    if plot is not None:
+        from ab_sim.figures.campbell import campbell_figure
+
+        campbell_figure(found, plot)
+    console = people if json == "-" else Console(markup=False)
+    console.print(modes_table(found))
+    for note in _notes(found):
+        console.print(note)
+    for file in files:
+        people.print(f"wrote {file}")
+
+
+def modes_table(found: Vibration) -> Table:
+    """The table for people."""
+    table = Table(title=f"{found.scene}: modes at {found.speed:g} rad/s")
+    for name in ("rad/s", "Hz", "damping ratio", "whirl", "what moves most"):
+        table.add_column(name, justify="right" if name in ("rad/s", "Hz") else "left")
+    largest = max(abs(value) for mode in found.modes for value in mode.eigenvalues)
+    for mode in found.modes:
+        table.add_row(
+            f"{mode.frequency:.2f}",
+            f"{mode.frequency / (2.0 * math.pi):.3f}",
+            _damping(mode, ZERO * largest),
+            _whirl(mode),
+            ", ".join(moving(found.linearised, mode)),
+        )
+    return table
+
+
+def _whirl(mode: Mode) -> str:
+    return mode.sense or ("to and fro" if mode.damped_frequency > 0.0 else "does not swing")
+
+
+def _damping(mode: Mode, rounding: float) -> str:
+    if mode.growth > rounding:
+        return f"grows, {mode.growth:.3g} 1/s"
+    return "nothing restores it" if mode.damping_ratio is None else f"{mode.damping_ratio:.4f}"
+
+
+def _notes(found: Vibration) -> Iterator[str]:
+    about, over_speed = found.linearised, found.over_speed
+    yield f"undamped frequencies; {AVERAGE}"
+    if not about.stiffness.any():
+        yield (
+            "nothing holds the deck where it rests: the scene has no suspension, or mounts, with a "
+            "stiffness there"
+        )
+    if any(about.rest):
+        yield f"about where the deck hangs at rest: {about.hangs}"
+    met = [f"{w:.2f}" + (f" ({m.sense})" if m.sense else "") for w, m in over_speed.critical]
+    yield (
+        f"critical speeds up to {over_speed.speeds[-1]:g} rad/s, where a frequency is the "
+        f"spindle's speed: {', '.join(met) or 'none'}"
+    )
