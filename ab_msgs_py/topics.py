@@ -1,5 +1,6 @@
 """Topics of the contract: name, message type and quality of service, each in one place."""
 
+import copy
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -17,7 +18,11 @@ from std_msgs.msg import Float64, Float64MultiArray, String
 
 # Reliable throughout: a best-effort publisher is invisible to a reliable subscriber.
 _STREAM = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-# Bursts of commands, and blocks for a recorder that is away for some seconds, are kept.
+# All publishers share a subscription's queue: one that floods it evicts what the others have sent.
+# This is a flood of 70,000/s, the most that one has been seen to send, while the drive waits for a
+# processor for a tenth of a second.
+_BURSTS = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.RELIABLE)
+# Blocks for a recorder that is away for some seconds are kept.
 _DEEP = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 _LATCHED = QoSProfile(
     depth=1,
@@ -43,7 +48,7 @@ class Topic(NamedTuple):
         return node.create_publisher(
             self.type,
             self.name,
-            self.qos,
+            copy.copy(self.qos),  # rclpy writes the overrides into it
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
@@ -53,7 +58,7 @@ class Topic(NamedTuple):
             self.type,
             self.name,
             callback,
-            self.qos,
+            copy.copy(self.qos),  # rclpy writes the overrides into it
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
@@ -68,14 +73,14 @@ def arrived(subscription: Subscription[Any]) -> Iterator[Any]:
     At most as many as the queue holds: whoever sends faster than this takes gets no end of it.
     """
     with subscription.handle:
-        for _ in range(_DEEP.depth):
+        for _ in range(subscription.qos_profile.depth):
             taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
             if taken is None:
                 return
             yield taken[0]
 
 
-COMMAND = Topic("spindle/command", Float64, _DEEP)
+COMMAND = Topic("spindle/command", Float64, _BURSTS)
 """Commanded spindle speed [rad/s]."""
 JOINT_STATES = Topic("joint_states", JointState, _STREAM)
 """Spindle and balls: angle, rate, effort."""

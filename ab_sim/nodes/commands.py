@@ -14,7 +14,8 @@ class Commands:
     The executor does not answer this subscription (``DriveSim.subscriptions``): a flood then makes
     no service wait behind it, and no thread fight the loop for Python's lock. What is in the
     subscription's queue when a wake-up begins acts in that wake-up. DDS keeps the newest
-    ``topics.COMMAND.qos.depth`` of what comes between two of them; these are all counted.
+    ``topics.COMMAND.qos.depth`` of what comes between two of them, whoever sent it; these are all
+    counted.
 
     Args:
         node: it listens as.

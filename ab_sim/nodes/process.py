@@ -18,6 +18,9 @@ from ab_sim.nodes.arguments import init_ros
 
 LINGER = 0.2
 """s."""
+TURN = 0.5e-3
+"""s for which a thread may keep Python's lock while another one waits for it. Python's own 5 ms are
+more than a wake-up's period: a flood of requests would make the loop late by that."""
 SomeNode = TypeVar("SomeNode", bound=Node)
 
 
@@ -36,6 +39,7 @@ def run_node(
             so that it can publish what is left.
     """
     interruption.watch()
+    sys.setswitchinterval(TURN)
     code = 0
     try:
         init_ros()

@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="needs ROS 2")
 
+import rclpy  # noqa: E402
 from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
 from std_msgs.msg import Float64MultiArray, String  # noqa: E402
 
@@ -47,6 +48,23 @@ def test_the_table_of_topics() -> None:
         "vibration/block": "Float64MultiArray",
     }
     assert CLOCK.name == "/clock" and DIAGNOSTICS.name == "/diagnostics"
+
+
+@pytest.mark.ros
+def test_an_override_is_of_one_topic_and_one_end() -> None:
+    """Topics share their profiles, and rclpy writes the overrides of one into what it is given."""
+    deeper = JOINT_STATES.qos.depth + 1
+    override = f"qos_overrides./joint_states.publisher.depth:={deeper}"
+    context = rclpy.Context()
+    rclpy.init(args=["--ros-args", "-p", override], context=context)
+    node = rclpy.create_node("overridden", context=context)
+    try:
+        assert JOINT_STATES.publisher(node).qos_profile.depth == deeper
+        assert JOINT_STATES.subscription(node, print).qos_profile.depth == deeper - 1
+        assert WHIRL.publisher(node).qos_profile.depth == deeper - 1
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
 
 
 def test_stamps_are_integers() -> None:
