@@ -11,7 +11,7 @@ from matplotlib.ticker import MultipleLocator
 
 from ab_sim.analysis.comparison import Compared, Comparison
 from ab_sim.analysis.merits import Merits, merits_of
-from ab_sim.analysis.startup import driving_forces
+from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.effects.motor import Motor
 from ab_sim.figures.curves import Label, draw_curve, label_at_right

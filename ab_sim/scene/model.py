@@ -330,6 +330,7 @@ class Scene(Section):
             _check_profile,
             _check_accuracy,
             _check_start,
+            _check_sensors,
             check_deck,
         ):
             check(self)
