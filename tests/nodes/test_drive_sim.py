@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ab_msgs_py import ENDED, Block, JointSample, Level, VibrationSample, topics
-from ab_msgs_py.samples import command_message, description_of, nanoseconds_of
+from ab_msgs_py.samples import description_of, nanoseconds_of
 from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros
