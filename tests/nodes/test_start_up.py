@@ -103,6 +103,7 @@ def test_recorder_survives_malformed_messages(fleet: Fleet, tmp_path: Path) -> N
     fleet.start("recorder", path=file)
     fleet.start("drive_sim", scene="thesis-hold")
     fleet.until(lambda: int(fleet.value("recorder", "samples written") or 0) > 100, "samples")
+    fleet.until(lambda: blocks, "the watcher, too, has heard a block")
     block = topics.BLOCK.publisher(fleet.node)
     description = topics.DESCRIPTION.publisher(fleet.node)
     diagnostics = topics.DIAGNOSTICS.publisher(fleet.node)
