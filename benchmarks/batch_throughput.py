@@ -26,10 +26,10 @@ from ab_sim.accuracy.deviation import Deviation, Samples, deviation  # noqa: E40
 from ab_sim.batch import simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
-from ab_sim.drive.rows import BEYOND_STATES  # noqa: E402
 from ab_sim.dynamics.assemble import place_on, state_bounds  # noqa: E402
 from ab_sim.dynamics.numbers.lanes import LANES  # noqa: E402
-from ab_sim.integrate.fixed_step import advance  # noqa: E402
+from ab_sim.dynamics.system import carrier_outputs  # noqa: E402
+from ab_sim.integrate.fixed_step import advance, row_width  # noqa: E402
 from ab_sim.integrate.workspace import aligned, workspace  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 from ab_sim.spindle.stretches import Grid, stretches  # noqa: E402
@@ -69,9 +69,9 @@ class Alone:
         steps = round(scene.duration / drive.step)
         self._ways = list(stretches(drive.profile, grid, 0, steps))
         bounds = state_bounds(drive.system, drive.step)
-        self._work = workspace(drive.system, drive.stepper.slopes, 0, bounds)
-        size = len(self._start.state) + BEYOND_STATES
-        self._rows = aligned((round(scene.duration / drive.step), size))
+        self._work = workspace(drive.system, drive.stepper, bounds)
+        width = row_width(len(self._start.state), carrier_outputs(drive.system.carrier))
+        self._rows, self._no_sample = aligned((steps, width)), aligned((0,))
         self._state = aligned(self._start.state.shape)
 
     def run(self) -> None:
@@ -89,7 +89,9 @@ class Alone:
                 state,
                 modes,
                 self._work,
+                (0, 0),
                 self._rows[way.first : way.first + max(way.steps, 1)],
+                self._no_sample,
             )
 
 

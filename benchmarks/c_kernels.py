@@ -8,7 +8,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from ab_sim.integrate.tableau import Tableau
+
+from ab_sim.integrate.explicit import Weights
 
 SOURCE = Path(__file__).with_name("c_kernel") / "thesis.c"
 FLAGS = ("-O3", "-march=native")
@@ -38,10 +39,10 @@ def compiler() -> str:
     return f"{first.splitlines()[0]}, {' '.join(FLAGS)}"
 
 
-def build(tableau: Tableau, balls: int) -> ctypes.CDLL:
+def build(tableau: Weights, balls: int) -> ctypes.CDLL:
     """The shared library for this tableau and number of balls."""
     folder = Path(tempfile.mkdtemp(prefix="c_kernel-"))
-    a, b, c = tableau.weights
+    a, b, c = tableau
     s = b.size
 
     def numbers(values: np.ndarray) -> str:

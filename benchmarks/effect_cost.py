@@ -38,12 +38,12 @@ class Both:
     def __init__(self) -> None:
         scene = load_scene(HAND_SCENE, HAND_CHANGES)
         self.package = PackageKernel(scene, FIRST, STEPS)
-        body, effects = self.package.drive.system.body, scene.effects
+        carrier, effects = self.package.drive.system.carrier, scene.effects
         self.by_hand = ThesisDrive(
-            body.total_mass,
-            body.unbalance,
-            body.race_radius,
-            body.race_curvature,
+            carrier.total_mass,
+            carrier.unbalance,
+            scene.race.radius,
+            1.0 / scene.race.radius,
             effects["suspension"].stiffness,
             effects["suspension"].damping,
             effects["viscous_drag"].coefficient,

@@ -1,7 +1,7 @@
 """The thesis' drive as one would write it by hand: what the package's assembly is measured against.
 
 Suspension, drag, spindle acceleration and spin, prescribed speed, no friction: that and nothing
-else, the equations written out for two balls (see ab_sim/dynamics/planar.py). The same algorithm,
+else, the equations written out for two balls (see dynamics/carriers/planar.py). The same algorithm,
 tableau loop, bounds, counting of turns and rows as the package, on the package's own arrays, so
 that only what the assembly of effects leaves behind differs. Compiled with the options that serve
 it best: no reference counts, as it allocates nothing, and everything inlined.
@@ -17,7 +17,7 @@ from ab_sim.dynamics.numbers.multiply_add import multiply_add
 from ab_sim.dynamics.system import MASS, MOBILITY, MOMENT, ROUND_LEVER
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.fixed_step import TWO_PI_REST
-from ab_sim.integrate.on_stack import scratch_of, trial_of
+from ab_sim.integrate.on_stack import room_of, trial_of
 
 BALLS, STATES = 2, 8
 OPTIONS = {"error_model": "numpy", "_nrt": False}
@@ -100,7 +100,7 @@ def thesis_advance(drive, system, weights, start, first, step, state, modes, wor
         modes: only the turns, its last column, are used.
     """
     slopes, bounds, balls = work.slopes, work.bounds, system.balls
-    trial, scratch = trial_of(system, work), scratch_of(system, work)
+    trial, scratch = trial_of(system, work), room_of(system, work).table
     n, states, stages = BALLS, STATES, weights.b.size
     thesis_derivatives(drive, balls, first * step - start, state, slopes[0], scratch)
     for k in range(rows.shape[0]):

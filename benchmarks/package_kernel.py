@@ -4,9 +4,10 @@ import time
 from collections.abc import Callable
 
 from ab_sim.drive import Drive
-from ab_sim.drive.rows import BEYOND_STATES
 from ab_sim.dynamics.assemble import place_on, state_bounds
-from ab_sim.integrate.fixed_step import advance
+from ab_sim.dynamics.system import carrier_outputs, has_events
+from ab_sim.integrate.events import event_functions
+from ab_sim.integrate.fixed_step import advance, row_width
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene import Scene
 
@@ -28,11 +29,12 @@ class PackageKernel:
         self.piece = drive.profile.piece_at(drive.time)
         if self.piece.end < (first + steps) * drive.step:
             raise SystemExit(f"{scene.name}: the steps run across a breakpoint of the profile")
-        stepper = drive.stepper
-        bounds = state_bounds(drive.system, drive.step)
-        self.work = workspace(drive.system, stepper.slopes, stepper.nodes, bounds)
+        system = drive.system
+        self.work = workspace(system, drive.stepper, state_bounds(system, drive.step))
+        self._events = event_functions() if has_events(system.effects) else (0, 0)
         self.state, self.modes = aligned(self.start.state.shape), self.start.modes.copy()
-        self.rows = aligned((steps, self.state.size + BEYOND_STATES))
+        width = row_width(self.state.size, carrier_outputs(system.carrier))
+        self.rows, self._no_sample = aligned((steps, width)), aligned((0,))
 
     def rewind(self) -> None:
         """Back to before the steps."""
@@ -52,7 +54,9 @@ class PackageKernel:
             self.state,
             self.modes,
             self.work,
+            self._events,
             self.rows,
+            self._no_sample,
         )
         assert taken == self.steps
 

@@ -24,7 +24,7 @@ from rich.console import Console  # noqa: E402
 from ab_sim.accuracy.deviation import deviation  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.errors import SceneError  # noqa: E402
-from ab_sim.integrate.registry import STEPPERS  # noqa: E402
+from ab_sim.integrate.registry import steppers  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
 from ab_sim.studies.accuracy_cost.cvode_peer import cvode_solvers  # noqa: E402
 from ab_sim.studies.accuracy_cost.methods import FailedError, Method  # noqa: E402
@@ -97,7 +97,7 @@ class Candidate:
 def candidates(f: RightHandSide, reference: Reference, console: Console) -> list[Candidate]:
     """Everything, with its error."""
     made: list[Any] = []
-    for name in STEPPERS:
+    for name in steppers():
         made += [lambda n=name, s=step: Stepping(f.scene, SAMPLING, n, s) for step in STEPS]
     solvers = {name: solver for name, solver in SCIPY.items() if name != "Radau"}
     for name, solver in {**solvers, **cvode_solvers()}.items():

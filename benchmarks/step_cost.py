@@ -20,13 +20,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from ab_sim.integrate.tableau import Tableau  # noqa: E402
 from arguments import arguments  # noqa: E402
 from c_kernels import CDrive, build, compiler  # noqa: E402
 from package_kernel import PackageKernel, ns_per_step  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.integrate.explicit import Weights  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
@@ -49,13 +49,13 @@ class InC:
 
     def __init__(self, package: PackageKernel) -> None:
         drive, scene = package.drive, package.drive.scene
-        tableau = drive.stepper
-        assert isinstance(tableau, Tableau)
-        body, effects, segment = drive.system.body, scene.effects, package.piece.segment
+        tableau = drive.stepper.weights
+        assert isinstance(tableau, Weights)
+        carrier, effects, segment = drive.system.carrier, scene.effects, package.piece.segment
         self._constants = CDrive(
-            body.total_mass,
-            body.unbalance,
-            body.race_radius,
+            carrier.total_mass,
+            carrier.unbalance,
+            scene.race.radius,
             effects["suspension"].stiffness,
             effects["suspension"].damping,
             effects["viscous_drag"].coefficient,

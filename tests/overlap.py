@@ -1,10 +1,10 @@
 """Balls in contact never overlap: an invariant of every run, measured as the reference does."""
 
 import numpy as np
-from ab_sim.dynamics.neighbours import start_angles
 
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.dynamics.race.neighbours import start_angles
 from tests.reference.contact import chain_of
 from tests.reference.model import Model
 from tests.reference.of_scene import params_of

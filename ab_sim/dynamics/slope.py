@@ -6,11 +6,11 @@ carries them: O(n), no linear-algebra library (the arrowhead of EQUATIONS.md).
 
 import numba
 
-from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
 from ab_sim.dynamics.layout import angle_at, integral_at, rate_at, spindle_angle_at
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.race.ball import curvature_at, place_ball, resist_ball
-from ab_sim.dynamics.race.elimination import eliminate, solve
+from ab_sim.dynamics.race.elimination import eliminate, eliminate_free, solve
 from ab_sim.dynamics.race.race import race_of
 from ab_sim.dynamics.race.table import BEND, PATH_ACCELERATION, PULL
 from ab_sim.dynamics.spindle_motion import spindle_motion
@@ -19,9 +19,16 @@ from ab_sim.dynamics.system import (
     bear,
     begin,
     carrier_unknowns,
+    has_events,
     has_motor,
     has_runout,
     move,
+)
+
+_eliminate = chosen_by(
+    has_events,
+    lambda plant: eliminate(race_of(plant)),
+    lambda plant: eliminate_free(race_of(plant)),
 )
 
 
@@ -38,7 +45,7 @@ def evaluate(plant, time, state, slope):  # type: ignore[no-untyped-def]
     system, room, race = plant.system, plant.room, race_of(plant)
     spindle = spindle_motion(plant, time, state)
     frame = equations(plant, spindle, state)
-    eliminate(race)
+    _eliminate(plant)
     solve(race)
     move(system.carrier, plant, spindle, frame, state, slope)
     for i in range(ball_count(system)):

@@ -1,6 +1,6 @@
 """Steppers: their registry, the machinery that takes fixed steps, and the step's limits."""
 
-from ab_sim.integrate.registry import stepper_named, steppers
+from ab_sim.integrate.registry import stepper_named
 from ab_sim.integrate.stepper import Stepper
 
-__all__ = ["Stepper", "stepper_named", "steppers"]
+__all__ = ["Stepper", "stepper_named"]

@@ -112,4 +112,5 @@ def _known() -> dict[str, _Family]:
     folder = import_module(_FOLDER)
     for found in pkgutil.iter_modules(folder.__path__):
         import_module(f"{_FOLDER}.{found.name}")
-    return _families
+    # By name: whoever imports a stepper before registers it before.
+    return dict(sorted(_families.items()))

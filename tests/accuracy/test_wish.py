@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from ab_sim.dynamics.neighbours import start_angles
 
 from ab_sim.accuracy import SAFETY, Price, Timed, cheapest, resolve_accuracy
 from ab_sim.accuracy.deviation import MOST_SAMPLES, Deviation, Samples, deviation
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.dynamics.assemble import system_of
+from ab_sim.dynamics.race.neighbours import start_angles
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, check_scene, load_scene, scene_names
@@ -160,7 +160,7 @@ def test_tighter_wishes_cost_more_and_looser_ones_are_not_wasted() -> None:
     settings = []
     for wish in (1e-3, 1e-6, 1e-9, 1e-12):
         drive, _ = resolved(wished("thesis-hold", angle=wish))
-        settings.append(drive.stepper.stages / drive.step)
+        settings.append(drive.stepper.evaluations / drive.step)
     assert settings == sorted(settings) and settings[-1] > 2 * settings[0]
 
 
@@ -241,7 +241,7 @@ class FakeRuns:
         size += self.floor * np.sin(1e9 * step)  # differs from step to step
         count = steps // every
         samples = Samples(np.zeros((count, 2)), np.full((count, 1), size))
-        return Timed(samples, steps * stepper.stages * self.stage)
+        return Timed(samples, steps * stepper.evaluations * self.stage)
 
 
 def test_the_cheapest_of_all_is_found() -> None:

@@ -7,8 +7,6 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
-from ab_sim.dynamics.planar import derivatives
-from ab_sim.integrate.rk8 import RK8
 from numba.extending import register_jitable
 
 from ab_sim.drive import Drive
@@ -18,8 +16,9 @@ from ab_sim.dynamics.dispatch import APART, any_effect_has, forward, sum_over_ef
 from ab_sim.dynamics.effects import RollingFriction, Suspension, ViscousDrag
 from ab_sim.dynamics.motion import Ball, Deck
 from ab_sim.dynamics.numbers.lanes import LANES, as_lanes, leaves, spread
-from ab_sim.dynamics.system import Place, has_events
-from ab_sim.integrate.fixed_step import advance
+from ab_sim.dynamics.system import Place, carrier_outputs, has_events
+from ab_sim.integrate.fixed_step import advance, row_width
+from ab_sim.integrate.steppers.rk8 import RK8
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene import check_scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
@@ -150,17 +149,13 @@ def kernels() -> list[tuple[str, str]]:
         scene = check_scene({**THESIS, "effects": half}, "test")
         system = system_of(scene)
         state, modes = start_state(scene, system), start_modes(scene, system)
-        work = workspace(system, RK8.slopes, RK8.nodes, state_bounds(system, 1e-3))
-        place = Place(Ramp(0.0, 40.0), 0.0)
+        work = workspace(system, RK8, state_bounds(system, 1e-3))
+        place, clock = Place(Ramp(0.0, 40.0), 0.0), (0, 1e-3, 0.0)
+        rows = np.empty((1, row_width(state.size, carrier_outputs(system.carrier))))
+        arguments = (system, place, RK8.weights, 0.0, clock, 1e-3, state, modes, work)
+        arguments += ((0, 0), rows, np.zeros(0))
         # Compiled afresh: code that came from the disk cache cannot be inspected.
-        if has_events(system.effects):
-            # The equations of motion alone: with events it takes half a minute.
-            fresh = numba.njit(**APART)(derivatives.py_func)
-            arguments = (system, place, 0.0, state, modes, work.ahead, work.scratch)
-        else:
-            fresh = numba.njit(**APART)(advance.py_func)
-            clock, rows = (0, 1e-3, 0.0), np.empty((1, state.size + 3))
-            arguments = (system, place, RK8.weights, 0.0, clock, 1e-3, state, modes, work, rows)
+        fresh = numba.njit(**APART)(advance.py_func)
         signature = tuple(numba.typeof(argument) for argument in arguments)
         fresh.compile(signature)
         made.append((str(signature[0]), fresh.inspect_llvm(signature)))
@@ -181,10 +176,17 @@ def test_what_a_scene_does_not_name_is_not_in_its_kernel(
 
 
 def test_kernel_without_events_does_not_look_for_any(kernels: list[tuple[str, str]]) -> None:
-    code = kernels[0][1]
-    assert "derivatives" in code
-    for what in ("settle", "collide", "margins", "locate"):
-        assert what not in code
+    (_, without), (_, events) = kernels
+    for what in (".callback.", "step_with_events", "enter", "look_back"):
+        assert what in events and what not in without
+
+
+def test_what_happens_at_events_is_compiled_for_no_scene(kernels: list[tuple[str, str]]) -> None:
+    """A kernel has its equations, and calls the rest where it has been compiled once for all."""
+    for _, code in kernels:
+        assert "evaluate" in code
+        for what in ("settle", "collide", "margins", "locate"):
+            assert what not in code
 
 
 def test_without_spindle_acceleration_only_its_terms_are_missing(scene: Any) -> None:

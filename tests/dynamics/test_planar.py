@@ -4,15 +4,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from ab_sim.dynamics.scratch import WIDTH
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
+from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import DIRECTION, LOADED, MODES, Place
 from ab_sim.spindle import Ramp
-from tests.dynamics.calls import compiled_derivatives
+from tests.dynamics.calls import compiled_evaluate, plant_of
 from tests.dynamics.inertial import Thesis, accelerations
 
 FRICTION = {"rolling_friction": {"arm": 2e-4}}
@@ -28,12 +28,12 @@ def slope_of(
     scene: Any, state: np.ndarray, speed: float, slope: float, loaded: np.ndarray
 ) -> np.ndarray:
     """The state's derivative; balls slide as their rates say where they are loaded."""
-    n = scene.balls.count
+    n, system = scene.balls.count, system_of(scene)
     modes = np.zeros((n + 1, MODES), np.int64)
-    modes[:n, DIRECTION], modes[:n, LOADED] = np.sign(state[4 + n :]), loaded
-    result, scratch = np.empty_like(state), np.empty((n, WIDTH))
-    place = Place(Ramp(speed, slope), 0.0)
-    compiled_derivatives(system_of(scene), place, 0.0, state, modes, result, scratch)
+    modes[:n, DIRECTION], modes[:n, LOADED] = np.sign(state[layout_of(system).rates]), loaded
+    result = np.empty_like(state)
+    plant = plant_of(system, Place(Ramp(speed, slope), 0.0), modes)
+    compiled_evaluate(plant, 0.0, state, result)
     return result
 
 
@@ -45,6 +45,7 @@ def test_same_accelerations_as_the_printed_equations(
     spin, friction = effects.get("ball_spin", {}) is not None, "rolling_friction" in effects
     radius = 1e-3 if spin or friction else None
     made = scene(balls={"count": balls, "radius": radius}, effects=effects)
+    layout = layout_of(system_of(made))
     p = Thesis(0.1, 1000.0, 0.2, 1e-4, 0.01, 1e-3, 1e-3, 1.0, 2e-4 if friction else 0.0, spin)
     random = np.random.default_rng(balls)
     clipped = 0
@@ -66,9 +67,10 @@ def test_same_accelerations_as_the_printed_equations(
         state = np.concatenate([u, v, theta, rate])
         got = slope_of(made, state, w, al, rubbing)
         J = np.array([[0.0, -1.0], [1.0, 0.0]])
-        np.testing.assert_allclose(turn @ (got[2:4] + w * J @ v), want[:2], rtol=1e-9, atol=1e-9)
-        np.testing.assert_allclose(got[4 + balls :] + al, want[2:], rtol=1e-9, atol=1e-9)
-        np.testing.assert_allclose(got[:2], v - w * J @ u, rtol=1e-12)
+        moved, pushed = got[layout.carrier].reshape(2, 2)
+        np.testing.assert_allclose(turn @ (pushed + w * J @ v), want[:2], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(got[layout.rates] + al, want[2:], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(moved, v - w * J @ u, rtol=1e-12)
     if friction and balls:
         assert clipped > 10, "the case that clips the normal force was met"
 

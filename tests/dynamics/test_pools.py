@@ -4,12 +4,13 @@ from itertools import product
 
 import numpy as np
 import pytest
-from ab_sim.dynamics.pools import CLOSED, GRAIN, HOLD, LEVEL, POOL_WIDTH, PULL
-from ab_sim.dynamics.scratch import INERTIA, WIDTH
 
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.system import JOINED, MODES, ORDER
-from tests.dynamics.calls import compiled_pool
+from ab_sim.dynamics.race.pools import CLOSED, COARSE, HOLD, LEVEL, POOL_WIDTH, PULL
+from ab_sim.dynamics.race.table import INERTIA
+from ab_sim.dynamics.system import JOINED, MODES, ORDER, Place
+from ab_sim.spindle import Ramp
+from tests.dynamics.calls import compiled_pool, plant_of
 from tests.hard_cases.extremes import RUBBING, scene_of
 
 N = 5
@@ -44,12 +45,12 @@ def test_rows_move_as_the_least_acceleration_says(rests: bool) -> None:
         mass, pull = rng.uniform(0.2, 3.0, N), rng.normal(size=N)
         hold = rng.uniform(0.0, 1.5, N) * rng.integers(0, 2, N) if rests else np.zeros(N)
         closed = np.append(rng.random(N - 1) < 0.8, False)
-        pools, scratch = np.zeros((N, POOL_WIDTH)), np.zeros((N, WIDTH))
-        modes = np.zeros((N + 1, MODES), np.int64)
-        scratch[:, INERTIA] = mass
+        pools, modes = np.zeros((N, POOL_WIDTH)), np.zeros((N + 1, MODES), np.int64)
+        plant = plant_of(system, Place(Ramp(0.0, 0.0), 0.0), modes)
+        plant.room.table[:, INERTIA] = mass
         pools[:, PULL], pools[:, HOLD] = pull, hold if rests else -1.0
-        pools[:, GRAIN], pools[:, CLOSED] = 1e-14, closed
-        compiled_pool(system, modes, scratch, pools)
+        pools[:, COARSE], pools[:, CLOSED] = 1e-14, closed
+        compiled_pool(plant, pools)
         want = best(mass, pull, hold, closed)
         np.testing.assert_allclose(pools[:, LEVEL], want, atol=1e-12)
         joined = modes[:N, JOINED] == 1

@@ -52,7 +52,7 @@ class BallContact(FiveParts):
         for restitution in (0.0, 0.4, 1.0):
             drive = run(scene_of("contact", ALONE, bouncing(restitution)), 1).drive
             kept = drive.snapshot()
-            kept.state[6:8] = 6.0, 1.0
+            kept.state[drive.layout.rates] = 6.0, 1.0
             drive.restore(kept)
             after = drive.advance(100).ball_rates[-1]
             assert drive.events >= 1
@@ -72,7 +72,7 @@ class BallContact(FiveParts):
 
     def loss(self, run: Run) -> float:
         """From the jumps of the speeds, as if the deck, fifty times as heavy, did not give way."""
-        rates = np.vstack([run.states[:1, 6:8], run.trajectory.ball_rates])
+        rates = np.vstack([run.states[:1, run.drive.layout.rates], run.trajectory.ball_rates])
         parting = np.diff(rates, axis=1)[:, 0]
         hits = np.flatnonzero(np.abs(np.diff(parting)) > 0.2 * np.abs(parting).max())
         assert hits.size

@@ -21,8 +21,8 @@ class BallSpin(FiveParts):
 
     def direction(self) -> None:
         """Less is left behind by an accelerating spindle: 24/35 of what a sliding ball is."""
-        lag = self.slope(OPPOSED)[6:8] - self.slope(OPPOSED, {"profile": None})[6:8]
-        assert lag == pytest.approx(-40.0 * (0.01 - 0.4e-3) / (1.4 * 0.01), rel=1e-3)
+        lag = self.slope(OPPOSED).less(self.slope(OPPOSED, {"profile": None}))
+        assert lag.rates == pytest.approx(-40.0 * (0.01 - 0.4e-3) / (1.4 * 0.01), rel=1e-3)
         self.watch()
 
     def limit(self) -> None:

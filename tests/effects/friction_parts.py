@@ -39,15 +39,14 @@ class FrictionParts(FiveParts):
         """Against the motion, f times the normal force; at rest it holds, as far as it can."""
         idle = self.law(0.0)["effects"]
         for rate in (3.0, -3.0):
-            spin = {6: rate, 7: rate}
-            added = self.adds(idle, OPPOSED, self.law(0.05), turned=spin)
+            added = self.adds(idle, OPPOSED, self.law(0.05), rates=[rate, rate])
             press = 0.01 * (100.0 + rate) ** 2
-            assert added[6:8] == pytest.approx(-np.sign(rate) * 0.05 * press / 0.014, rel=1e-3)
+            assert added.rates == pytest.approx(-np.sign(rate) * 0.05 * press / 0.014, rel=1e-3)
         on_edge: Changes = {"effects": {"gravity": {"tilt": np.pi / 2}}}
         held = self.slope(OPPOSED, on_edge, self.law(0.12))
-        assert held[6:8] == pytest.approx(0.0), "9.8 m/s^2 against 0.12 times 100 m/s^2"
+        assert held.rates == pytest.approx(0.0), "9.8 m/s^2 against 0.12 times 100 m/s^2"
         slips = self.slope(OPPOSED, on_edge, self.law(0.05))
-        assert slips[6] < -100.0 and slips[7] > 100.0
+        assert slips.rates[0] < -100.0 and slips.rates[1] > 100.0
 
     def activity(self) -> None:
         """Balls slide both ways, and friction holds them at times."""
@@ -55,7 +54,7 @@ class FrictionParts(FiveParts):
         seen = self.watch(self.law(0.2), {"effects": {"gravity": {"tilt": 1.2}}}, least=0.05)
         stuck = (seen.modes[:, :2, DIRECTION] == 0) & (seen.modes[:, :2, LOADED] == 1)
         assert stuck.any() and not stuck.all() and seen.drive.crowded_steps == 0
-        assert np.all(seen.states[:, 6:8][stuck] == 0.0), "held exactly"
+        assert np.all(seen.states[:, seen.drive.layout.rates][stuck] == 0.0), "held exactly"
 
     def loss(self, run: Run) -> float:
         out = run.trajectory

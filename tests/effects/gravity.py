@@ -26,14 +26,14 @@ class Gravity(FiveParts):
         """On edge, down is -y: balls at the sides roll down; the drive hangs, and stays there."""
         on_edge = {"gravity": {"tilt": np.pi / 2, "direction": -np.pi / 2}}
         added = self.adds(IDLE, DOWN, {"effects": on_edge})
-        assert added[6] == pytest.approx(-9.80665 / 0.014, rel=0.03)
-        assert added[7] == pytest.approx(9.80665 / 0.014, rel=0.03)
+        assert added.rates[0] == pytest.approx(-9.80665 / 0.014, rel=0.03)
+        assert added.rates[1] == pytest.approx(9.80665 / 0.014, rel=0.03)
         low = {"start": {"ball_angles": [-np.pi / 2, -np.pi / 2]}, "rotor": {"eccentricity": 0.0}}
         seen = self.watch(DOWN, low, {"effects": on_edge})
         assert seen.trajectory.whirl.max() < 1e-12, "at rest, balls at the bottom"
         assert np.abs(seen.trajectory.ball_angles + np.pi / 2).max() < 1e-12
         flat = self.slope(DOWN, {"effects": {"gravity": {"tilt": 0.0}}})
-        assert np.all(flat[4:8] == 0.0), "lying flat, nothing falls"
+        assert not flat.angles.any() and not flat.rates.any(), "lying flat, nothing falls"
 
     def rotation(self) -> None:
         """With where down is; turned alone, the drive moves differently."""

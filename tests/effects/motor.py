@@ -11,8 +11,6 @@ BARE: Changes = {
     "start": {"speed": 50.0, "ball_angles": []},
     "profile": None,
 }
-SPEED = 4 + 1
-"""Place of the spindle's speed in the state without balls."""
 
 
 class Motor(FiveParts):
@@ -40,8 +38,8 @@ class Motor(FiveParts):
         for behind in (4.0, -4.0, 40.0, -40.0):
             speed = 50.0 - behind
             asked = np.clip(1e-3 * behind, -1e-2, 1e-2) - 1e-6 * speed
-            gained = self.slope(BARE, turned={SPEED: speed})[SPEED]
-            assert gained == pytest.approx(asked / 2e-5, rel=1e-4)
+            gained = self.slope(BARE, spindle=[0.0, speed, 0.0]).spindle
+            assert gained[1] == pytest.approx(asked / 2e-5, rel=1e-4)
         self.watch()
 
     def power(self) -> None:

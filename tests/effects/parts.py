@@ -6,9 +6,9 @@ was active in them.
 """
 
 import importlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import pytest
@@ -122,27 +122,37 @@ def run(scene: Scene, steps: int, ledger: bool = True) -> Run:
     return Run(drive, Trajectory.join(parts), states, modes, tuple(energies))
 
 
-def slope(scene: Scene, state: Iterable[float] = (), turned: dict[int, float] | None = None) -> Any:
+class Slope(NamedTuple):
+    """Time derivative of a state, by what it is of; see ``Layout``."""
+
+    carrier: np.ndarray
+    angles: np.ndarray
+    rates: np.ndarray
+    spindle: np.ndarray
+
+    def less(self, other: "Slope") -> "Slope":
+        """What it is beyond another one."""
+        return Slope(*(here - there for here, there in zip(self, other, strict=True)))
+
+
+def slope(scene: Scene, **where: Sequence[float]) -> Slope:
     """Time derivative of the state, over a tenth of a microsecond.
 
     Args:
         scene: its start is where this is, but for what follows.
-        state: what the first entries of the state are instead.
-        turned: further entries, by their place.
+        where: parts of the state that are something else, by their names in ``Slope``.
     """
     drive = Drive(scene, ledger=True)
     drive.step = 1e-7
-    kept = drive.snapshot()
-    first = list(state)
-    kept.state[: len(first)] = first
-    for place, value in (turned or {}).items():
-        kept.state[place] = value
-    n = scene.balls.count
-    kept.modes[:n, DIRECTION] = np.sign(kept.state[4 + n : 4 + 2 * n])
+    kept, layout = drive.snapshot(), drive.layout
+    for part, values in where.items():
+        kept.state[getattr(layout, part)] = values
+    kept.modes[: scene.balls.count, DIRECTION] = np.sign(kept.state[layout.rates])
     before = kept.state.copy()
     drive.restore(kept)
     drive.advance(1)
-    return (drive.snapshot().state - before) / drive.step
+    rate = (drive.snapshot().state - before) / drive.step
+    return Slope(*(rate[getattr(layout, part)] for part in Slope._fields))
 
 
 def apart(one: Trajectory, other: Trajectory) -> float:
@@ -189,15 +199,16 @@ class FiveParts:
         self.witnessed += 1
         return seen
 
-    def slope(self, *changes: Changes, **where: Any) -> np.ndarray:
+    def slope(self, *changes: Changes, **where: Sequence[float]) -> Slope:
         """``slope`` in the effect's company."""
         return slope(scene_of(self.company, self.changes, *changes), **where)
 
-    def adds(self, idle: Changes, *changes: Changes, **where: Any) -> np.ndarray:
+    def adds(self, idle: Changes, *changes: Changes, **where: Sequence[float]) -> Slope:
         """What the effect adds to the slope: asserted to be something."""
-        added = self.slope(*changes, **where) - self.slope(*changes, {"effects": idle}, **where)
-        n = scene_of(self.company, self.changes, *changes).balls.count
-        assert np.abs(added[: 4 + 2 * n]).max() > 1e-3, f"{self.name} adds nothing"
+        without = self.slope(*changes, {"effects": idle}, **where)
+        added = self.slope(*changes, **where).less(without)
+        bodies = np.concatenate([added.carrier, added.angles, added.rates])
+        assert np.abs(bodies).max() > 1e-3, f"{self.name} adds nothing"
         self.witnessed += 1
         return added
 

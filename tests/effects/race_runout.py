@@ -33,11 +33,11 @@ class RaceRunout(FiveParts):
         offset = {"race_runout": {"offset_1": 1e-4, "offset_2": 0.0, "lobe": 0.0}}
         added = self.adds(ROUND, QUIET, {"effects": offset})
         pull = 1e-4 * 1e4 / (1.4 * 0.01)
-        assert added[6:8] == pytest.approx([-pull, pull], rel=0.03)
+        assert added.rates == pytest.approx([-pull, pull], rel=0.03)
         aside = {"start": {"ball_angles": [np.pi / 4, -3 * np.pi / 4]}}
         lobe = {"offset_1": 0.0, "offset_2": 0.0, "lobe": 1e-5, "lobe_angle": 0.0}
         added = self.adds(ROUND, QUIET, aside, {"effects": {"race_runout": lobe}})
-        assert added[6:8] == pytest.approx(-2e-5 * 1e4 / (1.4 * 0.01), rel=0.03)
+        assert added.rates == pytest.approx(-2e-5 * 1e4 / (1.4 * 0.01), rel=0.03)
 
     def limit(self) -> None:
         def slightly(size: float) -> Changes:

@@ -19,9 +19,9 @@ class SpindleAcceleration(FiveParts):
 
     def direction(self) -> None:
         """Balls fall behind, those opposite each other alike; the unbalance is pressed back."""
-        added = self.slope(OPPOSED) - self.slope(OPPOSED, {"profile": None})
-        assert added[3] == pytest.approx(-0.098e-4 * 40.0 / 0.1, rel=0.05)
-        assert added[6:8] == pytest.approx(-40.0 * (0.01 - 0.4e-3) / (1.4 * 0.01), rel=0.02)
+        added = self.slope(OPPOSED).less(self.slope(OPPOSED, {"profile": None}))
+        assert added.carrier[3] == pytest.approx(-0.098e-4 * 40.0 / 0.1, rel=0.05)
+        assert added.rates == pytest.approx(-40.0 * (0.01 - 0.4e-3) / (1.4 * 0.01), rel=0.02)
         self.watch()
 
     def power(self) -> None:

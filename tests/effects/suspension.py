@@ -1,7 +1,5 @@
 """The spring pulls back, the damper brakes; without either the deck is free."""
 
-from typing import Any
-
 import numpy as np
 
 from tests.effects.parts import NO_LOSSES, Changes, FiveParts, Run, closes
@@ -22,10 +20,9 @@ class Suspension(FiveParts):
         bare["profile"] = None
         idle = {"suspension": {"stiffness": 0.0, "damping": 0.0}}
         for u, v in (([1e-3, 0.0], [0.0, 0.0]), ([0.0, 0.0], [0.0, 0.1]), ([1e-3, 2e-3], [0.1, 0])):
-            moved: dict[str, Any] = {"state": [*u, *v]}
-            added = self.adds(idle, bare, **moved)
+            added = self.adds(idle, bare, carrier=[*u, *v])
             force = -1000.0 * np.array(u) - 0.2 * np.array(v)
-            np.testing.assert_allclose(added[2:4], force / 0.1, rtol=1e-4, atol=1e-3)
+            np.testing.assert_allclose(added.carrier[2:], force / 0.1, rtol=1e-4, atol=1e-3)
 
     def power(self) -> None:
         """The damper dissipates; the spring, on its own, conserves."""

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from ab_sim.dynamics.neighbours import start_angles
 
 from ab_sim.drive import Drive
+from ab_sim.dynamics.race.neighbours import start_angles
 from tests.effects.parts import Changes, scene_of
 from tests.overlap import assert_apart
 from tests.reference import simulate

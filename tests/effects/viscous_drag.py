@@ -24,8 +24,8 @@ class ViscousDrag(FiveParts):
         }
         idle = {"viscous_drag": {"coefficient": 0.0}}
         for rate in (3.0, -3.0):
-            added = self.adds(idle, opposed, turned={6: rate, 7: rate})
-            assert added[6:8] == pytest.approx(-1.0 * rate / 1.4e-3, rel=1e-3)
+            added = self.adds(idle, opposed, rates=[rate, rate])
+            assert added.rates == pytest.approx(-1.0 * rate / 1.4e-3, rel=1e-3)
 
     def alone(self) -> tuple[Changes, ...]:
         return ({"effects": {"viscous_drag": {"coefficient": 1.0}}},)

@@ -76,16 +76,19 @@ def test_no_folder_where_another_user_can_write(
 
 
 def test_a_kernel_is_made_of_what_its_imports_lead_to() -> None:
-    kernel = {"ab_sim.integrate.fixed_step", "ab_sim.spindle.segments"}
+    fixed = {"ab_sim.integrate.fixed_step", "ab_sim.spindle.segments"}
+    planar, sweeps = "ab_sim.dynamics.carriers.planar", "ab_sim.integrate.steppers.sweeps"
+    kernel = fixed | {planar, sweeps}
     made_of = set(sources(kernel))
     assert made_of > kernel | {
-        "ab_sim.dynamics.planar",
-        "ab_sim.dynamics.settle",
-        "ab_sim.integrate.one_step",
-        "ab_sim.integrate.sweeps",
+        "ab_sim.dynamics.drag_response",
+        "ab_sim.dynamics.race.settle",
+        "ab_sim.dynamics.slope",
+        "ab_sim.integrate.events",
     }
+    assert not {planar, sweeps} & set(sources(fixed)), "of carriers and steppers only its own"
     rooms = {name.split(".")[1] for name in made_of}
-    assert rooms == {"dynamics", "integrate", "spindle"}, "no plots, no nodes, no scenes"
+    assert rooms == {"dynamics", "integrate", "spindle", "errors"}, "no plots, nodes or scenes"
     assert not any(name.startswith("ab_sim.dynamics.effects") for name in made_of)
     drag = "ab_sim.dynamics.effects.viscous_drag"
     assert set(sources({*kernel, drag})) > {drag, "ab_sim.dynamics.motion"}

@@ -6,22 +6,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from ab_sim.integrate.sweeps import Sweeps
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import drag_rate, linear_rates, system_of
 from ab_sim.errors import CommandError, DivergedError, SceneError
-from ab_sim.integrate import STEPPERS
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.limits import largest_step, stability_limit
+from ab_sim.integrate.registry import stepper_named, steppers
 
-EXPLICIT = [name for name, stepper in STEPPERS.items() if not isinstance(stepper, Sweeps)]
+EXPLICIT = [name for name, stepper in steppers().items() if not stepper.solves_drag]
 """Those that the race's drag limits."""
 
 
 def test_rk4_has_its_textbook_limits() -> None:
-    assert stability_limit("rk4") == pytest.approx(2.785293563405282, rel=1e-12)
-    assert stability_limit("rk4", 1j) == pytest.approx(8**0.5, rel=1e-3)
+    assert stability_limit(stepper_named("rk4")) == pytest.approx(2.785293563405282, rel=1e-12)
+    assert stability_limit(stepper_named("rk4"), 1j) == pytest.approx(8**0.5, rel=1e-3)
 
 
 def test_drag_rate_of_the_thesis_ball(scene: Any) -> None:
@@ -41,7 +40,7 @@ def test_rates_of_the_thesis_deck(scene: Any) -> None:
 def growth(drive: Drive) -> float:
     """Two balls side by side on a deck at rest, disturbed: they calm down, or they do not."""
     start = drive.snapshot()
-    start.state[6:] = 1e-6
+    start.state[drive.layout.rates] = 1e-6
     drive.restore(start)
     rates = drive.advance(100).ball_rates[:, 0]
     return float(np.abs(rates[-20:]).max() / np.abs(rates[:20]).max())
@@ -52,7 +51,7 @@ def growth(drive: Drive) -> float:
 def test_the_limit_is_where_the_balls_go_unstable(name: str, factor: float, scene: Any) -> None:
     drive = Drive(scene(profile=None, solver={"stepper": name, "step": 1e-4}))
     # Past the refusal, which is what is being tested here.
-    drive.step = factor * stability_limit(name) / drag_rate(drive.system)
+    drive.step = factor * stability_limit(stepper_named(name)) / drag_rate(drive.system)
     assert (growth(drive) < 1) == (factor < 1)
 
 
@@ -64,7 +63,7 @@ def test_no_drag_is_too_stiff_for_sweeps(coefficient: float, scene: Any) -> None
     assert growth(drive) < 1
 
 
-@pytest.mark.parametrize("name", STEPPERS)
+@pytest.mark.parametrize("name", steppers())
 @pytest.mark.parametrize("factor", [0.99, 1.1])
 def test_the_limit_is_where_the_deck_goes_unstable(name: str, factor: float, scene: Any) -> None:
     """No balls; the deck disturbed, at its top speed."""
@@ -78,7 +77,7 @@ def test_the_limit_is_where_the_deck_goes_unstable(name: str, factor: float, sce
         )
     )
     rates = linear_rates(drive.system, 500.0)
-    drive.step = factor * largest_step(STEPPERS[name], rates)[0]
+    drive.step = factor * largest_step(stepper_named(name), rates)[0]
     start = drive.snapshot()
     start.state[:] = 1e-6
     drive.restore(start)
@@ -91,7 +90,7 @@ def test_the_limit_is_where_the_deck_goes_unstable(name: str, factor: float, sce
     assert (grown < 8) == (factor < 1)
 
 
-@pytest.mark.parametrize("name", STEPPERS)
+@pytest.mark.parametrize("name", steppers())
 @pytest.mark.parametrize("balls", [0, 2])
 def test_refusal_names_a_step_that_is_accepted(name: str, balls: int, scene: Any) -> None:
     with pytest.raises(SceneError, match="beyond the stability limit") as caught:
@@ -102,7 +101,7 @@ def test_refusal_names_a_step_that_is_accepted(name: str, balls: int, scene: Any
     drive = Drive(scene(balls={"count": balls}, solver={"stepper": name, "step": step}))
     rates = linear_rates(drive.system, 400.0).values()
     reach = max(
-        abs(rate) * step / stability_limit(name, cmath.rect(1.0, cmath.phase(rate)))
+        abs(rate) * step / stability_limit(stepper_named(name), cmath.rect(1.0, cmath.phase(rate)))
         for rate in rates
         if rate
     )
@@ -173,4 +172,4 @@ def test_friction_of_any_size_is_followed(arm: float, scene: Any) -> None:
 def test_nothing_that_limits(scene: Any) -> None:
     free = {"viscous_drag": None, "suspension": None}
     Drive(scene(effects=free, spindle={"max_speed": 400.0}, solver={"step": 1e-3}))
-    assert largest_step(STEPPERS["rk4"], {"nothing": 0j})[0] == np.inf
+    assert largest_step(stepper_named("rk4"), {"nothing": 0j})[0] == np.inf

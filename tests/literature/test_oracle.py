@@ -17,13 +17,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from ab_sim.dynamics.scratch import WIDTH
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics.system import Place
 from ab_sim.scene import check_scene
 from ab_sim.spindle import Ramp
-from tests.dynamics.calls import compiled_derivatives
+from tests.dynamics.calls import compiled_evaluate, plant_of
 
 CASES = {
     case["id"]: case
@@ -174,7 +173,7 @@ def test_equilibria_of_the_nsc_rotor(value: dict[str, Any]) -> None:
 
 
 def jacobian_at(drive: Drive, place: Place) -> np.ndarray:
-    """Jacobian of ``derivatives`` at the drive's state, by central differences of order eight.
+    """Jacobian of ``evaluate`` at the drive's state, by central differences of order eight.
 
     Deck and rates enter as polynomials of the second degree, so that their differences are exact
     however long; the angles' are long enough for rounding not to show.
@@ -182,11 +181,11 @@ def jacobian_at(drive: Drive, place: Place) -> np.ndarray:
     kept = drive.snapshot()
     n, size = drive.scene.balls.count, kept.state.size
     lengths = np.array([1e-3, 1e-3, 1.0, 1.0] + [0.05] * n + [10.0] * n)
-    scratch = np.zeros((n, WIDTH))
+    plant = plant_of(drive.system, place, kept.modes)
 
     def slope(state: np.ndarray) -> np.ndarray:
         out = np.empty(size)
-        compiled_derivatives(drive.system, place, 0.0, state, kept.modes, out, scratch)
+        compiled_evaluate(plant, 0.0, state, out)
         return out
 
     columns = []
@@ -198,7 +197,7 @@ def jacobian_at(drive: Drive, place: Place) -> np.ndarray:
 
 @pytest.mark.parametrize("value", EQUILIBRIA, ids=lambda v: f"{v['n']}-{v['mass_factor']}")
 def test_eigenvalues_of_the_nsc_rotor(value: dict[str, Any]) -> None:
-    """Largest real part of the Jacobian of ``derivatives``.
+    """Largest real part of the Jacobian of ``evaluate``.
 
     1e-8 absolute, as the oracle demands. The n - 2 zeros of a balanced set are left out.
     """

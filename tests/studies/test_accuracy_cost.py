@@ -15,7 +15,7 @@ from ab_sim.cli.accuracy import print_accuracy
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError, SceneError
 from ab_sim.figures.accuracy_cost import accuracy_figure
-from ab_sim.integrate.registry import STEPPERS
+from ab_sim.integrate.registry import stepper_named, steppers
 from ab_sim.scene import check_scene
 from ab_sim.scene.load import with_solver
 from ab_sim.studies.accuracy_cost import AccuracyCost, Bound, SettingCost, measure
@@ -73,9 +73,9 @@ def order(rows: list[SettingCost], least: float = 0.0) -> float:
     return float(np.polyfit(*np.log(np.array(pairs)).T, 1)[0])
 
 
-@pytest.mark.parametrize("name", STEPPERS)
+@pytest.mark.parametrize("name", steppers())
 def test_errors_fall_with_the_declared_order(name: str) -> None:
-    assert order(rows_of(name), 1e-11) == pytest.approx(STEPPERS[name].order, abs=0.7)
+    assert order(rows_of(name), 1e-11) == pytest.approx(stepper_named(name).order, abs=0.7)
 
 
 def test_steps_beyond_the_stability_limit_are_named_as_refused() -> None:
@@ -259,7 +259,7 @@ def test_missing_peers_are_named_with_what_to_install(monkeypatch: pytest.Monkey
     found, missing = all_families(
         scene, sampling, RightHandSide(scene, sampling), True, LADDER, TOLERANCES
     )
-    assert [name for name, _ in found] == [*STEPPERS, "DOP853", "LSODA", "Radau"]
+    assert [name for name, _ in found] == [*steppers(), "DOP853", "LSODA", "Radau"]
     told = {each.method: each.reason for each in missing}
     assert "ab_sim[peers]" in told["CVODE"] and "ab_sim[peers]" in told[MuJoCo.name]
 

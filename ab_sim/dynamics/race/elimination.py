@@ -57,17 +57,21 @@ def row_at(race: Race, i: int, r: int) -> Any:
 
 @register_jitable(**INLINED)
 def eliminate_ball(race: Race, i: int) -> None:
-    """Solve the equation of a ball that no other touches for its path acceleration."""
+    """Solve the equation of a ball that nothing holds for its path acceleration."""
     table, gain = race.room.table, REACH + 2 * race.all
-    if sticks(race, i):
-        table[i, FREE] = 0.0
-        for r in range(race.free):
-            table[i, gain + r] = 0.0
-    else:
-        mobility = race.balls[i, MOBILITY]
-        table[i, FREE] = pull_on(race, i) * mobility
-        for r in range(race.free):
-            table[i, gain + r] = row_at(race, i, r) * mobility
+    mobility = race.balls[i, MOBILITY]
+    table[i, FREE] = pull_on(race, i) * mobility
+    for r in range(race.free):
+        table[i, gain + r] = row_at(race, i, r) * mobility
+
+
+@register_jitable(**INLINED)
+def hold_ball(race: Race, i: int) -> None:
+    """Say that ball i does not move along the race."""
+    table, gain = race.room.table, REACH + 2 * race.all
+    table[i, FREE] = 0.0
+    for r in range(race.free):
+        table[i, gain + r] = 0.0
 
 
 @register_jitable(**INLINED)
@@ -98,9 +102,7 @@ def eliminate_rows(race: Race) -> None:
     lead(race)
     for i in range(n):
         table[i, TOTAL] = 0.0
-        table[i, FREE] = 0.0
-        for r in range(race.free):
-            table[i, gain + r] = 0.0
+        hold_ball(race, i)
     for i in range(n):
         at = int(table[i, LEADER])
         if at >= 0:
@@ -129,7 +131,17 @@ def eliminate(race: Race) -> None:
         eliminate_rows(race)
     else:
         for i in range(race.number):
-            eliminate_ball(race, i)
+            if sticks(race, i):
+                hold_ball(race, i)
+            else:
+                eliminate_ball(race, i)
+
+
+@register_jitable(**INLINED)
+def eliminate_free(race: Race) -> None:
+    """``eliminate`` of balls that never stick nor touch: no branch, so it can be done in lanes."""
+    for i in range(race.number):
+        eliminate_ball(race, i)
 
 
 @register_jitable(**INLINED)

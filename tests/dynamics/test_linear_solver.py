@@ -3,7 +3,8 @@
 import numba
 import numpy as np
 import pytest
-from ab_sim.dynamics.linear_system import reduce
+
+from ab_sim.dynamics.linear_solver import reduce
 
 
 @numba.njit
