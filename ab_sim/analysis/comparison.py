@@ -7,6 +7,7 @@ import numpy as np
 
 from ab_sim.analysis.merits import Merits
 from ab_sim.analysis.offline import OfflineRun, run_scene
+from ab_sim.analysis.rest import from_rest
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
@@ -98,12 +99,12 @@ def without_balls(scene: Scene) -> Scene:
         "name": f"{scene.name}, {what}",
         "balls": {"count": 0},
         "start.ball_angles": [],
-        "rotor": {
-            "mass": scene.total_mass - scene.balls.total_mass,
-            "eccentricity": scene.rotor.eccentricity,
-            "eccentric_mass": scene.eccentric_mass,
-        },
+        "start.ball_rates": [],
+        "rotor.mass": scene.total_mass - scene.balls.total_mass,
+        "rotor.eccentric_mass": scene.eccentric_mass,
     }
+    if scene.rotor.total_mass is not None:
+        changes["rotor.total_mass"] = None
     return changed_scene(scene, changes, what)
 
 
@@ -119,5 +120,5 @@ def _beside(
         other = run_scene(scene, progress=progress)
     except AbSimError as error:
         return str(error)
-    path = other.trajectory
+    path = from_rest(other.trajectory, other.scene)
     return Compared(other.merits, path["time"].copy(), path.whirl, path["speed"].copy())

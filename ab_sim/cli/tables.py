@@ -1,14 +1,16 @@
 """`ab-sim scenes`, `ab-sim effects`, `ab-sim sensors`, `ab-sim check`."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 from ab_sim.accuracy import resolve_accuracy
+from ab_sim.analysis.rest import rest_of
 from ab_sim.cli.outputs import people
 from ab_sim.dynamics.assemble import system_of
+from ab_sim.dynamics.system import System
 from ab_sim.errors import InputError, nearest
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, find_scene, load_scene, scene_names
@@ -89,13 +91,7 @@ def print_check(name: str, changes: list[str]) -> None:
     if scene.balls.count and unbalance > 0:
         reach = scene.balls.total_mass * scene.race.radius / unbalance
         table.add_row("balls' unbalance / rotor's", f"{reach:.4g}")
-    body = system.carrier
-    if "gravity" in scene.effects:
-        table.add_row(
-            "deck hangs at rest",
-            f"x = {round(body.sag_x, 12):.4g} m, y = {round(body.sag_y, 12):.4g} m",
-        )
-    for row in (*_motor(scene), *_sensors(scene)):
+    for row in (*_deck(scene, system), *_motor(scene), *_sensors(scene)):
         table.add_row(*row)
     table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
     stepper, reason, longest, limited_by, _ = choice
@@ -118,6 +114,29 @@ def _balls(scene: Scene) -> str:
     if len(set(masses)) == 1:
         return f"{len(masses)} of {masses[0]:g} kg"
     return f"{len(masses)} of " + ", ".join(f"{mass:g}" for mass in masses) + " kg"
+
+
+def _deck(scene: Scene, system: System) -> Iterator[tuple[str, str]]:
+    """What the deck hangs on, and where."""
+    if scene.deck is not None:
+        mounts = len(scene.mounts)
+        yield "deck", f"moves and tilts in space, on {mounts} mount{'' if mounts == 1 else 's'}"
+        if len(heights := scene.race.heights) > 1:
+            yield "races", f"{len(heights)}, at heights of {', '.join(f'{h:g}' for h in heights)} m"
+    if "gravity" not in scene.effects:
+        return
+    if scene.deck is None:
+        sag = (system.carrier.sag_x, system.carrier.sag_y)
+        yield "deck hangs at rest", _named("xy", sag, "m")
+        return
+    rest = rest_of(scene)
+    yield "deck hangs at rest", _named("xyz", rest.place, "m")
+    yield "", _named(("alpha", "beta", "gamma"), rest.tilt, "rad")
+
+
+def _named(names: Iterable[str], values: Iterable[float], unit: str) -> str:
+    each = zip(names, values, strict=True)
+    return ", ".join(f"{name} = {round(value, 12):.4g} {unit}" for name, value in each)
 
 
 def _motor(scene: Scene) -> Iterator[tuple[str, str]]:

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 
 from ab_sim.drive.trajectory import Trajectory, channels_for
+from ab_sim.dynamics.carriers.planar import Planar
 
 
 def made(balls: int = 1, step: float = 1e-3, count: int = 1001, **channels: Any) -> Trajectory:
-    names = channels_for(balls)
+    names = channels_for(Planar.CHANNELS, balls)
     samples = np.zeros((count, len(names)))
     samples[:, 0] = np.arange(count)
     samples[:, 1] = samples[:, 0] * step
