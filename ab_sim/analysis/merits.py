@@ -8,7 +8,6 @@ import numpy as np
 from ab_sim.analysis.rest import from_rest, tilt_from_rest
 from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.scene.deck import inertia_matrix
 from ab_sim.scene.model import Scene
 
 LAST = 0.1
@@ -136,12 +135,7 @@ def _residual_unbalance(angles: np.ndarray, scene: Scene) -> float | None:
 
 
 def _residual_couple(angles: np.ndarray, scene: Scene) -> float | None:
-    rotor = scene.rotor
-    if scene.deck is None or rotor.inertia is None:
-        return None
-    own = inertia_matrix(rotor.inertia)
-    couple = scene.eccentric_mass * rotor.eccentricity * rotor.height
-    couple -= own[0, 2] + 1j * own[1, 2]
+    couple = scene.couple_unbalance
     if couple == 0:
         return None
     heights = np.array([scene.race.heights[race] for race in scene.balls.races])
