@@ -16,7 +16,7 @@ class Samples(NamedTuple):
     """What runs are compared by, at equally spaced times; the start is not among them."""
 
     position: np.ndarray
-    """Deck displacement on inertial axes [m], shape (samples, 2)."""
+    """Deck displacement on inertial axes [m], shape (samples, 2), or 3 where it moves in space."""
     angles: np.ndarray
     """theta of each ball, unwrapped [rad], shape (samples, balls)."""
 
@@ -61,7 +61,7 @@ def deviation(run: Samples, reference: Samples, unit: float) -> Deviation:
         shapes = [part.shape for part in (*run, *reference)]
         raise ValueError(f"samples of shapes {shapes} cannot be compared")
     run, reference = (each.every(len(each.position) // fewest) for each in (run, reference))
-    whirl = np.hypot(*(run.position - reference.position).T) / unit
+    whirl = np.linalg.norm(run.position - reference.position, axis=1) / unit
     angle = np.abs(run.angles - reference.angles).max(axis=1, initial=0.0)
     return Deviation(float(angle.max()), float(whirl.max()), float(angle[-1]), float(whirl[-1]))
 
