@@ -119,17 +119,17 @@ class Trajectory:
     @property
     def position(self) -> np.ndarray:
         """The deck on inertial axes [m], shape (samples, 2), or 3 where it moves in space."""
-        return self._along_axes("")
+        return self._from("x", self._ways)
 
     @property
     def velocity(self) -> np.ndarray:
         """Its velocity on inertial axes [m/s], shape as ``position``."""
-        return self._along_axes("v")
+        return self._from("vx", self._ways)
 
     @property
     def acceleration(self) -> np.ndarray:
         """Its acceleration on inertial axes [m/s^2], shape as ``position``."""
-        return self._along_axes("a")
+        return self._from("ax", self._ways)
 
     @property
     def whirl(self) -> np.ndarray:
@@ -145,7 +145,7 @@ class Trajectory:
     def turn(self) -> np.ndarray:
         """Quaternion (w, x, y, z) from deck axes to the ground's, shape (samples, 4)."""
         if not self.tilts:
-            return np.tile(NONE, (len(self), 1))
+            return np.broadcast_to(NONE, (len(self), 4))
         return self._from("qw", 4)
 
     @cached_property
@@ -179,12 +179,13 @@ class Trajectory:
         """theta_i' [rad/s], shape (samples, balls)."""
         return self._of_balls("rate")
 
-    def _along_axes(self, what: str) -> np.ndarray:
-        return np.column_stack(
-            [self[what + axis] for axis in "xyz" if what + axis in self.channels]
-        )
+    @property
+    def _ways(self) -> int:
+        """Along how many axes the deck moves."""
+        return 3 if self.tilts else 2
 
     def _from(self, first: str, count: int) -> np.ndarray:
+        """Channels that lie side by side, the first by its name; not copied."""
         at = column_of(first, self.channels)
         return self.samples[:, at : at + count]
 
