@@ -67,7 +67,9 @@ def _described(name: str, what: type[Any], parameters: dict[str, dict[str, Any]]
     return table
 
 
-def _short(value: float | None) -> str:
+def _short(value: float | list[float] | None) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(_short, value))
     return "none" if value is None else f"{value:g}"
 
 
@@ -151,6 +153,7 @@ def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
     yield "motor", limit
     unbalance = scene.eccentric_mass * scene.rotor.eccentricity
     moment = motor.rotor_inertia + unbalance * scene.rotor.eccentricity
+    moment += 0.0 if scene.rotor.inertia is None else scene.rotor.inertia[2]
     moment += scene.balls.total_mass * scene.race.radius**2
     acceleration = getattr(scene.profile, "acceleration", scene.spindle.max_acceleration)
     needs = f"{moment * acceleration:.3g} N m to accelerate at {acceleration:g} rad/s^2"
