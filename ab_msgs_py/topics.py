@@ -24,10 +24,10 @@ except ImportError:  # PyPI has no wheel of it; a distribution's ROS 2 has it
 # Reliable throughout: a best-effort publisher is invisible to a reliable subscriber.
 _STREAM = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 # All publishers share a subscription's queue: one that floods it evicts what the others have sent.
-# This is a flood of 70,000/s, the most that one has been seen to send, while the drive waits for a
-# processor for a tenth of a second.
-_BURSTS = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.RELIABLE)
-# As tf2's own broadcasters.
+# This is room for 50,000/s while the drive waits for a processor for a tenth of a second. Of a
+# deeper queue Fast DDS fills no more, and then refuses what is new instead of dropping what is old.
+_BURSTS = QoSProfile(depth=5000, reliability=ReliabilityPolicy.RELIABLE)
+# As tf2\'s own broadcasters.
 _TRANSFORMS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 # Blocks for a recorder that is away for some seconds are kept.
 _DEEP = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
@@ -74,13 +74,13 @@ class Topic(NamedTuple):
         return node.count_publishers(node.resolve_topic_name(self.name))
 
 
-def arrived(subscription: Subscription[Any]) -> Iterator[Any]:
-    """Take what has arrived, oldest first, without an executor.
+def arrived(subscription: Subscription[Any], most: int) -> Iterator[Any]:
+    """Take what has arrived, oldest first and at most so many, without an executor.
 
-    At most as many as the queue holds: whoever sends faster than this takes gets no end of it.
+    Without a limit there might be no end of it: messages go on arriving.
     """
     with subscription.handle:
-        for _ in range(subscription.qos_profile.depth):
+        for _ in range(most):
             taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
             if taken is None:
                 return

@@ -6,8 +6,7 @@ from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.race.neighbours import start_angles
 from tests.reference.contact import chain_of
-from tests.reference.model import Model
-from tests.reference.of_scene import params_of
+from tests.reference.of_scene import plant_of
 
 
 def least_gap(drive: Drive, run: Trajectory) -> float:
@@ -18,7 +17,7 @@ def least_gap(drive: Drive, run: Trajectory) -> float:
     scene = drive.scene
     if "ball_contact" not in scene.effects or scene.balls.count < 2 or not len(run):
         return np.inf
-    chain = chain_of(Model(params_of(scene)), np.asarray(start_angles(scene)))
+    chain = chain_of(plant_of(scene), np.asarray(start_angles(scene)))
     if "race_runout" in scene.effects:
         gaps = np.array([chain.gaps(each) for each in run.ball_angles])
     else:

@@ -1,7 +1,9 @@
 """One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
 
 import math
+from typing import Any
 
+import numba
 import numpy as np
 
 from ab_sim.drive.observation import Energy, Observation, Snapshot
@@ -19,8 +21,9 @@ from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_events, has_friction, has_motor
 from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
-from ab_sim.integrate.events import events_address
+from ab_sim.integrate.events import compiling_events, events_address
 from ab_sim.integrate.fixed_step import advance
+from ab_sim.integrate.vector_field import VectorField
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
@@ -70,7 +73,9 @@ class Drive:
             else SpeedProfile.of_scene(scene)
         )
         self._work = workspace(self.system, self.stepper, state_bounds(self.system, self.step))
-        self._events = events_address() if has_events(self.system.effects) else 0
+        self._events = 0
+        if has_events(self.system.effects):
+            self._compile_events()
         self.reset()
 
     @property
@@ -90,6 +95,12 @@ class Drive:
 
     def reset(self) -> None:
         """Back to t = 0 and the scene's start state; commands are forgotten."""
+        self._to_start()
+        self._integrate(self._no_steps(), self._empty_rows(0))
+        self._start_energy = self._stored_energy(self._state, 0.0)
+        self._reader.reset()
+
+    def _to_start(self) -> None:
         self.steps = 0
         self.profile = self._first_profile
         self._command: float | None = None
@@ -98,9 +109,18 @@ class Drive:
         self._modes = start_modes(self.scene, self.system)
         self._work.counts[:] = 0
         self._smooth_piece: Piece | None = None
-        self._integrate(Stretch(self._piece_at(0.0), 0, 0, 0.0, self.step), self._empty_rows(0))
-        self._start_energy = self._stored_energy(self._state, 0.0)
-        self._reader.reset()
+
+    def _no_steps(self) -> Stretch:
+        """At the start."""
+        return Stretch(self._piece_at(0.0), 0, 0, 0.0, self.step)
+
+    def _compile_events(self) -> None:
+        """What locates events, and the scene's own kernel in the meantime."""
+        self._to_start()
+        arguments = self._arguments(self._no_steps(), self._state, self._empty_rows(0), _NO_SAMPLE)
+        with compiling_events():
+            advance.compile(tuple(map(numba.typeof, arguments)))
+        self._events = events_address()
 
     def command(self, speed: float) -> None:
         """Ask for a spindle speed [rad/s] from the present instant on.
@@ -216,6 +236,10 @@ class Drive:
         work, dissipated = self._state[self.layout.ledger]
         return Energy(stored, self._start_energy, float(work), float(dissipated))
 
+    def vector_field(self) -> VectorField:
+        """f of y' = f(t, y) along the present piece of the profile, with the branches in force."""
+        return VectorField(self.system, self._piece_at(self.time), self._modes)
+
     def snapshot(self) -> Snapshot:
         """The present, to return to with ``restore``."""
         return Snapshot(
@@ -260,7 +284,13 @@ class Drive:
         self, stretch: Stretch, state: np.ndarray, rows: np.ndarray, sample: np.ndarray
     ) -> int:
         """``fixed_step.advance`` along a stretch."""
-        taken: int = advance(
+        taken: int = advance(*self._arguments(stretch, state, rows, sample))
+        return taken
+
+    def _arguments(
+        self, stretch: Stretch, state: np.ndarray, rows: np.ndarray, sample: np.ndarray
+    ) -> tuple[Any, ...]:
+        return (
             self.system,
             place_on(stretch.piece),
             self.stepper.weights,
@@ -274,7 +304,6 @@ class Drive:
             rows,
             sample,
         )
-        return taken
 
     def _integrate(self, stretch: Stretch, rows: np.ndarray) -> None:
         if stretch.piece != self._smooth_piece:

@@ -26,7 +26,12 @@ def _pointer(context: Any, builder: Any, kind: Any, address: Any) -> Any:
 
 
 def _as_kind(context: Any, builder: Any, value: Any, given: Any, wanted: Any) -> Any:
-    """A value as one of another type: of nested tuples, each number as it is wanted."""
+    """A value as one of another type: of nested tuples, each number as it is wanted.
+
+    Of a tuple that stands for a number, or a truth value, its length: see ``dispatch.number_of``.
+    """
+    if isinstance(given, BaseTuple) and isinstance(wanted, types.Number | types.Boolean):
+        return context.get_constant(wanted, len(given))
     if not isinstance(wanted, BaseTuple):
         return context.cast(builder, value, given, wanted)
     parts = [

@@ -7,6 +7,7 @@ in question adds nothing, not even a zero, and numba's cache keys on exactly the
 from collections.abc import Callable
 from typing import Any
 
+from numba.core.types.containers import BaseTuple
 from numba.extending import overload, register_jitable
 
 APART = {
@@ -161,6 +162,35 @@ def forward(method: str) -> Callable[..., Any]:
         return getattr(effect_class(thing), method)
 
     return call
+
+
+def number_of(count: Any) -> Any:
+    """A number, or the length of a tuple: a constant where the compiler looks at it.
+
+    Numba compiles functions one by one, and each has to see for itself how often its loops run.
+    """
+    return len(count) if isinstance(count, tuple) else count
+
+
+@overload(number_of, jit_options=INLINED, strict=False)
+def _number_of(count):  # type: ignore[no-untyped-def]
+    if isinstance(count, BaseTuple):
+        length = len(count)
+        return lambda count: length
+    return lambda count: count
+
+
+def holds(flag: Any) -> Any:
+    """A truth value, or whether a tuple has entries: a constant where the compiler looks at it."""
+    return len(flag) > 0 if isinstance(flag, tuple) else flag
+
+
+@overload(holds, jit_options=INLINED, strict=False)
+def _holds(flag):  # type: ignore[no-untyped-def]
+    if isinstance(flag, BaseTuple):
+        found = len(flag) > 0
+        return lambda flag: found
+    return lambda flag: flag
 
 
 def attribute(name: str) -> Callable[[Any], Any]:

@@ -2,7 +2,7 @@
 
 import numba
 
-from ab_sim.dynamics.dispatch import APART
+from ab_sim.dynamics.dispatch import APART, number_of
 from ab_sim.dynamics.layout import rate_at, spindle_speed_at
 from ab_sim.dynamics.linear_solver import reduce
 from ab_sim.dynamics.race.ball import ball_of, curve_at
@@ -42,9 +42,9 @@ def drag_response(plant, state, slope):  # type: ignore[no-untyped-def]
     system, table, x = plant.system, plant.room.table, plant.room.acceleration
     race = race_of(plant)
     drag_on_balls(plant, state)
-    for r in range(race.free):
-        plant.room.block[r, race.all] = 0.0
-    x[race.all - 1] = 0.0
+    for r in range(number_of(race.free)):
+        plant.room.block[r, number_of(race.all)] = 0.0
+    x[number_of(race.all) - 1] = 0.0
     eliminate(race)
     solve(race)
     slope[:] = 0.0
@@ -52,7 +52,7 @@ def drag_response(plant, state, slope):  # type: ignore[no-untyped-def]
     for i in range(ball_count(system)):
         slope[rate_at(system, i)] = table[i, PATH_ACCELERATION] / curve_at(plant, i)
     if has_motor(system.effects):
-        slope[spindle_speed_at(system)] = x[race.all - 1]
+        slope[spindle_speed_at(system)] = x[number_of(race.all) - 1]
 
 
 def table_rows(balls: int, nodes: int, accelerations: int) -> int:
@@ -93,11 +93,14 @@ def drag_responses(plant, step, q, states, slopes, tables):  # type: ignore[no-u
         tables: overwritten, ``table_rows`` lines of a table.
     """
     system, race = plant.system, race_of(plant)
-    n, m, free = ball_count(system), q.shape[0], race.free
+    n, m, free = ball_count(system), q.shape[0], number_of(race.free)
     # The carrier's equations with their right-hand side, then of each ball its matrix with its
     # inverse, its force, and what the accelerations ask of it.
-    size, each = free * m, m + 1 + race.all
-    carrier, balls = tables[:size], tables[race.all * m : race.all * m + n * each]
+    size, each = free * m, m + 1 + number_of(race.all)
+    carrier, balls = (
+        tables[:size],
+        tables[number_of(race.all) * m : number_of(race.all) * m + n * each],
+    )
     tables[:] = 0.0
     for a in range(m):
         own = at_node(plant, a)
@@ -143,12 +146,12 @@ def drag_responses(plant, step, q, states, slopes, tables):  # type: ignore[no-u
     for a in range(m):
         own = at_node(plant, a)
         slopes[a] = 0.0
-        x[race.all - 1] = 0.0
+        x[number_of(race.all) - 1] = 0.0
         for r in range(free):
             x[r] = carrier[r * m + a, size]
         kick(system.carrier, states[a], x, slopes[a])
         if has_motor(system.effects):
-            slopes[a, spindle_speed_at(system)] = x[race.all - 1]
+            slopes[a, spindle_speed_at(system)] = x[number_of(race.all) - 1]
         for i in range(n):
             at, g = int(own.room.table[i, LEADER]), 0.0
             if at >= 0:

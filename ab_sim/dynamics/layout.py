@@ -71,6 +71,20 @@ def _state_size(system, state):  # type: ignore[no-untyped-def]
     return lambda system, state: size
 
 
+def state_count(system: System, state: Any) -> Any:
+    """The same, as ``dispatch.number_of`` takes it: for functions that count to it."""
+    return len(state)
+
+
+@overload(state_count, jit_options=INLINED, strict=False)
+def _state_count(system, state):  # type: ignore[no-untyped-def]
+    size = states_in(system)
+    if size is None:
+        return lambda system, state: state.size
+    count = (None,) * size
+    return lambda system, state: count
+
+
 def states_in(kind: Any) -> int | None:
     """Number of states, where numba's type of a System tells it; no motor then."""
     n = ball_number(kind)

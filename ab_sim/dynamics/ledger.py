@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from numba.extending import overload
 
-from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.dispatch import INLINED, number_of
 from ab_sim.dynamics.layout import dissipated_at, work_at
 from ab_sim.dynamics.race.ball import ball_of
 from ab_sim.dynamics.race.race import race_of
@@ -33,12 +33,12 @@ def book(ledger: Any, plant: Any, spindle: Any, state: Any, slope: Any) -> None:
     if not ledger:
         return
     system, room, race = plant.system, plant.room, race_of(plant)
-    x, row = room.acceleration, race.all - 1
+    x, row = room.acceleration, number_of(race.all) - 1
     if has_friction(system.effects):
         normal_forces(race, x)
     # What the spindle's equation leaves to the motor.
-    torque = -room.block[row, race.all]
-    for r in range(race.all):
+    torque = -room.block[row, number_of(race.all)]
+    for r in range(number_of(race.all)):
         torque += room.block[r, row] * x[r]
     loss = dissipate(system.carrier, plant, spindle, state)
     for i in range(ball_count(system)):

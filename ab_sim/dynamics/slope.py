@@ -1,18 +1,19 @@
 """The equations of motion, solved: how fast the state changes.
 
 Each ball, or each row of balls in contact, is eliminated, which leaves the equations of what
-carries them: O(n), no linear-algebra library (the arrowhead of EQUATIONS.md).
+carries them: O(n), no linear-algebra library (the arrowhead of docs/equations.md, 2).
 """
 
 import numba
 
-from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
+from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by, number_of
 from ab_sim.dynamics.layout import angle_at, integral_at, rate_at, spindle_angle_at
 from ab_sim.dynamics.ledger import book
+from ab_sim.dynamics.numbers.abreast import cosines
 from ab_sim.dynamics.race.ball import curvature_at, place_ball, resist_ball
 from ab_sim.dynamics.race.elimination import eliminate, eliminate_free, solve
 from ab_sim.dynamics.race.race import race_of
-from ab_sim.dynamics.race.table import BEND, PATH_ACCELERATION, PULL
+from ab_sim.dynamics.race.table import BEND, COS, PATH_ACCELERATION, PULL, SIN
 from ab_sim.dynamics.spindle_motion import spindle_motion
 from ab_sim.dynamics.system import (
     ball_count,
@@ -57,7 +58,7 @@ def evaluate(plant, time, state, slope):  # type: ignore[no-untyped-def]
         slope[rate_at(system, i)] = g * curvature_at(plant, i)
     if has_motor(system.effects):
         slope[spindle_angle_at(system)] = spindle.speed
-        slope[spindle_angle_at(system) + 1] = room.acceleration[race.all - 1]
+        slope[spindle_angle_at(system) + 1] = room.acceleration[number_of(race.all) - 1]
         slope[integral_at(system)] = spindle.integral_rate
     book(system.ledger, plant, spindle, state, slope)
 
@@ -72,6 +73,7 @@ def equations(plant, spindle, state):  # type: ignore[no-untyped-def]
     system, room = plant.system, plant.room
     room.acceleration[carrier_unknowns(system.carrier)] = spindle.acceleration
     frame = begin(system.carrier, plant, spindle, state)
+    cosines(state, angle_at(system, 0), system.each, room.table, COS, SIN)
     for i in range(ball_count(system)):
         c, s = place_ball(plant, i, state)
         resistance = resist_ball(plant, i, state)

@@ -9,7 +9,12 @@ None of this depends on a scene. It is compiled once, and reaches the scene's ow
 steps by their addresses (``dynamics.race.calls``).
 """
 
+import contextlib
 import functools
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
 from math import sqrt
 
 import numba
@@ -17,7 +22,7 @@ import numpy as np
 from numba.core import types
 
 from ab_sim.dynamics.calling import call_at, compiled_address, value_at
-from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.dispatch import APART, INLINED, number_of
 from ab_sim.dynamics.race.calls import CALLS, STATE, evaluate, take_step
 from ab_sim.dynamics.race.margins import NEVER, ROUNDING, margins
 from ab_sim.dynamics.race.race import race_kind
@@ -90,17 +95,43 @@ def events_address() -> int:
     return compiled_address(go_on, *_KINDS)
 
 
+@contextlib.contextmanager
+def compiling_events() -> Iterator[None]:
+    """Meanwhile, compile ``go_on`` in another process, if it is not on disk.
+
+    On a new machine that takes as long as a scene's own equations do, and there is a second core.
+    """
+    if not go_on._cache.lacks(_KINDS):
+        yield
+        return
+    code = f"from {__name__} import events_address; events_address()"
+    paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
+    other = subprocess.Popen(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": paths},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield
+        other.wait()
+    finally:
+        other.kill()
+        other.wait()
+
+
 @numba.njit(**INLINED)
 def _through(calls, race, work, begin, length, end, state):  # type: ignore[no-untyped-def]
     trial = work.trial
-    bounces = BOUNCES + 20 * race.number
+    bounces = BOUNCES + 20 * number_of(race.number)
     most = 2 * bounces
     now, rest = begin, length
     for count in range(most + 1):
         slot = trial_step(calls, race, work, now, rest, end, state)
         if not within_bounds(trial, work.bounds):
             return False
-        for r in range(race.all):
+        for r in range(number_of(race.all)):
             work.acceleration_ahead[r] = race.room.acceleration[r]
         taken = rest
         if slot < 0:

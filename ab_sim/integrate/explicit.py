@@ -4,11 +4,13 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba.extending import overload
 
-from ab_sim.dynamics.layout import state_size
-from ab_sim.dynamics.numbers.multiply_add import multiply_add
+from ab_sim.dynamics.dispatch import INLINED, system_in
+from ab_sim.dynamics.layout import state_count, states_in
+from ab_sim.dynamics.numbers.abreast import copied, stepped
 from ab_sim.dynamics.slope import inlined_evaluate
-from ab_sim.integrate.on_stack import trial_of
+from ab_sim.integrate.on_stack import pairs_of, rates_of, trial_of
 from ab_sim.integrate.stepper import Stepper
 
 
@@ -25,25 +27,32 @@ class Weights(NamedTuple):
     def step(self, plant: Any, begin: Any, length: Any, state: Any, work: Any) -> None:
         """See ``Stepper.weights``."""
         slopes, trial = work.slopes, trial_of(plant.system, work)
-        stages, states = self.b.size, state_size(plant.system, state)
+        pairs = pairs_of(plant.system, work)
+        stages, states = self.b.size, state_count(plant.system, state)
         for stage in range(1, stages):
-            for j in range(states):
-                trial[j] = 0.0
-            for earlier in range(stage):
-                weight = self.a[stage, earlier]
-                if weight != 0.0:
-                    for j in range(states):
-                        trial[j] = multiply_add(weight, slopes[earlier, j], trial[j])
-            for j in range(states):
-                trial[j] = multiply_add(length, trial[j], state[j])
-            inlined_evaluate(plant, begin + self.c[stage] * length, trial, slopes[stage])
-        for j in range(states):
-            trial[j] = 0.0
-        for stage in range(stages):
-            for j in range(states):
-                trial[j] = multiply_add(self.b[stage], slopes[stage, j], trial[j])
-        for j in range(states):
-            work.trial[j] = multiply_add(length, trial[j], state[j])
+            stepped(self.a[stage], stage, slopes, length, state, trial, states, pairs)
+            evaluate_stage(plant, begin + self.c[stage] * length, trial, slopes[stage], work)
+        stepped(self.b, stages, slopes, length, state, work.trial, states, pairs)
+
+
+def evaluate_stage(plant: Any, time: Any, state: Any, slope: Any, work: Any) -> None:
+    """``slope.evaluate``, in registers up to its end where the kernel knows how many states."""
+    raise TypeError("is called by compiled code only")
+
+
+def _in_registers(plant, time, state, slope, work):  # type: ignore[no-untyped-def]
+    rates = rates_of(plant.system, work)
+    inlined_evaluate(plant, time, state, rates)
+    copied(rates, slope, state_count(plant.system, state))
+
+
+def _in_memory(plant, time, state, slope, work):  # type: ignore[no-untyped-def]
+    inlined_evaluate(plant, time, state, slope)
+
+
+@overload(evaluate_stage, jit_options=INLINED, strict=False)
+def _evaluate_stage(plant, time, state, slope, work):  # type: ignore[no-untyped-def]
+    return _in_memory if states_in(system_in(plant)) is None else _in_registers
 
 
 def explicit(

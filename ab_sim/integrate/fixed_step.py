@@ -25,7 +25,7 @@ from ab_sim.dynamics.system import (
 )
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.events import RACE, WORK, call_events, within_bounds
-from ab_sim.integrate.on_stack import room_of
+from ab_sim.integrate.on_stack import room_of, stage_room_of
 from ab_sim.integrate.stepper import step
 
 TWO_PI_REST = 2.4492935982947064e-16
@@ -116,7 +116,9 @@ def _evaluate(owner, time, state, slope):  # type: ignore[no-untyped-def]
 
 @numba.njit(**INLINED)
 def _take_step(owner, begin, length, state):  # type: ignore[no-untyped-def]
-    step(owner[1], owner[0], begin, length, state, owner[2])
+    plant, weights, work = owner
+    own = Plant(plant.system, plant.place, plant.modes, stage_room_of(plant.system, work))
+    step(weights, own, begin, length, state, work)
     return 0
 
 

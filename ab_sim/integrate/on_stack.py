@@ -1,39 +1,61 @@
-"""Arrays of a known size on the stack of a kernel that is compiled for a number of balls.
+"""Arrays on the stack of a kernel, for as long as the function runs that asks for them.
 
-The compiler keeps in registers what it can see whole: an array that the caller owns it has to
-write and read back, because another one might be the same memory.
+Where a kernel is compiled for a number of balls, their sizes are known: the compiler keeps in
+registers what it can see whole. An array that the caller owns it has to write and read back,
+because another one might be the same memory.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.types.containers import NamedTuple
+from numba.core.types.containers import NamedTuple, UniTuple
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
 from ab_sim.dynamics.dispatch import effect_class, part_of
 from ab_sim.dynamics.layout import states_in
+from ab_sim.dynamics.numbers.abreast import PAIR
 from ab_sim.dynamics.race.table import table_width
 from ab_sim.dynamics.system import Room, ball_number
 
 ALIGNMENT = 64
 
 
-@intrinsic
-def trial_of(typing_context, system, work):  # type: ignore[no-untyped-def]
-    """Where a stepper keeps the state of a stage, shape (states,); ``(system, work)``.
+def _states_of(field: str) -> Any:
+    @intrinsic
+    def array_of(typing_context, system, work):  # type: ignore[no-untyped-def]
+        size, kind = states_in(system), part_of(work, field)
 
-    On the stack it lasts as long as the function that asks for it.
-    """
+        def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+            if size is None:
+                return builder.extract_value(arguments[1], work.fields.index(field))
+            return _on_stack(context, builder, kind, (size,))
+
+        return kind(system, work), generate
+
+    return array_of
+
+
+trial_of = _states_of("trial")
+"""Where a stepper keeps the state of a stage, shape (states,); ``(system, work)``."""
+rates_of = _states_of("ahead")
+"""Where it keeps the slope there; as ``trial_of``."""
+
+
+@intrinsic
+def pairs_of(typing_context, system, work):  # type: ignore[no-untyped-def]
+    """Room for as many pairs as there are in a state, or None if that is not known or no floats."""
     size, kind = states_in(system), part_of(work, "trial")
+    if size is None or kind.dtype != types.float64:
+        return types.none(system, work), lambda context, *_: context.get_dummy_value()
+    pairs = types.Array(PAIR, 1, "C")
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        if size is None:
-            return builder.extract_value(arguments[1], work.fields.index("trial"))
-        return _on_stack(context, builder, kind, (size,))
+        return _on_stack(context, builder, pairs, (max(1, size // 2),))
 
-    return kind(system, work), generate
+    return pairs(system, work), generate
 
 
 @intrinsic
@@ -47,45 +69,117 @@ def room_of(typing_context, system, work):  # type: ignore[no-untyped-def]
 
         return owned(system, work), owned_by_caller
 
-    every = effect_class(part_of(system, "carrier")).UNKNOWNS + 1
-    # By columns: what is known of neighbouring balls then lies side by side.
-    shapes = {
-        "table": ((n, table_width(every)), "F"),
-        "block": ((every, every + 1), "C"),
-        "reduced": ((every, every + 1), "C"),
-        "acceleration": ((every,), "C"),
-        "motor": ((3,), "C"),
-    }
-    kinds = [part_of(owned, name).copy(layout=shapes[name][1]) for name in Room._fields]
-    room = NamedTuple(kinds, Room)
+    kind, shapes = _room(system, part_of(owned, "acceleration").dtype, n)
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return _room_on_stack(context, builder, kind, shapes)
+
+    return kind(system, work), generate
+
+
+@intrinsic
+def stage_room_of(typing_context, system, work):  # type: ignore[no-untyped-def]
+    """A Room of which nobody but a step looks at more than the table.
+
+    The rest is on the stack whether or not the number of balls is known.
+    """
+    owned, n = part_of(work, "room"), ball_number(system)
+    kind, shapes = _room(system, part_of(owned, "acceleration").dtype, n)
+    if n is None:
+        kind = NamedTuple([part_of(owned, "table"), *kind.types[1:]], Room)
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        if n is not None:
+            return _room_on_stack(context, builder, kind, shapes)
+        caller = builder.extract_value(arguments[1], work.fields.index("room"))
         arrays = [
-            _on_stack(context, builder, kind, shapes[name][0])
-            for name, kind in zip(Room._fields, kinds, strict=True)
+            _on_stack(context, builder, array, shape)
+            for array, shape in zip(kind.types[1:], shapes[1:], strict=True)
         ]
-        return context.make_tuple(builder, room, arrays)
+        return context.make_tuple(builder, kind, [builder.extract_value(caller, 0), *arrays])
 
-    return room(system, work), generate
+    return kind(system, work), generate
 
 
-def _on_stack(context: Any, builder: Any, kind: Any, shape: tuple[int, ...]) -> Any:
+@intrinsic
+def own_room(typing_context, system, balls, number):  # type: ignore[no-untyped-def]
+    """A Room for numbers of the kind of ``number``; ``(system, how many balls, number)``."""
+    kind, _ = _room(system, number, 0)
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        n = ball_number(system)
+        shapes = _room(system, number, arguments[1] if n is None else n)[1]
+        return _room_on_stack(context, builder, kind, shapes)
+
+    return kind(system, types.intp, number), generate
+
+
+@intrinsic
+def own_array(typing_context, number, shape):  # type: ignore[no-untyped-def]
+    """An array of numbers of the kind of ``number``; ``(number, shape)``, a tuple.
+
+    Its content is arbitrary. To ask in a loop is to ask for ever more memory.
+    """
+    kind = types.Array(number, len(shape), "C")
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return _on_stack(context, builder, kind, cgutils.unpack_tuple(builder, arguments[1]))
+
+    return kind(number, UniTuple(types.intp, len(shape))), generate
+
+
+def _room(system: Any, number: Any, balls: Any) -> tuple[Any, list[tuple[Any, ...]]]:
+    """Numba's type of a Room on the stack, and the shapes of its arrays."""
+    every = effect_class(part_of(system, "carrier")).UNKNOWNS + 1
+    shapes: dict[str, tuple[Any, ...]] = {
+        "table": (balls, table_width(every)),
+        "block": (every, every + 1),
+        "reduced": (every, every + 1),
+        "acceleration": (every,),
+        "motor": (3,),
+    }
+    # By columns: what is known of neighbouring balls then lies side by side.
+    kinds = [
+        types.Array(number, len(shapes[name]), "F" if name == "table" else "C")
+        for name in Room._fields
+    ]
+    return NamedTuple(kinds, Room), [shapes[name] for name in Room._fields]
+
+
+def _room_on_stack(context: Any, builder: Any, room: Any, shapes: list[tuple[Any, ...]]) -> Any:
+    arrays = [
+        _on_stack(context, builder, kind, shape)
+        for kind, shape in zip(room.types, shapes, strict=True)
+    ]
+    return context.make_tuple(builder, room, arrays)
+
+
+def _on_stack(context: Any, builder: Any, kind: Any, shape: Sequence[Any]) -> Any:
+    """An array whose sizes are numbers, or values of the code that is made."""
     number, whole = context.get_value_type(kind.dtype), context.get_value_type(types.intp)
     item = context.get_abi_sizeof(number)
-    strides, size = [], 1
+
+    def value(size: Any) -> Any:
+        return whole(size) if isinstance(size, int) else size
+
+    strides, size = [], item
     for length in reversed(shape) if kind.layout == "C" else shape:
-        strides.append(size)
-        size *= length
+        strides.append(value(size))
+        known = isinstance(size, int) and isinstance(length, int)
+        size = size * length if known else builder.mul(value(size), value(length))
     if kind.layout == "C":
         strides.reverse()
-    room = cgutils.alloca_once(builder, ir.ArrayType(number, max(1, size)))
+    if isinstance(size, int):
+        room = cgutils.alloca_once(builder, ir.ArrayType(number, max(1, size // item)))
+    else:
+        room = builder.alloca(ir.IntType(8), size)
     room.align = ALIGNMENT
     array = make_array(kind)(context, builder)
     populate_array(
         array,
         data=builder.bitcast(room, number.as_pointer()),
-        shape=[whole(length) for length in shape],
-        strides=[whole(item * stride) for stride in strides],
+        shape=[value(length) for length in shape],
+        strides=strides,
         itemsize=whole(item),
         meminfo=None,
     )

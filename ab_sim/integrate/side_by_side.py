@@ -61,6 +61,7 @@ class LaneArrays(NamedTuple):
 
     slopes: Any
     trial: Any
+    ahead: Any
     room: Any
 
 
@@ -94,7 +95,7 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
         as_lanes(runs.room.acceleration),
         as_lanes(runs.room.motor),
     )
-    work = LaneArrays(as_lanes(runs.slopes), as_lanes(runs.trial), room)
+    work = LaneArrays(as_lanes(runs.slopes), as_lanes(runs.trial), as_lanes(runs.trial), room)
     places, times, rows = as_lanes(plan.places), as_lanes(plan.times), as_lanes(runs.rows)
     slopes, states, own = work.slopes, state_size(drives, state), room_of(drives, work)
     for s in range(plan.stretches.shape[0]):

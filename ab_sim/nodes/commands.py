@@ -7,14 +7,17 @@ from ab_msgs_py.samples import command_of
 from ab_sim.errors import CommandError
 from ab_sim.spindle import SpeedServo
 
+AT_ONCE = 1000
+"""Most commands taken at a wake-up: some 4 ms. The others wait, so that a flood stops no clock."""
+
 
 class Commands:
     """What has been commanded since the last wake-up.
 
     The executor does not answer this subscription (``DriveSim.subscriptions``): a flood then makes
     no service wait behind it, and no thread fight the loop for Python's lock. What is in the
-    subscription's queue when a wake-up begins acts in that wake-up. DDS keeps the newest
-    ``topics.COMMAND.qos.depth`` of what comes between two of them, whoever sent it; these are all
+    subscription's queue when a wake-up begins acts in that wake-up, up to ``AT_ONCE`` of them. DDS
+    keeps the newest ``topics.COMMAND.qos.depth`` that wait, whoever sent them; these are all
     counted.
 
     Args:
@@ -37,7 +40,7 @@ class Commands:
 
     def take(self) -> None:
         """Judge what has come; rejecting costs no more than accepting."""
-        for message in topics.arrived(self.subscription):
+        for message in topics.arrived(self.subscription, AT_ONCE):
             speed = command_of(message)
             if self._servo.accepts(speed):
                 self.accepted += 1

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from ab_sim.errors import exact
 from ab_sim.scene.quantities import Length, Number, PerBall, quantity
@@ -12,8 +12,17 @@ from ab_sim.scene.section import Section
 if TYPE_CHECKING:
     from ab_sim.scene.model import Scene
 
+
+def _three_or_six(inertia: tuple[float, ...]) -> tuple[float, ...]:
+    if len(inertia) not in (3, 6):
+        raise ValueError(
+            f"has {len(inertia)} numbers; give [xx, yy, zz], or [xx, yy, zz, xy, xz, yz]"
+        )
+    return inertia
+
+
 Vector = tuple[Number, Number, Number]
-Inertia = Vector | tuple[Number, Number, Number, Number, Number, Number]
+Inertia = Annotated[tuple[Number, ...], AfterValidator(_three_or_six)]
 """xx, yy, zz, and xy, xz, yz where they are not 0; xy is minus the integral of x y dm."""
 Place = tuple[Length, Length, Length]
 Stiffness = Annotated[Number, Field(ge=0, le=1e12)]

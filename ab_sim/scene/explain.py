@@ -46,11 +46,7 @@ def _keys(loc: tuple[Any, ...]) -> list[str]:
     parts = [str(part) for part in loc]
     if len(parts) > 2 and parts[0] == "profile":
         del parts[1]
-    if len(parts) > 2 and parts[2] in (ONE, EACH):
-        del parts[2]
-    if parts[-1:] == ["[key]"]:
-        del parts[-1]
-    return parts
+    return [part for part in parts if part not in (ONE, EACH, "[key]")]
 
 
 def _message(loc: list[str], kind: str, finding: Any) -> str:
@@ -71,6 +67,9 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     if kind == "value_error":
         text = str(context.get("error", finding["msg"]))
         return text if not loc else f"{key} = {value!r}: {text}"
+    if kind == "too_long":
+        most = context["max_length"]
+        return f"{key} = {value!r}: has {len(value)} entries, must be {most}{_meaning(loc)}"
     if kind in ("tuple_type", "list_type"):
         return f"{key} = {value!r}: must be a list{_meaning(loc)}"
     if kind == "string_type":
@@ -134,7 +133,7 @@ def _sections_at(loc: list[str]) -> list[type[BaseModel]]:
     if len(loc) > 1 and loc[0] == "sensors":
         loc = ["sensors", *loc[2:]]  # the name between is free
     sections: list[type[BaseModel]] = [Scene]
-    for part in loc:
+    for part in (part for part in loc if not part.isdecimal()):  # entries of a list are alike
         annotations = [s.model_fields[part].annotation for s in sections if part in s.model_fields]
         sections = [c for annotation in annotations for c in _classes(annotation)]
     return sections

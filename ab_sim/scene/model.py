@@ -20,7 +20,7 @@ Angle = Annotated[Number, Field(ge=-1e10, le=1e10)]
 
 
 class Rotor(Section):
-    """What moves on the suspension, and the unbalance it carries (EQUATIONS.md section 1)."""
+    """What moves on the suspension, and the unbalance it carries (docs/equations.md, 1)."""
 
     total_mass: Number | None = quantity(
         "M, everything that moves on the suspension, balls included (give this or mass)",

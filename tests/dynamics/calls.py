@@ -6,7 +6,6 @@ import numpy as np
 from ab_sim.dynamics.race.ball import place_ball
 from ab_sim.dynamics.race.pools import pool
 from ab_sim.dynamics.race.race import race_of
-from ab_sim.dynamics.slope import evaluate
 from ab_sim.dynamics.system import Place, Plant, System, ball_count, carrier_unknowns
 from ab_sim.integrate.workspace import room
 
@@ -18,12 +17,6 @@ def plant_of(system: System, place: Place, modes: np.ndarray) -> Plant:
     """A Plant with room for one evaluation."""
     accelerations = carrier_unknowns(system.carrier) + 1
     return Plant(system, place, modes, room(accelerations, ball_count(system), 1))
-
-
-@numba.njit(**OPTIONS)
-def compiled_evaluate(plant, time, state, slope):  # type: ignore[no-untyped-def]
-    """``evaluate``."""
-    evaluate(plant, time, state, slope)
 
 
 @numba.njit(**OPTIONS)

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import DIRECTION, LOADED, MODES, Place
-from ab_sim.spindle import Ramp
-from tests.dynamics.calls import compiled_evaluate, plant_of
+from ab_sim.dynamics.system import DIRECTION, LOADED, MODES
+from ab_sim.integrate.vector_field import VectorField
+from ab_sim.spindle import Piece, Ramp
 from tests.dynamics.inertial import Thesis, accelerations
 
 FRICTION = {"rolling_friction": {"arm": 2e-4}}
@@ -31,10 +31,8 @@ def slope_of(
     n, system = scene.balls.count, system_of(scene)
     modes = np.zeros((n + 1, MODES), np.int64)
     modes[:n, DIRECTION], modes[:n, LOADED] = np.sign(state[layout_of(system).rates]), loaded
-    result = np.empty_like(state)
-    plant = plant_of(system, Place(Ramp(speed, slope), 0.0), modes)
-    compiled_evaluate(plant, 0.0, state, result)
-    return result
+    piece = Piece(0.0, np.inf, 0.0, Ramp(speed, slope))
+    return VectorField(system, piece, modes).slope(0.0, state)
 
 
 @pytest.mark.parametrize("effects", [{}, FRICTION, {"ball_spin": None}])

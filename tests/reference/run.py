@@ -328,8 +328,10 @@ def happen(problem: Problem, guard: Guard, now: float, y: Array) -> tuple[Event,
     after = impact(plant, chain, guard.which, q, rates)
     gained = plant.energy(q, after) - plant.energy(q, rates)
     after_y = np.concatenate([q, after, y[2 * size :]])
-    if problem.p.motor is None:  # what holds the spindle's speed gives an impulse, too
-        kick = plant.system(q, rates).mass[psi] @ (after - rates) * rates[psi]
+    if problem.p.motor is None:
+        # What holds the spindle's speed gives an impulse, too. It turns the spindle and all balls:
+        # so their equations' sum tells it, in which what acts between them cancels out.
+        kick = plant.system(q, rates).mass[psi:].sum(axis=0) @ (after - rates) * rates[psi]
         after_y[2 * size + 1] += kick
         gained -= kick
     return Event(now, "impact", ball, -gained), after_y

@@ -17,7 +17,8 @@ def carrier(
     CHANNELS: tuple[str, ...],
 ) -> Callable[[Class], Class]:
     """Class decorator: make these attributes of a NamedTuple; ``carriers`` says what they mean."""
-    facts = locals()
+    # Tuples whose lengths are numbers that compiled code knows: see ``dispatch.number_of``.
+    facts = {**locals(), "ALL": (None,) * (UNKNOWNS + 1), "FREE": (None,) * UNKNOWNS}
 
     def add(kind: Class) -> Class:
         for name, value in facts.items():

@@ -1,4 +1,4 @@
-"""A deck that moves in the plane of the disc: EQUATIONS.md section 1, for any number of balls.
+"""A deck that moves in the plane of the disc: docs/equations.md, 1, for any number of balls.
 
 States: u1, u2, v1, v2, displacement and inertial velocity on axes that turn with the rotor, axis 1
 of which points at the unbalance.
@@ -50,6 +50,7 @@ from ab_sim.dynamics.system import (
     gravity,
     has_friction,
     has_gravity,
+    has_runout,
     has_space_force,
     has_spin,
     race_shape,
@@ -104,24 +105,31 @@ class Planar(NamedTuple):
         load, along = relative_load(plant, spindle.speed, rate, i)
         mh, mx = moment_from_shaft(plant, i)
         # m J r, with r the ball's place from the shaft.
-        r1, r2 = -(mh * s + mx * c), mh * c - mx * s
+        r1, r2 = -(mh * s), mh * c
         table[i, COS] = c
         table[i, SIN] = s
         table[i, LOAD] = load
         table[i, REACH] = m * s
         table[i, REACH + 1] = -(m * c)
         table[i, REACH + 2] = -spindle_lever(plant, i)
+        block[0, _K] += load * c
+        block[1, _K] += load * s
+        h, x = place_from_shaft(plant, i)
+        inertia = mh * h
+        if has_runout(system.effects):
+            r1 -= mx * c
+            r2 -= mx * s
+            inertia += mx * x
+            block[0, _K] -= along * s
+            block[1, _K] += along * c
+            block[2, _K] -= mx * (2.0 * spindle.speed + rate) * table[i, PATH]
         if has_friction(system.effects):
             table[i, REACH + _K] = -(m * c)
             table[i, REACH + _K + 1] = -(m * s)
             table[i, REACH + _K + 2] = mx
-        h, x = place_from_shaft(plant, i)
         block[0, 2] += r1
         block[1, 2] += r2
-        block[2, 2] += mh * h + mx * x
-        block[0, _K] += load * c - along * s
-        block[1, _K] += load * s + along * c
-        block[2, _K] -= mx * (2.0 * spindle.speed + rate) * table[i, PATH]
+        block[2, 2] += inertia
         if has_spin(system.effects):
             ball = ball_of(system, i)
             block[2, 2] += ball_inertia(system.effects, ball) * ball.radius * ball.radius

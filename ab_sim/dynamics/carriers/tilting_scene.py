@@ -12,6 +12,7 @@ from ab_sim.dynamics.system import (
     RACE_HEIGHT,
     RACE_RADIUS,
     System,
+    mount_energy,
     mount_stiffening,
     rotor_moment,
     weight,
@@ -56,18 +57,21 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
     Raises:
         SceneError: it is to start where it hangs at rest, and there is no such place.
     """
-    start, deck = scene.start.deck, system.carrier
-    place, tilt = start.position, start.tilt
-    alpha, beta, gamma = tilt or (0.0, 0.0, 0.0)
-    turn = Rotation.from_euler(EULER, (gamma, alpha, beta))
-    begins = np.array(place or (0.0, 0.0, 0.0))
-    if place is None and tilt is None and any(deck.gravity):
+    start = scene.start.deck
+    place, turn = np.zeros(3), Rotation.identity()
+    if any(system.carrier.gravity) and (start.position is None or start.tilt is None):
         hangs = _at_rest(system)
-        begins, turn = hangs[:3], Rotation.from_rotvec(hangs[3:])
+        place, turn = hangs[:3], Rotation.from_rotvec(hangs[3:])
+    if start.position is not None:
+        place = np.array(start.position)
+    if start.tilt is None:
+        gamma, alpha, beta = turn.as_euler(EULER)
+    else:
+        alpha, beta, gamma = start.tilt
+        turn = Rotation.from_euler(EULER, (gamma, alpha, beta))
+    rates = angular_velocity((alpha, beta, gamma), start.tilt_rate or (0.0, 0.0, 0.0))
     x, y, z, w = turn.as_quat()
-    velocity = start.velocity or (0.0, 0.0, 0.0)
-    rates = angular_velocity(start.tilt or (0.0, 0.0, 0.0), start.tilt_rate or (0.0, 0.0, 0.0))
-    return np.array([*begins, w, x, y, z, *velocity, *rates])
+    return np.array([*place, w, x, y, z, *(start.velocity or (0.0, 0.0, 0.0)), *rates])
 
 
 def angular_velocity(tilt: tuple[float, ...], rate: tuple[float, ...]) -> np.ndarray:
@@ -159,13 +163,27 @@ def _at_rest(system: System) -> np.ndarray:
             force, moment = force + own, moment + np.cross(turn @ mount[:3], own)
         return np.concatenate([force, moment / 0.1]) / size
 
-    found = root(unbalanced, np.zeros(6), tol=1e-15)
+    # Down the weight until the mounts have stored as much as it has done work.
+    down, reach = pull / np.linalg.norm(pull), 1e-9
+    while _stored(system, reach * down) < reach * size and reach < 1e6:
+        reach *= 2.0
+    found = root(unbalanced, np.append(0.5 * reach * down, np.zeros(3)), tol=1e-15)
     if np.abs(unbalanced(found.x)).max() > 1e-9:
         raise SceneError(
             "effects.gravity: no place was found where the mounts hold the deck's weight; give "
             "them stiffness in every direction, or say where the deck starts (start.deck)"
         )
     return np.asarray(found.x)
+
+
+def _stored(system: System, moved: np.ndarray) -> float:
+    """In the mounts [J], where the deck is moved and not turned."""
+    energy = 0.0
+    for mount in system.carrier.mounts:
+        own = mount[9:].reshape(3, 3) @ moved
+        energy += 0.5 * float(mount[3:6] @ own**2)
+        energy += mount_energy(system.effects, float(own @ own))
+    return energy
 
 
 def _mounts(scene: Scene) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What lanes and duals have in common: both are eight floats, to the compiler one vector.
+"""What lanes and duals have in common: they are several floats, to the compiler one vector.
 
 And how such a kind of number is given its rules: which operations there are, ``rule`` tells numba.
 """
@@ -23,8 +23,17 @@ FIRST = ir.Constant(ir.IntType(32), 0)
 """The first place in a vector."""
 
 
-class EightFloats(types.Type):
+class SeveralFloats(types.Type):
     """Numba's type of such a number."""
+
+    def __init__(self, name: str, width: int) -> None:
+        super().__init__(name)
+        self.width = width
+
+    @property
+    def vector(self) -> ir.VectorType:
+        """What it is to the compiler."""
+        return ir.VectorType(ir.DoubleType(), self.width)
 
     def can_convert_from(self, typing_context: Any, other: Any) -> Any:
         """A plain number can be one; the other kind cannot."""
@@ -35,22 +44,22 @@ class EightFloats(types.Type):
         return self if isinstance(other, types.Number) else None
 
 
-lanes = EightFloats("lanes")
-duals = EightFloats("duals")
+lanes = SeveralFloats("lanes", EIGHT)
+duals = SeveralFloats("duals", EIGHT)
 
 
-@register_model(EightFloats)
+@register_model(SeveralFloats)
 class _Model(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, VECTOR)
+        super().__init__(manager, kind, kind.vector)
 
 
-def kind_among(arguments: tuple[Any, ...]) -> EightFloats | None:
+def kind_among(arguments: tuple[Any, ...]) -> SeveralFloats | None:
     """The one kind that numba's types of an operation's arguments have beside plain numbers."""
     found = {kind for kind in arguments if not isinstance(kind, types.Number)}
     if len(found) == 1:
         (kind,) = found
-        if isinstance(kind, EightFloats):
+        if isinstance(kind, SeveralFloats):
             return kind
     return None
 
@@ -67,7 +76,7 @@ class Call(NamedTuple):
 
 
 def rule(
-    kind: EightFloats, count: int, *operations: Any, result: Any = None
+    kind: SeveralFloats, count: int, *operations: Any, result: Any = None
 ) -> Callable[[Callable[..., Any]], None]:
     """Decorator of ``generate(call, *arguments)``: the code for operations on a kind of number.
 
@@ -115,14 +124,15 @@ def call_of(builder: Any, name: str, *values: Any) -> Any:
     return builder.call(function, values)
 
 
-def in_all(builder: Any, number: Any) -> Any:
+def in_all(builder: Any, number: Any, width: int = EIGHT) -> Any:
     """A vector that has the float at each place."""
-    first = builder.insert_element(ir.Constant(VECTOR, ir.Undefined), number, FIRST)
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), EIGHT), [0] * EIGHT)
-    return builder.shuffle_vector(first, ir.Constant(VECTOR, ir.Undefined), zeros)
+    nothing = ir.Constant(ir.VectorType(ir.DoubleType(), width), ir.Undefined)
+    first = builder.insert_element(nothing, number, FIRST)
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
+    return builder.shuffle_vector(first, nothing, zeros)
 
 
-def viewed_as(kind: EightFloats, aligned: bool) -> Any:
+def viewed_as(kind: SeveralFloats, aligned: bool) -> Any:
     """A function for compiled code: an array of floats, whose last axis has length 8, as numbers.
 
     Args:

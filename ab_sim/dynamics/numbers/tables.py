@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 from numba.core import types
 from numba.core.types.containers import BaseNamedTuple, BaseTuple
 from numba.extending import intrinsic
@@ -64,4 +65,6 @@ def pattern(values: Any) -> Any:
     """What of nested tuples is no float: their kinds, and all that is the same in all lanes."""
     if isinstance(values, tuple):
         return type(values), *map(pattern, values)
+    if isinstance(values, np.ndarray):
+        return np.ndarray, values.shape, values.tobytes()
     return float if isinstance(values, float) else (type(values), values)

@@ -6,17 +6,18 @@ from numba.extending import register_jitable
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import angle_at, rate_at
 from ab_sim.dynamics.motion import Ball
-from ab_sim.dynamics.numbers.cos_sin import cos_sin
 from ab_sim.dynamics.race.table import (
     ACROSS,
     ALONG,
     BEND,
+    COS,
     CURVE,
     FRICTION,
     GRIP,
     INERTIA,
     NORMAL,
     PATH,
+    SIN,
 )
 from ab_sim.dynamics.system import (
     DIRECTION,
@@ -50,12 +51,13 @@ def ball_of(system: System, i: int) -> Ball:
 def place_ball(plant, i, state):  # type: ignore[no-untyped-def]
     """What follows from the ball's angle alone: its inertia, the race's shape there.
 
+    COS and SIN hold those of the angle.
+
     Returns:
         (cos theta, sin theta), the race's outward normal on the rotor's axes.
     """
     system, table = plant.system, plant.room.table
-    theta = state[angle_at(system, i)]
-    c, s = cos_sin(theta)
+    c, s = table[i, COS], table[i, SIN]
     table[i, INERTIA] = system.balls[i, ROLLING_MASS]
     if has_runout(system.effects):
         beyond, across, curve, bend = race_shape(system.effects, c, s)
@@ -68,6 +70,7 @@ def place_ball(plant, i, state):  # type: ignore[no-untyped-def]
         table[i, CURVE] = system.balls[i, RACE_RADIUS]
     if has_contact(system.effects):
         R = system.balls[i, RACE_RADIUS]
+        theta = state[angle_at(system, i)]
         table[i, ALONG] = R * theta + race_arc(system.effects, theta)
     return c, s
 

@@ -2,14 +2,15 @@
 
 Along the race the pushes between the balls of a row cancel out of the sum of their equations, and
 all have one path acceleration; so a row is eliminated as if it were one ball. What is left are the
-equations of what carries the balls, K or K - 1 of them: O(n), the arrowhead of EQUATIONS.md.
+equations of what carries the balls, K or K - 1 of them: O(n), the arrowhead of
+docs/equations.md, 2.
 """
 
 from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.dispatch import INLINED, holds, number_of
 from ab_sim.dynamics.numbers.multiply_add import multiply_add
 from ab_sim.dynamics.race.race import Race, ball_at
 from ab_sim.dynamics.race.table import (
@@ -29,7 +30,7 @@ from ab_sim.dynamics.system import DIRECTION, JOINED, MOBILITY
 @register_jitable(**INLINED)
 def sticks(race: Race, i: int) -> bool:
     """Whether ball i is held on the race, by friction or between others."""
-    return race.rubs and race.modes[i, DIRECTION] == 0
+    return holds(race.rubs) and race.modes[i, DIRECTION] == 0
 
 
 @register_jitable(**INLINED)
@@ -37,10 +38,10 @@ def pull_on(race: Race, i: int) -> Any:
     """Force along the race on ball i but for the accelerations that are solved for [N]."""
     table = race.room.table
     pull = table[i, PULL]
-    if race.rubs:
+    if holds(race.rubs):
         pull -= table[i, FRICTION] * table[i, LOAD]
-    if not race.driven:
-        spindle = race.all - 1
+    if not holds(race.driven):
+        spindle = number_of(race.all) - 1
         pull += row_at(race, i, spindle) * race.room.acceleration[spindle]
     return pull
 
@@ -50,35 +51,35 @@ def row_at(race: Race, i: int, r: int) -> Any:
     """What acceleration r does to ball i along the race, its normal force's friction included."""
     table = race.room.table
     row = table[i, REACH + r]
-    if race.rubs:
-        row -= table[i, FRICTION] * table[i, REACH + race.all + r]
+    if holds(race.rubs):
+        row -= table[i, FRICTION] * table[i, REACH + number_of(race.all) + r]
     return row
 
 
 @register_jitable(**INLINED)
 def eliminate_ball(race: Race, i: int) -> None:
     """Solve the equation of a ball that nothing holds for its path acceleration."""
-    table, gain = race.room.table, REACH + 2 * race.all
+    table, gain = race.room.table, REACH + 2 * number_of(race.all)
     mobility = race.balls[i, MOBILITY]
     table[i, FREE] = pull_on(race, i) * mobility
-    for r in range(race.free):
+    for r in range(number_of(race.free)):
         table[i, gain + r] = row_at(race, i, r) * mobility
 
 
 @register_jitable(**INLINED)
 def hold_ball(race: Race, i: int) -> None:
     """Say that ball i does not move along the race."""
-    table, gain = race.room.table, REACH + 2 * race.all
+    table, gain = race.room.table, REACH + 2 * number_of(race.all)
     table[i, FREE] = 0.0
-    for r in range(race.free):
+    for r in range(number_of(race.free)):
         table[i, gain + r] = 0.0
 
 
 @register_jitable(**INLINED)
 def lead(race: Race) -> None:
     """Fill in LEADER."""
-    table, n = race.room.table, race.number
-    if not race.meets:
+    table, n = race.room.table, number_of(race.number)
+    if not holds(race.meets):
         for i in range(n):
             table[i, LEADER] = -1 if sticks(race, i) else i
         return
@@ -98,7 +99,7 @@ def lead(race: Race) -> None:
 @register_jitable(**INLINED)
 def eliminate_rows(race: Race) -> None:
     """Solve each row's equation for its path acceleration."""
-    table, n, gain = race.room.table, race.number, REACH + 2 * race.all
+    table, n, gain = race.room.table, number_of(race.number), REACH + 2 * number_of(race.all)
     lead(race)
     for i in range(n):
         table[i, TOTAL] = 0.0
@@ -108,29 +109,29 @@ def eliminate_rows(race: Race) -> None:
         if at >= 0:
             table[at, TOTAL] += table[i, INERTIA]
             table[at, FREE] += pull_on(race, i)
-            for r in range(race.free):
+            for r in range(number_of(race.free)):
                 table[at, gain + r] += row_at(race, i, r)
     for i in range(n):
         if int(table[i, LEADER]) == i:
             mobility = 1.0 / table[i, TOTAL]
             table[i, FREE] *= mobility
-            for r in range(race.free):
+            for r in range(number_of(race.free)):
                 table[i, gain + r] *= mobility
     for i in range(n):
         at = int(table[i, LEADER])
         if at >= 0 and at != i:
             table[i, FREE] = table[at, FREE]
-            for r in range(race.free):
+            for r in range(number_of(race.free)):
                 table[i, gain + r] = table[at, gain + r]
 
 
 @register_jitable(**INLINED)
 def eliminate(race: Race) -> None:
     """Solve each ball's or row's equation for its path acceleration."""
-    if race.meets:
+    if holds(race.meets):
         eliminate_rows(race)
     else:
-        for i in range(race.number):
+        for i in range(number_of(race.number)):
             if sticks(race, i):
                 hold_ball(race, i)
             else:
@@ -140,7 +141,7 @@ def eliminate(race: Race) -> None:
 @register_jitable(**INLINED)
 def eliminate_free(race: Race) -> None:
     """``eliminate`` of balls that never stick nor touch: no branch, so it can be done in lanes."""
-    for i in range(race.number):
+    for i in range(number_of(race.number)):
         eliminate_ball(race, i)
 
 
@@ -148,28 +149,30 @@ def eliminate_free(race: Race) -> None:
 def solve(race: Race) -> None:
     """The accelerations of what carries the balls, once these are eliminated, and g of each."""
     table, reduced, x = race.room.table, race.room.reduced, race.room.acceleration
-    free, every, gain = race.free, race.all, REACH + 2 * race.all
+    free, every, gain = number_of(race.free), number_of(race.all), REACH + 2 * number_of(race.all)
     block = race.room.block
+    # Loops of constant length, which the compiler unrolls. Symmetric but for friction.
     for r in range(free):
-        for q in range(r, free):
-            reduced[r, q] = block[r, q]
-        reduced[r, every] = block[r, every]
-        if not race.driven:
-            reduced[r, every] -= block[r, every - 1] * x[every - 1]
-        if race.rubs:
-            for q in range(r):
+        for q in range(free):
+            if q >= r:
+                reduced[r, q] = block[r, q]
+            elif holds(race.rubs):
                 reduced[r, q] = block[q, r]
-    for i in range(race.number):
+        reduced[r, every] = block[r, every]
+        if not holds(race.driven):
+            reduced[r, every] -= block[r, every - 1] * x[every - 1]
+    for i in range(number_of(race.number)):
         for r in range(free):
             reach = table[i, REACH + r]
-            # Symmetric but for friction.
-            for q in range(0 if race.rubs else r, free):
-                reduced[r, q] = multiply_add(-reach, table[i, gain + q], reduced[r, q])
+            for q in range(free):
+                if q >= r or holds(race.rubs):
+                    reduced[r, q] = multiply_add(-reach, table[i, gain + q], reduced[r, q])
             reduced[r, every] = multiply_add(reach, table[i, FREE], reduced[r, every])
-    if not race.rubs:
+    if not holds(race.rubs):
         for r in range(free):
-            for q in range(r):
-                reduced[r, q] = reduced[q, r]
+            for q in range(free):
+                if q < r:
+                    reduced[r, q] = reduced[q, r]
     # From the last one up, until two are left; masses and inertias need no pivoting.
     for p in range(free - 1, 1, -1):
         pivot = 1.0 / reduced[p, p]
@@ -188,7 +191,7 @@ def solve(race: Race) -> None:
         for q in range(p):
             rest = multiply_add(-reduced[p, q], x[q], rest)
         x[p] = rest / reduced[p, p]
-    for i in range(race.number):
+    for i in range(number_of(race.number)):
         g = table[i, FREE]
         for r in range(free):
             g = multiply_add(table[i, gain + r], x[r], g)
@@ -204,7 +207,7 @@ def row_start(race: Race) -> int:
 @register_jitable(**INLINED)
 def first_open(race: Race, lines: Any, column: int) -> int:
     """The place behind a contact for which the column says 0: no more than n - 1 can be closed."""
-    n = race.number
+    n = number_of(race.number)
     for k in range(n):
         if lines[(k - 1) % n, column] == 0:
             return k
@@ -214,10 +217,11 @@ def first_open(race: Race, lines: Any, column: int) -> int:
 @register_jitable(**INLINED)
 def moves_along(race: Race, k: int) -> bool:
     """Whether the balls at contact k touch and move together (a stuck ball does not move)."""
-    if not race.meets or race.modes[k, JOINED] == 0:
+    if not holds(race.meets) or race.modes[k, JOINED] == 0:
         return False
     return not (
-        sticks(race, ball_at(race, k)) or sticks(race, ball_at(race, (k + 1) % race.number))
+        sticks(race, ball_at(race, k))
+        or sticks(race, ball_at(race, (k + 1) % number_of(race.number)))
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import APART
+from ab_sim.dynamics.dispatch import APART, holds, number_of
 from ab_sim.dynamics.race.calls import kick, restitution
 from ab_sim.dynamics.race.elimination import eliminate, first_open, sign, solve
 from ab_sim.dynamics.race.margins import SPEED
@@ -58,19 +58,19 @@ def collide(calls: Any, race: Race, work: Any, state: Any, struck: int, plastic:
     Returns:
         Whether impulses that agree with Newton's law at all contacts were found.
     """
-    n, table, modes, pools = race.number, race.room.table, race.modes, work.pools
+    n, table, modes, pools = number_of(race.number), race.room.table, race.modes, work.pools
     x, first = race.room.acceleration, race.first_rate
     fastest = 0.0
     for i in range(n):
         # An impact is over before friction could act.
         table[i, FRICTION] = 0.0
-        if race.rubs:
+        if holds(race.rubs):
             modes[i, DIRECTION] = 1
         table[i, PATH] = path_speed(race, state, i)
         fastest = max(fastest, abs(table[i, PATH]))
     modes[struck, JOINED] = 1
-    if not race.driven:
-        x[race.all - 1] = 0.0
+    if not holds(race.driven):
+        x[number_of(race.all) - 1] = 0.0
     bounce(calls, race, work, fastest, struck, plastic)
     found = False
     for _ in range(ROUNDS):
@@ -93,7 +93,7 @@ def collide(calls: Any, race: Race, work: Any, state: Any, struck: int, plastic:
         if modes[k, JOINED] == 1:
             # Exactly one speed, so that no rounding pulls a row apart.
             state[first + j] = state[first + i] * (table[i, CURVE] / table[j, CURVE])
-    if race.rubs:
+    if holds(race.rubs):
         for i in range(n):
             modes[i, DIRECTION] = sign(state[first + i])
     return found
@@ -106,14 +106,14 @@ def bounce(calls: Any, race: Race, work: Any, fastest: float, struck: int, plast
     So shifted, u+ + e u- >= 0 says that speeds do not fall along the row, as for accelerations.
     What carries the balls has the momentum that these speeds are short of.
     """
-    n, table, block, pools = race.number, race.room.table, race.room.block, work.pools
+    n, table, block, pools = number_of(race.number), race.room.table, race.room.block, work.pools
     hit = table[ball_at(race, struck), PATH] - table[ball_at(race, (struck + 1) % n), PATH]
     for k in range(n):
         pools[k, CLOSED] = race.modes[k, JOINED]
         pools[k, HOP] = hit if 0.0 < hit <= SLOW_IMPACT else SLOW_HOP
     pools[struck, HOP] = 0.0
-    for r in range(race.free):
-        block[r, race.all] = 0.0
+    for r in range(number_of(race.free)):
+        block[r, number_of(race.all)] = 0.0
     begin = first_open(race, pools, CLOSED)
     shift = 0.0
     for step in range(n):
@@ -121,8 +121,8 @@ def bounce(calls: Any, race: Race, work: Any, fastest: float, struck: int, plast
         i, j = ball_at(race, k), ball_at(race, (k + 1) % n)
         path = table[i, PATH] - shift
         table[i, PULL] = table[i, INERTIA] * path
-        for r in range(race.free):
-            block[r, race.all] -= table[i, REACH + r] * path
+        for r in range(number_of(race.free)):
+            block[r, number_of(race.all)] -= table[i, REACH + r] * path
         pools[i, SHIFT] = shift
         pools[i, HOLD] = -1.0
         pools[i, COARSE] = ROUNDING * table[i, INERTIA] * fastest
@@ -136,23 +136,23 @@ def bounce(calls: Any, race: Race, work: Any, fastest: float, struck: int, plast
 @register_jitable(**APART)
 def jump(calls: Any, race: Race, state: Any) -> None:
     """Add the jumps of velocity to the state: of ball i's path speed, what PULL holds."""
-    table, x, spindle = race.room.table, race.room.acceleration, race.all - 1
+    table, x, spindle = race.room.table, race.room.acceleration, number_of(race.all) - 1
     turned = lost = 0.0
-    for r in range(race.all):
+    for r in range(number_of(race.all)):
         turned += race.room.block[r, spindle] * x[r]
-    for i in range(race.number):
+    for i in range(number_of(race.number)):
         gain = table[i, PULL]
         impulse = table[i, INERTIA] * gain
-        for r in range(race.all):
+        for r in range(number_of(race.all)):
             impulse -= table[i, REACH + r] * x[r]
         lost -= impulse * (path_speed(race, state, i) + 0.5 * gain)
         turned -= table[i, REACH + spindle] * gain
         state[race.first_rate + i] += gain / table[i, CURVE]
     kick(calls, state, x)
-    if race.driven:
+    if holds(race.driven):
         state[race.spindle + 1] += x[spindle]
-    if race.booked:
+    if holds(race.booked):
         # A prescribed speed is kept by the motor, which does work on the impact.
-        if not race.driven:
+        if not holds(race.driven):
             state[state.size - 2] += race.room.motor[SPEED] * turned
         state[state.size - 1] += lost

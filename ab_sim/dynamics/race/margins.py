@@ -17,7 +17,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.dispatch import APART, INLINED, holds, number_of
 from ab_sim.dynamics.race.elimination import moves_along, row_start, sticks
 from ab_sim.dynamics.race.race import Race, ball_at, gap, path_speed
 from ab_sim.dynamics.race.reactions import reactions, rubbed_pull_at
@@ -49,7 +49,7 @@ def force_rounding(race: Race, i: int, x: Any, pull: float) -> Any:
     size = abs(pull)
     # What tilts a carrier acts through its weight at the ball, which is in the forces.
     size += race.balls[i, MASS] * (abs(x[0]) + abs(x[1]))
-    if race.rubs:
+    if holds(race.rubs):
         size += abs(race.room.table[i, FORCE])
     return ROUNDING * size
 
@@ -59,7 +59,7 @@ def friction_margins(
     race: Race, state: Any, slope: Any, margin: Any, rounding: Any, rate: Any
 ) -> None:
     """SLIDE, HOLD and LOAD."""
-    n, table, modes, x = race.number, race.room.table, race.modes, race.room.acceleration
+    n, table, modes, x = number_of(race.number), race.room.table, race.modes, race.room.acceleration
     for i in range(n):
         force = table[i, FORCE]
         pull = rubbed_pull_at(race, i, x)
@@ -75,7 +75,7 @@ def friction_margins(
             margin[SLIDE * n + i] = modes[i, DIRECTION] * state[race.first_rate + i]
             rounding[SLIDE * n + i] = RATE_ROUNDING
             rate[SLIDE * n + i] = modes[i, DIRECTION] * slope[race.first_rate + i]
-    if race.meets:
+    if holds(race.meets):
         # Stuck balls that touch lean on each other: a push on one is a push on the next.
         begin = row_start(race)
         for place in range(1, n):
@@ -95,7 +95,7 @@ def friction_margins(
 @register_jitable(**APART)
 def contact_margins(race: Race, state: Any, margin: Any, rounding: Any, rate: Any) -> None:
     """TOUCH."""
-    n, x = race.number, race.room.acceleration
+    n, x = number_of(race.number), race.room.acceleration
     for k in range(n):
         slot = TOUCH * n + k
         if race.modes[k, JOINED] == 0:
@@ -120,13 +120,15 @@ def leans(race: Race, k: int) -> bool:
     """Whether the balls at contact k touch and both stick."""
     if race.modes[k, JOINED] == 0:
         return False
-    return sticks(race, ball_at(race, k)) and sticks(race, ball_at(race, (k + 1) % race.number))
+    return sticks(race, ball_at(race, k)) and sticks(
+        race, ball_at(race, (k + 1) % number_of(race.number))
+    )
 
 
 @register_jitable(**INLINED)
 def motor_margins(race: Race, margin: Any, rounding: Any) -> None:
     """MOTOR."""
-    n = race.number
+    n = number_of(race.number)
     asked, most = race.room.motor[ASKED], race.room.motor[MOST]
     if race.modes[n, DIRECTION] == 0:
         margin[MOTOR * n] = most + asked
@@ -154,9 +156,9 @@ def margins(race: Race, state: Any, slope: Any, margin: Any, rounding: Any, rate
         rounding[slot] = 0.0
         rate[slot] = NEVER
     reactions(race)
-    if race.rubs:
+    if holds(race.rubs):
         friction_margins(race, state, slope, margin, rounding, rate)
-    if race.meets:
+    if holds(race.meets):
         contact_margins(race, state, margin, rounding, rate)
-    if race.driven:
+    if holds(race.driven):
         motor_margins(race, margin, rounding)

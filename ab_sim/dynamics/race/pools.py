@@ -14,7 +14,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.dispatch import APART, INLINED, holds, number_of
 from ab_sim.dynamics.race.elimination import first_open
 from ab_sim.dynamics.race.race import Race, ball_at
 from ab_sim.dynamics.race.table import INERTIA
@@ -71,8 +71,8 @@ def pool(race: Race, pools: Any) -> bool:
     PULL, HOLD, COARSE, CLOSED and HOP say what holds at the instant. Returns whether a contact that
     was joined is not any more, or vice versa.
     """
-    n, table, modes = race.number, race.room.table, race.modes
-    if not race.meets:
+    n, table, modes = number_of(race.number), race.room.table, race.modes
+    if not holds(race.meets):
         for i in range(n):
             pools[i, LEVEL] = level(
                 table[i, INERTIA], pools[i, PULL], pools[i, HOLD], pools[i, COARSE]

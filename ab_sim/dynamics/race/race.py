@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.dispatch import INLINED, attribute, chosen_by, number_of
 from ab_sim.dynamics.layout import angle_at, rate_at, spindle_angle_at
 from ab_sim.dynamics.race.table import ALONG, CURVE
 from ab_sim.dynamics.system import (
@@ -22,19 +22,20 @@ from ab_sim.dynamics.system import (
     TURNS,
     Plant,
     Room,
-    ball_count,
-    carrier_unknowns,
     has_contact,
     has_friction,
     has_motor,
-    solved_for,
 )
 
 
 class Race(NamedTuple):
-    """Balls, what holds of them, and the equations of what carries them."""
+    """Balls, what holds of them, and the equations of what carries them.
 
-    number: int
+    Counts and truth values are tuples where a kernel knows them by its types: see ``number_of`` and
+    ``holds`` in ``dispatch``.
+    """
+
+    number: Any
     """n."""
     balls: Any
     """``System.balls``."""
@@ -44,9 +45,9 @@ class Race(NamedTuple):
     """``Plant.modes``."""
     room: Room
     """What the last evaluation wrote."""
-    all: int
+    all: Any
     """K, the number of accelerations."""
-    free: int
+    free: Any
     """How many of them are solved for: K, or K - 1 where the spindle's is prescribed."""
     first_angle: int
     """Where in the state theta_0 lies."""
@@ -54,13 +55,13 @@ class Race(NamedTuple):
     """Where in the state theta_0' lies."""
     spindle: int
     """Where in the state psi lies, with a motor."""
-    rubs: bool
+    rubs: Any
     """Whether balls rub on the race."""
-    meets: bool
+    meets: Any
     """Whether balls touch each other."""
-    driven: bool
+    driven: Any
     """Whether a motor drives the spindle."""
-    booked: bool
+    booked: Any
     """Whether a ledger is kept."""
 
 
@@ -73,25 +74,36 @@ def race_kind() -> Any:
     return numba.typeof(Race(0, table, table, modes, room, *numbers[0], *numbers[1]))
 
 
+every_of = attribute("ALL")
+_free_of = attribute("FREE")
+_free = chosen_by(
+    has_motor, lambda system: every_of(system.carrier), lambda system: _free_of(system.carrier)
+)
+_rubs, _meets, _driven = (
+    chosen_by(asked, lambda system: (None,), lambda system: ())
+    for asked in (has_friction, has_contact, has_motor)
+)
+
+
 @register_jitable(**INLINED)
 def race_of(plant: Plant) -> Race:
     """The balls of a plant."""
     system = plant.system
     return Race(
-        ball_count(system),
+        system.each,
         system.balls,
         system.contacts,
         plant.modes,
         plant.room,
-        carrier_unknowns(system.carrier) + 1,
-        solved_for(system),
+        every_of(system.carrier),
+        _free(system),
         angle_at(system, 0),
         rate_at(system, 0),
         spindle_angle_at(system),
-        has_friction(system.effects),
-        has_contact(system.effects),
-        has_motor(system.effects),
-        len(system.ledger) > 0,
+        _rubs(system),
+        _meets(system),
+        _driven(system),
+        system.ledger,
     )
 
 
@@ -104,7 +116,7 @@ def ball_at(race: Race, place: int) -> int:
 @register_jitable(**INLINED)
 def gap(race: Race, k: int) -> Any:
     """Distance along the race between the balls at contact k [m]; negative where they overlap."""
-    n, table, modes, balls = race.number, race.room.table, race.modes, race.balls
+    n, table, modes, balls = number_of(race.number), race.room.table, race.modes, race.balls
     i, j = ball_at(race, k), ball_at(race, (k + 1) % n)
     turns = (modes[j, TURNS] - balls[j, FIRST_TURNS]) - (modes[i, TURNS] - balls[i, FIRST_TURNS])
     if k == n - 1:

@@ -4,7 +4,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.dispatch import APART, INLINED, holds, number_of
 from ab_sim.dynamics.race.elimination import moves_along, row_start
 from ab_sim.dynamics.race.race import Race, ball_at
 from ab_sim.dynamics.race.table import (
@@ -23,10 +23,10 @@ from ab_sim.dynamics.race.table import (
 def normal_forces(race: Race, x: Any) -> None:
     """Fill in FORCE, given accelerations."""
     table = race.room.table
-    for i in range(race.number):
+    for i in range(number_of(race.number)):
         force = table[i, LOAD]
-        for r in range(race.all):
-            force += table[i, REACH + race.all + r] * x[r]
+        for r in range(number_of(race.all)):
+            force += table[i, REACH + number_of(race.all) + r] * x[r]
         table[i, FORCE] = force
 
 
@@ -35,7 +35,7 @@ def pull_at(race: Race, i: int, x: Any) -> Any:
     """Force along the race on ball i but for its neighbours' pushes and friction [N]."""
     table = race.room.table
     pull = table[i, PULL]
-    for r in range(race.all):
+    for r in range(number_of(race.all)):
         pull += table[i, REACH + r] * x[r]
     return pull
 
@@ -45,7 +45,7 @@ def rubbed_pull_at(race: Race, i: int, x: Any) -> Any:
     """The same, with what sliding friction takes; after ``normal_forces``."""
     table = race.room.table
     pull = pull_at(race, i, x)
-    if race.rubs:
+    if holds(race.rubs):
         pull -= table[i, FRICTION] * table[i, FORCE]
     return pull
 
@@ -57,10 +57,10 @@ def reactions(race: Race) -> None:
     Right after an evaluation of the equations.
     """
     x, table = race.room.acceleration, race.room.table
-    if race.rubs:
+    if holds(race.rubs):
         normal_forces(race, x)
-    if race.meets:
-        n = race.number
+    if holds(race.meets):
+        n = number_of(race.number)
         begin = row_start(race)
         push = 0.0
         for place in range(n):

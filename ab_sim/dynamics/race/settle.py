@@ -12,7 +12,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import APART
+from ab_sim.dynamics.dispatch import APART, holds, number_of
 from ab_sim.dynamics.race.calls import evaluate
 from ab_sim.dynamics.race.elimination import moves_along, sign
 from ab_sim.dynamics.race.impact import collide
@@ -58,18 +58,18 @@ def settle(
         slot: the margin that has reached zero, or -1.
         plastic: whether balls that meet no longer bounce.
     """
-    n, modes, x = race.number, race.modes, race.room.acceleration
+    n, modes, x = number_of(race.number), race.modes, race.room.acceleration
     if 0 <= slot < MOTOR * n:
         kind, i = slot // n, slot % n
         if kind == TOUCH and modes[i, JOINED] == 0:
             if not collide(calls, race, work, state, i, plastic):
                 work.counts[1] += 1
-        if race.rubs:
+        if holds(race.rubs):
             stopped = i if kind == SLIDE and modes[i, DIRECTION] != 0 else -1
             come_to_rest(race, state, stopped)
-        if race.meets:
+        if holds(race.meets):
             close_gaps(race, state)
-    if race.meets:
+    if holds(race.meets):
         # Which balls touch at this instant, whatever becomes of them.
         for k in range(n):
             work.pools[k, CLOSED] = modes[k, JOINED]
@@ -81,7 +81,7 @@ def settle(
         if not branches(race, work, state, x):
             found = True
             break
-        for r in range(race.all):
+        for r in range(number_of(race.all)):
             before[r] = x[r] if count < DIRECT else 0.5 * (x[r] + before[r])
         if count >= DIRECT:
             branches(race, work, state, before)
@@ -96,17 +96,17 @@ def come_to_rest(race: Race, state: Any, stopped: int) -> None:
     """Bring to rest the ball that has ``stopped`` (-1: none), others as slow as it, their rows."""
     first = race.first_rate
     still = STILL if stopped < 0 else max(STILL, abs(state[first + stopped]))
-    for i in range(race.number):
+    for i in range(number_of(race.number)):
         if 0.0 < abs(state[first + i]) <= still:
             state[first + i] = 0.0
-            if race.meets:
+            if holds(race.meets):
                 stop_row(race, state, i)
 
 
 @register_jitable(**APART)
 def stop_row(race: Race, state: Any, i: int) -> None:
     """Bring those in a row with ball i to rest."""
-    n = race.number
+    n = number_of(race.number)
     ahead = 0
     for k in range(n):
         if ball_at(race, k) == i:
@@ -123,7 +123,7 @@ def stop_row(race: Race, state: Any, i: int) -> None:
 @register_jitable(**APART)
 def close_gaps(race: Race, state: Any) -> None:
     """Take out what rounding and truncation have done to balls in contact, and any overlap."""
-    n, table = race.number, race.room.table
+    n, table = number_of(race.number), race.room.table
     begin, widest = 0, 0.0
     for k in range(n):
         room = gap(race, k)
@@ -145,15 +145,15 @@ def branches(race: Race, work: Any, state: Any, x: Any) -> bool:
     Right after an evaluation. Returns whether any was not in force.
     """
     changed = False
-    n, table, pools, modes = race.number, race.room.table, work.pools, race.modes
+    n, table, pools, modes = number_of(race.number), race.room.table, work.pools, race.modes
     first = race.first_rate
-    if race.rubs:
+    if holds(race.rubs):
         normal_forces(race, x)
     for i in range(n):
         pools[i, COARSE] = force_rounding(race, i, x, rubbed_pull_at(race, i, x))
         pools[i, HOLD] = -1.0
         pull = pull_at(race, i, x)
-        if race.rubs:
+        if holds(race.rubs):
             force = table[i, FORCE]
             slack = -pools[i, COARSE] if modes[i, LOADED] == 1 else pools[i, COARSE]
             loaded = 1 if force > slack or (force == 0.0 and modes[i, LOADED] == 1) else 0
@@ -165,13 +165,13 @@ def branches(race: Race, work: Any, state: Any, x: Any) -> bool:
                 pull -= sign(state[first + i]) * capacity(race, i)
         pools[i, PULL] = pull
     changed = pool(race, pools) or changed
-    if race.rubs:
+    if holds(race.rubs):
         for i in range(n):
             rate = state[first + i]
             direction = sign(pools[i, LEVEL] if rate == 0.0 else rate)
             changed = changed or modes[i, DIRECTION] != direction
             modes[i, DIRECTION] = direction
-    if race.driven:
+    if holds(race.driven):
         changed = motor_branch(race, work) or changed
     return changed
 
@@ -179,7 +179,7 @@ def branches(race: Race, work: Any, state: Any, x: Any) -> bool:
 @register_jitable(**APART)
 def motor_branch(race: Race, work: Any) -> bool:
     """Whether the motor begins or ceases to give all it can."""
-    n, margin, rounding = race.number, work.margin, work.rounding
+    n, margin, rounding = number_of(race.number), work.margin, work.rounding
     motor_margins(race, margin, rounding)
     before = race.modes[n, DIRECTION]
     if margin[MOTOR * n] < -rounding[MOTOR * n]:

@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 from ab_sim.dynamics.assemble import linear_rates
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.steppers.sweeps import integration
-from ab_sim.integrate.vector_field import NO_ROOM, slope_at
+from ab_sim.integrate.vector_field import slope_at
 from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
 
@@ -96,7 +96,7 @@ def _steps(system, place, modes, nodes, clock, scale, state, rest, work):  # typ
     count, states = nodes.c.size, state.size
     for step in range(steps):
         time = begin + step * length
-        slope_at(system, place, time, state, modes, trial, NO_ROOM)
+        slope_at(system, place, time, state, modes, trial)
         for i in range(count):
             for j in range(states):
                 slopes[i, j] = trial[j]
@@ -110,7 +110,7 @@ def _steps(system, place, modes, nodes, clock, scale, state, rest, work):  # typ
                         total += length * nodes.a[i, k] * slopes[k, j]
                     trial[j] = state[j] + total
                 at = time + nodes.c[i] * length
-                slope_at(system, place, at, trial, modes, ahead[i], NO_ROOM)
+                slope_at(system, place, at, trial, modes, ahead[i])
                 for j in range(states):
                     change = max(change, abs(ahead[i, j] - slopes[i, j]) * length / scale[j])
             for i in range(count):

@@ -17,22 +17,14 @@ from ab_sim.dynamics.assemble import place_on, start_modes, start_state, system_
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.system import TURNS, Place, carrier_outputs, has_events
-from ab_sim.integrate.vector_field import NO_ROOM, slope_at
+from ab_sim.integrate.vector_field import slope_at
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile
-from ab_sim.spindle.segments import RaisedCosine, Ramp
 from ab_sim.studies.accuracy_cost.energy import EnergyBalance
 from ab_sim.studies.accuracy_cost.sampling import Sampling
 
 SAME_INSTANT = 1e-12
 """s."""
-
-
-# From a leg's numbers (start, phase, the segment's fields) to its segment, by kind.
-_SEGMENTS: dict[type, Any] = {
-    Ramp: numba.njit(lambda leg: Ramp(leg[2], leg[3])),
-    RaisedCosine: numba.njit(lambda leg: RaisedCosine(leg[2], leg[3], leg[4])),
-}
 
 
 class Leg(NamedTuple):
@@ -135,19 +127,18 @@ class RightHandSide:
         """f and fill for a kind of segment; the scene's numbers become constants of the code."""
         if kind in self._compiled:
             return self._compiled[kind]
-        system, modes, segment = self.system, self.modes, _SEGMENTS[kind]
-
-        @numba.njit(error_model="numpy")
-        def f(t, y, leg):  # type: ignore[no-untyped-def]
-            out = np.empty(y.size)
-            slope_at(system, Place(segment(leg), leg[1]), t - leg[0], y, modes, out, NO_ROOM)
-            return out
+        system, modes = self.system, self.modes
 
         @numba.njit(error_model="numpy")
         def fill(t, y, out, leg):  # type: ignore[no-untyped-def]
             # A copy, because callers may forbid writing to y, which would be one more type.
-            place = Place(segment(leg), leg[1])
-            slope_at(system, place, t - leg[0], y.copy(), modes, out, NO_ROOM)
+            slope_at(system, Place(kind(*leg[2:]), leg[1]), t - leg[0], y.copy(), modes, out)
+
+        @numba.njit(error_model="numpy")
+        def f(t, y, leg):  # type: ignore[no-untyped-def]
+            out = np.empty(y.size)
+            fill(t, y, out, leg)
+            return out
 
         self._compiled[kind] = f, fill
         return f, fill
