@@ -27,7 +27,7 @@ _STREAM = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 # This is room for 50,000/s while the drive waits for a processor for a tenth of a second. Of a
 # deeper queue Fast DDS fills no more, and then refuses what is new instead of dropping what is old.
 _BURSTS = QoSProfile(depth=5000, reliability=ReliabilityPolicy.RELIABLE)
-# As tf2\'s own broadcasters.
+# As tf2's own broadcasters.
 _TRANSFORMS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 # Blocks for a recorder that is away for some seconds are kept.
 _DEEP = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
