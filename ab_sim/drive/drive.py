@@ -214,6 +214,7 @@ class Drive:
                 f"{self.time} to {self.time + self.step} s"
             )
         kept, modes, counts = self._state.copy(), self._modes.copy(), self._work.counts.copy()
+        memory, smooth_piece = self._work.memory.copy(), self._smooth_piece
         try:
             if time - self.time > same_instant(time, self.step):
                 for part in parts(self.profile, self._grid(), self.steps, time):
@@ -223,6 +224,8 @@ class Drive:
             self._state[:] = kept
             self._modes = modes
             self._work.counts[:] = counts
+            self._work.memory[:] = memory
+            self._smooth_piece = smooth_piece
 
     def energy(self) -> Energy:
         """The energy balance since the start.
@@ -242,12 +245,15 @@ class Drive:
 
     def snapshot(self) -> Snapshot:
         """The present, to return to with ``restore``."""
+        memory = self._work.memory.copy()
+        if self._smooth_piece != self._piece_at(self.time):
+            memory[:] = 0.0
         return Snapshot(
             self.steps,
             self.step,
             self._state.copy(),
             self._modes.copy(),
-            self._work.memory.copy(),
+            memory,
             self.profile,
             self._command,
             {name: pickup.state for name, pickup in self._reader.pickups.items()},
@@ -313,6 +319,7 @@ class Drive:
         taken = self._kernel(stretch, self._state, rows, _NO_SAMPLE)
         if taken < len(rows):
             self.steps += taken
+            self._smooth_piece = None
             self._diverged(rows[taken])
 
     def _diverged(self, bad: np.ndarray) -> None:

@@ -341,6 +341,7 @@ class Scene(Section):
             _check_speeds,
             _check_profile,
             _check_accuracy,
+            _check_sensors,
             _check_start,
             _check_sensors,
             check_deck,

@@ -1,6 +1,7 @@
 """A deck that tilts, from a scene."""
 
 import math
+from typing import Final
 
 import numpy as np
 from scipy.optimize import root
@@ -21,7 +22,7 @@ from ab_sim.errors import SceneError
 from ab_sim.scene.deck import inertia_matrix
 from ab_sim.scene.model import Scene
 
-EULER = "ZXY"
+EULER: Final = "ZXY"
 """gamma, alpha, beta, about the axes as they have turned."""
 
 
@@ -64,12 +65,14 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
         place, turn = hangs[:3], Rotation.from_rotvec(hangs[3:])
     if start.position is not None:
         place = np.array(start.position)
-    if start.tilt is None:
-        gamma, alpha, beta = turn.as_euler(EULER)
+    tilt = start.tilt
+    if tilt is None:
+        gamma, alpha, beta = (float(angle) for angle in turn.as_euler(EULER))
+        tilt = alpha, beta, gamma
     else:
-        alpha, beta, gamma = start.tilt
+        alpha, beta, gamma = tilt
         turn = Rotation.from_euler(EULER, (gamma, alpha, beta))
-    rates = angular_velocity((alpha, beta, gamma), start.tilt_rate or (0.0, 0.0, 0.0))
+    rates = angular_velocity(tilt, start.tilt_rate or (0.0, 0.0, 0.0))
     x, y, z, w = turn.as_quat()
     return np.array([*place, w, x, y, z, *(start.velocity or (0.0, 0.0, 0.0)), *rates])
 
