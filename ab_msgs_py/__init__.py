@@ -7,7 +7,7 @@ only ``/clock`` and ``/diagnostics`` are absolute.
 from ab_msgs_py.block import Block
 from ab_msgs_py.errors import MalformedMessage
 from ab_msgs_py.health import ENDED, Health, Level
-from ab_msgs_py.samples import JointSample, VectorSample
+from ab_msgs_py.samples import JointSample, PoseSample, VibrationSample, WhirlSample
 from ab_msgs_py.topics import Topic
 
 __all__ = [
@@ -17,6 +17,8 @@ __all__ = [
     "JointSample",
     "Level",
     "MalformedMessage",
+    "PoseSample",
     "Topic",
-    "VectorSample",
+    "VibrationSample",
+    "WhirlSample",
 ]

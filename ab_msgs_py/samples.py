@@ -6,7 +6,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import AccelStamped, PointStamped
+from geometry_msgs.msg import (
+    AccelStamped,
+    Point,
+    PointStamped,
+    PoseStamped,
+    Quaternion,
+    TransformStamped,
+    Vector3,
+)
 from rcl_interfaces.msg import Log
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -14,8 +22,24 @@ from std_msgs.msg import Float64, String
 
 from ab_msgs_py.errors import MalformedMessage
 
-FRAME = "drive_housing"
-"""Inertial axes at the shaft's rest position, x and y across the shaft (REP-103)."""
+HOUSING = "drive_housing"
+"""Frame of inertial axes at the shaft's rest position, x and y across the shaft (REP-103)."""
+DECK = "deck"
+"""Frame of the deck's own axes, z along the shaft; at rest they are those of HOUSING."""
+
+Triple = tuple[float, float, float]
+Turn = tuple[float, float, float, float]
+"""A quaternion, w first."""
+
+
+def frame_of(namespace: str, name: str) -> str:
+    """A frame's name: frames are not relative to a node's namespace by themselves.
+
+    Args:
+        namespace: of the node that speaks of it.
+        name: as in HOUSING, DECK, or an accelerometer's.
+    """
+    return f"{namespace}/{name}".lstrip("/")
 
 
 def stamp(nanoseconds: int) -> Time:
@@ -98,12 +122,13 @@ class JointSample:
     """Driving torque about the shaft, in the direction of growing angle [N m]."""
     spindle_torque: float | None = None
     """The motor's torque [N m]; None where no motor is modelled."""
+    frame: str = HOUSING
 
     def message(self) -> JointState:
         """As JointState; the spindle's effort is NaN where no motor is modelled."""
         message = JointState()
         message.header.stamp = stamp(self.time)
-        message.header.frame_id = FRAME
+        message.header.frame_id = self.frame
         message.name = ["spindle", *(f"ball_{i}" for i in range(len(self.ball_angles)))]
         message.position = [self.spindle_angle, *self.ball_angles]
         message.velocity = [self.spindle_speed, *self.ball_rates]
@@ -132,44 +157,123 @@ class JointSample:
             tuple(message.velocity[1:]),
             tuple(message.effort[1:]),
             None if math.isnan(message.effort[0]) else message.effort[0],
+            str(message.header.frame_id),
         )
 
 
 @dataclass(frozen=True)
-class VectorSample:
-    """A vector across the shaft at one instant: displacement, acceleration, or a reading."""
+class WhirlSample:
+    """The deck's displacement at one instant, as ``whirl``."""
 
     time: int
     """Simulated time [ns]."""
-    x: float
-    y: float
-    frame: str = FRAME
-    """Its axes: FRAME, or the name of an accelerometer, whose first axis is x, the second y."""
+    place: Triple
+    """From the shaft's rest position [m]."""
+    frame: str = HOUSING
 
-    def whirl_message(self) -> PointStamped:
-        """As ``whirl`` [m]."""
-        message = PointStamped()
-        message.header.stamp = stamp(self.time)
-        message.header.frame_id = self.frame
-        message.point.x, message.point.y = self.x, self.y
+    def message(self) -> PointStamped:
+        """As PointStamped."""
+        message = PointStamped(point=Point(**_axes(self.place)))
+        _head(message, self.time, self.frame)
         return message
 
-    def vibration_message(self) -> AccelStamped:
-        """As ``vibration`` [m/s^2]."""
+    @classmethod
+    def of(cls, message: PointStamped) -> "WhirlSample":
+        """Out of a PointStamped."""
+        return cls(*_headed(message, _triple(message.point)))
+
+
+@dataclass(frozen=True)
+class VibrationSample:
+    """The deck's acceleration, or what an accelerometer on it reads, as ``vibration``."""
+
+    time: int
+    """Simulated time [ns]."""
+    linear: Triple
+    """m/s^2."""
+    angular: Triple = (0.0, 0.0, 0.0)
+    """rad/s^2; an accelerometer reads none."""
+    frame: str = HOUSING
+    """Its axes: the housing's, or an accelerometer's own."""
+
+    def message(self) -> AccelStamped:
+        """As AccelStamped."""
         message = AccelStamped()
-        message.header.stamp = stamp(self.time)
-        message.header.frame_id = self.frame
-        message.accel.linear.x, message.accel.linear.y = self.x, self.y
+        message.accel.linear = Vector3(**_axes(self.linear))
+        message.accel.angular = Vector3(**_axes(self.angular))
+        _head(message, self.time, self.frame)
         return message
 
     @classmethod
-    def of_whirl(cls, message: PointStamped) -> "VectorSample":
-        """Out of ``whirl``."""
-        header = message.header
-        return cls(nanoseconds_of(header.stamp), message.point.x, message.point.y, header.frame_id)
+    def of(cls, message: AccelStamped) -> "VibrationSample":
+        """Out of an AccelStamped."""
+        accel = message.accel
+        time, linear, frame = _headed(message, _triple(accel.linear))
+        return cls(time, linear, _triple(accel.angular), frame)
+
+
+@dataclass(frozen=True)
+class PoseSample:
+    """Where the deck is and how it is turned at one instant, as ``deck_pose`` and as tf."""
+
+    time: int
+    """Simulated time [ns]."""
+    place: Triple
+    """Of the origin of its axes [m]."""
+    turn: Turn
+    """From its axes to those of ``frame``, of unit length."""
+    frame: str = HOUSING
+
+    def message(self) -> PoseStamped:
+        """As PoseStamped."""
+        message = PoseStamped()
+        message.pose.position = Point(**_axes(self.place))
+        message.pose.orientation = _quaternion(self.turn)
+        _head(message, self.time, self.frame)
+        return message
+
+    def transform(self, child: str) -> TransformStamped:
+        """As the pose of the frame ``child``, for tf."""
+        message = TransformStamped(child_frame_id=child)
+        message.transform.translation = Vector3(**_axes(self.place))
+        message.transform.rotation = _quaternion(self.turn)
+        _head(message, self.time, self.frame)
+        return message
 
     @classmethod
-    def of_vibration(cls, message: AccelStamped) -> "VectorSample":
-        """Out of ``vibration``."""
-        header, linear = message.header, message.accel.linear
-        return cls(nanoseconds_of(header.stamp), linear.x, linear.y, header.frame_id)
+    def of(cls, message: PoseStamped) -> "PoseSample":
+        """Out of a PoseStamped."""
+        time, place, frame = _headed(message, _triple(message.pose.position))
+        return cls(time, place, _turn(message.pose.orientation), frame)
+
+    @classmethod
+    def of_transform(cls, message: TransformStamped) -> "PoseSample":
+        """Out of tf."""
+        transform = message.transform
+        time, place, frame = _headed(message, _triple(transform.translation))
+        return cls(time, place, _turn(transform.rotation), frame)
+
+
+def _axes(vector: Triple) -> dict[str, float]:
+    return dict(zip("xyz", vector, strict=True))
+
+
+def _triple(vector: Any) -> Triple:
+    return vector.x, vector.y, vector.z
+
+
+def _quaternion(turn: Turn) -> Quaternion:
+    return Quaternion(**dict(zip("wxyz", turn, strict=True)))
+
+
+def _turn(quaternion: Any) -> Turn:
+    return quaternion.w, quaternion.x, quaternion.y, quaternion.z
+
+
+def _head(message: Any, time: int, frame: str) -> None:
+    message.header.stamp = stamp(time)
+    message.header.frame_id = frame
+
+
+def _headed(message: Any, content: Triple) -> tuple[int, Triple, str]:
+    return nanoseconds_of(message.header.stamp), content, str(message.header.frame_id)

@@ -1,11 +1,11 @@
 """Topics of the contract: name, message type and quality of service, each in one place."""
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import AccelStamped, PointStamped
+from geometry_msgs.msg import AccelStamped, PointStamped, PoseStamped, TransformStamped
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -16,12 +16,19 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, String
 
+try:
+    from tf2_msgs.msg import TFMessage
+except ImportError:  # PyPI has no wheel of it; a distribution's ROS 2 has it
+    TFMessage = None
+
 # Reliable throughout: a best-effort publisher is invisible to a reliable subscriber.
 _STREAM = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 # All publishers share a subscription's queue: one that floods it evicts what the others have sent.
 # This is room for 50,000/s while the drive waits for a processor for a tenth of a second. Of a
 # deeper queue Fast DDS fills no more, and then refuses what is new instead of dropping what is old.
 _BURSTS = QoSProfile(depth=5000, reliability=ReliabilityPolicy.RELIABLE)
+# As tf2's own broadcasters.
+_TRANSFORMS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 # Blocks for a recorder that is away for some seconds are kept.
 _DEEP = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 _LATCHED = QoSProfile(
@@ -80,15 +87,27 @@ def arrived(subscription: Subscription[Any], most: int) -> Iterator[Any]:
             yield taken[0]
 
 
+def transforms(each: Iterable[TransformStamped]) -> Any:
+    """A message for tf; only where its type is installed."""
+    return TFMessage(transforms=list(each))
+
+
 COMMAND = Topic("spindle/command", Float64, _BURSTS)
 """Commanded spindle speed [rad/s]."""
 JOINT_STATES = Topic("joint_states", JointState, _STREAM)
 """Spindle and balls: angle, rate, effort."""
 VIBRATION = Topic("vibration", AccelStamped, _STREAM)
 """What accelerometers on the deck read, each on its axes, or in a scene without any the deck's
-acceleration on inertial ones [m/s^2]; the message's frame says which."""
+acceleration on inertial ones [m/s^2], and its angular one [rad/s^2]; the message's frame says
+which."""
 WHIRL = Topic("whirl", PointStamped, _STREAM)
 """Deck displacement, inertial axes [m]."""
+DECK_POSE = Topic("deck_pose", PoseStamped, _STREAM)
+"""Where the deck is and how it is turned, inertial axes [m]."""
+TF = Topic("/tf", TFMessage, _TRANSFORMS)
+TF_STATIC = Topic("/tf_static", TFMessage, _LATCHED)
+"""The deck's frame in the housing's, and those of accelerometers in the deck's; latched. Of a type
+that is None where tf2_msgs is not installed: nobody can publish or hear them there."""
 BLOCK = Topic("vibration/block", Float64MultiArray, _DEEP)
 """Every integration sample since the last block."""
 DESCRIPTION = Topic("drive_description", String, _LATCHED)

@@ -7,10 +7,13 @@ Python's C part writes the signal's number to a pipe, and a thread that reads th
 """
 
 import contextlib
+import ctypes
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
+from typing import NoReturn
 
 SHOW_CURSOR = b"\x1b[?25h"
 """To a terminal: a progress bar may have hidden it."""
@@ -50,6 +53,19 @@ def in_order() -> Iterator[threading.Event]:
         yield stopping
     finally:
         _stopping = None
+
+
+def leave(code: int) -> NoReturn:
+    """End the process, now that everything is in order, with an exit code.
+
+    Python itself would first take compiled kernels and modules apart, piece by piece: half a
+    second, on a busy machine two.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError):  # whoever listened may be gone
+            stream.flush()
+    ctypes.CDLL(None).fflush(None)  # ROS logs through C
+    os._exit(code)
 
 
 def _leave_to_the_thread(*_: object) -> None:

@@ -89,7 +89,7 @@ class Alone:
                 state,
                 modes,
                 self._work,
-                (0, 0),
+                0,
                 self._rows[way.first : way.first + max(way.steps, 1)],
                 self._no_sample,
             )

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import place_on, state_bounds
 from ab_sim.dynamics.system import carrier_outputs, has_events
-from ab_sim.integrate.events import event_functions
+from ab_sim.integrate.events import events_address
 from ab_sim.integrate.fixed_step import advance, row_width
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene import Scene
@@ -31,7 +31,7 @@ class PackageKernel:
             raise SystemExit(f"{scene.name}: the steps run across a breakpoint of the profile")
         system = drive.system
         self.work = workspace(system, drive.stepper, state_bounds(system, drive.step))
-        self._events = event_functions() if has_events(system.effects) else (0, 0)
+        self._events = events_address() if has_events(system.effects) else 0
         self.state, self.modes = aligned(self.start.state.shape), self.start.modes.copy()
         width = row_width(self.state.size, carrier_outputs(system.carrier))
         self.rows, self._no_sample = aligned((steps, width)), aligned((0,))

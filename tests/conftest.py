@@ -7,6 +7,9 @@ import pytest
 
 from ab_sim.scene import Scene, check_scene
 
+# Assertions explain themselves outside of test files, too, if this comes before their first import.
+pytest.register_assert_rewrite("tests.effects", "tests.nodes.fleet", "tests.overlap")
+
 SceneMaker = Callable[..., Scene]
 
 

@@ -23,7 +23,7 @@ class Samples(NamedTuple):
     @classmethod
     def of(cls, trajectory: Trajectory) -> "Samples":
         """All of a trajectory, copied: the rest of it need not be kept."""
-        return cls(trajectory.position, trajectory.ball_angles.copy())
+        return cls(trajectory.position.copy(), trajectory.ball_angles.copy())
 
     def every(self, so_many: int) -> "Samples":
         """Each so-many-th, which is the last of every so many."""

@@ -11,11 +11,11 @@ from ab_sim.analysis.merits import Merits, merits_of
 from ab_sim.analysis.offline import OfflineRun, run_scene
 from ab_sim.analysis.replay import replay
 from ab_sim.analysis.startup import (
-    driving_forces,
     first_passage_of_opposite,
     peak_whirl,
     time_of_speed,
 )
+from ab_sim.drive.driving_forces import driving_forces
 
 __all__ = [
     "Compared",

@@ -7,6 +7,7 @@ import numpy as np
 
 from ab_sim.analysis.merits import Merits
 from ab_sim.analysis.offline import OfflineRun, run_scene
+from ab_sim.analysis.rest import from_rest
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
@@ -102,12 +103,11 @@ def without_balls(scene: Scene) -> Scene:
         "balls": {"count": 0},
         "start.ball_angles": [],
         "start.ball_rates": [],
-        "rotor": {
-            **rotor,
-            "mass": scene.total_mass - scene.balls.total_mass,
-            "eccentric_mass": scene.eccentric_mass,
-        },
+        "rotor.mass": scene.total_mass - scene.balls.total_mass,
+        "rotor.eccentric_mass": scene.eccentric_mass,
     }
+    if scene.rotor.total_mass is not None:
+        changes["rotor.total_mass"] = None
     return changed_scene(scene, changes, what)
 
 
@@ -123,5 +123,5 @@ def _beside(
         other = run_scene(scene, progress=progress)
     except AbSimError as error:
         return str(error)
-    path = other.trajectory
+    path = from_rest(other.trajectory, other.scene)
     return Compared(other.merits, path["time"].copy(), path.whirl, path["speed"].copy())

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.analysis.rest import from_rest, tilt_from_rest
 from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
@@ -37,6 +38,14 @@ class Merits(NamedTuple):
     """From when on the whirl stays within the band [s]; None if it leaves it near the end."""
     residual_unbalance: float | None
     """|M0 e + sum m_i R exp(i theta_i)| / (M0 e), as final value; None without an unbalance."""
+    residual_couple: float | None
+    """|C + sum m_i R z_i exp(i theta_i)| / |C|, as final value, z_i the height of the ball's race
+    and C the rotor's integral of (x + i y) z dm about the same point of the shaft, from which
+    heights count; None in the plane, and where C = 0."""
+    peak_tilt: float | None
+    """Largest angle of the shaft from where it points at rest [rad]; None in the plane."""
+    final_tilt: float | None
+    """Root mean square of that angle over the last stretch [rad]; None in the plane."""
     first_passage_of_opposite: float | None
     """s; see the function of that name. None but for a start-up with balls."""
     final_ball_angles: tuple[float, ...]
@@ -64,6 +73,9 @@ class Merits(NamedTuple):
             "band_over_e": over_e(self.band),
             "in_band_from": self.in_band_from,
             "residual_unbalance": self.residual_unbalance,
+            "residual_couple": self.residual_couple,
+            "peak_tilt": self.peak_tilt,
+            "final_tilt": self.final_tilt,
             "first_passage_of_opposite": self.first_passage_of_opposite,
             "final_ball_angles": list(self.final_ball_angles),
             "final_speed": self.final_speed,
@@ -77,7 +89,9 @@ def merits_of(trajectory: Trajectory, scene: Scene) -> Merits:
         trajectory: consecutive samples, from the start of the run to its end.
         scene: what was run.
     """
+    trajectory = from_rest(trajectory, scene)
     time, whirl = trajectory["time"], trajectory.whirl
+    tilt = tilt_from_rest(trajectory, scene) if trajectory.tilts else None
     last = max(1, round(LAST * len(time)))
     final = rms(whirl[-last:])
     halves = [rms(half) for half in np.array_split(whirl[-last:], 2) if len(half)]
@@ -97,6 +111,9 @@ def merits_of(trajectory: Trajectory, scene: Scene) -> Merits:
         band=band,
         in_band_from=float(time[begins]) if settled else None,
         residual_unbalance=_residual_unbalance(trajectory.ball_angles[-last:], scene),
+        residual_couple=_residual_couple(trajectory.ball_angles[-last:], scene),
+        peak_tilt=None if tilt is None else float(np.max(tilt)),
+        final_tilt=None if tilt is None else rms(tilt[-last:]),
         first_passage_of_opposite=first_passage_of_opposite(trajectory) if start_up else None,
         final_ball_angles=tuple(trajectory.ball_angles[-1].tolist()),
         final_speed=float(trajectory["speed"][-1]),
@@ -115,3 +132,12 @@ def _residual_unbalance(angles: np.ndarray, scene: Scene) -> float | None:
         return None
     moments = np.array(scene.balls.masses) * scene.race.radius
     return rms(np.abs(1.0 + np.exp(1j * angles) @ moments / unbalance))
+
+
+def _residual_couple(angles: np.ndarray, scene: Scene) -> float | None:
+    couple = scene.couple_unbalance
+    if couple == 0:
+        return None
+    heights = np.array([scene.race.heights[race] for race in scene.balls.races])
+    moments = np.array(scene.balls.masses) * scene.race.radius * heights
+    return rms(np.abs(1.0 + np.exp(1j * angles) @ moments / couple))

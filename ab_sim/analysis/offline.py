@@ -121,21 +121,23 @@ def run_scene(
 
 
 def _sample(observation: Observation) -> dict[str, Any]:
-    place = dict(zip("xyz", observation.position.tolist(), strict=False))
-    velocity = dict(zip(("vx", "vy", "vz"), observation.velocity.tolist(), strict=False))
+    place, velocity = observation.position.tolist(), observation.velocity.tolist()
     sample = {
         "t": observation.time,
         "psi": observation.psi,
         "omega": observation.omega,
         "u": observation.u.tolist(),
         "v": observation.v.tolist(),
-        **place,
-        **velocity,
+        **dict(zip("xyz", place, strict=False)),
+        **dict(zip(("vx", "vy", "vz"), velocity, strict=False)),
         "whirl": observation.whirl,
         "theta": observation.theta.tolist(),
         "ball_rate": observation.ball_rate.tolist(),
         "stuck": observation.stuck.tolist(),
     }
+    if len(place) == 3:
+        sample["tilt"] = observation.tilt.tolist()
+        sample["angular_velocity"] = observation.angular_velocity.tolist()
     if not math.isnan(observation.motor_torque):
         sample["motor_torque"] = observation.motor_torque
     if observation.readings:

@@ -7,19 +7,6 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.driving_force import driving_force
-from ab_sim.scene.model import Scene
-
-
-def driving_forces(trajectory: Trajectory, scene: Scene) -> np.ndarray:
-    """Driving force on each ball [N], shape (samples, balls): thesis (2-15), signed."""
-    return driving_force(
-        scene,
-        trajectory["x"][:, None],
-        trajectory["y"][:, None],
-        trajectory["angle"][:, None] + trajectory.ball_angles,
-        trajectory["speed"][:, None] + trajectory.ball_rates,
-    )
 
 
 def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
@@ -29,7 +16,9 @@ def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
     if 0 < top < len(whirl) - 1:
         near = slice(top - 1, top + 2)
         path = CubicHermiteSpline(
-            time[near], trajectory.position[near, :2], trajectory.velocity[near, :2]
+            time[near],
+            trajectory.position[near, :2],
+            np.column_stack([trajectory["vx"][near], trajectory["vy"][near]]),
         )
         best = minimize_scalar(
             lambda t: -math.hypot(*path(t)),

@@ -11,7 +11,7 @@ def main() -> None:
     0 done, 2 bad input, 3 diverged, 130 interrupted.
     """
     interruption.watch()
-    from ab_sim.errors import AbSimError
+    from ab_sim.errors import AbSimError, Interrupted
 
     try:
         from ab_sim.cli.app import app
@@ -19,4 +19,6 @@ def main() -> None:
         app()
     except AbSimError as error:
         print(f"ab-sim: {error}", file=sys.stderr)
+        if isinstance(error, Interrupted):
+            interruption.leave(error.exit_code)
         sys.exit(error.exit_code)

@@ -18,7 +18,7 @@ from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import SetBool, Trigger
 
-from ab_msgs_py import ENDED, Health, JointSample, MalformedMessage, VectorSample, topics
+from ab_msgs_py import ENDED, Health, JointSample, MalformedMessage, WhirlSample, topics
 from ab_msgs_py.services import answer_of, switch_request, trigger_request
 from ab_sim import interruption
 from ab_sim.errors import AbSimError, InputError, Interrupted
@@ -192,8 +192,8 @@ class LiveRun:
                 self._wall[0] = self._wall[0] or self._heard - self.elapsed
 
     def _hear_whirl(self, message: Any) -> None:
-        sample = VectorSample.of_whirl(message)
-        self.whirl = (sample.x**2 + sample.y**2) ** 0.5
+        x, y, _ = WhirlSample.of(message).place
+        self.whirl = math.hypot(x, y)
 
     def _hear_health(self, message: Any) -> None:
         for health in Health.all_of(message):

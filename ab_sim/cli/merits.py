@@ -44,6 +44,11 @@ def merits_table(
         shares = [comparison.relative_whirl(m) for m in merits]
         table.add_row("... / without balls", *(_number(share) for share in shares))
         table.add_row("residual unbalance", *(_number(m.residual_unbalance) for m in merits))
+        if any(m.residual_couple is not None for m in merits):
+            table.add_row("residual couple", *(_number(m.residual_couple) for m in merits))
+    if scene.deck is not None:
+        table.add_row("peak tilt [mrad]", *(_milli(m.peak_tilt) for m in merits))
+        table.add_row("final tilt [mrad]", *(_milli(m.final_tilt) for m in merits))
     table.add_row("in the band", *(_in_band(m, scale, unit) for m in merits))
     if balls and scene.profile is not None and scene.profile.kind == "start_up":
         table.add_row("all at -180 deg", *(_passage(m) for m in merits))
@@ -62,8 +67,11 @@ def _caption(scene: Scene) -> str:
         )
         if scene.balls.count:
             yield "Without balls: their mass is taken out too."
+        if scene.deck is not None:
+            yield "Tilt: of the shaft, about any axis."
         if "gravity" in scene.effects:
-            yield "W counts from where the deck hangs."
+            tilt = " and tilt count" if scene.deck is not None else " counts"
+            yield f"W{tilt} from where the deck hangs."
 
     return " ".join(sentences())
 
@@ -82,6 +90,10 @@ def _final(merits: Merits, scale: float) -> str:
 
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g}"
+
+
+def _milli(value: float | None) -> str:
+    return "-" if value is None else f"{1e3 * value:.3g}"
 
 
 def _in_band(merits: Merits, scale: float, unit: str) -> str:

@@ -1,14 +1,15 @@
 """`ab-sim scenes`, `ab-sim effects`, `ab-sim sensors`, `ab-sim check`."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 from ab_sim.accuracy import resolve_accuracy
+from ab_sim.analysis.rest import rest_of
 from ab_sim.cli.outputs import people
-from ab_sim.dynamics.assemble import linearised, system_of
+from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import System
 from ab_sim.errors import InputError, SceneError, nearest
 from ab_sim.integrate.choose import choose_stepper
@@ -66,7 +67,9 @@ def _described(name: str, what: type[Any], parameters: dict[str, dict[str, Any]]
     return table
 
 
-def _short(value: float | None) -> str:
+def _short(value: float | list[float] | None) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(_short, value))
     return "none" if value is None else f"{value:g}"
 
 
@@ -90,7 +93,7 @@ def print_check(name: str, changes: list[str]) -> None:
     if scene.balls.count and unbalance > 0:
         reach = scene.balls.total_mass * scene.race.radius / unbalance
         table.add_row("balls' unbalance / rotor's", f"{reach:.4g}")
-    for row in (*_sag(scene, system), *_motor(scene), *_sensors(scene)):
+    for row in (*_deck(scene, system), *_motor(scene), *_sensors(scene)):
         table.add_row(*row)
     table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
     stepper, reason, longest, limited_by, _ = choice
@@ -115,12 +118,31 @@ def _balls(scene: Scene) -> str:
     return f"{len(masses)} of " + ", ".join(f"{mass:g}" for mass in masses) + " kg"
 
 
-def _sag(scene: Scene, system: System) -> Iterator[tuple[str, str]]:
-    if "gravity" in scene.effects:
-        try:
-            yield "deck hangs at rest", linearised(system).hangs
-        except SceneError:
-            yield "deck falls", "nothing holds its weight"
+def _deck(scene: Scene, system: System) -> Iterator[tuple[str, str]]:
+    """What the deck hangs on, and where."""
+    if scene.deck is not None:
+        mounts = len(scene.mounts)
+        yield "deck", f"moves and tilts in space, on {mounts} mount{'' if mounts == 1 else 's'}"
+        if len(heights := scene.race.heights) > 1:
+            yield "races", f"{len(heights)}, at heights of {', '.join(f'{h:g}' for h in heights)} m"
+    if "gravity" not in scene.effects:
+        return
+    if scene.deck is None:
+        sag = (system.carrier.sag_x, system.carrier.sag_y)
+        yield "deck hangs at rest", _named("xy", sag, "m")
+        return
+    try:
+        rest = rest_of(scene)
+    except SceneError:
+        yield "deck falls", "nothing holds its weight"
+        return
+    yield "deck hangs at rest", _named("xyz", rest.place, "m")
+    yield "", _named(("alpha", "beta", "gamma"), rest.tilt, "rad")
+
+
+def _named(names: Iterable[str], values: Iterable[float], unit: str) -> str:
+    each = zip(names, values, strict=True)
+    return ", ".join(f"{name} = {round(value, 12):.4g} {unit}" for name, value in each)
 
 
 def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
@@ -135,6 +157,7 @@ def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
     yield "motor", limit
     unbalance = scene.eccentric_mass * scene.rotor.eccentricity
     moment = motor.rotor_inertia + unbalance * scene.rotor.eccentricity
+    moment += 0.0 if scene.rotor.inertia is None else scene.rotor.inertia[2]
     moment += scene.balls.total_mass * scene.race.radius**2
     acceleration = getattr(scene.profile, "acceleration", scene.spindle.max_acceleration)
     needs = f"{moment * acceleration:.3g} N m to accelerate at {acceleration:g} rad/s^2"

@@ -35,4 +35,23 @@ def describe(scene: Scene, accuracy: Mapping[str, Any] | None = None) -> dict[st
         "eccentricity": scene.rotor.eccentricity,
         "balls": scene.balls.count,
         "ball_radii": None if any(map(math.isnan, radii)) else list(radii),
+        "deck": None if scene.deck is None else _in_space(scene),
+    }
+
+
+def _in_space(scene: Scene) -> dict[str, Any]:
+    """Of a deck in space: where its parts are on deck axes, and how large its motion is [m]."""
+    rotor, heights, deck = scene.rotor, scene.race.heights, scene.deck
+    assert deck is not None
+    mounts = [list(mount.position) for mount in scene.mounts]
+    # As far above all critical speeds, without balls: the unbalance pushes, the inertia gives way.
+    whirl = scene.eccentric_mass * rotor.eccentricity / scene.total_mass
+    tilt = 2.0 * abs(scene.couple_unbalance) / (deck.inertia[0] + deck.inertia[1])
+    reach = max((math.hypot(*place) for place in mounts), default=scene.race.radius)
+    return {
+        "mounts": mounts,
+        "race_heights": list(heights),
+        "ball_heights": [heights[race] for race in scene.balls.races],
+        "rotor_height": rotor.height,
+        "motion": whirl + tilt * reach,
     }

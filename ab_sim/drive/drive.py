@@ -1,7 +1,9 @@
 """One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
 
 import math
+from typing import Any
 
+import numba
 import numpy as np
 
 from ab_sim.drive.observation import Energy, Observation, Snapshot
@@ -19,7 +21,7 @@ from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_events, has_friction, has_motor
 from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
-from ab_sim.integrate.events import events_address
+from ab_sim.integrate.events import compiling_events, events_address
 from ab_sim.integrate.fixed_step import advance
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.integrate.workspace import aligned, workspace
@@ -71,7 +73,9 @@ class Drive:
             else SpeedProfile.of_scene(scene)
         )
         self._work = workspace(self.system, self.stepper, state_bounds(self.system, self.step))
-        self._events = events_address() if has_events(self.system.effects) else 0
+        self._events = 0
+        if has_events(self.system.effects):
+            self._compile_events()
         self.reset()
 
     @property
@@ -91,6 +95,12 @@ class Drive:
 
     def reset(self) -> None:
         """Back to t = 0 and the scene's start state; commands are forgotten."""
+        self._to_start()
+        self._integrate(self._no_steps(), self._empty_rows(0))
+        self._start_energy = self._stored_energy(self._state, 0.0)
+        self._reader.reset()
+
+    def _to_start(self) -> None:
         self.steps = 0
         self.profile = self._first_profile
         self._command: float | None = None
@@ -99,9 +109,18 @@ class Drive:
         self._modes = start_modes(self.scene, self.system)
         self._work.counts[:] = 0
         self._smooth_piece: Piece | None = None
-        self._integrate(Stretch(self._piece_at(0.0), 0, 0, 0.0, self.step), self._empty_rows(0))
-        self._start_energy = self._stored_energy(self._state, 0.0)
-        self._reader.reset()
+
+    def _no_steps(self) -> Stretch:
+        """At the start."""
+        return Stretch(self._piece_at(0.0), 0, 0, 0.0, self.step)
+
+    def _compile_events(self) -> None:
+        """What locates events, and the scene's own kernel in the meantime."""
+        self._to_start()
+        arguments = self._arguments(self._no_steps(), self._state, self._empty_rows(0), _NO_SAMPLE)
+        with compiling_events():
+            advance.compile(tuple(map(numba.typeof, arguments)))
+        self._events = events_address()
 
     def command(self, speed: float) -> None:
         """Ask for a spindle speed [rad/s] from the present instant on.
@@ -195,6 +214,7 @@ class Drive:
                 f"{self.time} to {self.time + self.step} s"
             )
         kept, modes, counts = self._state.copy(), self._modes.copy(), self._work.counts.copy()
+        memory, smooth_piece = self._work.memory.copy(), self._smooth_piece
         try:
             if time - self.time > same_instant(time, self.step):
                 for part in parts(self.profile, self._grid(), self.steps, time):
@@ -204,6 +224,8 @@ class Drive:
             self._state[:] = kept
             self._modes = modes
             self._work.counts[:] = counts
+            self._work.memory[:] = memory
+            self._smooth_piece = smooth_piece
 
     def energy(self) -> Energy:
         """The energy balance since the start.
@@ -223,12 +245,15 @@ class Drive:
 
     def snapshot(self) -> Snapshot:
         """The present, to return to with ``restore``."""
+        memory = self._work.memory.copy()
+        if self._smooth_piece != self._piece_at(self.time):
+            memory[:] = 0.0
         return Snapshot(
             self.steps,
             self.step,
             self._state.copy(),
             self._modes.copy(),
-            self._work.memory.copy(),
+            memory,
             self.profile,
             self._command,
             {name: pickup.state for name, pickup in self._reader.pickups.items()},
@@ -265,7 +290,13 @@ class Drive:
         self, stretch: Stretch, state: np.ndarray, rows: np.ndarray, sample: np.ndarray
     ) -> int:
         """``fixed_step.advance`` along a stretch."""
-        taken: int = advance(
+        taken: int = advance(*self._arguments(stretch, state, rows, sample))
+        return taken
+
+    def _arguments(
+        self, stretch: Stretch, state: np.ndarray, rows: np.ndarray, sample: np.ndarray
+    ) -> tuple[Any, ...]:
+        return (
             self.system,
             place_on(stretch.piece),
             self.stepper.weights,
@@ -279,7 +310,6 @@ class Drive:
             rows,
             sample,
         )
-        return taken
 
     def _integrate(self, stretch: Stretch, rows: np.ndarray) -> None:
         if stretch.piece != self._smooth_piece:
@@ -289,6 +319,7 @@ class Drive:
         taken = self._kernel(stretch, self._state, rows, _NO_SAMPLE)
         if taken < len(rows):
             self.steps += taken
+            self._smooth_piece = None
             self._diverged(rows[taken])
 
     def _diverged(self, bad: np.ndarray) -> None:

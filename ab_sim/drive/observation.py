@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.drive.turns import tilt_of
 from ab_sim.sensing import PickupState
 from ab_sim.spindle import SpeedProfile
 
@@ -33,6 +34,12 @@ class Observation:
     """Deck velocity on inertial axes [m/s], shape as ``position``."""
     acceleration: np.ndarray
     """Deck acceleration on inertial axes [m/s^2], shape as ``position``."""
+    turn: np.ndarray
+    """Quaternion (w, x, y, z) from deck axes to inertial ones; no turn in the plane."""
+    angular_velocity: np.ndarray
+    """Of the deck on inertial axes [rad/s], shape (3,); 0 in the plane."""
+    angular_acceleration: np.ndarray
+    """Of the deck on inertial axes [rad/s^2], shape (3,); 0 in the plane."""
     theta: np.ndarray
     """Ball angles from the unbalance [rad], unwrapped, shape (balls,)."""
     theta_rate: np.ndarray
@@ -45,12 +52,17 @@ class Observation:
     motor_torque: float
     """N m; NaN where the speed is prescribed."""
     readings: dict[str, np.ndarray]
-    """What each sensor shows, by its name: on its axes [m/s^2], shape (2,)."""
+    """What each sensor shows, by its name: on its axes [m/s^2], shape (2,), or 3 in space."""
 
     @property
     def whirl(self) -> float:
         """Whirl radius W = |u| [m]."""
         return float(np.hypot(*self.u))
+
+    @property
+    def tilt(self) -> np.ndarray:
+        """The deck's angles alpha, beta, gamma [rad], shape (3,); see ``turns.tilt_of``."""
+        return tilt_of(self.turn)
 
     @property
     def ball_rate(self) -> np.ndarray:

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
+from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import SPINDLE_CHANNELS, Trajectory, channels_for
 from ab_sim.dynamics.assemble import start_state
-from ab_sim.dynamics.driving_force import driving_force
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import System, carrier_outputs, has_motor
 from ab_sim.integrate.fixed_step import row_width
@@ -109,10 +109,13 @@ class RowReader:
             position=place,
             velocity=velocity,
             acceleration=present.acceleration[0],
+            turn=present.turn[0],
+            angular_velocity=present.angular_velocity[0],
+            angular_acceleration=present.angular_acceleration[0],
             theta=theta.copy(),
             theta_rate=rate.copy(),
             stuck=stuck,
-            driving_force=driving_force(self._scene, place[0], place[1], psi + theta, omega + rate),
+            driving_force=driving_forces(present, self._scene)[0],
             motor_torque=float(present["motor_torque"][0]) if self._motor else math.nan,
             readings={name: pickup.reading for name, pickup in self.pickups.items()},
         )

@@ -2,9 +2,11 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
+from ab_sim.drive.turns import NONE, matrix_of, tilt_of
 from ab_sim.errors import nearest
 
 MAX_VALUES = 250_000_000
@@ -56,6 +58,12 @@ def column_of(channel: str, channels: Sequence[str]) -> int:
     return channels.index(channel)
 
 
+@lru_cache
+def _balls_in(channels: tuple[str, ...]) -> int:
+    # A drive asks at every observation.
+    return sum(name.startswith("ball_") and name.endswith("_angle") for name in channels)
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """Consecutive samples, in SI units.
@@ -65,6 +73,11 @@ class Trajectory:
     of the deck on inertial axes [m, m/s, m/s^2]; per ball its ``angle`` from the unbalance,
     unwrapped [rad], and its ``rate`` relative to the race [rad/s]; with a motor its
     ``motor_torque`` [N m]; of each sensor its readings ``NAME_1`` and ``NAME_2`` [m/s^2].
+
+    A deck in space has ``z``, ``vz``, ``az`` as well, all of C; the quaternion ``qw``, ``qx``,
+    ``qy``, ``qz`` that turns its axes to the ground's; its angular velocity ``wx``, ``wy``, ``wz``
+    [rad/s] and the rates of these ``wx_rate`` ... [rad/s^2], on its own axes; and sensors a third
+    axis, ``NAME_3``.
     """
 
     channels: tuple[str, ...]
@@ -101,27 +114,60 @@ class Trajectory:
     @property
     def balls(self) -> int:
         """Number of balls."""
-        return sum(name.startswith("ball_") and name.endswith("_angle") for name in self.channels)
+        return _balls_in(self.channels)
 
     @property
     def position(self) -> np.ndarray:
         """The deck on inertial axes [m], shape (samples, 2), or 3 where it moves in space."""
-        return self._along_axes("")
+        return self._from("x", self._ways)
 
     @property
     def velocity(self) -> np.ndarray:
         """Its velocity on inertial axes [m/s], shape as ``position``."""
-        return self._along_axes("v")
+        return self._from("vx", self._ways)
 
     @property
     def acceleration(self) -> np.ndarray:
         """Its acceleration on inertial axes [m/s^2], shape as ``position``."""
-        return self._along_axes("a")
+        return self._from("ax", self._ways)
 
     @property
     def whirl(self) -> np.ndarray:
-        """W = |u| [m], shape (samples,)."""
+        """W = |u| [m], shape (samples,); of a deck in space, that of C across Z."""
         return np.hypot(self["x"], self["y"])
+
+    @property
+    def tilts(self) -> bool:
+        """Whether it is of a deck in space."""
+        return "qw" in self.channels
+
+    @property
+    def turn(self) -> np.ndarray:
+        """Quaternion (w, x, y, z) from deck axes to the ground's, shape (samples, 4)."""
+        if not self.tilts:
+            return np.broadcast_to(NONE, (len(self), 4))
+        return self._from("qw", 4)
+
+    @cached_property
+    def turned(self) -> np.ndarray:
+        """The same as matrices that turn vectors, shape (samples, 3, 3)."""
+        return matrix_of(self.turn)
+
+    @property
+    def tilt(self) -> np.ndarray:
+        """The deck's angles alpha, beta, gamma, unwrapped [rad], shape (samples, 3)."""
+        return np.unwrap(tilt_of(self.turn), axis=0)
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """The deck's, on inertial axes [rad/s], shape (samples, 3)."""
+        return self._turning("wx")
+
+    @property
+    def angular_acceleration(self) -> np.ndarray:
+        """The deck's, on inertial axes [rad/s^2], shape (samples, 3)."""
+        # Axes that turn with the angular velocity add nothing: it has no component across itself.
+        return self._turning("wx_rate")
 
     @property
     def ball_angles(self) -> np.ndarray:
@@ -133,10 +179,21 @@ class Trajectory:
         """theta_i' [rad/s], shape (samples, balls)."""
         return self._of_balls("rate")
 
-    def _along_axes(self, what: str) -> np.ndarray:
-        return np.column_stack(
-            [self[what + axis] for axis in "xyz" if what + axis in self.channels]
-        )
+    @property
+    def _ways(self) -> int:
+        """Along how many axes the deck moves."""
+        return 3 if self.tilts else 2
+
+    def _from(self, first: str, count: int) -> np.ndarray:
+        """Channels that lie side by side, the first by its name; not copied."""
+        at = column_of(first, self.channels)
+        return self.samples[:, at : at + count]
+
+    def _turning(self, first: str) -> np.ndarray:
+        if not self.tilts:
+            return np.zeros((len(self), 3))
+        own = self._from(first, 3)[..., None]
+        return (self.turned @ own)[..., 0]
 
     def _of_balls(self, what: str) -> np.ndarray:
         if not self.balls:

@@ -135,7 +135,7 @@ def drag_rate(system: System) -> float:
 
     c_b/(m + I/a^2) for a ball on a fixed deck. A deck that is free to move lightens the balls;
     they are lightest side by side, so that is assumed: the largest eigenvalue of G^-1 c_b with
-    G_ij = mu_i delta_ij - m_i m_j / M (EQUATIONS.md section 1, A eliminated); of a deck in space
+    G_ij = mu_i delta_ij - m_i m_j / M (docs/equations.md, 2); of a deck in space
     with what tilting adds to 1 / M.
     """
     n = system.balls.shape[0]

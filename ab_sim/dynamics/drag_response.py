@@ -63,7 +63,7 @@ def table_rows(balls: int, nodes: int, accelerations: int) -> int:
 @numba.njit(**APART)
 def at_node(plant, m):  # type: ignore[no-untyped-def]
     """The plant with room of its own for node m, behind that for the state at hand."""
-    n, room, every = ball_count(plant.system), plant.room, race_of(plant).all
+    n, room, every = ball_count(plant.system), plant.room, number_of(race_of(plant).all)
     table = room.table[(1 + m) * n : (2 + m) * n]
     block = room.block[(1 + m) * every : (2 + m) * every]
     own = Room(table, block, room.reduced, room.acceleration, room.motor)

@@ -1,7 +1,7 @@
 """What an effect sees: the constants of the bodies and their motion, in SI units.
 
 Plain named tuples of floats: they cost nothing in compiled code and read the same in Python.
-Symbols as in EQUATIONS.md section 1; axis 1 of the rotating frame points at the unbalance.
+Symbols as in docs/equations.md, 1; axis 1 of the rotating frame points at the unbalance.
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
 """The equations of motion, solved: how fast the state changes.
 
 Each ball, or each row of balls in contact, is eliminated, which leaves the equations of what
-carries them: O(n), no linear-algebra library (the arrowhead of EQUATIONS.md).
+carries them: O(n), no linear-algebra library (the arrowhead of docs/equations.md, 2).
 """
 
 import numba

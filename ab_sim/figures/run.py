@@ -1,4 +1,4 @@
-"""Pictures for people: a run's speed, whirl, driving force and ball angles over time."""
+"""Pictures for people: a run's speed, whirl, tilt, driving force and ball angles over time."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +11,8 @@ from matplotlib.ticker import MultipleLocator
 
 from ab_sim.analysis.comparison import Compared, Comparison
 from ab_sim.analysis.merits import Merits, merits_of
-from ab_sim.analysis.startup import driving_forces
+from ab_sim.analysis.rest import from_rest, rest_of
+from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.effects.motor import Motor
 from ab_sim.figures.curves import Label, draw_curve, label_at_right
@@ -28,6 +29,7 @@ BALLS = (
     "tab:cyan",
     "k",
 )
+TILT = {"alpha, about x": RUN, "beta, about y": "tab:blue", "gamma, about the shaft": "0.55"}
 KINDS = {"start_up": "Start-up", "speed_change": "Speed change"}
 LEAST = 1e-4
 """Whirl smaller than this share of its peak is not drawn."""
@@ -45,8 +47,9 @@ def run_figure(
 ) -> None:
     """Draw a run, and write it to a file.
 
-    Speed; W/e, beside that of the runs that it is compared with; with a motor its torque; with
-    balls the driving force on them and their angles from the unbalance.
+    Speed; W/e, beside that of the runs that it is compared with; of a deck in space its height and
+    tilt; with a motor its torque; with balls the driving force on them and their angles from the
+    unbalance.
 
     Args:
         trajectory: consecutive samples, from the start to the end.
@@ -58,6 +61,8 @@ def run_figure(
     """
     motor, balls = scene.effects.get("motor"), trajectory.balls
     heights = {"speed": 0.5, "whirl": 1.2}
+    heights |= {"height": 0.5} if trajectory.tilts and trajectory["z"].any() else {}
+    heights |= {"tilt": 0.7} if trajectory.tilts else {}
     heights |= {} if motor is None else {"torque": 0.6}
     heights |= {"force": 0.7, "angles": 1.0} if balls else {}
     figure = Figure(figsize=(10, 0.8 + 2.9 * sum(heights.values())), layout="constrained")
@@ -66,6 +71,7 @@ def run_figure(
     kind = "Run" if scene.profile is None else KINDS[scene.profile.kind]
     figure.suptitle(title or f"{kind} of {scene.name}", fontsize=14)
     merits = merits_of(trajectory, scene)
+    trajectory = from_rest(trajectory, scene)
     time = trajectory["time"]
     panels[0].set_xlim(time[0], time[-1])
     panels[-1].set_xlabel("time [s]")
@@ -74,6 +80,10 @@ def run_figure(
     panels[0].set_title(_summary(merits, scene, comparison), fontsize=9)
     _draw_speed(at["speed"], trajectory, scene, comparison)
     _draw_whirl(at["whirl"], trajectory, scene, merits, comparison)
+    if "height" in at:
+        _draw_height(at["height"], trajectory)
+    if "tilt" in at:
+        _draw_tilt(at["tilt"], trajectory, scene)
     if motor is not None:
         _draw_torque(at["torque"], trajectory, motor)
     if balls:
@@ -168,6 +178,25 @@ def _towards_the_middle(at: float, time: np.ndarray) -> str:
     """How to align a text at a time, so that it stays within the axes."""
     part = (at - time[0]) / (time[-1] - time[0])
     return "left" if part < 0.15 else "right" if part > 0.85 else "center"
+
+
+def _draw_height(axes: Axes, path: Trajectory) -> None:
+    draw_curve(axes, path["time"], 1e6 * path["z"], color=RUN, lw=1.3)
+    axes.set_ylabel("height z [um]")
+
+
+def _draw_tilt(axes: Axes, path: Trajectory, scene: Scene) -> None:
+    """Each angle in a colour of its own, gamma behind: it turns the disc in its own plane."""
+    angles = 1e3 * (path.tilt - rest_of(scene).tilt)
+    labels = []
+    for axis, (name, color) in enumerate(TILT.items()):
+        if not angles[:, axis].any():
+            labels.append(Label(0.0, f"{name}: 0", color))
+            continue
+        draw_curve(axes, path["time"], angles[:, axis], color=color, lw=1.2, zorder=4 - axis)
+        labels.append(Label(angles[-1, axis], name, color))
+    axes.set_ylabel("tilt [mrad]")
+    label_at_right(axes, labels)
 
 
 def _draw_torque(axes: Axes, path: Trajectory, motor: Motor) -> None:

@@ -96,6 +96,11 @@ class KernelFiles(_Cache):  # type: ignore[misc]
                 raise
             _cache_log("[cache] data saved to %r", file)
 
+    def lacks(self, signature: Any) -> bool:
+        """Whether the kernel of that signature could be kept on disk, and is not there."""
+        _, file = self._key_and_file(signature)
+        return file is not None and self._read(signature) is None
+
     @contextlib.contextmanager
     def turn(self, signature: Any) -> Iterator[None]:
         """Wait until nobody else is compiling the kernel, and keep others waiting meanwhile.

@@ -9,7 +9,12 @@ None of this depends on a scene. It is compiled once, and reaches the scene's ow
 steps by their addresses (``dynamics.race.calls``).
 """
 
+import contextlib
 import functools
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
 from math import sqrt
 
 import numba
@@ -88,6 +93,32 @@ call_events = call_at(types.boolean, *_KINDS)
 def events_address() -> int:
     """Where ``go_on`` is."""
     return compiled_address(go_on, *_KINDS)
+
+
+@contextlib.contextmanager
+def compiling_events() -> Iterator[None]:
+    """Meanwhile, compile ``go_on`` in another process, if it is not on disk.
+
+    On a new machine that takes as long as a scene's own equations do, and there is a second core.
+    """
+    if not go_on._cache.lacks(_KINDS):
+        yield
+        return
+    code = f"from {__name__} import events_address; events_address()"
+    paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
+    other = subprocess.Popen(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": paths},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield
+        other.wait()
+    finally:
+        other.kill()
+        other.wait()
 
 
 @numba.njit(**INLINED)

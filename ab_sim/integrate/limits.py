@@ -5,13 +5,15 @@ import functools
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.stepper import Stepper
 
 TOLERANCE = 1e-3
 """Growth per step that still counts as stable: methods amplify undamped motion a little."""
-STRIDE = 0.01
-FARTHEST = 50.0
+REACHES = np.concatenate([0.01 * np.arange(1, 5001), 50.0 * 2.0 ** np.arange(1, 31)])
+"""Where growth is looked at; a method that is stable at all of these has no limit."""
 
 
 @functools.lru_cache(maxsize=1000)
@@ -23,19 +25,21 @@ def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
         direction: of modulus 1; -1 is the negative real axis, decay, and +-1j undamped motion.
 
     Returns:
-        Largest x for which one step does not amplify y' = (x direction / step) y.
+        Largest x for which one step does not amplify y' = (x direction / step) y; infinite for a
+        method that never does.
     """
     tolerance = 0.0 if direction == -1.0 else TOLERANCE
 
     def unstable(x: float) -> bool:
         return abs(stepper.growth(x * direction)) > 1.0 + tolerance
 
-    inside = 0.0
-    while not unstable(inside + STRIDE):
-        inside += STRIDE
-        if inside > FARTHEST:
-            return FARTHEST
-    outside = inside + STRIDE
+    inside = outside = 0.0
+    for outside in REACHES.tolist():
+        if unstable(outside):
+            break
+        inside = outside
+    else:
+        return math.inf
     for _ in range(50):
         middle = 0.5 * (inside + outside)
         inside, outside = (inside, middle) if unstable(middle) else (middle, outside)
@@ -48,15 +52,18 @@ def largest_step(stepper: Stepper, rates: Mapping[str, complex]) -> tuple[float,
     Args:
         stepper: the method.
         rates: eigenvalues [1/s] by what they belong to; those of 0 do not limit the step.
+
+    Returns:
+        Infinite, and an empty string, where nothing limits it.
     """
     steps = {
         what: stability_limit(stepper, _direction(rate)) / abs(rate)
         for what, rate in rates.items()
         if rate != 0
     }
-    if not steps:
+    what = min(steps, key=lambda key: steps[key], default="")
+    if math.isinf(steps.get(what, math.inf)):
         return math.inf, ""
-    what = min(steps, key=lambda key: steps[key])
     digits = 2 - math.floor(math.log10(steps[what]))
     return math.floor(steps[what] * 10.0**digits) / 10.0**digits, what
 

@@ -1,7 +1,6 @@
 """`drive_sim`: one drive in real time, commanded and observed over topics."""
 
 import contextlib
-import math
 import threading
 import time
 from collections.abc import Iterator
@@ -10,8 +9,8 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
-from ab_msgs_py import ENDED, Block, Health, JointSample, Level, VectorSample, topics
-from ab_msgs_py.samples import FRAME, clock_message, description_message
+from ab_msgs_py import ENDED, Block, Health, Level, topics
+from ab_msgs_py.samples import clock_message, description_message
 from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.accuracy.live_checks import LiveChecks
@@ -22,6 +21,7 @@ from ab_sim.errors import DivergedError
 from ab_sim.integrate.registry import AUTO
 from ab_sim.nodes.commands import Commands
 from ab_sim.nodes.drive_health import DriveHealth, Tolerance
+from ab_sim.nodes.observed import Observed
 from ab_sim.nodes.pacing import Pacer
 from ab_sim.nodes.parameters import declare, refuse_undeclared, whole_ratio
 from ab_sim.nodes.process import run_node
@@ -98,9 +98,7 @@ class DriveSim(Node):
         self._trouble = ""
         self._health = DriveHealth(self.drive, self._pacer, self._checks, tolerance, price)
 
-        self._joints = topics.JOINT_STATES.publisher(self)
-        self._vibration = topics.VIBRATION.publisher(self)
-        self._whirl = topics.WHIRL.publisher(self)
+        self._observed = Observed(self, scene)
         self._block = topics.BLOCK.publisher(self)
         self._clock_topic = topics.CLOCK.publisher(self)
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
@@ -231,23 +229,8 @@ class DriveSim(Node):
             self._flush()
 
     def _publish(self) -> None:
-        now = self.drive.observe()
         time_ns = self.drive.steps * self._step_ns
-        joints = JointSample(
-            time_ns,
-            now.psi,
-            now.omega,
-            tuple(now.theta.tolist()),
-            tuple(now.theta_rate.tolist()),
-            tuple((-now.driving_force * self.drive.scene.race.radius).tolist()),
-            None if math.isnan(now.motor_torque) else now.motor_torque,
-        )
-        self._joints.publish(joints.message())
-        for frame, (x, y) in (now.readings or {FRAME: now.acceleration}).items():
-            vibration = VectorSample(time_ns, float(x), float(y), frame)
-            self._vibration.publish(vibration.vibration_message())
-        x, y = now.position.tolist()
-        self._whirl.publish(VectorSample(time_ns, x, y).whirl_message())
+        self._observed.publish(time_ns, self.drive.observe())
         self._clock_topic.publish(clock_message(time_ns))
 
     def _flush(self) -> None:

@@ -56,7 +56,7 @@ def run_node(
         code = error.exit_code
     finally:
         rclpy.try_shutdown()
-    sys.exit(code)
+    interruption.leave(code)
 
 
 @contextlib.contextmanager

@@ -52,6 +52,7 @@ class Recorder(Node):
         self._levels: dict[str, Level] = {}
         self._written = self._missing = 0  # in the files before this one
         self._malformed = 0
+        self._ignored: dict[str, tuple[int, str]] = {}  # since the last report, by topic
 
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
         heard = (
@@ -112,7 +113,7 @@ class Recorder(Node):
                 self._write[topic](message)
             except MalformedMessage as error:
                 self._malformed += 1
-                self.get_logger().warning(f"ignored: {error}", throttle_duration_sec=1.0)
+                self._ignored[topic] = self._ignored.get(topic, (0, ""))[0] + 1, str(error)
         if self._recording is not None:
             self._recording.flush()
 
@@ -221,6 +222,9 @@ class Recorder(Node):
             {key: str(value) for key, value in values.items()},
         )
         self._diagnostics.publish(health.message_at(round(self._time * 1e9)))
+        for topic, (count, last) in self._ignored.items():
+            self.get_logger().warning(f"ignored {count} messages on {topic}, the last one: {last}")
+        self._ignored.clear()
 
 
 def _number(text: str) -> float:

@@ -11,16 +11,23 @@ entity                      contents                                    shown as
 ``/spindle/angle``          angle psi [rad, unwrapped]
 ``/spindle/speed``          speed, command [rad/s]                      plot
 ``/spindle/torque``         motor_torque [N m], with a motor            plot
-``/deck/displacement``      x, y [m], inertial axes
+``/deck/displacement``      x, y [m], inertial axes; z of a deck in
+                            space, as in the next two
 ``/deck/velocity``          vx, vy [m/s]
 ``/deck/acceleration``      ax, ay [m/s^2]
+``/deck/turn``              qw, qx, qy, qz, of a deck in space
+``/deck/angular_velocity``  wx, wy, wz [rad/s], on deck axes
+``/deck/angular_-``         wx_rate, wy_rate, wz_rate [rad/s^2]
+``acceleration``
 ``/sensors/NAME``           NAME_1, NAME_2 [m/s^2], on the sensor's axes
 ``/balls/angle``            ball_0_angle, ... [rad, from the
                             unbalance, unwrapped]
 ``/balls/rate``             ball_0_rate, ... [rad/s]
 ``/other/NAME``             any other channel
-``/plot``, ``/top``         derived: W/e, degrees, lengths of the
-                            deck's vectors; the drawing, in mm          plots, two top views
+``/plot``, ``/top``         derived: W/e, degrees, mrad, lengths of
+                            vectors; the drawing, in mm                 plots, two top views
+``/space``                  the drawing of a deck in space, in mm,
+                            its motion exaggerated                      3-D view
 ``/run/NAME``               what `Recording.scalar` is given            plot
 ``/events/SOURCE``          what `Recording.event` is given             text log
 ``/closed``                 how many samples there are, once all are

@@ -11,8 +11,10 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from ab_sim.drive.turns import tilt_of
 from ab_sim.errors import RecordingError
 from ab_sim.recording.layout import Array, scalar_columns, sensor_entity, size_entity
+from ab_sim.recording.space import Space
 
 Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there
 
@@ -47,6 +49,7 @@ class Drawing:
     radii: tuple[float, ...]  # of the balls
     motor: bool = False  # whether there is a torque to plot
     sensors: tuple[str, ...] = ()  # whose readings there are to plot
+    space: Space | None = None  # of a deck in space
 
     @classmethod
     def of(cls, description: Mapping[str, Any]) -> Drawing:
@@ -60,11 +63,14 @@ class Drawing:
             radii = tuple(1e3 * float(radius) for radius in given)
             effects = description.get("effects") or ()
             motor, sensors = "motor" in effects, tuple(description.get("sensors") or ())
+            deck = description.get("deck")
+            space = None if deck is None else Space.of(deck, race)
         except (KeyError, TypeError, ValueError) as error:
             raise RecordingError(
                 "the description of a recording needs numbers for race_radius [m], "
                 "eccentricity [m] and balls, a list of numbers, or None, for ball_radii [m], and "
-                "lists of names, or None, for effects and sensors: "
+                "lists of names, or None, for effects and sensors, and of a deck in space, as "
+                "deck, mounts (places), race_heights, ball_heights, rotor_height and motion [m]: "
                 f"{error!r}"
             ) from error
         if len(radii) != balls:
@@ -72,7 +78,12 @@ class Drawing:
                 f"the description of a recording gives {len(radii)} ball_radii for {balls} balls; "
                 "give one per ball, or None"
             )
-        return cls(race, eccentricity, balls, radii, motor, sensors)
+        if space is not None and len(space.ball_heights) != balls:
+            raise RecordingError(
+                f"the description of a recording gives {len(space.ball_heights)} ball_heights for "
+                f"{balls} balls; give one per ball"
+            )
+        return cls(race, eccentricity, balls, radii, motor, sensors, space)
 
     def document(self, description: Mapping[str, Any]) -> str:
         """Write the description for people, with its JSON in a fence for `read_recording`."""
@@ -85,7 +96,17 @@ class Drawing:
             f"eccentricity e = {self.eccentricity:g} mm.**\n\nTop views, to scale: balls in the "
             "colours of the plot (one that covers another is drawn smaller), unbalance in red, a "
             "white cross where the shaft would rest, in green where its centre was in the last "
-            f"50 ms.\n\n```json\n{text}\n```\n"
+            f"50 ms.{self._in_space()}\n\n```json\n{text}\n```\n"
+        )
+
+    def _in_space(self) -> str:
+        if self.space is None:
+            return ""
+        return (
+            f"\n\nIn space, displacement and tilt {self.space.factor:g} times as large as they "
+            "are: the deck in blue, in dark grey where its mounts are relaxed, yellow lines from "
+            "the mounts to the housing; race or races, balls, disc (of a size of its own) and "
+            "unbalance at their heights."
         )
 
     def scenery(self) -> Parts:
@@ -105,28 +126,44 @@ class Drawing:
             "/top/rotor/unbalance",
             rr.Points2D([[mark, 0]], colors=_RED, radii=0.06 * r, labels="unbalance"),
         )
+        colors = [_HUES[ball % len(_HUES)] for ball in range(self.balls)]
+        if self.space is not None:
+            yield from self.space.scenery(colors, self.radii)
+            yield "/plot/tilt", lines(["alpha, about x", "beta, about y", "gamma, about the shaft"])
         if self.balls:
-            colors = [_HUES[ball % len(_HUES)] for ball in range(self.balls)]
             yield "/top/rotor/balls", rr.Points2D.from_fields(colors=colors)
             # Where curves coincide, the first ones show on both sides of the last ones.
             widths = np.linspace(4.0, 1.5, self.balls).tolist()
             yield "/plot/balls", lines([f"ball {ball}" for ball in range(self.balls)], widths)
-        yield "/plot/whirl", lines(["W/e" if self.eccentricity else "W [mm]"])
+        whirl = ["W/e", "z/e"] if self.eccentricity else ["W [mm]", "z [mm]"]
+        yield "/plot/whirl", lines(whirl if self.space else whirl[:1])
         yield "/plot/real_time", rr.SeriesLines(names="real time", colors=_GREY)
         for i, vector in enumerate(["/deck/acceleration", *map(sensor_entity, self.sensors)]):
             line = rr.SeriesLines(names=vector.rpartition("/")[2], colors=_HUES[i % len(_HUES)])
             yield f"{size_entity(vector)}", line
 
-    def frames(self, angle: Array, x: Array, y: Array, balls: Array) -> Parts:
-        """What moves: columns, one row per sample. angle, x, y (rows,), balls (rows, balls)."""
+    def frames(self, angle: Array, place: Array, turn: Array, balls: Array) -> Parts:
+        """What moves: columns, one row per sample.
+
+        Args:
+            angle: of the spindle [rad], shape (rows,).
+            place: of the deck [m], shape (rows, 2), or 3 in space.
+            turn: in space the quaternions (w, x, y, z) of the deck, shape (rows, 4).
+            balls: their angles [rad], shape (rows, balls).
+        """
         zero = np.zeros_like(angle)
-        shaft = 1e3 * np.column_stack([x, -y, zero])
+        shaft = 1e3 * np.column_stack([place[:, 0], -place[:, 1], zero])
         half = -0.5 * np.remainder(angle, 2 * np.pi)
-        turn = np.column_stack([zero, zero, np.sin(half), np.cos(half)])
-        whirl = np.hypot(shaft[:, 0], shaft[:, 1]) / (self.eccentricity or 1.0)
-        yield "/top/rotor", rr.Transform3D.columns(translation=shaft, quaternion=turn)
+        spun = np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+        unit = self.eccentricity or 1.0
+        whirl = [np.hypot(shaft[:, 0], shaft[:, 1]) / unit]
+        if self.space is not None:
+            yield from self.space.frames(angle, place, turn, balls)
+            yield "/plot/tilt", scalar_columns(1e3 * tilt_of(turn))
+            whirl.append(1e3 * place[:, 2] / unit)
+        yield "/top/rotor", rr.Transform3D.columns(translation=shaft, quaternion=spun)
         yield "/top/shaft", rr.Points2D.columns(positions=shaft[:, :2])
-        yield "/plot/whirl", scalar_columns(whirl[:, None])
+        yield "/plot/whirl", scalar_columns(np.column_stack(whirl))
         if self.balls:
             places = self.race * np.stack([np.cos(balls), -np.sin(balls)], axis=-1)
             points = rr.Points2D.columns(
@@ -155,19 +192,25 @@ class Drawing:
 
     def blueprint(self, scalars: Sequence[str] = ()) -> rrb.Blueprint:
         """Lay out the views, with one plot for each of the scalars."""
-        left = [
+        turning = "Top view, turning with the rotor"
+        left: list[rrb.View] = [
             self._top_view("Top view, as from a camera at rest", "/top", 1.8),
-            self._top_view("Top view, turning with the rotor", "/top/rotor", 1.5, also="/top/rest"),
+            self._top_view(turning, "/top/rotor", 1.5, also="/top/rest"),
         ]
         whirl = f"whirl W/e [1], e = {self.eccentricity:g} mm" if self.eccentricity else "W [mm]"
+        if self.space is not None:
+            left[0] = self.space.view()
+            whirl = whirl.replace("W/e", "W/e and height z/e").replace("W [mm]", "W and z [mm]")
         middle = [
             _plot("Spindle: speed and command [rad/s]", "/spindle/speed", legend=True),
-            _plot(f"Shaft: {whirl}", "/plot/whirl"),
+            _plot(f"Shaft: {whirl}", "/plot/whirl", legend=self.space is not None),
             _plot("Deck: vibration |a| [m/s²]", "/plot/vibration", legend=bool(self.sensors)),
         ]
         if self.balls:
             name = "Balls: angle from the unbalance [deg]"
             middle.insert(2, _plot(name, "/plot/balls", legend=self.balls <= 8, top=True))
+        if self.space is not None:
+            middle.insert(2, _plot("Deck: tilt [mrad]", "/plot/tilt", legend=True, top=True))
         if self.motor:
             middle.insert(1, _plot("Motor: torque [N m]", "/spindle/torque"))
         columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body", "EntityPath"])
@@ -181,7 +224,7 @@ class Drawing:
             right.append(_plot(title, f"/run/{scalar}", beside, legend=bool(beside), span=span))
         sides = [rrb.Vertical(*views) for views in (left, middle, right)]
         return rrb.Blueprint(
-            rrb.Horizontal(*sides, column_shares=[3, 4, 3]),
+            rrb.Horizontal(*sides, column_shares=[4 if self.space else 3, 4, 3]),
             rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="following"),
             rrb.BlueprintPanel(state="hidden"),
             rrb.SelectionPanel(state="hidden"),

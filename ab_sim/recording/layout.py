@@ -20,13 +20,16 @@ _GROUPS = {
     "/spindle/angle": ("angle",),
     "/spindle/speed": ("speed", "command"),
     "/spindle/torque": ("motor_torque",),
-    "/deck/displacement": ("x", "y"),
-    "/deck/velocity": ("vx", "vy"),
-    "/deck/acceleration": ("ax", "ay"),
+    "/deck/displacement": ("x", "y", "z"),
+    "/deck/velocity": ("vx", "vy", "vz"),
+    "/deck/acceleration": ("ax", "ay", "az"),
+    "/deck/turn": ("qw", "qx", "qy", "qz"),
+    "/deck/angular_velocity": ("wx", "wy", "wz"),
+    "/deck/angular_acceleration": ("wx_rate", "wy_rate", "wz_rate"),
 }
 _ENTITY = {name: entity for entity, names in _GROUPS.items() for name in names}
 _BALL_CHANNEL = re.compile(r"ball_\d+_(angle|rate)")
-_READING = re.compile(r"([a-z][a-z0-9_]*)_[12]")
+_READING = re.compile(r"([a-z][a-z0-9_]*)_[123]")
 
 
 def scalar_columns(values: Array) -> Any:

@@ -28,6 +28,8 @@ BATCH_ROWS = 1000  # Sending costs the same for 1 and for 200 rows, so rows are 
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
 _NEEDED = ("step", "time", "angle", "x", "y")
+_TURN = ("qw", "qx", "qy", "qz")
+_IN_SPACE = ("z", *_TURN)  # what a deck in space needs besides
 _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
 
 
@@ -43,7 +45,8 @@ class Recording:
     :param path: the file; its folder must exist.
     :param description: what was run, JSON-able; kept as it is. The pictures use ``race_radius``
         [m], ``eccentricity`` [m], ``balls`` (how many), ``ball_radii`` [m] (one per ball; None:
-        some that fit), of ``effects`` whether there is a motor, and the names of ``sensors``.
+        some that fit), of ``effects`` whether there is a motor, the names of ``sensors``, and of
+        a deck in space in ``deck`` what `ab_sim.drive.description` says of it.
     :param index: whether the file ends with Rerun's index, for quick access to parts of it. Until
         then Rerun keeps an entry of 1 to 2 kB in memory for everything that is sent, some 300 MB
         an hour for a drive at 1 kHz, so recordings of unknown length go without; ``rerun rrd
@@ -87,7 +90,8 @@ class Recording:
         """Take samples.
 
         :param channels: the same in every block. ``step``, ``time`` come first; ``angle``, ``x``,
-            ``y`` and the angles of all balls are needed for the drawing; the rest is free.
+            ``y`` and the angles of all balls are needed for the drawing, and of a deck in space
+            ``z`` and its quaternion; the rest is free.
         :param samples: (rows, channels), float64, copied. ``step`` must grow from row to row;
             it may leap, which `read_recording` counts.
         """
@@ -167,11 +171,12 @@ class Recording:
             raise RecordingError(f"{self.path} is closed")
 
     def _begin(self, names: tuple[str, ...]) -> None:
-        missing = [name for name in _NEEDED if name not in names]
+        needed = _NEEDED + (_IN_SPACE if self._drawing.space else ())
+        missing = [name for name in needed if name not in names]
         if missing or names[:2] != _NEEDED[:2] or len(set(names)) < len(names):
             raise RecordingError(
                 f"{self.path}: channels must start with step, time, differ from each other and "
-                f"include {', '.join(_NEEDED)}; got {', '.join(names)}"
+                f"include {', '.join(needed)}; got {', '.join(names)}"
             )
         balls = len(layout_of(names).get("/balls/angle", ()))
         if balls != self._drawing.balls:
@@ -232,10 +237,14 @@ class Recording:
         ends = rows[[0, -1]]
         one = scalar_columns(np.ones((2, 1)))
         self._send("/plot/real_time", index_columns(ends[:, 1], ends[:, 0]), one)
-        angle, x, y = (rows[:, self._channels.index(name)] for name in ("angle", "x", "y"))
+        angle = rows[:, self._channels.index("angle")]
+        place, turn = (self._columns(rows, names) for names in (("x", "y", "z"), _TURN))
         balls = rows[:, layout.get("/balls/angle", [])]
-        for entity, part in self._drawing.frames(angle, x, y, balls):
+        for entity, part in self._drawing.frames(angle, place, turn, balls):
             self._send(entity, index, part)
+
+    def _columns(self, rows: Array, names: Sequence[str]) -> Array:
+        return rows[:, [self._channels.index(name) for name in names if name in self._channels]]
 
     def _send(self, entity: str, index: list[rr.TimeColumn], columns: Any) -> None:
         rr.send_columns(entity, index, columns, recording=self._stream, strict=True)

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from ab_sim.scene.model import Scene
 
 
-
 def _three_or_six(inertia: tuple[float, ...]) -> tuple[float, ...]:
     if len(inertia) not in (3, 6):
         raise ValueError(
@@ -92,11 +91,14 @@ def check_deck(scene: "Scene") -> None:
                     f"mounts.{k}.{key}: has {len(value)} numbers; give one, or one for each of its "
                     "three axes"
                 )
+    if not heights:
+        raise ValueError("race.height = []: give one number, or one for each race")
     for i, race in enumerate(scene.balls.races):
         if not 0 <= race < len(heights):
+            key = f"balls.race.{i}" if isinstance(scene.balls.race, tuple) else "balls.race"
             raise ValueError(
-                f"balls.race.{i} = {race}: there is no such race; race.height has {len(heights)}, "
-                "counted from 0"
+                f"{key} = {race}: there is no such race; race.height has {len(heights)}, counted "
+                "from 0"
             )
     _check_effects(scene, IN_PLANE, IN_SPACE, "a deck in the plane", "the scene has one in space")
 

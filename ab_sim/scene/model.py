@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
-from ab_sim.scene.deck import Deck, Inertia, Mount, Vector, check_deck
+from ab_sim.scene.deck import Deck, Inertia, Mount, Vector, check_deck, inertia_matrix
 from ab_sim.scene.quantities import Count, Length, Number, PerBall, quantity
 from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.section import Section
@@ -20,7 +20,7 @@ Angle = Annotated[Number, Field(ge=-1e10, le=1e10)]
 
 
 class Rotor(Section):
-    """What moves on the suspension, and the unbalance it carries (EQUATIONS.md section 1)."""
+    """What moves on the suspension, and the unbalance it carries (docs/equations.md, 1)."""
 
     total_mass: Number | None = quantity(
         "M, everything that moves on the suspension, balls included (give this or mass)",
@@ -299,6 +299,18 @@ class Scene(Section):
         return self.total_mass - self.balls.total_mass
 
     @property
+    def couple_unbalance(self) -> complex:
+        """The rotor's integral of (x + i y) z dm [kg m^2], x through the unbalance, z from C.
+
+        0 in the plane, where heights have no meaning.
+        """
+        if self.rotor.inertia is None:
+            return 0.0
+        own = inertia_matrix(self.rotor.inertia)
+        lifted = self.eccentric_mass * self.rotor.eccentricity * self.rotor.height
+        return complex(lifted - own[0, 2], -own[1, 2])
+
+    @property
     def critical_speed(self) -> float | None:
         """omega_n = sqrt(k/M) [rad/s] (thesis (2-14)); None without a suspension."""
         suspension = self.effects.get("suspension")
@@ -329,7 +341,9 @@ class Scene(Section):
             _check_speeds,
             _check_profile,
             _check_accuracy,
+            _check_sensors,
             _check_start,
+            _check_sensors,
             check_deck,
         ):
             check(self)

@@ -36,7 +36,7 @@ def register(
 
     Args:
         name: what scenes call it.
-        equation: its equation, one line, symbols as in EQUATIONS.md.
+        equation: its equation, one line, symbols as in docs/equations.md.
         source: where that is from, with the equation's number there.
         uses_ball_radius: whether a scene with it has to give ``balls.radius``.
 

@@ -24,6 +24,7 @@ from ab_sim.dynamics.race.neighbours import start_angles
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.compile_cache import compiled
+from ab_sim.integrate.events import go_on
 from ab_sim.integrate.fixed_step import advance
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
@@ -36,7 +37,7 @@ REPEATS = 15
 OFF_AXIS = 2.5
 """rad. The cosine of exactly 0 takes less time than others, and where nothing moves a ball that
 starts there it stays: all balls are turned, or effects would seem to cost what cosines do."""
-_KERNELS = (advance,)
+_KERNELS = (advance, go_on)
 Progress = Callable[[str, int, int], None]
 """Called with what is being done, how much is done, and of how much."""
 

@@ -146,10 +146,37 @@ def test_motor_and_accelerometer_are_in_the_json() -> None:
     assert "of 80 commanded rad/s" in done.stderr and "sensors" in done.stderr
 
 
+def test_a_deck_in_space_is_run_and_checked(tmp_path: Path) -> None:
+    lifted = ("--set", "rotor.height=0.004", "--set", "race.height=0.006", "--set", "duration=0.3")
+    sensor = ("--set", "sensors.pickup={position: [0.02, -0.05, 0.01]}")
+    done = ab_sim(
+        "run", "feeding-deck", *lifted, *sensor, "--times", "0.3", "--json", "r.json", "--plot",
+        "p.png", "--rrd", "r.rrd", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "r.json").read_text())
+    (sample,) = report["samples"]
+    assert len(sample["tilt"]) == len(sample["readings"]["pickup"]) == 3
+    recorded = read_recording(tmp_path / "r.rrd")
+    assert recorded["z"][-1] == sample["z"] != 0.0
+    assert 0 < report["final_tilt"] < report["peak_tilt"] and report["residual_couple"] > 0
+    assert report["without_balls"]["final_tilt"] > report["final_tilt"]
+    for words in ("final tilt [mrad]", "residual couple", "Tilt: of the shaft", "without balls"):
+        assert words in done.stderr
+    gravity = ("--set", f"effects.gravity={{tilt: {np.pi / 2}}}")
+    checked = ab_sim("check", "feeding-deck", *gravity, *lifted)
+    assert checked.returncode == 0, checked.stderr
+    for words in ("moves and tilts in space, on 4 mounts", "y = -0.0003", "alpha = 7"):
+        assert words in checked.stdout, words
+
+
 def test_sensors_are_described() -> None:
     done = ab_sim("sensors")
     assert done.returncode == 0, done.stderr
-    for words in ("F_c, where the low-pass is 3 dB down [Hz]; default 100", "Butterworth", "TDK"):
+    for words in (
+        "F_c, where the low-pass is 3 dB down [Hz]; default 100", "Butterworth", "TDK",
+        "only with a deck in space [m]; default 0, 0, 0",
+    ):  # fmt: skip
         assert words in done.stdout, words
     checked = ab_sim("check", "on-edge")
     assert "sensor accelerometer" in checked.stdout

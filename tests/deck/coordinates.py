@@ -15,9 +15,10 @@ from ab_sim.drive.trajectory import Trajectory
 
 
 class Coordinates(NamedTuple):
-    """A row for each sample: X, Y, Z, alpha, beta, gamma, then the balls' angles."""
+    """A row for each sample."""
 
     places: np.ndarray
+    """X, Y, Z, alpha, beta, gamma, then the balls' angles, unless said otherwise."""
     rates: np.ndarray
     """Time derivatives."""
 
@@ -27,17 +28,39 @@ def columns(run: Trajectory, *names: str) -> np.ndarray:
     return np.column_stack([run[name] for name in names])
 
 
-def coordinates(run: Trajectory) -> Coordinates:
-    """Of a run; gamma unwrapped."""
-    quaternions = columns(run, "qx", "qy", "qz", "qw")
+def tilt_of(quaternions: np.ndarray, turning: np.ndarray) -> Coordinates:
+    """alpha, beta, gamma and their rates, a row for each.
+
+    Args:
+        quaternions: x, y, z, w, a row for each.
+        turning: angular velocity on deck axes [rad/s], a row for each.
+    """
     gamma, alpha, beta = Rotation.from_quat(quaternions).as_euler("ZXY").T
-    wx, wy, wz = columns(run, "wx", "wy", "wz").T
+    wx, wy, wz = turning.T
     alpha_rate = wx * np.cos(beta) + wz * np.sin(beta)
     gamma_rate = (wz * np.cos(beta) - wx * np.sin(beta)) / np.cos(alpha)
     beta_rate = wy - gamma_rate * np.sin(alpha)
-    tilt = np.column_stack([alpha, beta, np.unwrap(gamma)])
-    tilt_rate = np.column_stack([alpha_rate, beta_rate, gamma_rate])
+    return Coordinates(
+        np.column_stack([alpha, beta, np.unwrap(gamma)]),
+        np.column_stack([alpha_rate, beta_rate, gamma_rate]),
+    )
+
+
+def coordinates(run: Trajectory) -> Coordinates:
+    """Of a run; gamma unwrapped."""
+    turning = columns(run, "wx", "wy", "wz")
+    tilt, tilt_rate = tilt_of(columns(run, "qx", "qy", "qz", "qw"), turning)
     return Coordinates(
         np.hstack([run.position, tilt, run.ball_angles]),
         np.hstack([run.velocity, tilt_rate, run.ball_rates]),
+    )
+
+
+def absolute(run: Trajectory) -> Coordinates:
+    """As the reference's plants count them: X .. gamma, psi, then psi + theta_i of the balls."""
+    psi, speed = run["angle"][:, None], run["speed"][:, None]
+    places, rates = coordinates(run)
+    return Coordinates(
+        np.hstack([places[:, :6], psi, psi + places[:, 6:]]),
+        np.hstack([rates[:, :6], speed, speed + rates[:, 6:]]),
     )

@@ -153,7 +153,7 @@ def kernels() -> list[tuple[str, str]]:
         place, clock = Place(Ramp(0.0, 40.0), 0.0), (0, 1e-3, 0.0)
         rows = np.empty((1, row_width(state.size, carrier_outputs(system.carrier))))
         arguments = (system, place, RK8.weights, 0.0, clock, 1e-3, state, modes, work)
-        arguments += ((0, 0), rows, np.zeros(0))
+        arguments += (0, rows, np.zeros(0))
         # Compiled afresh: code that came from the disk cache cannot be inspected.
         fresh = numba.njit(**APART)(advance.py_func)
         signature = tuple(numba.typeof(argument) for argument in arguments)

@@ -68,6 +68,17 @@ def test_a_motor_shows_commanded_and_actual_speed_and_what_it_can_give(
         assert words in text
 
 
+def test_a_deck_in_space_shows_its_height_and_tilt(tmp_path: Path) -> None:
+    lifted = ["rotor.height=0.004", "race.height=0.006", "duration=0.3"]
+    text = texts_of(load_scene("feeding-deck", lifted), tmp_path / "figure.svg")
+    for words in ("height z [um]", "tilt [mrad]", "alpha, about x<", "gamma, about the shaft<"):
+        assert words in text
+    level = texts_of(load_scene("feeding-deck", lifted[-1:]), tmp_path / "level.svg")
+    assert "height z" not in level and "alpha, about x: 0" in level, "nothing to see"
+    plane = texts_of(load_scene("no-ball", lifted[-1:]), tmp_path / "plane.svg")
+    assert "tilt" not in plane
+
+
 def test_many_balls_and_no_eccentricity(scene: Any, tmp_path: Path) -> None:
     made = scene(
         balls={"count": 64, "mass": 1e-4},

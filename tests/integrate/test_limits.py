@@ -1,6 +1,8 @@
 """The stability limit: where it lies, and that a step beyond it is refused with a way out."""
 
 import cmath
+import dataclasses
+import math
 import re
 from typing import Any
 
@@ -14,13 +16,27 @@ from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.limits import largest_step, stability_limit
 from ab_sim.integrate.registry import stepper_named, steppers
 
-EXPLICIT = [name for name, stepper in steppers().items() if not stepper.solves_drag]
+LIMITED = [name for name, known in steppers().items() if math.isfinite(stability_limit(known, 1j))]
+EXPLICIT = [name for name in LIMITED if not stepper_named(name).solves_drag]
 """Those that the race's drag limits."""
 
 
 def test_rk4_has_its_textbook_limits() -> None:
     assert stability_limit(stepper_named("rk4")) == pytest.approx(2.785293563405282, rel=1e-12)
     assert stability_limit(stepper_named("rk4"), 1j) == pytest.approx(8**0.5, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("growth", "limit"),
+    [
+        (lambda z: (1 + z / 2) / (1 - z / 2), math.inf),  # the trapezoidal rule
+        (lambda z: 1 + z / 1e6, 2e6),  # Euler's, in a million steps
+    ],
+)
+def test_far_limits_are_told_from_none(growth: Any, limit: float) -> None:
+    made = dataclasses.replace(stepper_named("rk4"), growth=growth)
+    assert stability_limit(made) == pytest.approx(limit, rel=1e-12)
+    assert largest_step(made, {"decay": -1e3 + 0j})[0] == pytest.approx(limit / 1e3, rel=1e-2)
 
 
 def test_drag_rate_of_the_thesis_ball(scene: Any) -> None:
@@ -63,7 +79,7 @@ def test_no_drag_is_too_stiff_for_sweeps(coefficient: float, scene: Any) -> None
     assert growth(drive) < 1
 
 
-@pytest.mark.parametrize("name", steppers())
+@pytest.mark.parametrize("name", LIMITED)
 @pytest.mark.parametrize("factor", [0.99, 1.1])
 def test_the_limit_is_where_the_deck_goes_unstable(name: str, factor: float, scene: Any) -> None:
     """No balls; the deck disturbed, at its top speed."""
@@ -90,7 +106,7 @@ def test_the_limit_is_where_the_deck_goes_unstable(name: str, factor: float, sce
     assert (grown < 8) == (factor < 1)
 
 
-@pytest.mark.parametrize("name", steppers())
+@pytest.mark.parametrize("name", LIMITED)
 @pytest.mark.parametrize("balls", [0, 2])
 def test_refusal_names_a_step_that_is_accepted(name: str, balls: int, scene: Any) -> None:
     with pytest.raises(SceneError, match="beyond the stability limit") as caught:

@@ -11,13 +11,23 @@ import rclpy  # noqa: E402
 from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
 from std_msgs.msg import Float64MultiArray, String  # noqa: E402
 
-from ab_msgs_py import Block, Health, JointSample, Level, MalformedMessage, VectorSample  # noqa: E402
+from ab_msgs_py import (  # noqa: E402
+    Block,
+    Health,
+    JointSample,
+    Level,
+    MalformedMessage,
+    PoseSample,
+    VibrationSample,
+    WhirlSample,
+)
 from ab_msgs_py.samples import (  # noqa: E402
     clock_message,
     command_message,
     command_of,
     description_message,
     description_of,
+    frame_of,
     nanoseconds_of,
     stamp,
 )
@@ -25,6 +35,7 @@ from ab_msgs_py.topics import (  # noqa: E402
     BLOCK,
     CLOCK,
     COMMAND,
+    DECK_POSE,
     DIAGNOSTICS,
     JOINT_STATES,
     VIBRATION,
@@ -39,12 +50,14 @@ def over_the_wire(message: object) -> object:
 
 
 def test_the_table_of_topics() -> None:
-    table = {t.name: t.type.__name__ for t in (COMMAND, JOINT_STATES, VIBRATION, WHIRL, BLOCK)}
+    relative = (COMMAND, JOINT_STATES, VIBRATION, WHIRL, DECK_POSE, BLOCK)
+    table = {t.name: t.type.__name__ for t in relative}
     assert table == {
         "spindle/command": "Float64",
         "joint_states": "JointState",
         "vibration": "AccelStamped",
         "whirl": "PointStamped",
+        "deck_pose": "PoseStamped",
         "vibration/block": "Float64MultiArray",
     }
     assert CLOCK.name == "/clock" and DIAGNOSTICS.name == "/diagnostics"
@@ -100,17 +113,34 @@ def test_malformed_joints(field: str) -> None:
         JointSample.of(message)
 
 
-def test_vectors() -> None:
-    sample = VectorSample(TIME, 1e-4, -2e-3)
-    assert VectorSample.of_whirl(sample.whirl_message()) == sample
-    assert VectorSample.of_vibration(sample.vibration_message()) == sample
-    assert sample.vibration_message().header.frame_id == "drive_housing"
+def test_displacements_and_accelerations() -> None:
+    whirl = WhirlSample(TIME, (1e-4, -2e-3, 3e-5))
+    assert WhirlSample.of(over_the_wire(whirl.message())) == whirl  # type: ignore[arg-type]
+    shaken = VibrationSample(TIME, (1.0, -2.0, 0.5), (10.0, -20.0, 30.0))
+    assert VibrationSample.of(over_the_wire(shaken.message())) == shaken  # type: ignore[arg-type]
+    assert shaken.message().header.frame_id == "drive_housing"
 
 
 def test_a_reading_names_its_own_axes() -> None:
-    sample = VectorSample(TIME, 1e-4, -2e-3, "pickup")
-    assert sample.vibration_message().header.frame_id == "pickup"
-    assert VectorSample.of_vibration(sample.vibration_message()) == sample
+    sample = VibrationSample(TIME, (1e-4, -2e-3, 9.81), frame="pickup")
+    assert sample.message().header.frame_id == "pickup"
+    assert VibrationSample.of(sample.message()) == sample
+
+
+def test_a_pose_is_the_same_as_a_transform() -> None:
+    pose = PoseSample(TIME, (1e-4, -2e-3, 3e-5), (0.5, -0.5, 0.1, 0.7), "left/drive_housing")
+    message = over_the_wire(pose.message())
+    assert PoseSample.of(message) == pose  # type: ignore[arg-type]
+    assert message.pose.orientation.w == 0.5  # type: ignore[attr-defined]
+    transform = over_the_wire(pose.transform("left/deck"))
+    assert PoseSample.of_transform(transform) == pose  # type: ignore[arg-type]
+    assert transform.child_frame_id == "left/deck"  # type: ignore[attr-defined]
+
+
+def test_frames_are_named_by_the_namespace() -> None:
+    assert frame_of("/", "deck") == "deck"
+    assert frame_of("/left", "deck") == "left/deck"
+    assert frame_of("/rack/left", "pickup") == "rack/left/pickup"
 
 
 @pytest.mark.parametrize("value", [0.0, -3.5, math.inf, 1e308])

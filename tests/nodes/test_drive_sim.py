@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_msgs_py import ENDED, Block, JointSample, Level, VectorSample, topics
+from ab_msgs_py import ENDED, Block, JointSample, Level, VibrationSample, topics
 from ab_msgs_py.samples import description_of, nanoseconds_of
 from tests.nodes.fleet import Fleet
 
@@ -229,11 +229,12 @@ def test_motor_and_sensors_are_published(fleet: Fleet) -> None:
     assert max(filter(None, torques)) == pytest.approx(4.4e-4, rel=0.01), "all that it can give"
     channels, samples = Block.of(blocks[0]).channels, rows(blocks)
     assert channels[-5:] == ("motor_torque", "front_1", "front_2", "side_1", "side_2")
-    shown = [VectorSample.of_vibration(message) for message in vibration]
+    shown = [VibrationSample.of(message) for message in vibration]
     assert {sample.frame for sample in shown} == {"front", "side"}
     for name, first in (("front", -4), ("side", -2)):
         readings = {tuple(reading) for reading in samples[:, [first, first + 1]].tolist()}
-        assert {(sample.x, sample.y) for sample in shown if sample.frame == name} <= readings
+        assert {sample.linear[:2] for sample in shown if sample.frame == name} <= readings
+    assert all(sample.linear[2] == 0.0 for sample in shown), "in the plane"
     health = fleet.health("drive_sim")
     assert health is not None
     assert health.values["sensors"] == "front, side"

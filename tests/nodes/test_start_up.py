@@ -122,6 +122,11 @@ def test_recorder_survives_malformed_messages(fleet: Fleet, tmp_path: Path) -> N
     fleet.until(
         lambda: int(fleet.value("recorder", "messages malformed") or 0) == 6, "six are counted"
     )
+    for topic in (topics.BLOCK, topics.DESCRIPTION, topics.DIAGNOSTICS):
+        fleet.until(
+            lambda name=topic.name: f"messages on {name}, the last one" in fleet.log("recorder"),
+            f"each kind is told of: {topic.name}",
+        )
     for node in ("drive_sim", "recorder"):
         assert fleet.stop(node) == 0
     recorded = read_recording(file)

@@ -67,9 +67,7 @@ def deck_of(scene: Any) -> DeckParams:
             scene.deck.center,
             _inertia(scene.deck.inertia),
         ),
-        Disc(
-            scene.eccentric_mass, rotor.height, rotor.eccentricity, 0.0, _inertia(rotor.inertia)
-        ),
+        Disc(scene.eccentric_mass, rotor.height, rotor.eccentricity, 0.0, _inertia(rotor.inertia)),
         tuple(
             Race(radius, tuple(there), height, drag * radius**2, _runout(effects))
             for height, there in zip(scene.race.heights, held, strict=True)

@@ -1,4 +1,4 @@
-"""A deck that moves in the plane of the disc: EQUATIONS.md section 1, for any number of balls.
+"""A deck that moves in the plane of the disc: docs/equations.md, 1, for any number of balls.
 
 States: u1, u2, v1, v2, displacement and inertial velocity on axes that turn with the rotor, axis 1
 of which points at the unbalance.

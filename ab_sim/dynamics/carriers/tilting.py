@@ -1,4 +1,4 @@
-"""A deck that moves and tilts in space: a rigid body with six degrees of freedom on its mounts.
+"""A deck that moves and tilts in space on its mounts: docs/equations.md, 4.
 
 Conventions of Kim and Chung (2002), made precise: C is the point of the deck on the spindle axis at
 height 0; deck axes x, y, z at C are parallel to the ground's while the mounts are relaxed, z is the

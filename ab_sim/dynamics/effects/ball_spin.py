@@ -17,7 +17,7 @@ class BallSpin(NamedTuple):
     """Solid balls roll without slipping, so moving along the race also spins them up.
 
     The spin is the *absolute* one, which makes the thesis' (2-11) exactly the no-slip Lagrangian
-    (EQUATIONS.md, slips).
+    (docs/equations.md, 6).
     """
 
     def ball_inertia(self, ball: Ball) -> float:

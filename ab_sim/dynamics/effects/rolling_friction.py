@@ -11,7 +11,7 @@ from ab_sim.scene.registry import register
     "rolling_friction",
     equation="|F_i| <= (beta_b/a) max(N_i, 0); F_i = -(beta_b/a) max(N_i, 0) sign(theta_i') while "
     "it rolls",
-    source="thesis (2-8), (2-11); EQUATIONS.md, slips",
+    source="thesis (2-8), (2-11); docs/equations.md, 6",
     uses_ball_radius=True,
 )
 class RollingFriction(NamedTuple):

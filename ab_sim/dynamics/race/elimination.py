@@ -2,7 +2,8 @@
 
 Along the race the pushes between the balls of a row cancel out of the sum of their equations, and
 all have one path acceleration; so a row is eliminated as if it were one ball. What is left are the
-equations of what carries the balls, K or K - 1 of them: O(n), the arrowhead of EQUATIONS.md.
+equations of what carries the balls, K or K - 1 of them: O(n), the arrowhead of
+docs/equations.md, 2.
 """
 
 from typing import Any

@@ -55,7 +55,7 @@ def gauss_nodes(count: int = NODES) -> Nodes:
 def step_for(f: RightHandSide) -> float:
     """How long its steps may be for the iteration to converge [s]."""
     rates = linear_rates(f.system, f.scene.spindle.max_speed).values()
-    return min(LONGEST, REACH / max(abs(rate) for rate in rates))
+    return min([LONGEST, *(REACH / abs(rate) for rate in rates if rate)])
 
 
 def collocate(f: RightHandSide, longest: float) -> np.ndarray:

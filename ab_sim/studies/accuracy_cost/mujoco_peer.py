@@ -33,6 +33,8 @@ LEAST = 1e-14
 
 def mujoco_refusal(scene: Scene) -> str:
     """Why MuJoCo cannot represent a scene; empty where it can."""
+    if scene.deck is not None:
+        return "its model here is of a deck in the plane"
     others = [name for name in scene.effects if name not in KNOWN]
     if others:
         return f"its model here has no {', '.join(others)}"
@@ -122,6 +124,10 @@ class MuJoCo:
         self.data.qpos[2] = self.scene.start.angle
         self.data.qpos[3:] = start_angles(self.scene)
         self.data.qvel[2] = self.scene.start.speed
+        start = self.scene.start
+        self.data.qpos[:2] = start.deck.position or 0.0
+        self.data.qvel[:2] = start.deck.velocity or 0.0
+        self.data.qvel[3:] = start.ball_rates or 0.0
 
     def run(self) -> np.ndarray:
         """Positions of all joints at the sample times; its steps end at every breakpoint."""

@@ -1,6 +1,6 @@
 """The package's equations as f(t, y), for integrators that are not the package's.
 
-The only module here that knows how the kernel calls ``derivatives``. A scene's speed profile is cut
+The only module here that knows how the equations are called. A scene's speed profile is cut
 into legs at its breakpoints, so that f is smooth within each; integrators start anew at each.
 """
 

@@ -1,0 +1,36 @@
+"""How a deck in space is turned: quaternions (w, x, y, z) from its axes to the ground's.
+
+They need not be of unit length; the last axis of every array is that of the numbers.
+"""
+
+import numpy as np
+
+NONE = (1.0, 0.0, 0.0, 0.0)
+"""No turn."""
+
+
+def matrix_of(turn: np.ndarray) -> np.ndarray:
+    """As matrices that turn vectors, shape (..., 3, 3)."""
+    unit = turn / np.sqrt(np.sum(turn * turn, axis=-1, keepdims=True))
+    w, x, y, z = unit[..., 0], unit[..., 1], unit[..., 2], unit[..., 3]
+    xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+    wx, wy, wz = w * x, w * y, w * z
+    rows = (
+        *(0.5 - yy - zz, xy - wz, xz + wy),
+        *(xy + wz, 0.5 - xx - zz, yz - wx),
+        *(xz - wy, yz + wx, 0.5 - xx - yy),
+    )
+    return 2.0 * np.stack(rows, axis=-1).reshape(*turn.shape[:-1], 3, 3)
+
+
+def tilt_of(turn: np.ndarray) -> np.ndarray:
+    """Angles alpha, beta, gamma [rad], each within +-pi, and alpha within +-pi/2.
+
+    The deck is turned by gamma about Z, then by alpha about the new x, then by beta about the last
+    y: Kim and Chung's order, Rz(gamma) Rx(alpha) Ry(beta), whose elements these are.
+    """
+    turned = matrix_of(turn)
+    alpha = np.arcsin(np.clip(turned[..., 2, 1], -1.0, 1.0))
+    beta = np.arctan2(-turned[..., 2, 0], turned[..., 2, 2])
+    gamma = np.arctan2(-turned[..., 0, 1], turned[..., 1, 1])
+    return np.stack([alpha, beta, gamma], axis=-1)

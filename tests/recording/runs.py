@@ -1,0 +1,63 @@
+"""Runs to record, and what a file has of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rerun.chunk import RrdReader
+
+from ab_sim.recording import Recording
+
+BASE = ["step", "time", "angle", "speed", "command", "x", "y", "vx", "vy", "ax", "ay"]
+STEP = 1e-3
+
+
+def describe(balls: int = 2, **changes: Any) -> dict[str, Any]:
+    scene = {"effects": {"gravity": {"angle": 0.3}}, "note": 'three "ticks": ``` \n```json'}
+    base = {"scene": scene, "race_radius": 0.01, "eccentricity": 1e-4, "balls": balls}
+    return base | {"ball_radii": None, "step": STEP} | changes
+
+
+def run(rows: int, balls: int = 2, seed: int = 0) -> tuple[list[str], NDArray[np.float64]]:
+    """Channels and samples with full mantissas, at times k * 1 ms as the simulator stamps them."""
+    names = BASE + [f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate")]
+    samples = np.random.default_rng(seed).normal(size=(rows, len(names)))
+    samples[:, 0] = np.arange(rows)
+    samples[:, 1] = np.arange(rows) * STEP
+    return names, samples
+
+
+def record(path: Path, names: list[str], samples: NDArray[np.float64], block: int = 20) -> None:
+    balls = sum(name.startswith("ball_") and name.endswith("_angle") for name in names)
+    with Recording(path, description=describe(balls)) as recording:
+        for start in range(0, len(samples), block):
+            recording.block(names, samples[start : start + block])
+
+
+def cells(path: Path, entity: str, component: str) -> list[Any]:
+    """All cells of one component, as the file has them, in order of step."""
+    rows: list[tuple[int, Any]] = []
+    for chunk in RrdReader(path).stream().to_chunks():
+        if chunk.entity_path == entity and not chunk.is_static:
+            batch = chunk.to_record_batch()
+            rows += zip(batch["step"].to_pylist(), batch[component].to_pylist(), strict=True)
+    return [cell for _, cell in sorted(rows, key=lambda row: row[0])]
+
+
+def still(path: Path, entity: str, component: str) -> list[Any]:
+    """The cell of a component that does not change."""
+    for chunk in RrdReader(path).stream().to_chunks():
+        if chunk.entity_path == entity and chunk.is_static:
+            return chunk.to_record_batch()[component].to_pylist()[0]
+    raise AssertionError(f"nothing static at {entity}")
+
+
+def views(path: Path) -> list[str]:
+    """Names of the views that the file lays out."""
+    reader, names = RrdReader(path), "ViewBlueprint:display_name"
+    (blueprint,) = reader.blueprints()
+    batches = [c.to_record_batch() for c in reader.stream(store=blueprint).to_chunks()]
+    return [b[names].to_pylist()[0][0] for b in batches if names in b.schema.names]

@@ -1,0 +1,189 @@
+"""What cannot be written or read is said, and what was written stays readable."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import rerun as rr
+
+from ab_sim.errors import RecordingError
+from ab_sim.recording import Recording, read_recording
+from tests.recording.runs import describe, record, run
+
+
+@contextmanager
+def files_limited_to(size: int) -> Iterator[None]:
+    """A real write error without a full disk: the kernel refuses to let files grow further."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+# --- errors in writing ---------------------------------------------------------------------
+
+
+def test_missing_folder_and_folder_in_the_way(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"nowhere/run\.rrd.*no folder .*nowhere"):
+        Recording(tmp_path / "nowhere" / "run.rrd", description=describe())
+    with pytest.raises(RecordingError, match="Is a directory"):
+        Recording(tmp_path, description=describe())
+
+
+def test_a_device_that_is_full_from_the_start_is_reported() -> None:
+    with pytest.raises(RecordingError, match=r"/dev/full.*No space left"):
+        Recording("/dev/full", description=describe())
+
+
+def test_write_error_is_reported_and_what_was_written_stays_readable(tmp_path: Path) -> None:
+    names, samples = run(20_000)
+    path = tmp_path / "run.rrd"
+    recording = Recording(path, description=describe())
+    with (
+        files_limited_to(path.stat().st_size + 600_000),
+        pytest.raises(RecordingError, match=r"run\.rrd.*File too large") as first,
+    ):
+        for start in range(0, len(samples), 20):
+            recording.block(names, samples[start : start + 20])
+    with pytest.raises(RecordingError) as again:
+        recording.block(names, samples[-20:])
+    assert again.value is first.value
+    recording.close()  # was reported already
+    back = read_recording(path)
+    assert 0 < len(back.samples) == recording.rows_written < recording.rows
+    assert back.samples.tobytes() == samples[: len(back.samples)].tobytes()
+    assert not back.complete
+
+
+def test_write_error_at_the_very_end_is_reported(tmp_path: Path) -> None:
+    names, samples = run(400)
+    path = tmp_path / "run.rrd"
+    recording = Recording(path, description=describe())
+    recording.block(names, samples)
+    recording.flush()
+    with (
+        files_limited_to(path.stat().st_size + 10),
+        pytest.raises(RecordingError, match=r"holds 400 of 400 rows.*File too large"),
+    ):
+        recording.close()
+    back = read_recording(path)
+    assert back.samples.tobytes() == samples.tobytes()
+    assert not back.complete
+
+
+@pytest.mark.parametrize(
+    ("harm", "match"),
+    [
+        (lambda file: file.unlink(), "deleted or renamed"),
+        (lambda file: shutil.rmtree(file.parent), "deleted or renamed"),
+        (lambda file: file.rename(file.with_stem("other")), "deleted or renamed"),
+        (lambda file: shutil.copy(file, file.with_suffix("")).replace(file), "replaced"),
+        (lambda file: os.truncate(file, 0), "emptied"),
+    ],
+    ids=["deleted", "folder", "renamed", "replaced", "emptied"],
+)
+def test_a_file_that_is_lost_meanwhile_holds_nothing(
+    tmp_path: Path, harm: Callable[[Path], Any], match: str
+) -> None:
+    names, samples = run(20)
+    (tmp_path / "runs").mkdir()
+    path = tmp_path / "runs" / "run.rrd"
+    recording = Recording(path, description=describe())
+    recording.block(names, samples[:10])
+    recording.flush()
+    assert recording.rows_written == 10
+    harm(path)
+    recording.block(names, samples[10:])
+    with pytest.raises(RecordingError, match=rf"run\.rrd holds 0 of 20 rows.*{match}"):
+        recording.close()
+    assert recording.rows_written == recording.missing == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"race_radius": None}, "race_radius"),
+        ({"sensors": 3}, "sensors"),
+        ({"balls": "many"}, "balls"),
+        ({"ball_radii": 1e-3}, "ball_radii"),
+        ({"ball_radii": [1e-3]}, "1 ball_radii for 2 balls"),
+        ({"step": {1, 2}}, "not JSON"),
+    ],
+)
+def test_unusable_description(tmp_path: Path, changes: dict[str, Any], match: str) -> None:
+    with pytest.raises(RecordingError, match=match):
+        Recording(tmp_path / "run.rrd", description=describe(**changes))
+    assert not (tmp_path / "run.rrd").exists()
+
+
+def test_unusable_blocks_are_refused_and_change_nothing(tmp_path: Path) -> None:
+    names, samples = run(40)
+    half, endless = samples[20:].copy(), samples[20:].copy()
+    half[3, 0], endless[3, 1] = 23.5, np.nan
+    with Recording(tmp_path / "run.rrd", description=describe()) as recording:
+        for channels, match in (
+            (names[1:], "start with step, time"),
+            ([n for n in names if n != "x"], "include step, time, angle, x, y"),
+            ([*names[:-1], "x"], "differ"),
+            (names[:-2], "angles of 1 balls.*says balls: 2"),
+        ):
+            with pytest.raises(RecordingError, match=match):
+                recording.block(channels, samples[:, : len(channels)])
+        recording.block(names, samples[:20])
+        for rows, match in (
+            (samples[20:, :-1], "expected"),
+            (samples[20], "expected"),
+            (half, "whole"),
+            (endless, "finite"),
+            (samples[19:], r"19\.\.39 came after 19"),
+            (samples[[21, 20]], "step must grow"),
+        ):
+            with pytest.raises(RecordingError, match=match):
+                recording.block(names, rows)
+        with pytest.raises(RecordingError, match="expected"):
+            recording.block([*names[:-1], "else"], samples[20:])
+        with pytest.raises(RecordingError, match="one word"):
+            recording.scalar("real time", 0.0, 1.0)
+        recording.block(names, samples[:0])
+        recording.block(names, samples[20:])
+    assert read_recording(tmp_path / "run.rrd").samples.tobytes() == samples.tobytes()
+
+
+# --- errors in reading ---------------------------------------------------------------------
+
+
+def test_unreadable_files(tmp_path: Path) -> None:
+    whole, torn, text = tmp_path / "run.rrd", tmp_path / "torn.rrd", tmp_path / "text.rrd"
+    record(whole, *run(1000))
+    torn.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    text.write_text("speed,angle\n1,2\n" * 100)
+    (tmp_path / "empty.rrd").touch()
+    for path, match in (
+        (tmp_path / "no.rrd", r"no\.rrd: no such file"),
+        (tmp_path, "is a folder"),
+        (torn, r"torn\.rrd is not a Rerun recording, or is torn"),
+        (text, r"text\.rrd is not a Rerun recording"),
+        (tmp_path / "empty.rrd", r"empty\.rrd is not a Rerun recording"),
+    ):
+        with pytest.raises(RecordingError, match=match):
+            read_recording(path)
+
+
+def test_somebody_elses_rerun_file(tmp_path: Path) -> None:
+    stream = rr.RecordingStream("other", recording_id="other")
+    stream.set_sinks(rr.FileSink(tmp_path / "other.rrd"))
+    rr.log("/thing", rr.TextLog("hello"), recording=stream)
+    stream.flush(timeout_sec=5)
+    stream.disconnect()
+    with pytest.raises(RecordingError, match=r"other\.rrd.*not a recording of ab_sim"):
+        read_recording(tmp_path / "other.rrd")

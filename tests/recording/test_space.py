@@ -1,0 +1,165 @@
+"""A deck in space in a recording: every channel bit for bit, and a drawing of it that is true."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from ab_sim.drive import Drive
+from ab_sim.drive.description import describe
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import RecordingError
+from ab_sim.recording import Recording, read_recording
+from ab_sim.scene import Scene, load_scene
+from tests.recording.test_recording import cells, still, views
+
+CHANGES = (
+    "rotor.height=0.004",
+    "race.height=[0.006, -0.003]",
+    "balls.race=[0, 1]",
+    "start.deck.tilt=[0.002, -0.001, 0.003]",
+    "sensors.pickup={position: [0.02, -0.05, 0.01]}",
+)
+MM = 1e3
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return load_scene("feeding-deck", CHANGES)
+
+
+@pytest.fixture(scope="module")
+def run(scene: Scene) -> Trajectory:
+    return Drive(scene).advance(200)
+
+
+@pytest.fixture(scope="module")
+def file(scene: Scene, run: Trajectory, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("space") / "run.rrd"
+    with Recording(path, description=describe(scene)) as recording:
+        recording.block(run.channels, run.samples)
+    return path
+
+
+def factor(file: Path) -> float:
+    """By which the title says that motion is exaggerated."""
+    (title,) = [name for name in views(file) if name.startswith("Deck in space")]
+    return float(title.removesuffix(" times as large").rpartition(" ")[2])
+
+
+def test_every_channel_comes_back_bit_for_bit(file: Path, run: Trajectory) -> None:
+    back = read_recording(file)
+    assert back.channels == run.channels and back.complete
+    assert back.samples.tobytes() == run.samples.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("entity", "names"),
+    [
+        ("/deck/displacement", "x y z"),
+        ("/deck/velocity", "vx vy vz"),
+        ("/deck/acceleration", "ax ay az"),
+        ("/deck/turn", "qw qx qy qz"),
+        ("/deck/angular_velocity", "wx wy wz"),
+        ("/deck/angular_acceleration", "wx_rate wy_rate wz_rate"),
+        ("/sensors/pickup", "pickup_1 pickup_2 pickup_3"),
+    ],
+)
+def test_channels_that_belong_together_are_in_one_entity(
+    file: Path, run: Trajectory, entity: str, names: str
+) -> None:
+    expected = np.column_stack([run[name] for name in names.split()])
+    np.testing.assert_array_equal(cells(file, entity, "Scalars:scalars"), expected)
+
+
+def test_the_views_are_named_and_say_the_exaggeration(file: Path) -> None:
+    assert {"Deck: tilt [mrad]", "Top view, turning with the rotor"} <= set(views(file))
+    assert factor(file) > 1
+    text = still(file, "/description", "TextDocument:text")[0]
+    assert f"displacement and tilt {factor(file):g} times as large" in text
+
+
+def test_points_of_the_deck_move_by_so_many_times_what_they_moved(
+    file: Path, run: Trajectory, scene: Scene
+) -> None:
+    """To first order: the rest is the second order of the exaggerated angles."""
+    times = factor(file)
+    moved = np.array(cells(file, "/space/deck", "Transform3D:translation"))[:, 0]
+    turns = np.array(cells(file, "/space/deck", "Transform3D:quaternion"))[:, 0]
+    np.testing.assert_allclose(moved, times * MM * run.position, atol=1e-5)
+    true = Rotation.from_quat(np.roll(run.turn, -1, axis=1)).as_rotvec()
+    np.testing.assert_allclose(Rotation.from_quat(turns).as_rotvec(), times * true, atol=1e-6)
+    mounts = np.array([mount.position for mount in scene.mounts])
+    springs = np.array(cells(file, "/space/springs", "LineStrips3D:strips"))
+    for k, place in enumerate(mounts):
+        anchor, end = springs[:, k, 0], springs[:, k, 1]
+        np.testing.assert_array_equal(anchor, np.tile(anchor[0], (len(anchor), 1)))
+        np.testing.assert_allclose(anchor[0, :2], MM * place[:2], rtol=1e-6)
+        seen = moved + Rotation.from_quat(turns).apply(MM * place)
+        np.testing.assert_allclose(end, seen, atol=1e-4)
+        drawn, angle = end - MM * place, times * np.abs(true).max()
+        actual = run.position + Rotation.from_rotvec(true).apply(place) - place
+        second = angle**2 * MM * np.linalg.norm(place)
+        np.testing.assert_allclose(drawn, times * MM * actual, atol=second)
+        assert np.abs(drawn).max() > 2 * second, "and it moves"
+
+
+def test_spindle_balls_and_races_are_where_they_are(
+    file: Path, run: Trajectory, scene: Scene
+) -> None:
+    """On deck axes, z upwards, not exaggerated."""
+    turns = np.array(cells(file, "/space/deck/rotor", "Transform3D:quaternion"))[:, 0]
+    direction = Rotation.from_quat(turns).apply([1.0, 0.0, 0.0])
+    expected = np.column_stack([np.cos(run["angle"]), np.sin(run["angle"]), np.zeros(len(run))])
+    np.testing.assert_allclose(direction, expected, atol=1e-6)
+    balls = np.array(cells(file, "/space/deck/rotor/balls", "Points3D:positions"))
+    for ball, height in enumerate((6.0, -3.0)):
+        theta = run.ball_angles[:, ball]
+        place = np.column_stack(
+            [30 * np.cos(theta), 30 * np.sin(theta), np.full_like(theta, height)]
+        )
+        np.testing.assert_allclose(balls[:, ball], place, atol=1e-4)
+        (ring,) = still(file, f"/space/deck/races/{ball}", "LineStrips3D:strips")
+        assert {point[2] for point in ring} == {height}
+    (heavy,) = still(file, "/space/deck/rotor/unbalance", "Points3D:positions")
+    assert heavy[1] == 0.0 and heavy[2] == pytest.approx(4.0)
+
+
+def test_tilt_and_height_are_plotted(file: Path, run: Trajectory, scene: Scene) -> None:
+    tilt = np.array(cells(file, "/plot/tilt", "Scalars:scalars"))
+    np.testing.assert_allclose(tilt, MM * run.tilt, atol=1e-12)
+    whirl = np.array(cells(file, "/plot/whirl", "Scalars:scalars"))
+    unit = scene.rotor.eccentricity
+    np.testing.assert_allclose(whirl, np.column_stack([run.whirl, run["z"]]) / unit, atol=1e-12)
+    sizes = np.array(cells(file, "/plot/vibration/deck", "Scalars:scalars"))[:, 0]
+    np.testing.assert_allclose(sizes, np.linalg.norm(run.acceleration, axis=1), rtol=1e-12)
+
+
+def test_what_the_drawing_needs_is_asked_for(scene: Scene, run: Trajectory, tmp_path: Path) -> None:
+    path, told = tmp_path / "run.rrd", describe(scene)
+    with Recording(path, description=told) as recording:
+        flat = [name for name in run.channels if name not in ("z", "qw")]
+        with pytest.raises(RecordingError, match="include step, time, angle, x, y, z, qw"):
+            recording.block(flat, np.zeros((1, len(flat))))
+    without = {key: value for key, value in told["deck"].items() if key != "rotor_height"}
+    with pytest.raises(RecordingError, match="rotor_height"):
+        Recording(path, description=told | {"deck": without})
+    with pytest.raises(RecordingError, match="gives 1 ball_heights for 2 balls"):
+        Recording(path, description=told | {"deck": told["deck"] | {"ball_heights": [0.0]}})
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ["mounts=[]"],
+        ["rotor.eccentricity=0"],
+        ["balls.count=0", "start.ball_angles=[]", "balls.mass="],
+    ],
+)
+def test_decks_without_mounts_unbalance_or_balls(changes: list[str], tmp_path: Path) -> None:
+    scene = load_scene("feeding-deck", changes)
+    run = Drive(scene).advance(20)
+    with Recording(tmp_path / "run.rrd", description=describe(scene)) as recording:
+        recording.block(run.channels, run.samples)
+    assert read_recording(tmp_path / "run.rrd").samples.tobytes() == run.samples.tobytes()
