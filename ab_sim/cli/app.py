@@ -227,9 +227,9 @@ def modes(
 
     The JSON has `modes`, by frequency, each with frequency [rad/s], the undamped one |lambda|;
     damping_ratio, null where the frequency is 0; damped_frequency, 0 where it does not swing;
-    shape, [real, imaginary] for each of the `coordinates`, whose `units` it says, the largest
-    being 1; its two eigenvalues lambda [1/s], conjugates, or two real ones where it is damped more
-    than critically; whirl, from 1 for a circle in the spindle's sense to -1 for one against it,
+    shape, real and imaginary part for each of the `coordinates` in their `units`, the largest being
+    1; its two eigenvalues lambda [1/s], conjugates, or two real ones where it is damped more than
+    critically; whirl, from 1 for a circle in the spindle's sense to -1 for one against it,
     and sense, forward, backward or null for to and fro. Then `speed`, `rest` (where the deck
     hangs), and `over_speed`: the same of each branch over `speeds`, and critical_speeds, at which
     a branch's frequency is the spindle's speed.

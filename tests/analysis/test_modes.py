@@ -14,10 +14,12 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.modes import Mode, campbell, likeness, modes_of, moving, vibration_of
-from ab_sim.dynamics.assemble import linearised, system_of
+from ab_sim.dynamics.assemble import linearised, start_modes, start_state, system_of
 from ab_sim.dynamics.carriers.tilting_scene import angular_velocity
 from ab_sim.errors import SceneError
+from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene import Scene, load_scene, scene_names
+from ab_sim.spindle import Piece, Ramp
 from tests.deck.of_params import scene_of
 from tests.deck.scenes import ODD, Changes, made
 from tests.reference import deck_modes
@@ -92,6 +94,65 @@ def test_an_independent_derivation_without_any_symmetry(load: str, speed: float)
     for mode, e in zip(modes_of(about, speed), deck_modes.modes(p, speed), strict=True):
         shape = np.concatenate([e.shape[:3], turns @ e.shape[3:]])
         assert_same(mode, e.eigenvalue, shape / shape[np.abs(shape).argmax()], rel=1e-11)
+
+
+# The kernel that runs
+
+RINGS: Changes = {
+    "rotor": {"eccentricity": 0.0, "inertia": [5.6e-6, 5.6e-6, 1.1e-5]},
+    "balls": {"count": 0, "mass": None, "radius": None, "race": None},
+    "effects": {
+        "gravity": {"tilt": 0.7, "direction": 0.4, "acceleration": 300.0},
+        "hardening_suspension": {"cubic_stiffness": 1e9},
+    },
+    "start": {"ball_angles": None, "ball_rates": None, "deck": None},
+}
+"""A symmetric rotor, so that the deck rests while it turns."""
+WEIGHTLESS: Changes = {
+    "effects": {"gravity": {"acceleration": 0.0}, "hardening_suspension": {"cubic_stiffness": 0.0}}
+}
+
+
+def kernel_s_eigenvalues(scene: Scene) -> np.ndarray:
+    """Of the exact Jacobian at the start, which is at rest.
+
+    On coordinates without a constraint: dq = q (0, phi) / 2 of the quaternion.
+    """
+    system, steady = system_of(scene), Piece(0.0, 1.0, 0.0, Ramp(scene.start.speed, 0.0))
+    field, state = (
+        VectorField(system, steady, start_modes(scene, system)),
+        start_state(scene, system),
+    )
+    assert len(state) == 13 and np.abs(field.slope(0.0, state)).max() < 1e-9
+    w, x, y, z = state[3:7]
+    turned = 0.5 * np.array([[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]])
+    out, back = np.zeros((13, 12)), np.zeros((12, 13))
+    for rows, columns, part in ((slice(0, 3), slice(0, 3), np.eye(3)),
+        (slice(3, 7), slice(3, 6), turned), (slice(7, 13), slice(6, 12), np.eye(6)),
+    ):  # fmt: skip
+        out[rows, columns], back[columns, rows] = part, np.linalg.pinv(part)
+    return np.linalg.eigvals(back @ field.jacobian(0.0, state) @ out)
+
+
+@pytest.mark.parametrize("speed", [0.0, 110.0, -800.0])
+@pytest.mark.parametrize("load", [{}, WEIGHTLESS], ids=["hanging, hardened", "weightless"])
+def test_the_exact_jacobian_of_the_kernel_at_rest(load: Changes, speed: float) -> None:
+    scene = made(ODD, RINGS, load, {"start": {"speed": speed}})
+    found = sorted(kernel_s_eigenvalues(scene), key=abs)
+    ours = modes_of(linearised(system_of(scene)), speed)
+    theirs = deck_modes.modes(deck_of(scene), speed)
+    for k, (mode, independent) in enumerate(zip(ours, theirs, strict=True)):
+        pair = sorted(found[2 * k : 2 * k + 2], key=lambda value: value.imag, reverse=True)
+        assert pair == pytest.approx(list(mode.eigenvalues), rel=1e-9)
+        assert pair[0] == pytest.approx(independent.eigenvalue, rel=1e-9)
+
+
+def test_the_exact_jacobian_of_the_published_set() -> None:
+    found = sorted(kernel_s_eigenvalues(RING), key=abs)
+    at_rest = KIM_CHUNG["speeds"][0]
+    assert at_rest["speed"] == RING.start.speed == 0.0
+    want = [complex(mode["re"], mode["im"]) for mode in at_rest["modes"]]
+    assert [value for value in found if value.imag > 0] == pytest.approx(want, rel=1e-9)
 
 
 # The plane
