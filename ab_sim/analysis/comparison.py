@@ -95,9 +95,6 @@ def without_period(scene: Scene) -> Scene:
 def without_balls(scene: Scene) -> Scene:
     """The scene whose balls, and their mass, have been taken out; the unbalance M0 e remains."""
     what = "without balls"
-    rotor = {
-        key: value for key, value in scene.as_mapping()["rotor"].items() if key != "total_mass"
-    }
     changes = {
         "name": f"{scene.name}, {what}",
         "balls": {"count": 0},
