@@ -170,9 +170,3 @@ carrier_turns = attribute("NEEDS_ANGLE")
 def has_spindle_angle(system: System) -> bool:
     """Whether the equations contain the spindle's angle."""
     return bool(carrier_turns(system.carrier) or acts_in_space(system.effects))
-
-
-@register_jitable(**INLINED)
-def solved_for(system: System) -> int:
-    """How many accelerations are solved for: the carrier's, and with a motor the spindle's."""
-    return int(carrier_unknowns(system.carrier) + (1 if has_motor(system.effects) else 0))
