@@ -32,7 +32,7 @@ BALLS = (
 TILT = {"alpha, about x": RUN, "beta, about y": "tab:blue", "gamma, about the shaft": "0.55"}
 KINDS = {"start_up": "Start-up", "speed_change": "Speed change"}
 LEAST = 1e-4
-"""Whirl smaller than this share of its peak is not drawn."""
+"""Whirl smaller than this share of its peak is not drawn, nor is what is so small beside it."""
 MOST_LABELS = 8
 """Balls beyond so many are drawn without names."""
 
@@ -59,9 +59,11 @@ def run_figure(
         period_start: when the variable-speed period starts [s], if there is one.
         title: default: the profile's kind and the scene's name.
     """
+    merits = merits_of(trajectory, scene)
+    trajectory = from_rest(trajectory, scene)
     motor, balls = scene.effects.get("motor"), trajectory.balls
     heights = {"speed": 0.5, "whirl": 1.2}
-    heights |= {"height": 0.5} if trajectory.tilts and trajectory["z"].any() else {}
+    heights |= {"height": 0.5} if _rises(trajectory, scene) else {}
     heights |= {"tilt": 0.7} if trajectory.tilts else {}
     heights |= {} if motor is None else {"torque": 0.6}
     heights |= {"force": 0.7, "angles": 1.0} if balls else {}
@@ -70,8 +72,6 @@ def run_figure(
     at = dict(zip(heights, panels, strict=True))
     kind = "Run" if scene.profile is None else KINDS[scene.profile.kind]
     figure.suptitle(title or f"{kind} of {scene.name}", fontsize=14)
-    merits = merits_of(trajectory, scene)
-    trajectory = from_rest(trajectory, scene)
     time = trajectory["time"]
     panels[0].set_xlim(time[0], time[-1])
     panels[-1].set_xlabel("time [s]")
@@ -180,6 +180,12 @@ def _towards_the_middle(at: float, time: np.ndarray) -> str:
     return "left" if part < 0.15 else "right" if part > 0.85 else "center"
 
 
+def _rises(path: Trajectory, scene: Scene) -> bool:
+    """Whether the deck moves along the shaft, by more than rounding."""
+    least = LEAST * max(path.whirl.max(), scene.whirl_unit[0])
+    return path.tilts and bool(np.ptp(path["z"]) > least)
+
+
 def _draw_height(axes: Axes, path: Trajectory) -> None:
     draw_curve(axes, path["time"], 1e6 * path["z"], color=RUN, lw=1.3)
     axes.set_ylabel("height z [um]")
@@ -188,9 +194,9 @@ def _draw_height(axes: Axes, path: Trajectory) -> None:
 def _draw_tilt(axes: Axes, path: Trajectory, scene: Scene) -> None:
     """Each angle in a colour of its own, gamma behind: it turns the disc in its own plane."""
     angles = 1e3 * (path.tilt - rest_of(scene).tilt)
-    labels = []
+    labels, least = [], LEAST * np.abs(angles).max()
     for axis, (name, color) in enumerate(TILT.items()):
-        if not angles[:, axis].any():
+        if np.abs(angles[:, axis]).max() <= least:
             labels.append(Label(0.0, f"{name}: 0", color))
             continue
         draw_curve(axes, path["time"], angles[:, axis], color=color, lw=1.2, zorder=4 - axis)

@@ -129,14 +129,14 @@ class Drawing:
         colors = [_HUES[ball % len(_HUES)] for ball in range(self.balls)]
         if self.space is not None:
             yield from self.space.scenery(colors, self.radii)
-            yield "/plot/tilt", lines(["alpha", "beta", "gamma"])
+            yield "/plot/tilt", lines(["alpha", "beta", "gamma"], swings=True)
         if self.balls:
             yield "/top/rotor/balls", rr.Points2D.from_fields(colors=colors)
             # Where curves coincide, the first ones show on both sides of the last ones.
             widths = np.linspace(4.0, 1.5, self.balls).tolist()
             yield "/plot/balls", lines([f"ball {ball}" for ball in range(self.balls)], widths)
         whirl = ["W/e", "z/e"] if self.eccentricity else ["W [mm]", "z [mm]"]
-        yield "/plot/whirl", lines(whirl if self.space else whirl[:1])
+        yield "/plot/whirl", lines(whirl, swings=True) if self.space else lines(whirl[:1])
         yield "/plot/real_time", rr.SeriesLines(names="real time", colors=_GREY)
         for i, vector in enumerate(["/deck/acceleration", *map(sensor_entity, self.sensors)]):
             line = rr.SeriesLines(names=vector.rpartition("/")[2], colors=_HUES[i % len(_HUES)])
@@ -273,9 +273,16 @@ def _plot(
     )
 
 
-def lines(names: list[str], widths: list[float] | None = None) -> rr.SeriesLines:
-    """Name and colour the series of an entity."""
+def lines(
+    names: list[str], widths: list[float] | None = None, swings: bool = False
+) -> rr.SeriesLines:
+    """Name and colour the series of an entity.
+
+    Of what swings about 0, Rerun is to show the range where it cannot show every sample: it would
+    show the mean, which is nothing.
+    """
     colors = [_GREY if n == "command" else _HUES[i % len(_HUES)] for i, n in enumerate(names)]
     if widths is None:
         widths = [3.0 if n == "speed" else 1.5 for n in names]  # command lies on top of speed
-    return rr.SeriesLines(names=names, colors=colors, widths=widths)
+    policy = rr.components.AggregationPolicy.MinMax if swings else None
+    return rr.SeriesLines(names=names, colors=colors, widths=widths, aggregation_policy=policy)

@@ -75,6 +75,8 @@ def test_a_deck_in_space_shows_its_height_and_tilt(tmp_path: Path) -> None:
         assert words in text
     level = texts_of(load_scene("feeding-deck", lifted[-1:]), tmp_path / "level.svg")
     assert "height z" not in level and "alpha, about x: 0" in level, "nothing to see"
+    wobble = texts_of(load_scene("couple-unbalance", lifted[-1:]), tmp_path / "wobble.svg")
+    assert "height z" not in wobble and "tilt" in wobble, "it rises by rounding only"
     plane = texts_of(load_scene("no-ball", lifted[-1:]), tmp_path / "plane.svg")
     assert "tilt" not in plane
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rerun as rr
 from scipy.spatial.transform import Rotation
 
 from ab_sim.drive import Drive
@@ -12,7 +13,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import RecordingError
 from ab_sim.recording import Recording, read_recording
 from ab_sim.scene import Scene, load_scene
-from tests.recording.test_recording import cells, still, views
+from tests.recording.runs import cells, still, views
 
 CHANGES = (
     "rotor.height=0.004",
@@ -132,6 +133,8 @@ def test_spindle_balls_and_races_are_where_they_are(
 def test_tilt_and_height_are_plotted(file: Path, run: Trajectory, scene: Scene) -> None:
     tilt = np.array(cells(file, "/plot/tilt", "Scalars:scalars"))
     np.testing.assert_allclose(tilt, MM * run.tilt, atol=1e-12)
+    policy = still(file, "/plot/tilt", "SeriesLines:aggregation_policy")
+    assert policy == [rr.components.AggregationPolicy.MinMax.value], "a mean of swings is nothing"
     whirl = np.array(cells(file, "/plot/whirl", "Scalars:scalars"))
     unit = scene.rotor.eccentricity
     np.testing.assert_allclose(whirl, np.column_stack([run.whirl, run["z"]]) / unit, atol=1e-12)
