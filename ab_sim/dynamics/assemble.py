@@ -135,19 +135,22 @@ def drag_rate(system: System) -> float:
 
     c_b/(m + I/a^2) for a ball on a fixed deck. A deck that is free to move lightens the balls;
     they are lightest side by side, so that is assumed: the largest eigenvalue of G^-1 c_b with
-    G_ij = mu_i delta_ij - m_i m_j / M (docs/equations.md, 2); of a deck in space
-    with what tilting adds to 1 / M.
+    G_ij = mu_i delta_ij - m_i m_j / M (docs/equations.md, 2); of a deck in space with what turning
+    adds to 1 / M, in the direction in which that is most.
     """
     n = system.balls.shape[0]
     if n == 0:
         return 0.0
     masses = system.balls[:, MASS]
-    lightness = _SCENES[type(system.carrier)].lightness_of(system)
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]]]
     drag = np.array([ball_drag(system.effects, ball) for ball in balls])
     inertia = np.array([b.mass + ball_inertia(system.effects, b) for b in balls])
-    coupled = np.diag(inertia) - np.outer(masses, masses) * lightness
-    return float(np.max(np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag))).real))
+    fastest = 0.0
+    for yields in _SCENES[type(system.carrier)].yields_of(system):
+        coupled = np.diag(inertia) - np.outer(masses, masses) * yields
+        decays = np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag)))
+        fastest = max(fastest, float(np.max(decays.real)))
+    return fastest
 
 
 def linearised(system: System) -> Linearised:

@@ -129,7 +129,7 @@ class Drawing:
         colors = [_HUES[ball % len(_HUES)] for ball in range(self.balls)]
         if self.space is not None:
             yield from self.space.scenery(colors, self.radii)
-            yield "/plot/tilt", lines(["alpha, about x", "beta, about y", "gamma, about the shaft"])
+            yield "/plot/tilt", lines(["alpha", "beta", "gamma"])
         if self.balls:
             yield "/top/rotor/balls", rr.Points2D.from_fields(colors=colors)
             # Where curves coincide, the first ones show on both sides of the last ones.
@@ -210,7 +210,15 @@ class Drawing:
             name = "Balls: angle from the unbalance [deg]"
             middle.insert(2, _plot(name, "/plot/balls", legend=self.balls <= 8, top=True))
         if self.space is not None:
-            middle.insert(2, _plot("Deck: tilt [mrad]", "/plot/tilt", legend=True, top=True))
+            middle.insert(
+                2,
+                _plot(
+                    "Deck: tilt about x, y and the shaft [mrad]",
+                    "/plot/tilt",
+                    legend=True,
+                    top=True,
+                ),
+            )
         if self.motor:
             middle.insert(1, _plot("Motor: torque [N m]", "/spindle/torque"))
         columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body", "EntityPath"])

@@ -1,6 +1,7 @@
 """A deck in space as a process over real DDS: its pose, tf, and vibration along three axes."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from ab_msgs_py import Block, JointSample, PoseSample, VibrationSample, WhirlSample, topics
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.recording import read_recording
 from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros
@@ -20,7 +22,7 @@ CHANGES = (
 SENSOR = "'sensors.pickup={position: [0.02, -0.05, 0.01], axis_angle: 0.3}'"
 
 
-def recorded(blocks: list[Any]) -> Trajectory:
+def heard_in(blocks: list[Any]) -> Trajectory:
     whole = [Block.of(message) for message in blocks]
     return Trajectory(whole[0].channels, np.concatenate([block.samples for block in whole]))
 
@@ -31,21 +33,29 @@ def by_time(trajectory: Trajectory, values: np.ndarray) -> dict[int, tuple[float
     return dict(zip(stamps, map(tuple, values.tolist()), strict=True))
 
 
-def test_pose_whirl_and_vibration_are_the_samples(fleet: Fleet) -> None:
-    """What topics show is what blocks hold, and the frames say on which axes."""
+def test_pose_whirl_and_vibration_are_the_samples(fleet: Fleet, tmp_path: Path) -> None:
+    """What topics show is what blocks hold and what is recorded; frames say on which axes."""
     heard = {
         topic.name: fleet.listen(topic._replace(name=f"left/{topic.name}"))
         for topic in (topics.JOINT_STATES, topics.VIBRATION, topics.WHIRL, topics.DECK_POSE)
     }
     blocks = fleet.listen(topics.BLOCK._replace(name="left/vibration/block"))
     tf = fleet.listen(topics.TF) if topics.TF.type else []
+    fleet.start("left/recorder", path=tmp_path / "left.rrd")
     fleet.start("left/drive_sim", scene="feeding-deck", changes=f"{CHANGES}]")
+    fleet.until(lambda: fleet.value("left/recorder", "file"), "it records")
     fleet.until(lambda: len(heard["deck_pose"]) > 300, "300 poses")
     if topics.TF.type:
         fleet.until(lambda: len(tf) > 200, "200 transforms")
     assert fleet.stop("left/drive_sim") == 0
+    assert fleet.stop("left/recorder") == 0
 
-    run = recorded(blocks)
+    run = heard_in(blocks)
+    back = read_recording(tmp_path / "left.rrd")
+    assert back.complete and back.missing == 0 and back.channels == run.channels
+    _, here, there = np.intersect1d(run["step"], back["step"], return_indices=True)
+    assert len(here) > 500, "the recorder heard what this test did, but for the ends"
+    assert back.samples[there].tobytes() == run.samples[here].tobytes()
     assert np.ptp(run["z"]) > 1e-7 and np.ptp(run.tilt, axis=0).min() > 1e-3, "it moves"
     place, turn = by_time(run, run.position), by_time(run, run.turn)
     linear, angular = by_time(run, run.acceleration), by_time(run, run.angular_acceleration)
@@ -82,7 +92,7 @@ def test_the_pickups_reading_has_three_axes(fleet: Fleet) -> None:
         assert sits.place == (0.02, -0.05, 0.01)
         assert sits.turn == pytest.approx((math.cos(0.15), 0.0, 0.0, math.sin(0.15)))
     assert fleet.stop("drive_sim") == 0
-    run = recorded(blocks)
+    run = heard_in(blocks)
     names = ("pickup_1", "pickup_2", "pickup_3")
     readings = by_time(run, np.column_stack([run[name] for name in names]))
     assert np.ptp(run["pickup_3"]) > 0.01, "along the shaft, too"

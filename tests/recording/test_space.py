@@ -74,7 +74,10 @@ def test_channels_that_belong_together_are_in_one_entity(
 
 
 def test_the_views_are_named_and_say_the_exaggeration(file: Path) -> None:
-    assert {"Deck: tilt [mrad]", "Top view, turning with the rotor"} <= set(views(file))
+    assert {
+        "Deck: tilt about x, y and the shaft [mrad]",
+        "Top view, turning with the rotor",
+    } <= set(views(file))
     assert factor(file) > 1
     text = still(file, "/description", "TextDocument:text")[0]
     assert f"displacement and tilt {factor(file):g} times as large" in text

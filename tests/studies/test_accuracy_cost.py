@@ -16,7 +16,7 @@ from ab_sim.drive import Drive
 from ab_sim.errors import InputError, SceneError
 from ab_sim.figures.accuracy_cost import accuracy_figure
 from ab_sim.integrate.registry import stepper_named, steppers
-from ab_sim.scene import check_scene
+from ab_sim.scene import check_scene, load_scene
 from ab_sim.scene.load import with_solver
 from ab_sim.studies.accuracy_cost import AccuracyCost, Bound, SettingCost, measure
 from ab_sim.studies.accuracy_cost import families as families_module
@@ -120,6 +120,22 @@ def test_mujocos_model_is_other_scenes_too(changes: Any) -> None:
     assert _apart(scene, peer.samples(peer.run()), 1e-10) < 1e-7
 
 
+def test_mujoco_starts_as_the_scene_does() -> None:
+    """Deck and balls displaced and moving; against rk8, which other tests hold to the reference."""
+    start = {
+        "ball_angles": [0.3, -2.0],
+        "ball_rates": [3.0, -2.0],
+        "deck": {"position": [1e-4, -5e-5], "velocity": [0.01, 0.02]},
+    }
+    scene = made(**merge(SMOOTH, {"start": start, "duration": 0.12}))
+    sampling = sampling_of(scene)
+    peer, own = MuJoCo(scene, sampling, 0.1e-3), Stepping(scene, sampling, "rk8", 0.5e-3)
+    peer.prepare()
+    unit = scene.whirl_unit[0]
+    found = deviation(peer.samples(peer.run()), Samples.of(own.drive.advance(240)), unit)
+    assert max(found.angle, 1e-3 * found.whirl) < 1e-7
+
+
 def _apart(scene: Any, samples: Samples, rtol: float) -> float:
     """Largest difference in ball angle [rad] and whirl [1000 e] from the independent simulator."""
     times = sampling_of(scene).times
@@ -149,6 +165,10 @@ def test_what_mujoco_cannot_represent_is_said(changes: Any, words: str) -> None:
     assert words in mujoco_refusal(scene)
     with pytest.raises(SceneError, match="cannot represent"):
         MuJoCo(scene, sampling_of(scene), 1e-3)
+
+
+def test_mujocos_deck_moves_in_the_plane() -> None:
+    assert "a deck in the plane" in mujoco_refusal(load_scene("feeding-deck"))
 
 
 def test_the_reference_meets_the_oracle() -> None:

@@ -66,9 +66,13 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     return {f"the deck's whirl at {exact(top_speed)} rad/s": complex(max(turning, key=abs))}
 
 
-def lightness_of(system: System) -> float:
-    """Acceleration of the race at a ball per force on it there, along the race [1/kg]."""
-    return float(1.0 / system.carrier.total_mass)
+def yields_of(system: System) -> list[np.ndarray]:
+    """Acceleration of the race at each ball per force on it at each, along it [1/kg].
+
+    Returns:
+        Of shape (balls, balls), all balls side by side; wherever that is, in the plane.
+    """
+    return [np.full((len(system.balls),) * 2, 1.0 / system.carrier.total_mass)]
 
 
 def linearised(system: System) -> Linearised:

@@ -1,5 +1,6 @@
 """A deck that tilts, from a scene."""
 
+import contextlib
 import math
 from typing import Final
 
@@ -17,6 +18,7 @@ from ab_sim.dynamics.system import (
     System,
     ball_inertia,
     has_spin,
+    has_stiffening,
     mount_energy,
     mount_stiffening,
     rotor_moment,
@@ -96,22 +98,29 @@ def angular_velocity(tilt: tuple[float, ...], rate: tuple[float, ...]) -> np.nda
 
 def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     """The fastest eigenvalue [1/s] of the deck on its mounts, gyroscopic moments included."""
-    matrix = linearised(_weightless(system)).matrix(top_speed)
+    matrix = linearised(_weightless(_hardened(system))).matrix(top_speed)
     fastest = max(np.linalg.eigvals(matrix), key=abs)
     return {"the deck's motion on its mounts": complex(fastest)} if abs(fastest) > 0 else {}
 
 
-def lightness_of(system: System) -> float:
-    """Acceleration of the race at a ball per force on it there, along the race [1/kg]."""
-    inverse = np.linalg.inv(linearised(_weightless(system)).mass)
-    most = 0.0
-    for radius, height in system.balls[:, [RACE_RADIUS, RACE_HEIGHT]]:
-        for along in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False):
-            c, s = math.cos(along), math.sin(along)
-            way = np.array([-s, c, 0.0])
-            reach = np.concatenate([way, np.cross([radius * c, radius * s, height], way)])
-            most = max(most, float(reach @ inverse @ reach))
-    return most
+def yields_of(system: System) -> list[np.ndarray]:
+    """Acceleration of the race at each ball per force on it at each, along it [1/kg].
+
+    Returns:
+        Each of shape (balls, balls), all balls side by side, in directions all around.
+    """
+    weights, found = system.balls[:, MASS], []
+    empty = system.carrier._replace(total_mass=system.carrier.total_mass - float(weights.sum()))
+    bare = linearised(_weightless(system._replace(carrier=empty, balls=system.balls[:0]))).mass
+    for along in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False):
+        c, s = math.cos(along), math.sin(along)
+        mass, ways = bare.copy(), []
+        for m, radius, height in system.balls[:, [MASS, RACE_RADIUS, RACE_HEIGHT]]:
+            moves = np.hstack([np.eye(3), -_cross(np.array([radius * c, radius * s, height]))])
+            mass += m * moves.T @ moves
+            ways.append(np.array([-s, c, 0.0]) @ moves)
+        found.append(np.array(ways) @ np.linalg.solve(mass, np.transpose(ways)))
+    return found
 
 
 def linearised(system: System) -> Linearised:
@@ -157,6 +166,25 @@ def linearised(system: System) -> Linearised:
 def _weightless(system: System) -> System:
     """The same without gravity: so that its mounts are relaxed at rest."""
     return system._replace(carrier=system.carrier._replace(gravity=(0.0, 0.0, 0.0)))
+
+
+def _hardened(system: System) -> System:
+    """Mounts as stiff as they are as far out as the deck hangs, or 10 e: springs may be cubic."""
+    deck, effects = system.carrier, system.effects
+    if not has_stiffening(effects):
+        return system
+    place, turn = np.zeros(3), np.eye(3)
+    # What nothing holds may fall.
+    with contextlib.suppress(SceneError):
+        if any(deck.gravity):
+            rest = _at_rest(system)
+            place, turn = rest[:3], Rotation.from_rotvec(rest[3:]).as_matrix()
+    mounts = deck.mounts.copy()
+    for mount in mounts:
+        moved = place + turn @ mount[:3] - mount[:3]
+        far = max(float(np.linalg.norm(moved)), 10.0 * deck.eccentricity, 1e-9)
+        mount[3:6] += mount_stiffening(effects, far**2)
+    return system._replace(carrier=deck._replace(mounts=mounts))
 
 
 def _averaged(system: System) -> tuple[float, float, np.ndarray]:

@@ -1,0 +1,69 @@
+"""Steps that are too long for a deck in space are known beforehand."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_sim.drive import Drive
+from ab_sim.dynamics.assemble import linear_rates, linearised, system_of
+from ab_sim.errors import DivergedError, SceneError
+from ab_sim.integrate.choose import choose_stepper
+from ab_sim.scene import Scene
+from tests.deck.scenes import ODD, Changes, odd
+from tests.deck.test_against_reference import GRAVITY
+
+STILL: Changes = {
+    "rotor": {"eccentricity": 0.0},
+    "start": {"speed": 0.0, "ball_angles": [1.0, 1.0], "deck": None},
+    "balls": {"race": 0},
+}
+
+
+def longest(scene: Scene) -> float:
+    """The longest stable step [s]."""
+    return choose_stepper(scene, system_of(scene)).longest
+
+
+@pytest.mark.parametrize("mass", [2e-4, 0.02, 0.2])
+def test_drag_of_balls_of_any_mass(mass: float) -> None:
+    """Also of balls that are heavier than the deck: they shake it, and are the lighter for it."""
+    drag = {"viscous_drag": {"coefficient": 2e4 * mass}}
+    heavy: Changes = {"rotor": {"mass": 0.04}, "balls": {"mass": mass}, "effects": drag}
+    scene = odd("plain", STILL, heavy, {"solver": {"step": 1e-6}})
+    limit = longest(scene)
+    assert "drag" in choose_stepper(scene, system_of(scene)).limited_by
+    rates = []
+    for share in (0.9, 1.15):
+        drive = Drive(scene, ledger=True)
+        drive.step = share * limit
+        try:
+            rates.append(np.abs(drive.advance(400).ball_rates[-1]).max())
+        except DivergedError:
+            rates.append(np.inf)
+    assert rates[0] < 4.0 < 100.0 < rates[1]
+
+
+def test_mounts_that_harden() -> None:
+    """As stiff as where the deck hangs, which is all their stiffness here."""
+    soft = [{**mount, "stiffness": 0.0} for mount in ODD["mounts"]]
+    springs: dict[str, Any] = {**GRAVITY, "hardening_suspension": {"cubic_stiffness": 1e9}}
+    system = system_of(odd("smooth", STILL, {"mounts": soft, "effects": springs}))
+    (fastest,) = [r for what, r in linear_rates(system, 0.0).items() if "mounts" in what]
+    at_rest = np.abs(np.linalg.eigvals(linearised(system).matrix(0.0))).max()
+    # Chords are up to three times as soft as tangents.
+    assert at_rest / np.sqrt(3.0) < abs(fastest) < at_rest
+    free = system_of(odd("smooth", STILL, {"mounts": [], "effects": springs}))
+    assert not [what for what in linear_rates(free, 0.0) if "mounts" in what]
+
+
+def test_a_step_that_is_too_long_is_refused() -> None:
+    """By what limits it, and to what; stiff mounts do it, and so does gyroscopic speed."""
+    stiff = [{**mount, "stiffness": 1e7} for mount in ODD["mounts"]]
+    with pytest.raises(SceneError, match="the stability limit of the deck's motion on its mounts"):
+        Drive(odd("plain", {"mounts": stiff}), ledger=True)
+    small: Changes = {"deck": {"inertia": [1e-6, 1e-6, 2e-6]}, "mounts": []}
+    slow, fast = (odd("plain", small, {"start": {"speed": w}}) for w in (10.0, 900.0))
+    assert longest(fast) < longest(slow)
+    nothing = odd("plain", {"mounts": [], "effects": {"viscous_drag": None}}, STILL)
+    assert longest(nothing) == np.inf
