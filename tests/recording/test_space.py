@@ -12,7 +12,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import RecordingError
 from ab_sim.recording import Recording, read_recording
 from ab_sim.scene import Scene, load_scene
-from tests.recording.test_recording import cells, still, views
+from tests.recording.runs import cells, still, views
 
 CHANGES = (
     "rotor.height=0.004",
