@@ -57,7 +57,7 @@ def test_nothing_is_lost_without_losses() -> None:
     moved = abs(seen.energies[-1].motor_work)
     assert moved > 1e-4
     assert abs(seen.energies[-1].dissipated) < 1e-12 * moved
-    closes(seen, 1e-11)
+    closes(seen)
 
 
 class Kept(NamedTuple):

@@ -43,8 +43,9 @@ class Gravity(NamedTuple):
         return (across * cos(self.direction), across * sin(self.direction))
 
     def weight(self) -> tuple[float, float, float]:
-        gx, gy = self.gravity()
-        return (gx, gy, -self.acceleration * cos(self.tilt))
+        across = self.acceleration * sin(self.tilt)
+        along = -self.acceleration * cos(self.tilt)
+        return (across * cos(self.direction), across * sin(self.direction), along)
 
     def check_scene(self, scene: "Scene") -> None:
         """Refuse a deck that is pulled aside and that nothing holds."""
