@@ -56,7 +56,7 @@ def test_pose_whirl_and_vibration_are_the_samples(fleet: Fleet, tmp_path: Path) 
     _, here, there = np.intersect1d(run["step"], back["step"], return_indices=True)
     assert len(here) > 500, "the recorder heard what this test did, but for the ends"
     assert back.samples[there].tobytes() == run.samples[here].tobytes()
-    assert np.ptp(run["z"]) > 1e-7 and np.ptp(run.tilt, axis=0).min() > 1e-3, "it moves"
+    assert np.ptp(run["z"]) > 1e-7 and np.ptp(run.tilt, axis=0).min() > 1e-5, "it moves"
     place, turn = by_time(run, run.position), by_time(run, run.turn)
     linear, angular = by_time(run, run.acceleration), by_time(run, run.angular_acceleration)
     poses = [PoseSample.of(message) for message in heard["deck_pose"]]
