@@ -59,11 +59,11 @@ def simulate_batch(
 ) -> Batch:
     """Run a scene's profile once for each variation, for the scene's duration.
 
-    Runs that differ in numbers only, not in a count or a choice, go eight side by side, with vector
-    instructions, and give what a Drive gives to rounding; in the last digits they may depend on
-    what goes beside them. Runs of scenes with events (friction, contact, a motor), with an effect
-    that branches on its numbers (see dynamics.effects), or whose stepper solves for the drag, go
-    one by one.
+    Runs that differ in numbers only, not in a count, a choice or a deck's mounts, go eight side by
+    side, with vector instructions, and give what a Drive gives to rounding; in the last digits they
+    may depend on what goes beside them. Runs of scenes with events (friction, contact, a motor),
+    with an effect that branches on its numbers (see dynamics.effects), or whose stepper solves for
+    the drag, go one by one.
 
     Args:
         scene: what the runs have in common; an accuracy that it asks for is measured with it as it
