@@ -78,6 +78,8 @@ def test_a_flood_between_two_wake_ups_evicts_nobody_elses_command(fleet: Fleet) 
     fleet.start("drive_sim", scene="thesis-hold", wake_rate=1.0, block_rate=1.0, patience=10.0)
     for publisher in (flooding, good):
         fleet.until(publisher.get_subscription_count, "the drive listens")
+    # A change shows in blocks only to who has heard what was before.
+    fleet.until(lambda: blocks, "a block")
     for count in range(1, 5):
         good.publish(command_message(float(count)))
         for _ in range(1500):
