@@ -22,6 +22,7 @@ STEPS = {
     "tsit5": (2e-3, 1e-3, 5e-4),
     "rk8": (5e-3, 4e-3, 2.5e-3),
     "sweeps": (3.2e-3, 2.5e-3, 2e-3),
+    "generalized-alpha": (2e-4, 1e-4, 5e-5),
 }
 """Below the stability limit, above rounding; each divides the time asked for."""
 
@@ -125,6 +126,7 @@ def test_their_order_does_not_depend_on_who_was_imported_first() -> None:
 
 def test_unknown_stepper() -> None:
     with pytest.raises(
-        SceneError, match=r"did you mean 'rk8'.*known are: rk4, rk8, sweeps, tsit5, auto"
+        SceneError,
+        match=r"did you mean 'rk8'.*known are: generalized-alpha, rk4, rk8, sweeps, tsit5, auto",
     ):
         stepper_named("rk88")
