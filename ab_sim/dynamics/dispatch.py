@@ -111,6 +111,12 @@ def any_effect_has(*methods: str) -> Callable[[Any], bool]:
     return present
 
 
+def found_in(kind: Any, present: Callable[[Any], bool]) -> bool:
+    """What ``present``, made by ``any_effect_has``, says, of numba's type of a System."""
+    classes = [effect_class(each) for each in part_of(kind, "effects")]
+    return any(hasattr(cls, method) for cls in classes for method in _methods_of[present])
+
+
 def chosen_by(
     present: Callable[[Any], bool], yes: Callable[..., Any], no: Callable[..., Any]
 ) -> Callable[..., Any]:
@@ -123,7 +129,6 @@ def chosen_by(
         yes, no: functions of a Plant, or a System, and further arguments; inlined, whatever they
             ask for.
     """
-    methods = _methods_of[present]
 
     def call(plant: Any, *arguments: Any) -> Any:
         effects = getattr(plant, "system", plant).effects
@@ -131,10 +136,7 @@ def chosen_by(
 
     @overload(call, jit_options=INLINED, strict=False)
     def resolve(plant: Any, *arguments: Any) -> Any:
-        kinds = part_of(system_in(plant), "effects")
-        classes = [effect_class(kind) for kind in kinds]
-        found = any(hasattr(cls, method) for cls in classes for method in methods)
-        body = yes if found else no
+        body = yes if found_in(system_in(plant), present) else no
         return getattr(body, "py_func", body)
 
     return call

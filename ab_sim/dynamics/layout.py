@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from numba.extending import overload, register_jitable
 
-from ab_sim.dynamics.dispatch import INLINED, effect_class, part_of
+from ab_sim.dynamics.dispatch import INLINED, effect_class, found_in, part_of
 from ab_sim.dynamics.system import System, ball_count, ball_number, carrier_states, has_motor
 
 MOTOR_NAMES = ("spindle angle", "spindle speed", "speed loop's integral")
@@ -86,12 +86,13 @@ def _state_count(system, state):  # type: ignore[no-untyped-def]
 
 
 def states_in(kind: Any) -> int | None:
-    """Number of states, where numba's type of a System tells it; no motor then."""
+    """Number of states, where numba's type of a System tells it."""
     n = ball_number(kind)
     if n is None:
         return None
     own: int = effect_class(part_of(kind, "carrier")).STATES
-    return own + 2 * n + len(LEDGER_NAMES) * len(part_of(kind, "ledger"))
+    motor = len(MOTOR_NAMES) if found_in(kind, has_motor) else 0
+    return own + 2 * n + motor + len(LEDGER_NAMES) * len(part_of(kind, "ledger"))
 
 
 class Layout(NamedTuple):

@@ -59,7 +59,7 @@ def advance(  # type: ignore[no-untyped-def]
     """
     first, nominal, offset = clock
     trial, steps = work.trial, rows.shape[0]
-    plant = Plant(system, place, modes, room_of(system, work))
+    plant = Plant(system, place, modes, room_kept(system, work))
     owner = owner_of(plant, weights, work)
     own = Calls(
         take_context(owner),
@@ -141,6 +141,10 @@ at_restitution = callback(_restitution, numba.float64, *RESTITUTION)
 at_kick = callback(_kick, numba.int64, *KICK)
 
 
+room_kept = chosen_by(
+    has_events, lambda system, work: work.room, lambda system, work: room_of(system, work)
+)
+"""Where an evaluation writes: events read what it has written; ``(system, work)``."""
 owner_of = chosen_by(
     has_events, lambda plant, weights, work: (plant, weights, work), lambda plant, *_: None
 )
