@@ -47,6 +47,8 @@ class RecoveryOverDrag:
     band: float
     """m."""
     balls: int
+    together: bool
+    """Whether some balls start at one angle, where equal ones stay together for ever."""
     drag: float
     """The scene's own [N s/m]."""
     own: Recovery
@@ -139,6 +141,7 @@ def recovery_over_drag(
         change.to_speed,
         band,
         scene.balls.count,
+        _together(scene),
         drag,
         found[0],
         tuple(drags),
@@ -179,6 +182,11 @@ def in_one_ball(scene: Scene) -> Scene:
     if radius is not None:
         changes["balls"]["radius"] = radius
     return changed_scene(scene, changes, "one ball")
+
+
+def _together(scene: Scene) -> bool:
+    angles = scene.start.ball_angles or (0.0,) * scene.balls.count
+    return len({*zip(angles, scene.balls.masses, scene.balls.radii, strict=True)}) < len(angles)
 
 
 def _named(scene: Scene) -> str:

@@ -152,7 +152,7 @@ def _judge(
     peak, at = peak_whirl(run)
     settled = None
     if state is not None or (states.left_out and _rests(whirl, STILL * band)):
-        settled = _settled_at(run, steady, band)
+        settled = settled_at(run, steady, band)
         if time[-1] - settled < LAST * (time[-1] - change.start_time):
             settled = None
     begins = at if peak > steady + band else change.start_time + change.duration
@@ -177,7 +177,7 @@ def _nearest(states: Equilibria, u: np.ndarray, band: float) -> RestingState | N
     return state if state is not None and abs(np.hypot(*u) - state.W) <= band else None
 
 
-def _settled_at(run: Trajectory, steady: float, band: float) -> float:
+def settled_at(run: Trajectory, steady: float, band: float) -> float:
     """From when on the whirl is within the band [s], found between samples."""
     time, whirl = run["time"], run.whirl
     outside = np.flatnonzero(np.abs(whirl - steady) > band)
