@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.analysis.equilibria.balanced import positions
-from ab_sim.analysis.equilibria.patterns import patterns_of, phase, radii
+from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, phase, radii
 from ab_sim.analysis.equilibria.resting import LEFT_OUT, Rotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState, resting_state
 from ab_sim.dynamics.system import System
@@ -69,15 +69,21 @@ def clustered_states(system: System, rotor: Rotor, speed: float) -> list[Resting
     found = []
     for pattern in patterns_of(rotor):
         roots = radii(rotor, pattern.moment, speed)
-        for k, W in enumerate(roots):
-            phi = phase(rotor, pattern.moment, speed, W)
-            u = np.array([W * math.cos(phi), W * math.sin(phi)])
-            theta = np.array([phi if sign > 0 else _opposite(phi) for sign in pattern.signs])
-            label = pattern.label + (f"/{k + 1}" if len(roots) > 1 else "")
-            found.append(
-                resting_state(system, speed, label, u, theta, _turning(rotor), pattern.assignments)
-            )
+        for rank in range(len(roots)):
+            found.append(clustered_state(system, rotor, speed, pattern, roots, rank))
     return found
+
+
+def clustered_state(
+    system: System, rotor: Rotor, speed: float, pattern: Pattern, roots: list[float], rank: int
+) -> RestingState:
+    """Of a pattern's radii, the state with the one at this rank."""
+    W = roots[rank]
+    phi = phase(rotor, pattern.moment, speed, W)
+    u = np.array([W * math.cos(phi), W * math.sin(phi)])
+    theta = np.array([phi if sign > 0 else _opposite(phi) for sign in pattern.signs])
+    label = pattern.label + (f"/{rank + 1}" if len(roots) > 1 else "")
+    return resting_state(system, speed, label, u, theta, _turning(rotor), pattern.assignments)
 
 
 def balanced_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:
