@@ -4,8 +4,8 @@ Sources: ``rest_oracle.json``, cases R1a, R4 and R5 of the project's ``shared/or
 (shared/REST.md); P16 of ``oracle.json``; relative-stability (NSC 2007) Table 3; three-ball (Lu and
 Hung 2008) figure 2.
 
-Frames: u on rotating axes, theta from the unbalance. Tolerances: those that the cases state, W 1e-10
-relative, angles 1e-10, eigenvalues 1e-8 as sets, folds and crossings 1e-8 relative.
+Frames: u on rotating axes, theta from the unbalance. Tolerances: those that the cases state, W
+1e-10 relative, angles 1e-10, eigenvalues 1e-8 as sets, folds and crossings 1e-8 relative.
 """
 
 import json

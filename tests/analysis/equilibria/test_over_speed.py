@@ -72,10 +72,11 @@ def test_at_rest_and_without_balls() -> None:
 
 
 def test_sixty_four_balls() -> None:
-    found = equilibria_of(drive(m=(2e-5,) * 64), 150.0).branches
-    assert {state.label.split("/")[0] for state in found} >= {f"{p}+{64 - p}" for p in range(64)}
-    assert all(len(state.eigenvalues) == 132 for state in found)
-    assert next(state for state in found if state.label == "balanced").stable
+    """Too light to balance: each of the 65 patterns has one state, and the last one is stable."""
+    found = equilibria_of(drive(m=(1e-6,) * 64), 150.0)
+    assert [state.label for state in found.branches] == [f"{64 - q}+{q}" for q in range(65)]
+    assert all(len(state.eigenvalues) == 132 for state in found.branches)
+    assert [state.label for state in found.stable] == ["64+0"]
 
 
 def test_the_other_way_round_is_the_mirror_image() -> None:
