@@ -141,14 +141,14 @@ class TurnMap:
         """
         steps, state = steps or self.fewest, guess.copy()
         state[self.layout.angles] = within_turn(state[self.layout.angles])
-        before, best, missed = math.inf, None, math.inf
+        best, missed = None, math.inf
         for iteration in range(NEWTON):
             orbit, gap, scale = self._orbit(state, steps, iteration)
             if orbit is None:
                 return None
             if missed < CLOSED and orbit.residual >= 0.5 * missed:
                 return best
-            before, missed, best = missed, orbit.residual, orbit
+            missed, best = orbit.residual, orbit
             if missed == 0.0:
                 return best
             matrix = (orbit.monodromy - np.eye(len(gap))) * scale / scale[:, None]
