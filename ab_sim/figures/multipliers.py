@@ -14,6 +14,8 @@ from ab_sim.analysis.floquet import Followed, Stability
 COLORS = {"stable": "tab:blue", "unstable": "tab:red", "undecided": "0.45"}
 MARKERS = ("o", "s", "D")
 """Of solutions, one after the other."""
+CLOSEST = 1e-3
+"""Half the width of what is shown around 1, at least."""
 SHADE: dict[str, Any] = {"color": "tab:green", "alpha": 0.13, "lw": 0}
 
 
@@ -24,30 +26,50 @@ def multipliers_figure(solutions: Sequence[Stability], path: Path) -> None:
         solutions: of one scene at one speed, at least one.
         path: file to write; its ending says the format (png, svg, pdf).
     """
-    figure = Figure(figsize=(7.5, 8.0), layout="constrained")
+    figure = Figure(figsize=(11.0, 6.8), layout="constrained")
     first = solutions[0]
     figure.suptitle(f"Multipliers of {first.scene} at {first.speed:g} rad/s", fontsize=13)
-    axes = figure.subplots()
-    turn = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 361))
+    whole, near = figure.subplots(1, 2)
+    for axes in (whole, near):
+        _draw_plane(axes, solutions)
+    far = max(1.0, *(float(np.abs(found.multipliers).max(initial=0.0)) for found in solutions))
+    _frame(whole, 0.0, 1.12 * far)
+    whole.set_title("all", fontsize=10)
+    _frame(near, 1.0, min(1.0, 1.4 * max(CLOSEST, *(_from_one(found) for found in solutions))))
+    near.set_title("around 1", fontsize=10)
+    figure.legend(
+        *whole.get_legend_handles_labels(), loc="outside lower center", fontsize=9,
+        title="over one turn of the spindle; inside the circle what is near comes back",
+        title_fontsize=8,
+    )  # fmt: skip
+    figure.savefig(path, dpi=110)
+
+
+def _draw_plane(axes: Axes, solutions: Sequence[Stability]) -> None:
+    # Many points: around 1 little of the circle is seen, and shall be round.
+    turn = np.exp(1j * np.linspace(-math.pi, math.pi, 20_001))
     axes.fill(turn.real, turn.imag, zorder=0, **SHADE)
     axes.plot(turn.real, turn.imag, color="0.3", lw=1.0)
     for marker, found in zip(MARKERS, solutions, strict=False):
         own, color = found.multipliers, COLORS[found.verdict]
         label = f"{_name(found)}: {found.verdict}, largest {found.largest:.6g}"
         axes.plot(own.real, own.imag, marker, color=color, mfc="none", ms=6, mew=1.4, label=label)
-    far = max(1.0, *(float(np.abs(found.multipliers).max(initial=0.0)) for found in solutions))
-    axes.set_xlim(-1.12 * far, 1.12 * far)
-    axes.set_ylim(-1.12 * far, 1.12 * far)
     axes.set_aspect("equal")
     axes.grid(alpha=0.3)
     axes.set_xlabel("real part")
     axes.set_ylabel("imaginary part")
-    figure.legend(
-        *axes.get_legend_handles_labels(), loc="outside lower center", fontsize=9,
-        title="over one turn of the spindle; inside the circle what is near comes back",
-        title_fontsize=8,
-    )  # fmt: skip
-    figure.savefig(path, dpi=110)
+
+
+def _frame(axes: Axes, center: float, half: float) -> None:
+    axes.set_xlim(center - half, center + half)
+    axes.set_ylim(-half, half)
+
+
+def _from_one(found: Stability) -> float:
+    """How far the largest multiplier is from 1."""
+    moduli = np.abs(found.multipliers)
+    largest = found.multipliers[np.abs(moduli - found.largest) <= 1e-12 * (1.0 + found.largest)]
+    return float(np.abs(largest - 1.0).min(initial=1.0))
 
 
 def _name(found: Stability) -> str:
@@ -58,7 +80,9 @@ def _name(found: Stability) -> str:
 
 
 def modulus_figure(scene: str, followed: Followed, path: Path) -> None:
-    """Draw the largest modulus and the whirl over the parameter, the stable part shaded.
+    """Draw the largest modulus over the parameter, the stable part shaded.
+
+    And the whirl, where the deck moves.
 
     Args:
         scene: its name.
@@ -67,20 +91,23 @@ def modulus_figure(scene: str, followed: Followed, path: Path) -> None:
     """
     figure = Figure(figsize=(9.0, 6.5), layout="constrained")
     figure.suptitle(f"Stability of {scene} over {followed.over}", fontsize=13)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.55))
-    draw_modulus(above, followed)
     found = [point.found for point in followed.points]
-    whirl = [math.nan if one is None else 1e6 * one.whirl[1] for one in found]
     values = [point.value for point in followed.points]
-    below.plot(values, whirl, ".-", color="0.25", lw=1.0, ms=4)
-    for low, high in stable_parts(followed):
-        below.axvspan(low, high, **SHADE)
-    below.set_ylabel("largest whirl [um]")
-    below.set_ylim(bottom=0.0, top=None if np.nanmax(whirl) > 1e-6 else 1.0)
+    if all(one is None or one.balanced for one in found):
+        below = figure.subplots()
+        draw_modulus(below, followed)
+    else:
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.55))
+        draw_modulus(above, followed)
+        whirl = [math.nan if one is None else 1e6 * one.whirl[1] for one in found]
+        below.plot(values, whirl, ".-", color="0.25", lw=1.0, ms=4)
+        for low, high in stable_parts(followed):
+            below.axvspan(low, high, **SHADE)
+        below.set_ylabel("largest whirl [um]")
+        below.set_ylim(bottom=0.0)
+        below.grid(alpha=0.3)
     below.set_xlabel(followed.over + (" [rad/s]" if followed.over == "speed" else ""))
-    for axes in (above, below):
-        axes.grid(alpha=0.3)
-    above.set_xlim(min(values), max(values))
+    below.set_xlim(min(values), max(values))
     figure.savefig(path, dpi=110)
 
 
@@ -108,6 +135,7 @@ def draw_modulus(axes: Axes, followed: Followed) -> None:
             fontsize=8,
         )  # fmt: skip
     axes.set_ylabel("largest modulus of a multiplier")
+    axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
 
 
