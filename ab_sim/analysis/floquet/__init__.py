@@ -4,6 +4,7 @@ from ab_sim.analysis.floquet.follow import Border, Followed, Point, follow
 from ab_sim.analysis.floquet.stability import (
     Stability,
     held_speed,
+    largest_of,
     none_found,
     solutions_of,
 )
@@ -20,6 +21,7 @@ __all__ = [
     "TurnMap",
     "follow",
     "held_speed",
+    "largest_of",
     "none_found",
     "solutions_of",
 ]

@@ -63,8 +63,7 @@ class Stability:
     @property
     def largest(self) -> float:
         """Modulus of the largest multiplier, structural ones left out; 0 where there is none."""
-        rest = np.delete(self.multipliers, _nearest_to_one(self.multipliers, self.structural))
-        return float(np.abs(rest).max(initial=0.0))
+        return _largest(self.multipliers, self.structural)
 
     @property
     def stable(self) -> bool | None:
@@ -235,6 +234,21 @@ def apart(ones: np.ndarray, others: np.ndarray) -> float:
     return float(distance[linear_sum_assignment(distance)].max(initial=0.0))
 
 
+def largest_of(turn: TurnMap, orbit: Orbit) -> float:
+    """Largest modulus of an orbit's multipliers as its steps give them, structural ones left out.
+
+    For maps of many; ``judged`` says besides how many digits of it are right.
+    """
+    multipliers = multipliers_of(orbit)
+    structural = _structural(turn, multipliers) if _keeps_still(turn, orbit) else 0
+    return _largest(multipliers, structural)
+
+
+def _largest(multipliers: np.ndarray, structural: int) -> float:
+    nearest_to_one = np.argsort(np.abs(multipliers - 1.0), kind="stable")[:structural]
+    return float(np.abs(np.delete(multipliers, nearest_to_one)).max(initial=0.0))
+
+
 def _keeps_still(turn: TurnMap, orbit: Orbit) -> bool:
     own = turn.layout.carrier
     away = np.abs(orbit.states[:, own] - turn.rest()) / turn.scale[own]
@@ -247,11 +261,6 @@ def _structural(turn: TurnMap, multipliers: np.ndarray) -> int:
     races = np.unique(heights, return_counts=True)[1] if turn.scene.deck is not None else [n]
     free = sum(max(0, int(balls) - 2) for balls in races)
     return min(free, int(np.sum(np.abs(multipliers - 1.0) <= STRUCTURAL)))
-
-
-def _nearest_to_one(multipliers: np.ndarray, count: int) -> np.ndarray:
-    """Places of so many multipliers."""
-    return np.argsort(np.abs(multipliers - 1.0), kind="stable")[:count]
 
 
 def _whirl(turn: TurnMap, orbit: Orbit) -> tuple[float, float]:

@@ -34,6 +34,8 @@ SAFETY = 2.5
 CLOSED = 1e-9
 """What a start may miss itself by, in the units of ``TurnMap.scale``; Newton's last step gets to
 rounding."""
+ROUNDED = 1e-14
+"""A start that misses itself by no more is not looked for further."""
 NEWTON = 60
 FARTHEST = 0.5
 """That a ball is moved by a step of Newton's method [rad]."""
@@ -149,7 +151,7 @@ class TurnMap:
             if missed < CLOSED and orbit.residual >= 0.5 * missed:
                 return best
             missed, best = orbit.residual, orbit
-            if missed == 0.0:
+            if missed <= ROUNDED:
                 return best
             matrix = (orbit.monodromy - np.eye(len(gap))) * scale / scale[:, None]
             change = scale * np.linalg.lstsq(matrix, -gap / scale, rcond=FLAT)[0]
