@@ -25,6 +25,7 @@ SHRINKS = 1e-4
 
 
 def plane(random: np.random.Generator) -> tuple[Scene, float]:
+    """A drive in the plane, and a speed [rad/s]."""
     stiffness, damping = random.uniform(700.0, 1500.0, 2), random.uniform(0.1, 2.0, 2)
     raw: dict[str, Any] = {
         "name": "plane",
@@ -50,6 +51,7 @@ def plane(random: np.random.Generator) -> tuple[Scene, float]:
 
 
 def deck(random: np.random.Generator) -> tuple[Scene, float]:
+    """A deck in space, and a speed [rad/s]."""
     scene = load_scene("feeding-deck")
     damping = float(random.uniform(0.02, 0.8))
     changes = {
@@ -66,6 +68,7 @@ def deck(random: np.random.Generator) -> tuple[Scene, float]:
 
 
 def main() -> None:
+    """Points, until there are enough."""
     arguments = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     arguments.add_argument("--points", type=int, default=50)
     arguments.add_argument("--seed", type=int, default=1)

@@ -130,13 +130,15 @@ def draw_modulus(axes: Axes, followed: Followed) -> None:
     axes.axhline(1.0, color="0.3", lw=1.0)
     for border in followed.borders:
         axes.plot(border.value, 1.0, "o", color="k", mfc="w", ms=6, zorder=4)
+        # Away from what is unstable, where the curve is high.
+        side = -1 if border.stable_below else 1
         axes.annotate(
-            f"{border.value:.6g}", (border.value, 1.0), xytext=(4, 6), textcoords="offset points",
-            fontsize=8,
+            f"{border.value:.6g}", (border.value, 1.0), xytext=(5 * side, 6),
+            textcoords="offset points", ha="right" if border.stable_below else "left", fontsize=8,
         )  # fmt: skip
     axes.set_ylabel("largest modulus of a multiplier")
     axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=8, loc="upper right")
 
 
 def stable_parts(followed: Followed) -> Iterator[tuple[float, float]]:

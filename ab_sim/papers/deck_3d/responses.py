@@ -109,7 +109,7 @@ def _draw(
         left, balls.time, 1e6 * balls.vibration, color="tab:blue", lw=1.0, label="with balls"
     )
     left.set_ylabel("VQ [um]")
-    left.set_ylim(bottom=0.0)
+    left.set_ylim(0.0, 1.3e6 * float(max(balls.vibration.max(), bare.vibration.max())))
     left.set_title(f"Figure {number}: {speed:g} rad/s", fontsize=10, loc="left")
     left.legend(fontsize=8, loc="upper right")
     for k, color in enumerate(("tab:blue", "tab:red")):

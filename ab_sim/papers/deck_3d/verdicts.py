@@ -82,9 +82,11 @@ def border_section(folder: Path, tell: Tell) -> Section:
         panel.set_xlim(100.0, 500.0)
         borders = ", ".join(
             f"{border.value:.6f} ({'un' if border.stable_below else ''}stable above)"
-            for border in followed.borders
+            for border in sorted(followed.borders, key=lambda border: border.value)
         )
-        rows.append((title, borders or "none"))
+        fastest = followed.points[0].found
+        whirl = "-" if fastest is None else f"{1e6 * fastest.whirl[1]:.3g}"
+        rows.append((title, borders or "none", whirl))
     for panel in panels[-1]:
         panel.set_xlabel("spindle speed [rad/s]")
     caption = (
@@ -102,12 +104,13 @@ def border_section(folder: Path, tell: Tell) -> Section:
         "its own model and the damping lowered that fails: the table gives, for each rotational "
         "frequency, the damping at which the largest modulus crosses 1 as c falls from .6 to .002. "
         "What grows is a motion in the plane (X, Y, gamma and the balls), no tilt.",
-        "One ball cannot balance this rotor: it comes to rest opposite the unbalance, and the deck "
-        "keeps a whirl of a few micrometres. Of three and four balls the balanced positions form a "
+        "One ball of the same mass is too heavy to balance this rotor: it comes to rest opposite "
+        "the unbalance, and the deck keeps a whirl. Of three and four balls the balanced positions form a "
         "manifold; judged is the one nearest to an even spread, its n - 2 structural ones left "
         "out, and other positions have other borders.",
     )
-    table = Table("Borders from 100 to 500 rad/s", ("case", "speeds [rad/s]"), tuple(rows))
+    names = "case", "borders [rad/s]", "whirl at 500 rad/s [um]"
+    table = Table("Borders from 100 to 500 rad/s", names, tuple(rows))
     return Section(
         "Where the balance becomes stable", text, (table, lowest),
         (written(figure, folder, "borders", caption),),
