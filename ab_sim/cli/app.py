@@ -241,6 +241,45 @@ def modes(
 
 
 @app.command()
+def equilibria(
+    scene: SceneArgument,
+    change: SetOption = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the spindle [rad/s], for the table. Default: the one at which the scene's "
+            "profile ends."
+        ),
+    ] = None,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the branches over speed: .png, .svg or .pdf."),
+    ] = None,
+) -> None:
+    """Where the balls can rest on the rotor at a speed that is held, and how firmly.
+
+    All resting states at one speed: p+q has p balls on the side of the displacement and q
+    opposite, /1 the larger whirl and /2 the smaller; a sign per ball where balls differ; balanced
+    has no whirl. And over speed, up to spindle.max_speed: where states begin, end, and turn
+    unstable, and ranges of speed without any stable state. Friction and contact of balls are left
+    out of the verdicts.
+
+    The JSON has `branches`, each with label, W and u (on the rotating axes) [m], phase and theta
+    [rad], assignments (ways to give the places to the balls, null in a continuum), eigenvalues
+    [re, im] [1/s], structural_zeros (how many of them are 0 because states form a continuum),
+    lambda_max (the largest real part but for these), stable (null: undecided) and verdict; and
+    `over_speed` with branches, folds, crossings and ranges [rad/s].
+    """
+    from ab_sim.cli.equilibria import equilibria_command
+
+    equilibria_command(scene, change or [], speed, json, plot)
+
+
+@app.command()
 def floquet(
     scene: SceneArgument,
     change: SetOption = None,
@@ -327,7 +366,7 @@ def recovery(
     settled_at [s]; steady_whirl [m], label, lambda_max [1/s] and verdict of the resting state;
     rested_before, whether it rested when the change began; and duration of the run, all at the
     scene's own drag; `over_drag` the same at each drag, with its composite_index [s]; best_drag;
-    and `one_ball` all that with one ball. What was computed once is kept, see README.
+    and `one_ball` all that with one ball. What was computed once is kept in ~/.cache/ab_sim.
     """
     from ab_sim.cli.recovery import recovery_command
 

@@ -111,7 +111,9 @@ def _composite(runs: dict[int, list[Recovery]], folder: Path) -> tuple[Table, Pi
             rows.append((name, f"{case.number}", best, published))
         axes.set_title(f"drags {name}", fontsize=10)
         _name(axes, "drag of the race [N s/m]", "composite index [s]")
-        axes.legend(fontsize=8)
+        axes.set_ylim(0.0, 1.1 * axes.get_ylim()[1])
+        if grid is DRAGS:
+            axes.legend(fontsize=8, loc="center right")
     columns = ("drags [N s/m]", "case", "best [N s/m]", "published")
     picture = written(figure, folder, 6, "composite index over drag; stars: the best of the drags")
     return Table("The best drag", columns, tuple(rows)), picture
@@ -187,8 +189,9 @@ def together_section(folder: Path, tell: Tell) -> Section:
         "than twice the drag.",
         "Balls that start apart are still coming together when the speed changes, at 10 s, the "
         "slower the larger the drag. In case 2, where lambda_Rmax is 0, they do so slower than "
-        "any exponential: the whirl falls towards 0, as the report has it, but is not within "
-        "1e-6 mm of it for minutes.",
+        "any exponential: the angle between them falls like 1/sqrt(t) and the whirl like 1/t. It "
+        "falls towards 0, as the report has it, but would be within 1e-6 mm of it only after more "
+        "than an hour.",
     )
     return Section(
         "What the balls' start decides",
