@@ -1,7 +1,7 @@
 """Floquet multipliers against values that independent methods agree on.
 
 Sources: case P17 of ``oracle.json``, deck-3d's balanced deck (largest modulus, to 1e-7); case R6 of
-``rest_oracle.json``, a copy of the project's ``shared/oracle/rest.json``: all multipliers with an
+``floquet_oracle.json``, out of the project's ``shared/oracle/rest.json``: all multipliers with an
 unequal suspension (to 1e-8).
 """
 
@@ -17,7 +17,7 @@ from tests.analysis.floquet.scenes import deck, equal, plane
 from tests.reference.cases import LITERATURE, oracle_cases
 
 KIM_CHUNG = oracle_cases()["P17"]
-REST = oracle_cases(LITERATURE / "rest_oracle.json")
+UNEQUAL = oracle_cases(LITERATURE / "floquet_oracle.json")["R6"]
 
 
 def of_params(p: dict[str, Any], **start: Any) -> Scene:
@@ -40,7 +40,7 @@ def of_params(p: dict[str, Any], **start: Any) -> Scene:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("value", REST["R6"]["expected"], ids=lambda value: value["set"])
+@pytest.mark.parametrize("value", UNEQUAL["expected"], ids=lambda value: value["set"])
 def test_multipliers_with_an_unequal_suspension(value: dict[str, Any]) -> None:
     assert value["params"]["kappa"] == 0.4, "balls that roll: ball_spin"
     scene = of_params(

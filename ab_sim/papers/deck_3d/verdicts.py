@@ -105,7 +105,8 @@ def border_section(folder: Path, tell: Tell) -> Section:
         "frequency, the damping at which the largest modulus crosses 1 as c falls from .6 to .002. "
         "What grows is a motion in the plane (X, Y, gamma and the balls), no tilt.",
         "One ball of the same mass is too heavy to balance this rotor: it comes to rest opposite "
-        "the unbalance, and the deck keeps a whirl. Of three and four balls the balanced "
+        "the unbalance, and the deck keeps a whirl; near the translational frequencies no motion "
+        "that repeats with the spindle is found at all. Of three and four balls the balanced "
         "positions form a manifold; judged is the one nearest to an even spread, its n - 2 "
         "structural ones left out, and other positions have other borders.",
     )

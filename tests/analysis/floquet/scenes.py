@@ -17,6 +17,7 @@ PLANE: dict[str, Any] = {
             "damping_2": 0.3,
             "axis_angle": 0.4,
         },
+        "gravity": {"tilt": 0.0},
         "viscous_drag": {"coefficient": 1.0},
         "spindle_acceleration": {},
         "ball_spin": {},

@@ -1,7 +1,6 @@
 """Periodic solutions and their multipliers: what they must be whatever the method."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from ab_sim.analysis.floquet.stability import apart
 from ab_sim.analysis.floquet.starts import balanced_angles
 from ab_sim.analysis.held import held
 from ab_sim.errors import InputError, SceneError
-from ab_sim.scene import Scene, load_scene
+from ab_sim.scene import check_scene, load_scene
 from tests.analysis.floquet.scenes import PLANE, deck, equal, plane
 from tests.conftest import merge
 
@@ -26,17 +25,11 @@ def test_at_rest_on_the_rotor_multipliers_are_those_of_the_eigenvalues() -> None
     """
     scene = plane(effects=EQUAL)
     found = solutions_of(scene, 200.0, "balanced")[0]
-    same = merge(PLANE, {"effects": {"unequal_suspension": None}})
+    same = merge(PLANE, {"effects": {"unequal_suspension": None, "gravity": None}})
     same["effects"]["suspension"] = {"stiffness": 1000.0, "damping": 0.2}
-    field = held(plane().model_validate(scene_of(same)), 200.0)
+    field = held(check_scene(same, "test"), 200.0)
     rates = np.linalg.eigvals(field.jacobian(0.0, found.orbit.start))
     assert apart(found.multipliers, np.exp(rates * found.period)) < 1e-11
-
-
-def scene_of(raw: dict[str, Any]) -> Scene:
-    from ab_sim.scene import check_scene
-
-    return check_scene(raw, "test")
 
 
 @pytest.mark.parametrize("angle", [0.3, 2.0])
@@ -108,7 +101,7 @@ def test_rotational_modes_do_matter_at_low_damping() -> None:
     """Against the paper's claim: with c = .1 N s/m the balance at 335 rad/s is not stable."""
     scene = deck()
     low = [{**mount.model_dump(mode="json"), "damping": 0.1} for mount in scene.mounts]
-    low_damped = scene_of({**scene.as_mapping(), "mounts": low})
+    low_damped = check_scene({**scene.as_mapping(), "mounts": low}, "test")
     assert solutions_of(scene, 335.0, "balanced")[0].stable
     assert solutions_of(low_damped, 335.0, "balanced")[0].stable is False
 
@@ -169,6 +162,25 @@ def test_unequal_balls_are_sent_to_where_they_balance() -> None:
     turn = TurnMap(scene, 200.0)
     pull = np.array([6e-6, 8e-6, 5e-6]) @ np.exp(1j * balanced_angles(turn))
     assert pull == pytest.approx(-turn.system.carrier.unbalance, abs=1e-15)
+
+
+def test_a_ball_that_hangs_in_space_is_periodic_too() -> None:
+    """On edge, with little drag: it stays behind by a turn each turn, where its weight holds it.
+
+    Within a hundredth of where drag and weight are in balance on a shaft that does not move:
+    c_b R w = m g sin(how far it is carried along).
+    """
+    speed, drag = 200.0, 2e-4
+    scene = plane(
+        effects={"gravity": {"tilt": math.pi / 2}, "viscous_drag": {"coefficient": drag}},
+        balls={"count": 1, "mass": 1e-4},
+        start={"ball_angles": [-math.pi / 2], "ball_rates": [-speed]},
+    )
+    hanging, turning = solutions_of(scene, speed)
+    assert hanging.ball_turns.tolist() == [-1] and turning.ball_turns.tolist() == [0]
+    assert hanging.stable and turning.stable
+    carried = math.asin(drag * 0.01 * speed / (1e-4 * 9.80665))
+    assert hanging.angles[0] == pytest.approx(-math.pi / 2 + carried, abs=0.02)
 
 
 def test_verdicts_agree_with_runs() -> None:
