@@ -280,6 +280,64 @@ def equilibria(
 
 
 @app.command()
+def floquet(
+    scene: SceneArgument,
+    change: SetOption = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(help="Of the spindle [rad/s]; default: what the scene keeps in the end."),
+    ] = None,
+    begin: Annotated[
+        str,
+        typer.Option(
+            "--from",
+            metavar="START",
+            help="Search from the scene's start, from the balanced position, or from what has "
+            "settled after some hundreds of turns: start, balanced, settled; default: from each.",
+        ),
+    ] = "",
+    over: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KEY=FROM:TO:COUNT",
+            help="Follow a solution over the speed, e.g. speed=100:500:41, or over a value of the "
+            "scene, e.g. race.radius=0.02:0.04:21, and locate the borders of stability.",
+        ),
+    ] = None,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Draw the multipliers in the complex plane; or the largest modulus over the "
+            "parameter: .png, .svg or .pdf.",
+        ),
+    ] = None,
+) -> None:
+    """Motions that repeat with every turn of the spindle, and whether they are stable (Floquet).
+
+    At a speed that is held; for scenes whose spindle angle stays in the equations (a deck in space,
+    unequal suspension, gravity across the shaft), and others too. Found by Newton's method, judged
+    by their multipliers over one turn, the eigenvalues of the exact derivative of the steps taken.
+    Scenes with friction, contact or a motor are refused.
+
+    The JSON has `found`, `multipliers` ([re, im], by modulus), `largest` (their largest
+    modulus, but for structural_ones), `stable` (null: undecided), `speed`, period, found_from,
+    balanced, whirl_min and whirl_max [m], ball_angles, ball_turns, ball_swing [rad], start (the
+    state at the start of a turn, by state_names), residual (in units of e, rad and speed),
+    iterations, steps, halved_step_difference; `others`, the same of further solutions; and with
+    --over `followed`: `points` over the parameter, and `borders`, where the largest modulus is 1.
+    Where nothing was found, found is false.
+    """
+    from ab_sim.cli.floquet import floquet_command
+
+    floquet_command(scene, change or [], speed, begin, over, json, plot)
+
+
+@app.command()
 def recovery(
     scene: SceneArgument,
     change: SetOption = None,

@@ -9,7 +9,8 @@ from numba.extending import overload
 from ab_sim.dynamics.dispatch import INLINED, system_in
 from ab_sim.dynamics.layout import state_count, states_in
 from ab_sim.dynamics.numbers.abreast import copied, stepped
-from ab_sim.dynamics.slope import inlined_evaluate
+from ab_sim.dynamics.numbers.kinds import duals
+from ab_sim.dynamics.slope import evaluate, inlined_evaluate
 from ab_sim.integrate.on_stack import pairs_of, rates_of, trial_of
 from ab_sim.integrate.stepper import Stepper
 
@@ -50,8 +51,15 @@ def _in_memory(plant, time, state, slope, work):  # type: ignore[no-untyped-def]
     inlined_evaluate(plant, time, state, slope)
 
 
+def _with_duals(plant, time, state, slope, work):  # type: ignore[no-untyped-def]
+    evaluate(plant, time, state, slope)
+
+
 @overload(evaluate_stage, jit_options=INLINED, strict=False)
 def _evaluate_stage(plant, time, state, slope, work):  # type: ignore[no-untyped-def]
+    if state.dtype == duals:
+        # One copy of the formulas, and no more: of duals it takes longest to compile.
+        return _with_duals
     return _in_memory if states_in(system_in(plant)) is None else _in_registers
 
 

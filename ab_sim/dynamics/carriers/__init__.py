@@ -28,6 +28,9 @@ in Python the methods
         the same states at rest
     scale(self, length, speed)
         magnitudes of its states, for errors to be measured by, from a length and a spindle speed
+    tangent(self, states)
+        the directions in which its own states can move without leaving what they mean: orthonormal
+        columns, two for each of its unknowns
     energy(self, system, state, psi, speed) -> J
         kinetic and stored
 

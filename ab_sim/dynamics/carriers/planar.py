@@ -199,6 +199,10 @@ class Planar(NamedTuple):
         """Magnitudes of the states, for errors to be measured by; in Python only."""
         return [length, length, length * speed, length * speed]
 
+    def tangent(self, states: np.ndarray) -> np.ndarray:
+        """All directions, shape (4, 4); in Python only."""
+        return np.eye(4)
+
     def energy(self, system: Any, state: Any, psi: float, speed: float) -> float:
         """Kinetic and stored energy [J]; in Python only."""
         effects, w, e = system.effects, speed, self.eccentricity

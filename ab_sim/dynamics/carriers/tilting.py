@@ -293,6 +293,17 @@ class Tilting(NamedTuple):
         """Magnitudes of the states, for errors to be measured by; in Python only."""
         return [*[length] * 3, *[1.0] * 4, *[length * speed] * 3, *[speed] * 3]
 
+    def tangent(self, states: np.ndarray) -> np.ndarray:
+        """All directions but the one along the quaternion, shape (13, 12); in Python only.
+
+        A small turn by phi on deck axes adds q (0, phi) / 2 to the quaternion q.
+        """
+        w, x, y, z = states[3:7] / np.linalg.norm(states[3:7])
+        ways = np.zeros((13, 12))
+        ways[:3, :3], ways[7:, 6:] = np.eye(3), np.eye(6)
+        ways[3:7, 3:6] = [[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]]
+        return ways
+
     def energy(self, system: Any, state: Any, psi: float, speed: float) -> float:
         """Kinetic and stored energy [J], gravity's from where C lies at the origin; in Python."""
         turn = np.array(turn_of(state)).reshape(3, 3)

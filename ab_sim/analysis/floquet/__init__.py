@@ -1,0 +1,27 @@
+"""Periodic solutions at a held spindle speed, and whether they are stable (Floquet)."""
+
+from ab_sim.analysis.floquet.follow import Border, Followed, Point, follow
+from ab_sim.analysis.floquet.stability import (
+    Stability,
+    held_speed,
+    largest_of,
+    none_found,
+    solutions_of,
+)
+from ab_sim.analysis.floquet.starts import STARTS
+from ab_sim.analysis.floquet.turn import Orbit, TurnMap
+
+__all__ = [
+    "STARTS",
+    "Border",
+    "Followed",
+    "Orbit",
+    "Point",
+    "Stability",
+    "TurnMap",
+    "follow",
+    "held_speed",
+    "largest_of",
+    "none_found",
+    "solutions_of",
+]

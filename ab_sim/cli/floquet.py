@@ -1,0 +1,197 @@
+"""`ab-sim floquet`."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import yaml
+from rich.console import Console
+from rich.table import Table
+
+from ab_sim.analysis.floquet import (
+    STARTS,
+    Followed,
+    Stability,
+    follow,
+    held_speed,
+    none_found,
+    solutions_of,
+)
+from ab_sim.analysis.floquet.follow import Case
+from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.progress import progress_bar
+from ab_sim.errors import InputError
+from ab_sim.scene import Scene, load_scene
+from ab_sim.scene.load import changed_scene
+
+SPEED = "speed"
+"""What the spindle's speed is called where other parameters have keys."""
+MOST = 10_000
+"""Values of a parameter."""
+
+
+def floquet_command(
+    scene_name: str,
+    changes: list[str],
+    speed: float | None,
+    start: str,
+    over: str | None,
+    json: str | None,
+    plot: Path | None,
+) -> None:
+    """Find, judge, follow, print, and write what was asked for; outputs are tried first."""
+    scene = load_scene(scene_name, changes)
+    sweep = None if over is None else _sweep(scene, over, speed)
+    if speed is None and over is not None and over.startswith(SPEED + "="):
+        speed = float(sweep[2][-1]) if sweep is not None else None
+    speed = held_speed(scene) if speed is None else speed
+    files = check_outputs(json, plot)
+    found = solutions_of(scene, speed, start)
+    followed = None
+    if sweep is not None:
+        key, case, values = sweep
+        starts = [start] if start else sorted(STARTS, key=lambda name: name != _first(found))
+        with progress_bar("floquet") as update:
+            followed = follow(
+                key, case, values.tolist(), starts, lambda done: update(key, done, len(values))
+            )
+    report = found[0].report() if found else none_found(scene, speed)
+    report["others"] = [other.report() for other in found[1:]]
+    if followed is not None:
+        report["followed"] = followed.report()
+    if json is not None:
+        write_json(report, json)
+    if plot is not None and not _draw(scene, found, followed, plot):
+        files.remove(plot)
+    console = people if json == "-" else Console(markup=False)
+    console.print(solutions_table(scene, speed, found))
+    for note in [*_notes(found), *([] if followed is None else _borders(followed))]:
+        console.print(note)
+    for file in files:
+        people.print(f"wrote {file}")
+
+
+def _first(found: list[Stability]) -> str:
+    return found[0].found_from if found else ""
+
+
+def _draw(
+    scene: Scene, found: list[Stability], followed: Followed | None, plot: Path
+) -> bool:  # fmt: skip
+    """Whether there was anything to draw."""
+    from ab_sim.figures.multipliers import modulus_figure, multipliers_figure
+
+    if followed is not None and any(point.found is not None for point in followed.points):
+        modulus_figure(scene.name, followed, plot)
+    elif followed is None and found:
+        multipliers_figure(found, plot)
+    else:
+        return False
+    return True
+
+
+def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.ndarray]:
+    """The parameter of ``--over``, what it means, and its values.
+
+    Raises:
+        InputError: it is not KEY=from:to:count, or its first value makes no scene.
+    """
+    key, _, text = over.partition("=")
+    parts, key = text.split(":"), key.strip()
+    try:
+        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
+    except (ValueError, IndexError):
+        raise InputError(
+            f"--over {over!r}: must be KEY=from:to:count, e.g. speed=100:500:41 or "
+            "race.radius=0.02:0.04:21"
+        ) from None
+    finite = math.isfinite(low) and math.isfinite(high)
+    if len(parts) != 3 or not key or not finite or low == high or not 2 <= count <= MOST:
+        raise InputError(
+            f"--over {over!r}: must be KEY=from:to:count with two different numbers, and a count "
+            f"within 2 to {MOST}"
+        )
+    values = np.linspace(low, high, count)
+    if key == SPEED:
+        if speed is not None:
+            raise InputError("--speed and --over speed=...: give one of them")
+        return key, lambda value: (scene, value), values
+    at = held_speed(scene) if speed is None else speed
+    whole = bool(np.all(values == np.round(values)))
+
+    def case(value: float) -> tuple[Scene, float]:
+        given = int(value) if whole and value == round(value) else value
+        # As a scene's file would say it.
+        said = yaml.safe_load(str(given)) if isinstance(given, int) else given
+        return changed_scene(scene, {key: said}, f"--over {key}={given:g}"), at
+
+    case(float(values[0])), case(float(values[-1]))
+    return key, case, values
+
+
+def solutions_table(scene: Scene, speed: float, found: list[Stability]) -> Table:
+    """The table for people."""
+    table = Table(title=f"{scene.name}: periodic solutions at {speed:g} rad/s")
+    for name in ("found from", "verdict", "largest", "whirl", "ball angles [deg]", "residual"):
+        table.add_column(name, overflow="fold")
+    e, unit = scene.whirl_unit
+    for one in found:
+        low, high = (whirl / e for whirl in one.whirl)
+        table.add_row(
+            one.found_from,
+            one.verdict,
+            f"{one.largest:.9g}",
+            "deck at rest" if one.balanced else f"{low:.4g} to {high:.4g} {unit}",
+            ", ".join(f"{math.degrees(angle):.2f}" for angle in one.angles) or "-",
+            f"{one.orbit.residual:.1e}",
+        )
+    if not found:
+        table.add_row("none found", "-", "-", "-", "-", "-")
+    return table
+
+
+def _notes(found: list[Stability]) -> Iterator[str]:
+    if not found:
+        yield (
+            "no motion that repeats with every turn was found from any start: there may be none, "
+            "or only far from them; try other start.ball_angles"
+        )
+        return
+    yield (
+        "largest: modulus of the largest multiplier over one turn; below 1 what is near comes "
+        "back. Other solutions than those found from these starts may exist."
+    )
+    first = found[0]
+    yield (
+        f"{first.found_from}: {first.orbit.steps} steps a turn, {first.orbit.iterations} of "
+        f"Newton's; halving the step changed multipliers by {first.difference:.1e} at most"
+    )
+    if first.structural:
+        yield (
+            f"{first.structural} of the multipliers are 1 because balanced positions of so many "
+            "balls form a manifold; they are left out, and the verdict is that of these positions"
+        )
+    if first.ball_turns.any():
+        yield f"turns of the balls in the rotor, each turn: {first.ball_turns.tolist()}"
+    if first.verdict == "undecided":
+        yield "undecided: the largest multiplier is 1 but for rounding; run the scene to see"
+
+
+def _borders(followed: Followed) -> Iterator[str]:
+    missing = [point.value for point in followed.points if point.found is None]
+    if missing:
+        yield (
+            f"{followed.over}: none found at {len(missing)} of {len(followed.points)} values, "
+            f"from {min(missing):g} to {max(missing):g}"
+        )
+    for border in followed.borders:
+        side = "below" if border.stable_below else "above"
+        mu = border.multiplier
+        yield (
+            f"{followed.over}: border at {border.value:.9g}, stable {side} it; the multiplier is "
+            f"{mu.real:.4g} +- {abs(mu.imag):.4g}i there"
+        )
+    if not followed.borders:
+        verdicts = {p.found.verdict for p in followed.points if p.found is not None}
+        yield f"{followed.over}: no border; {', '.join(sorted(verdicts)) or 'nothing'} throughout"
