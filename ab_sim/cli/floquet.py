@@ -76,9 +76,7 @@ def _first(found: list[Stability]) -> str:
     return found[0].found_from if found else ""
 
 
-def _draw(
-    scene: Scene, found: list[Stability], followed: Followed | None, plot: Path
-) -> bool:  # fmt: skip
+def _draw(scene: Scene, found: list[Stability], followed: Followed | None, plot: Path) -> bool:
     """Whether there was anything to draw."""
     from ab_sim.figures.multipliers import modulus_figure, multipliers_figure
 

@@ -28,7 +28,7 @@ from ab_sim.scene.model import Scene, Start
 
 METHOD = "rk8"
 FEWEST, MOST = 48, 1 << 16
-"""Steps in a turn: of motions that a turn resolves, and what is still done in a minute."""
+"""Steps in a turn: of motions that a turn resolves, and what is still done in a minute or so."""
 SAFETY = 2.5
 """How many times shorter than the largest stable step, so that fast decay is computed well."""
 CLOSED = 1e-9
@@ -94,11 +94,11 @@ class TurnMap:
         most, what = largest_step(stepper, linear_rates(self.system, abs(speed)))
         self.fewest = max(FEWEST, math.ceil(SAFETY * self.period / most))
         """Steps in a turn."""
-        if self.fewest > MOST:
+        if 2 * self.fewest > MOST:
             raise SceneError(
                 f"a turn at {exact(speed)} rad/s takes {self.period:.3g} s, and {what} is so fast "
-                f"that it would have to be cut into {self.fewest} steps; {MOST} at most are taken: "
-                "lower that rate, or raise the speed"
+                f"that it would have to be cut into {self.fewest} steps; {MOST // 2} at most are "
+                "taken, and half as long ones to check them: lower that rate, or raise the speed"
             )
         self._flow = Flow(self.system, field.piece, field.modes, stepper)
         length, _ = scene.whirl_unit
