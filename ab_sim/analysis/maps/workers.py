@@ -1,0 +1,80 @@
+"""A function of many things, over several processes where that is worth their start."""
+
+import concurrent.futures
+import contextlib
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from types import TracebackType
+from typing import TypeVar
+
+WORTH_IT = 128
+"""Things that are too few to start processes for, which takes some seconds."""
+AT_A_TIME = 16
+"""That a process is given."""
+
+Thing = TypeVar("Thing")
+Result = TypeVar("Result")
+
+
+class Workers:
+    """Processes that are there until the end of a ``with``; started when there is enough to do.
+
+    Threads would wait for each other: a point of a map is mostly Python. Processes are spawned, for
+    kernels hold locks and threads that a fork would break, so a program that uses more than one
+    needs the usual ``if __name__ == "__main__":``.
+
+    Args:
+        count: how many; 1 for none but this one.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._pool: concurrent.futures.ProcessPoolExecutor | None = None
+
+    def __enter__(self) -> "Workers":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+
+    def each(
+        self, function: Callable[[Thing], Result], things: Sequence[Thing]
+    ) -> Iterator[Result]:
+        """Results in the things' order, as they come.
+
+        Args:
+            function: of a module, or partial of such a one.
+            things: what it is called with.
+        """
+        if self._pool is None and self._count > 1 and len(things) >= WORTH_IT:
+            self._pool = concurrent.futures.ProcessPoolExecutor(
+                self._count, multiprocessing.get_context("spawn"), _begin
+            )
+        if self._pool is None:
+            yield from map(function, things)
+            return
+        chunk = min(AT_A_TIME, -(-len(things) // self._count))
+        yield from self._pool.map(function, things, chunksize=chunk)
+
+
+def _begin() -> None:
+    """Ctrl-C is the parent's to obey, and where it is gone nobody waits for results."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_leave_with_the_parent, daemon=True).start()
+
+
+def _leave_with_the_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        with contextlib.suppress(OSError):
+            parent.join()
+        os._exit(1)
