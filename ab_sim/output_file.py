@@ -1,6 +1,7 @@
 """Files that results go to are refused before any work is done, by whoever will write them."""
 
 import os
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -49,3 +50,19 @@ def check_writable(path: Path, said: str, replaced: bool = True) -> None:
         raise InputError(
             f"{said} {path}: cannot be written; choose another place or change its rights"
         )
+
+
+def write_whole(file: Path, content: bytes) -> None:
+    """Write a file such that whoever reads it finds all of the new content, or the old one.
+
+    Raises:
+        OSError: it cannot be written; nothing has changed.
+    """
+    descriptor, unfinished = tempfile.mkstemp(dir=file.parent)
+    try:
+        with open(descriptor, "wb") as writing:
+            writing.write(content)
+        os.replace(unfinished, file)
+    except BaseException:
+        os.unlink(unfinished)
+        raise

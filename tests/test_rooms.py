@@ -26,6 +26,7 @@ ORDER = (
     ("batch", "analysis", "recording"),
     ("studies",),
     ("figures",),
+    ("papers",),
     ("nodes",),
     ("cli",),
     ("__main__",),

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 import ab_sim
+from ab_sim.papers import PAPERS
 
 app = typer.Typer(
     name="ab-sim",
@@ -237,6 +238,27 @@ def modes(
     from ab_sim.cli.modes import modes_command
 
     modes_command(scene, change or [], speed, json, plot)
+
+
+@app.command()
+def paper(
+    name: Annotated[str, typer.Argument(help=f"Which one: {', '.join(PAPERS)}.")],
+    out: Annotated[
+        Path, typer.Option(metavar="FOLDER", help="Folder for its page and pictures.")
+    ] = Path("out/papers"),
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+) -> None:
+    """Compute a published paper again: its figures, and its values beside ours.
+
+    Writes NAME.md, a page of Markdown, and its pictures. The JSON has `sections`, each with
+    heading, text, tables (title, columns, rows) and pictures (file, caption).
+    """
+    from ab_sim.cli.paper import paper_command
+
+    paper_command(name, out, json)
 
 
 @app.command()

@@ -1,0 +1,45 @@
+"""`ab-sim paper`."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.progress import progress_bar
+from ab_sim.errors import InputError
+from ab_sim.output_file import check_writable
+from ab_sim.papers import check_known, regenerate
+from ab_sim.papers import page as pages
+
+
+def paper_command(name: str, out: Path, json: str | None) -> None:
+    """Compute, draw, print, and write; outputs are tried first."""
+    check_known(name)
+    page = out / f"{name}.md"
+    files = check_outputs(json, None)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--out {out}: cannot be made: {error.strerror}") from error
+    check_writable(page, "--out")
+    with progress_bar(name) as tell:
+        paper = regenerate(name, out, tell)
+    page.write_text(paper.markdown(), encoding="utf-8")
+    if json is not None:
+        write_json(paper.report(), json)
+    console = people if json == "-" else Console(markup=False)
+    for section in paper.sections:
+        for each in section.tables:
+            console.print(_table(each))
+    pictures = [out / picture.file for section in paper.sections for picture in section.pictures]
+    for file in (*pictures, page, *files):
+        people.print(f"wrote {file}")
+
+
+def _table(each: pages.Table) -> Table:
+    """The table for people."""
+    table = Table(*each.columns, title=each.title)
+    for row in each.texts():
+        table.add_row(*row)
+    return table

@@ -1,0 +1,101 @@
+"""What a paper's report is made of, and the report as a page of Markdown."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import ab_sim
+
+Cell = str | float | None
+
+
+class Table(NamedTuple):
+    """Values beside each other, as a rule ours beside the published ones."""
+
+    title: str
+    columns: tuple[str, ...]
+    """Names, with units."""
+    rows: tuple[tuple[Cell, ...], ...]
+    """None where there is no value."""
+    digits: int = 6
+    """Significant ones that a page shows."""
+
+    def texts(self) -> list[list[str]]:
+        """The rows for people."""
+        return [[self._text(cell) for cell in row] for row in self.rows]
+
+    def _text(self, cell: Cell) -> str:
+        if cell is None:
+            return "-"
+        return cell if isinstance(cell, str) else f"{cell:.{self.digits}g}"
+
+
+class Picture(NamedTuple):
+    """A picture that has been written."""
+
+    file: str
+    """Its name in the folder."""
+    caption: str
+
+
+class Section(NamedTuple):
+    """A stretch of the page; a heading, then all that belongs to it, in this order."""
+
+    heading: str
+    text: tuple[str, ...] = ()
+    """Paragraphs, in Markdown."""
+    tables: tuple[Table, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+
+
+class Paper(NamedTuple):
+    """A paper, computed again."""
+
+    name: str
+    """Short, as ``ab-sim paper`` knows it."""
+    title: str
+    source: str
+    """Who published it, where and when."""
+    sections: tuple[Section, ...]
+
+    def report(self) -> dict[str, Any]:
+        """Everything as JSON-able values: see ``ab-sim paper --help``."""
+        return {
+            "paper": self.name,
+            "title": self.title,
+            "source": self.source,
+            "sections": [
+                {
+                    "heading": section.heading,
+                    "text": list(section.text),
+                    "tables": [
+                        {
+                            "title": t.title,
+                            "columns": list(t.columns),
+                            "rows": list(map(list, t.rows)),
+                        }
+                        for t in section.tables
+                    ],
+                    "pictures": [picture._asdict() for picture in section.pictures],
+                }
+                for section in self.sections
+            ],
+            "version": ab_sim.__version__,
+        }
+
+    def markdown(self) -> str:
+        """The page, for beside its pictures."""
+        parts = [f"# {self.title}", self.source, f"Written by `ab-sim paper {self.name}`."]
+        for section in self.sections:
+            parts += [f"## {section.heading}", *section.text]
+            for table in section.tables:
+                parts += [f"**{table.title}**", "\n".join(_lines(table))]
+            for picture in section.pictures:
+                parts += [f"![{picture.caption}]({picture.file})", f"*{picture.caption}*"]
+        return "\n\n".join(parts) + "\n"
+
+
+def _lines(table: Table) -> Iterator[str]:
+    """The rows of a table in Markdown; a bar would end a cell."""
+    rows = [list(table.columns), ["---"] * len(table.columns), *table.texts()]
+    for row in rows:
+        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"

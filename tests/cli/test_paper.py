@@ -1,0 +1,46 @@
+"""`ab-sim paper` as a user runs it, and pages."""
+
+from pathlib import Path
+
+import pytest
+
+from ab_sim.papers import PAPERS
+from ab_sim.papers.page import Paper, Picture, Section, Table
+from tests.cli.tool import ab_sim
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (
+            ("relative-stabilty",),
+            "did you mean 'relative-stability'?; known are: " + ", ".join(PAPERS),
+        ),
+        (("relative-stability", "--json", "no/r.json"), "there is no folder"),
+        (("relative-stability", "--json", "r.png"), "must end in .json"),
+        (("relative-stability", "--out", "file/papers"), "--out file/papers: cannot be made"),
+    ],
+)
+def test_bad_input_exits_with_2_and_leaves_nothing(
+    arguments: tuple[str, ...], words: str, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("")
+    done = ab_sim("paper", *arguments, cwd=tmp_path)
+    assert done.returncode == 2 and words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_page_has_all_that_the_report_has_in_markdown() -> None:
+    table = Table("Table 1", ("case", "ours [s]", "published [s]"), (("|x|", 1.23456789, None),))
+    parts = (Section("Heading", ("Text.",), (table,), (Picture("p.png", "What it shows"),)),)
+    paper = Paper("name", "Title", "Source.", parts)
+    assert paper.markdown() == (
+        "# Title\n\nSource.\n\nWritten by `ab-sim paper name`.\n\n## Heading\n\nText.\n\n"
+        "**Table 1**\n\n"
+        "| case | ours [s] | published [s] |\n| --- | --- | --- |\n| \\|x\\| | 1.23457 | - |\n\n"
+        "![What it shows](p.png)\n\n*What it shows*\n"
+    )
+    section = paper.report()["sections"][0]
+    assert section["tables"][0]["rows"] == [["|x|", 1.23456789, None]]
+    assert section["pictures"] == [{"file": "p.png", "caption": "What it shows"}]
