@@ -1,0 +1,118 @@
+"""All resting states of a scene at one speed."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ab_sim.analysis.equilibria.balanced import positions
+from ab_sim.analysis.equilibria.patterns import patterns_of, phase, radii
+from ab_sim.analysis.equilibria.resting import LEFT_OUT, Rotor, resting_system, rotor_of
+from ab_sim.analysis.equilibria.states import RestingState, resting_state
+from ab_sim.dynamics.system import System
+from ab_sim.errors import SceneError
+from ab_sim.scene.model import Scene
+
+
+@dataclass(frozen=True)
+class Equilibria:
+    """Where deck and balls can rest at a speed, and how firmly."""
+
+    scene: str
+    speed: float
+    """w [rad/s]."""
+    branches: tuple[RestingState, ...]
+    """Of all ways in which balls can be assigned to places, one; the largest W first in each
+    pattern, the balanced set at the end: of three and more balls its symmetric position, and those
+    that are worst and best."""
+    left_out: tuple[str, ...]
+    """Effects of the scene that these states are without: set-valued where balls rest."""
+
+    @property
+    def stable(self) -> tuple[RestingState, ...]:
+        """Those that small disturbances leave."""
+        return tuple(state for state in self.branches if state.stable)
+
+    def report(self) -> dict[str, Any]:
+        """Everything as JSON-able values, SI units: see ``ab-sim equilibria --help``."""
+        return {
+            "scene": self.scene,
+            "speed": self.speed,
+            "branches": [state.report() for state in self.branches],
+            "left_out": list(self.left_out),
+        }
+
+
+def equilibria_of(scene: Scene, speed: float) -> Equilibria:
+    """Resting states at a speed that is held [rad/s], with their eigenvalues.
+
+    Raises:
+        SceneError: the equations contain the spindle's angle, or its speed is a state; or there
+            are too many patterns.
+    """
+    system = resting_system(scene)
+    rotor = rotor_of(system)
+    if rotor is None:
+        raise SceneError("no closed form")
+    left = tuple(name for name in LEFT_OUT if name in scene.effects)
+    return Equilibria(scene.name, speed, tuple(resting_states(system, rotor, speed)), left)
+
+
+def resting_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:
+    """By the closed forms; arguments as ``resting_state`` takes them."""
+    return [*clustered_states(system, rotor, speed), *balanced_states(system, rotor, speed)]
+
+
+def clustered_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:
+    """Those with W > 0: balls on the side of the displacement and opposite."""
+    found = []
+    for pattern in patterns_of(rotor):
+        roots = radii(rotor, pattern.moment, speed)
+        for k, W in enumerate(roots):
+            phi = phase(rotor, pattern.moment, speed, W)
+            u = np.array([W * math.cos(phi), W * math.sin(phi)])
+            theta = np.array([phi if sign > 0 else _opposite(phi) for sign in pattern.signs])
+            label = pattern.label + (f"/{k + 1}" if len(roots) > 1 else "")
+            found.append(
+                resting_state(system, speed, label, u, theta, _turning(rotor), pattern.assignments)
+            )
+    return found
+
+
+def balanced_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:
+    """The balanced set; of three and more balls a symmetric, the worst and the best position."""
+    if speed == 0.0:
+        return [_standing(system, rotor)]
+    if not rotor.moments:
+        nothing = np.zeros(2), np.empty(0)
+        return [] if rotor.unbalance else [resting_state(system, speed, "balanced", *nothing)]
+    states = [balanced_state(system, rotor, speed, theta) for theta in positions(rotor)]
+    if len(states) <= 1:
+        return states
+    by_growth = sorted(states, key=lambda state: state.lambda_max)
+    named = (("balanced", states[0]), ("balanced, worst", by_growth[-1]))
+    return [replace(s, label=x) for x, s in (*named, ("balanced, best", by_growth[0]))]
+
+
+def balanced_state(system: System, rotor: Rotor, speed: float, theta: np.ndarray) -> RestingState:
+    """The state with W = 0 at a balanced position [rad]."""
+    n = len(theta)
+    zeros = max(0, n - 2, _turning(rotor))
+    ways = {1: 1, 2: 2 if np.sin(theta).any() else 1}.get(n)
+    return resting_state(system, speed, "balanced", np.zeros(2), theta, zeros, ways)
+
+
+def _standing(system: System, rotor: Rotor) -> RestingState:
+    """Nothing turns: balls rest wherever they are put, here at 0."""
+    n = len(rotor.moments)
+    return resting_state(system, 0.0, "standing", np.zeros(2), np.zeros(n), n)
+
+
+def _turning(rotor: Rotor) -> int:
+    """1 if states can be turned about the shaft, for no unbalance says where theta counts from."""
+    return int(rotor.unbalance == 0.0 and len(rotor.moments) > 0)
+
+
+def _opposite(angle: float) -> float:
+    return angle - math.copysign(math.pi, angle)

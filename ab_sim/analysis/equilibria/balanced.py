@@ -1,0 +1,180 @@
+"""The balanced set: ball positions whose unbalance cancels the rotor's, so that W is 0.
+
+The sum of m_i R exp(i theta_i) is -M0 e: three-ball (25)-(36), relative-stability (23), (24). One
+or two balls have one way to do it, or two that mirror each other; n >= 3 have a manifold of
+dimension n - 2.
+
+Of equal balls only one number of a position enters the eigenvalues: a disturbance of the angles,
+d_i, reaches the deck as q = sum t_i d_i and comes back through T = sum t_i t_i^T, whose
+eigenvalues are n (1 +- rho) / 2, rho = |sum exp(2 i theta_i)| / n; which way T points does not
+matter to a deck in an isotropic suspension. So all positions are seen by going through rho.
+"""
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ab_sim.analysis.equilibria.patterns import BALANCED
+from ab_sim.analysis.equilibria.resting import Rotor
+
+LEVELS = 17
+"""Of rho, from its smallest to its largest."""
+STARTS = 36
+"""Per ball, at random, from which these two are looked for; at least two."""
+SCATTER = 48
+"""Positions at random besides, of balls that differ."""
+
+
+def can_balance(rotor: Rotor) -> bool:
+    """Whether balls can cancel the unbalance: the vectors close to a polygon."""
+    sides = [rotor.unbalance, *rotor.moments]
+    longest = max(sides)
+    return longest <= (math.fsum(sides) - longest) * (1.0 + BALANCED)
+
+
+def symmetric(rotor: Rotor) -> np.ndarray | None:
+    """The balanced position that is its own mirror image, of equal balls; None of others.
+
+    Pairs at +-beta, and of an odd number the last one at pi.
+    """
+    n = len(rotor.moments)
+    if n == 0 or len({*rotor.kinds}) > 1 or not can_balance(rotor):
+        return None
+    need = rotor.unbalance / rotor.moments[0]
+    if n == 1:
+        return np.array([math.pi])
+    odd = n % 2
+    beta = _acos((odd - need) / (n - odd))
+    return np.array([-beta, beta] * (n // 2) + [math.pi] * odd)
+
+
+def completed(rotor: Rotor, given: np.ndarray) -> np.ndarray | None:
+    """Positions with the last n - 2 balls at given angles; None where no place is left.
+
+    Three-ball (27)-(34): the other two balance what rotor and given balls leave.
+
+    Args:
+        rotor: at least two balls.
+        given: angles [rad], shape (n - 2,).
+    """
+    one, two, *rest = rotor.moments
+    need = -rotor.unbalance - complex(np.array(rest) @ np.exp(1j * np.asarray(given, float)))
+    far = abs(need)
+    if not abs(one - two) <= far * (1.0 + BALANCED) or far > (one + two) * (1.0 + BALANCED):
+        return None
+    if far == 0.0:
+        return np.array([0.0, math.pi, *given])
+    middle = math.atan2(need.imag, need.real)
+    aside_1 = _acos((far * far + one * one - two * two) / (2.0 * far * one))
+    aside_2 = _acos((far * far + two * two - one * one) / (2.0 * far * two))
+    return np.array([middle - aside_1, middle + aside_2, *given])
+
+
+def _acos(x: float) -> float:
+    """Of a cosine that is 1 or -1 but for rounding, exactly 0 or pi."""
+    if 1.0 - abs(x) <= BALANCED:
+        return 0.0 if x > 0.0 else math.pi
+    return math.acos(x)
+
+
+def positions(rotor: Rotor) -> np.ndarray:
+    """Balanced positions from one end of the set to the other, shape (some, n).
+
+    The first is ``symmetric`` where there is such a one. Of one ball and of two there is one
+    position, but for its mirror image.
+    """
+    if not can_balance(rotor) or not rotor.moments:
+        return np.empty((0, len(rotor.moments)))
+    return _positions(rotor.unbalance, rotor.moments, rotor.kinds)
+
+
+@lru_cache(maxsize=64)
+def _positions(unbalance: float, moments: tuple[float, ...], kinds: tuple[int, ...]) -> np.ndarray:
+    rotor = Rotor(1.0, unbalance, 0.0, 0.0, 0.0, moments, kinds)
+    n, middle = len(moments), symmetric(rotor)
+    if n <= 2:
+        return np.array([completed(rotor, np.empty(0)) if middle is None else middle])
+    draw = np.random.default_rng(0)
+    first = [] if middle is None else [middle]
+    starts = first + _there(rotor, draw.uniform(-math.pi, math.pi, (max(2, STARTS // n), n)))
+    ends = [_extreme(rotor, start, sense) for start in starts for sense in (1.0, -1.0)]
+    sound = [x for x in ends if x is not None] or starts
+    sound.sort(key=lambda x: doubling(rotor, x))
+    found = [*first, *_between(rotor, sound[0], sound[-1])]
+    if len({*kinds}) > 1:
+        found += _there(rotor, draw.uniform(-math.pi, math.pi, (SCATTER, n)))
+    return np.array(found)
+
+
+def _there(rotor: Rotor, starts: np.ndarray) -> list[np.ndarray]:
+    """Balanced positions near others, where there are."""
+    return [x for x in (_closed(rotor, start) for start in starts) if x is not None]
+
+
+def _between(rotor: Rotor, low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
+    """Positions from one to another, at evenly spaced levels of rho."""
+    found = [low]
+    levels = np.linspace(doubling(rotor, low), doubling(rotor, high), LEVELS)
+    for level in levels[1:-1].tolist():
+        tries = (_closed(rotor, start, level) for start in (found[-1], high))
+        found += [x for x in tries if x is not None][:1]
+    return [*found, high]
+
+
+def doubling(rotor: Rotor, theta: np.ndarray) -> float:
+    """rho, of balls that differ weighed by m_i R: 1 where all are on one line through the shaft."""
+    moments = np.array(rotor.moments)
+    return float(abs(moments @ np.exp(2j * theta)) / moments.sum())
+
+
+def _closed(rotor: Rotor, theta: np.ndarray, level: float | None = None) -> np.ndarray | None:
+    """The nearest balanced position, by Newton's method; with a level, at that rho."""
+    moments = np.array(rotor.moments)
+    total = moments.sum()
+    theta = theta.copy()
+    for _ in range(60):
+        reach = moments * np.exp(1j * theta)
+        miss = reach.sum() + rotor.unbalance
+        off, ways = (
+            [miss.real / total, miss.imag / total],
+            [-reach.imag / total, reach.real / total],
+        )
+        if level is not None:
+            double = moments * np.exp(2j * theta) / total
+            off.append(abs(double.sum()) ** 2 - level**2)
+            ways.append(2.0 * (double.sum().conj() * 2j * double).real)
+        if np.abs(off).max() <= 4e-16 * len(moments):
+            break
+        step = np.linalg.lstsq(np.array(ways), np.array(off), rcond=1e-12)[0]
+        theta -= step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
+    return theta if np.abs(off).max() <= 1e-13 * len(moments) else None
+
+
+def _extreme(rotor: Rotor, start: np.ndarray, sense: float) -> np.ndarray | None:
+    """A balanced position where rho is smallest (sense 1) or largest (-1) nearby."""
+    moments = np.array(rotor.moments) / sum(rotor.moments)
+    unbalance = rotor.unbalance / sum(rotor.moments)
+
+    def square(theta: np.ndarray) -> float:
+        return sense * float(abs(np.sum(moments * np.exp(2j * theta))) ** 2)
+
+    def slope(theta: np.ndarray) -> np.ndarray:
+        double = moments * np.exp(2j * theta)
+        return sense * 2.0 * (double.sum().conj() * 2j * double).real
+
+    def miss(theta: np.ndarray) -> np.ndarray:
+        whole = (moments * np.exp(1j * theta)).sum() + unbalance
+        return np.array([whole.real, whole.imag])
+
+    def ways(theta: np.ndarray) -> np.ndarray:
+        return np.array([-moments * np.sin(theta), moments * np.cos(theta)])
+
+    closing: Any = {"type": "eq", "fun": miss, "jac": ways}
+    options: Any = {"maxiter": 200, "ftol": 1e-14}
+    found = minimize(
+        square, start, jac=slope, method="SLSQP", constraints=[closing], options=options
+    )
+    return _closed(rotor, found.x)

@@ -1,0 +1,155 @@
+"""Closed forms of where balls rest away from balance: on the line of the displacement.
+
+With z = u1 + i u2 = W exp(i phi), S the sum of m_i R over the balls on the side of the
+displacement less those opposite, and D = k + k_3 W^2 - M w^2 + i c w, a deck at rest on the
+rotating axes has D z = w^2 (M0 e + S exp(i phi)), so that
+
+    G(W) = (Re D W - w^2 S)^2 + (c w W)^2 - w^4 (M0 e)^2 = 0,      phi = -arg(D W - w^2 S).
+
+W > 0; what the three-ball paper counts as a negative radius is the pattern with S reversed. Its
+(14)-(24) are the roots for three equal balls and k_3 = 0, where G is quadratic; relative-stability
+(15)-(22) those for two. With k_3 it is of the sixth degree.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.analysis.equilibria.resting import Rotor
+from ab_sim.errors import SceneError
+
+MOST_PATTERNS = 4096
+"""Of signs, beyond which a scene is refused: 12 balls that all differ."""
+BALANCED = 1e-12
+"""|S| this near to M0 e, relative, is taken for equal: W is 0 and the state is a balanced one."""
+
+
+class Pattern(NamedTuple):
+    """Which balls are on the side of the displacement, and which are opposite."""
+
+    label: str
+    """p+q of equal balls, otherwise one sign per ball."""
+    signs: tuple[int, ...]
+    """1 or -1 of each ball."""
+    moment: float
+    """S [kg m]."""
+    assignments: int
+    """How many ways there are to give the places to the balls."""
+
+
+def patterns_of(rotor: Rotor) -> list[Pattern]:
+    """All patterns of signs that differ, those with more balls on the displacement's side first.
+
+    Raises:
+        SceneError: there are more than ``MOST_PATTERNS``.
+    """
+    kinds = [[i for i, k in enumerate(rotor.kinds) if k == kind] for kind in sorted({*rotor.kinds})]
+    count = math.prod(len(kind) + 1 for kind in kinds)
+    if count > MOST_PATTERNS:
+        raise SceneError(
+            f"balls.mass: {len(rotor.kinds)} balls of {len(kinds)} kinds can rest in {count} "
+            f"patterns, more than the {MOST_PATTERNS} that are looked at; give more of them the "
+            "same mass and radius, or take fewer"
+        )
+    return [
+        _pattern(rotor, kinds, chosen)
+        for chosen in itertools.product(*(range(len(kind), -1, -1) for kind in kinds))
+    ]
+
+
+def _pattern(rotor: Rotor, kinds: list[list[int]], chosen: tuple[int, ...]) -> Pattern:
+    signs = [-1] * len(rotor.kinds)
+    for kind, count in zip(kinds, chosen, strict=True):
+        for i in kind[:count]:
+            signs[i] = 1
+    if len(kinds) == 1:
+        label = f"{chosen[0]}+{len(signs) - chosen[0]}"
+    else:
+        label = "".join("-+"[s > 0] for s in signs)
+    moment = math.fsum(s * x for s, x in zip(signs, rotor.moments, strict=True))
+    ways = math.prod(math.comb(len(k), c) for k, c in zip(kinds, chosen, strict=True))
+    return Pattern(label or "no balls", tuple(signs), moment, ways)
+
+
+def radii(rotor: Rotor, moment: float, speed: float) -> list[float]:
+    """Positive roots W of G [m], the largest first.
+
+    Args:
+        rotor: what turns.
+        moment: S [kg m].
+        speed: w [rad/s].
+    """
+    w2 = speed * speed
+    if w2 == 0.0 or (moment == 0.0 and rotor.unbalance == 0.0):
+        return []
+    if abs(abs(moment) - rotor.unbalance) <= BALANCED * rotor.unbalance:
+        moment = math.copysign(rotor.unbalance, moment)
+    found = _linear_radii(rotor, moment, speed) if rotor.cubic_stiffness == 0.0 else None
+    if found is None:
+        found = list(_polished(rotor, moment, speed))
+    return sorted((W for W in found if W > 0.0 and math.isfinite(W)), reverse=True)
+
+
+def _linear_radii(rotor: Rotor, moment: float, speed: float) -> list[float]:
+    """Roots of |D|^2 W^2 - 2 Re D w^2 S W + w^4 (S^2 - (M0 e)^2), without cancellation."""
+    w2, real = speed * speed, rotor.stiffness - rotor.mass * speed * speed
+    square = real * real + (rotor.damping * speed) ** 2
+    half = real * moment
+    rest = (moment - rotor.unbalance) * (moment + rotor.unbalance)
+    under = square * rotor.unbalance**2 - (rotor.damping * speed * moment) ** 2
+    if under < 0.0:
+        return []
+    far = half + math.copysign(math.sqrt(under), half)
+    one = [w2 * far / square] if square > 0.0 else []
+    two = [w2 * rest / far] if far != 0.0 else []
+    return [*{*one, *two}]
+
+
+def _polished(rotor: Rotor, moment: float, speed: float) -> Iterator[float]:
+    """Roots of the polynomial of the sixth degree, by Newton's method from its companion's."""
+    w2 = speed * speed
+    size = w2 * (abs(moment) + rotor.unbalance)
+    real, loss = rotor.stiffness - rotor.mass * w2, rotor.damping * speed
+    # W = x length with the smallest of the lengths at which one term alone bears ``size``.
+    length = (size / rotor.cubic_stiffness) ** (1.0 / 3.0)
+    if real or loss:
+        length = min(length, size / math.hypot(real, loss))
+    a, b, s = rotor.cubic_stiffness * length**3 / size, real * length / size, w2 * moment / size
+    d, e = loss * length / size, w2 * rotor.unbalance / size
+    bare = np.polynomial.Polynomial([-s, b, 0.0, a])
+    whole = bare**2 + np.polynomial.Polynomial([-e * e, 0.0, d * d])
+    taken: list[float] = []
+    for root in whole.roots():
+        x = float(root.real)
+        if x <= 0.0 or abs(root.imag) > 1e-4 * abs(root):
+            continue
+        for _ in range(50):
+            value, slope = _factored(a, b, s, d, e, x)
+            if slope == 0.0:
+                break
+            step = value / slope
+            x -= step
+            if abs(step) <= 2e-16 * abs(x):
+                break
+        terms = (abs(s) + abs(b) * x + a * x**3) ** 2 + (d * x) ** 2 + e * e
+        known = any(abs(x - y) <= 1e-12 * x for y in taken) or (abs(s) == e and x < BALANCED)
+        if x > 0.0 and abs(_factored(a, b, s, d, e, x)[0]) <= 1e-13 * terms and not known:
+            taken.append(x)
+            yield x * length
+
+
+def _factored(a: float, b: float, s: float, d: float, e: float, x: float) -> tuple[float, float]:
+    """G and its derivative; differences of squares as products, which keeps small roots exact."""
+    bare = (a * x * x + b) * x
+    value = bare * (bare - 2.0 * s) + (s - e) * (s + e) + (d * x) ** 2
+    return value, 2.0 * (bare - s) * (3.0 * a * x * x + b) + 2.0 * d * d * x
+
+
+def phase(rotor: Rotor, moment: float, speed: float, W: float) -> float:
+    """phi [rad], of the displacement."""
+    w2 = speed * speed
+    real = (rotor.stiffness + rotor.cubic_stiffness * W * W - rotor.mass * w2) * W - w2 * moment
+    return math.atan2(-rotor.damping * speed * W, real)

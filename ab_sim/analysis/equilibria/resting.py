@@ -1,0 +1,125 @@
+"""The equations in which states can rest: of a scene, without what only holds or pushes balls."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.analysis.held import held
+from ab_sim.dynamics.effects.hardening_suspension import HardeningSuspension
+from ab_sim.dynamics.effects.suspension import Suspension
+from ab_sim.dynamics.layout import Layout, layout_of
+from ab_sim.dynamics.system import (
+    MASS,
+    MODES,
+    MOMENT,
+    RACE_RADIUS,
+    ROLLING_MASS,
+    System,
+    ball_count,
+    has_spindle_angle,
+)
+from ab_sim.errors import SceneError
+from ab_sim.integrate.vector_field import VectorField
+from ab_sim.scene.model import Scene
+from ab_sim.spindle import SpeedProfile
+
+LEFT_OUT = ("rolling_friction", "race_friction", "ball_contact")
+"""Effects that are set-valued where balls rest: verdicts are of the smooth equations."""
+_BALANCED_BY_US = (Suspension, HardeningSuspension)
+_DEFLECTING = ("deck_force", "race_shape", "race_arc", "ball_tangential")
+
+
+def resting_system(scene: Scene) -> System:
+    """The smooth system of a scene whose equations do not contain the spindle's angle.
+
+    Without the effects in ``LEFT_OUT``, and without a gravity that does not pull across the shaft.
+    Its kernel is compiled for any number of balls, so that all scenes with the same effects share.
+
+    Raises:
+        SceneError: the spindle's angle is in the equations, or its speed is a state.
+    """
+    effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
+    if scene.deck is None and "gravity" in effects and not any(effects["gravity"].gravity()):
+        del effects["gravity"]
+    smooth = scene.model_copy(update={"effects": effects})
+    system = held(smooth, 0.0).system
+    if has_spindle_angle(system):
+        raise SceneError(
+            f"{_what_turns(smooth)}: the spindle's angle is in the equations, so that nothing "
+            "rests on the rotor and motions repeat with its turns instead; use ab-sim floquet, or "
+            "take it out of the scene"
+        )
+    return system._replace(each=ball_count(system))
+
+
+def _what_turns(scene: Scene) -> str:
+    if scene.deck is not None:
+        return "deck"
+    names = [
+        f"effects.{name}"
+        for name, effect in scene.effects.items()
+        if hasattr(effect, "space_force") or hasattr(effect, "gravity")
+    ]
+    return ", ".join(names)
+
+
+def field_at(system: System, speed: float) -> VectorField:
+    """The equations of a ``resting_system`` at a speed [rad/s] that is held."""
+    piece = SpeedProfile.constant(speed, 0.0).piece_at(0.0)
+    return VectorField(system, piece, np.zeros((ball_count(system) + 1, MODES), np.int64))
+
+
+def state_of(system: System, speed: float, u: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """The state that rests on the rotating axes at u [m], theta [rad]: v = w J u."""
+    layout: Layout = layout_of(system)
+    state = np.zeros(layout.size)
+    state[layout.carrier] = u[0], u[1], -speed * u[1], speed * u[0]
+    state[layout.angles] = theta
+    return state
+
+
+class Rotor(NamedTuple):
+    """What the closed forms know of a scene: a round race, an isotropic suspension."""
+
+    mass: float
+    """M [kg]."""
+    unbalance: float
+    """M0 e [kg m]."""
+    stiffness: float
+    """k [N/m]."""
+    damping: float
+    """c [N s/m]."""
+    cubic_stiffness: float
+    """k_3 [N/m^3]."""
+    moments: tuple[float, ...]
+    """m_i R of each ball [kg m]."""
+    kinds: tuple[int, ...]
+    """Equal balls have the same number, counted from 0."""
+
+
+def rotor_of(system: System) -> Rotor | None:
+    """The closed forms' parameters; None where another effect decides where balls rest."""
+    stiffness = damping = cubic = 0.0
+    for effect in system.effects:
+        if isinstance(effect, Suspension):
+            stiffness, damping = effect.stiffness, effect.damping
+        elif isinstance(effect, HardeningSuspension):
+            cubic = effect.cubic_stiffness
+        elif any(hasattr(effect, part) for part in _DEFLECTING):
+            return None
+    return Rotor(
+        system.carrier.total_mass,
+        system.carrier.unbalance,
+        stiffness,
+        damping,
+        cubic,
+        tuple(system.balls[:, MOMENT].tolist()),
+        kinds_of(system),
+    )
+
+
+def kinds_of(system: System) -> tuple[int, ...]:
+    """Which balls are equal: the same number for those that are."""
+    known: dict[tuple[float, ...], int] = {}
+    columns = system.balls[:, [MASS, ROLLING_MASS, RACE_RADIUS]]
+    return tuple(known.setdefault(tuple(row), len(known)) for row in columns.tolist())

@@ -1,0 +1,96 @@
+"""Eigenvalues of a resting state, from the running kernel's exact Jacobian.
+
+Equal balls at one place can change places, and the Jacobian does not notice. What moves them apart
+decouples from everything else, as 2x2 blocks that are all alike: repeated eigenvalues come out as
+such, and 64 balls cost what a few do.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import eig, matrix_balance
+
+from ab_sim.dynamics.layout import Layout
+
+SAFETY = 30.0
+"""Rounding errors of eigenvalues are taken to be this much larger than one rounding's."""
+TOGETHER = 1e-9
+"""Balls this near to each other are at one place [rad]."""
+
+
+class Spectrum(NamedTuple):
+    """Eigenvalues, by falling real part, and how far each may be off by rounding."""
+
+    values: np.ndarray
+    """[1/s], complex, shape (states,)."""
+    doubts: np.ndarray
+    """[1/s], shape (states,)."""
+
+    def largest(self, structural_zeros: int) -> tuple[float, float]:
+        """lambda_max, the largest real part but for structural zeros, and its doubt [1/s]."""
+        kept = np.ones(len(self.values), bool)
+        kept[np.argsort(np.abs(self.values), kind="stable")[:structural_zeros]] = False
+        if not kept.any():
+            return 0.0, 0.0
+        first = int(np.flatnonzero(kept)[0])
+        near = kept & (self.values.real + self.doubts >= self.values.real[first])
+        return float(self.values.real[first]), float(self.doubts[near].max())
+
+
+def spectrum_of(
+    jacobian: np.ndarray, layout: Layout, theta: np.ndarray, kinds: Sequence[int]
+) -> Spectrum:
+    """Eigenvalues of a Jacobian at a state where balls are at ``theta``.
+
+    Args:
+        jacobian: exact, shape (states, states).
+        layout: of the states.
+        theta: angles [rad], shape (n,).
+        kinds: the same number for balls that are equal.
+    """
+    groups = _together(theta, kinds)
+    size, first = layout.size, layout.rates.start
+    common = np.zeros((size, size - 2 * (len(theta) - len(groups))))
+    common[layout.carrier, layout.carrier] = np.eye(layout.carrier.stop)
+    found = []
+    for k, group in enumerate(groups):
+        angles = layout.angles.start + np.array(group)
+        rates = first + np.array(group)
+        weight = len(group) ** -0.5
+        common[angles, layout.carrier.stop + k] = weight
+        common[rates, layout.carrier.stop + len(groups) + k] = weight
+        if len(group) > 1:
+            one, other = (np.array([angles[i], rates[i]]) for i in (0, 1))
+            apart = jacobian[np.ix_(one, one)] - jacobian[np.ix_(one, other)]
+            found += [_eigenvalues(apart)] * (len(group) - 1)
+    found.append(_eigenvalues(common.T @ jacobian @ common))
+    values = np.concatenate([each[0] for each in found])
+    doubts = np.concatenate([each[1] for each in found])
+    order = np.lexsort((values.imag, -values.real))
+    return Spectrum(values[order], doubts[order])
+
+
+def _together(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
+    """Equal balls at one place."""
+    groups: list[list[int]] = []
+    for i, angle in enumerate(theta):
+        for group in groups:
+            apart = np.angle(np.exp(1j * (angle - theta[group[0]])))
+            if kinds[group[0]] == kinds[i] and abs(apart) <= TOGETHER:
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return groups
+
+
+def _eigenvalues(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues, and what rounding may do to each: eps |A| / |y^H x| (Wilkinson)."""
+    balanced, _ = matrix_balance(matrix, permute=False)
+    values, left, right = eig(balanced, left=True, right=True)
+    aligned = np.abs(np.einsum("ij,ij->j", left.conj(), right))
+    norm = np.linalg.norm(balanced)
+    doubts = SAFETY * np.finfo(float).eps * norm / np.maximum(aligned, 1e-300)
+    # That of a double eigenvalue is infinite to first order, and bounded by a root.
+    return values, np.minimum(doubts, SAFETY * norm * np.finfo(float).eps ** 0.5)
