@@ -2,14 +2,14 @@
 
 It begins with every ``coarse``-th point of both axes, and their last ones. Then the spacing is
 halved until it is 1. New points have the label of a neighbour; of those and all others, each that
-has another label beside it (in any of the eight directions, at the spacing reached) is computed, and
+has another label beside it (in any of eight directions, at the spacing reached) is computed, and
 again, until none is left. So at the end any two points beside each other that are labelled
 differently have both been computed.
 
-What can go wrong is therefore only this: a patch of which no point happened to be computed keeps the
-label of what surrounds it. A patch that holds a square of ``coarse`` by ``coarse`` points is always
-found, and then found whole; one within ``coarse - 1`` by ``coarse - 1`` points may be missed, as may a
-longer but thinner one. With ``coarse`` = 1 nothing can: every point is computed.
+What can go wrong is therefore only this: a patch of which no point happened to be computed keeps
+the label of what surrounds it. A patch that holds a square of ``coarse`` by ``coarse`` points is
+always found, and then found whole; one within ``coarse - 1`` by ``coarse - 1`` points may be
+missed, as may a longer but thinner one. With ``coarse`` = 1 nothing can: every point is computed.
 """
 
 from collections.abc import Callable, Sequence
@@ -55,7 +55,10 @@ def refined(
             _compute(verdicts, found, np.ix_(*lines))
         else:
             # Each line has the labels of the last one that was there already.
-            last = [old[np.searchsorted(old, new, "right") - 1] for old, new in zip(before, lines)]
+            last = [
+                old[np.searchsorted(old, new, "right") - 1]
+                for old, new in zip(before, lines, strict=True)
+            ]
             known = found.computed[np.ix_(*lines)]
             labels = np.where(known, found.labels[np.ix_(*lines)], found.labels[np.ix_(*last)])
             found.labels[np.ix_(*lines)] = labels

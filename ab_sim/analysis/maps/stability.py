@@ -112,7 +112,8 @@ def map_points(scene: Scene, speed: float, across: list[Any], up: list[Any]) -> 
     """
     axes = (Axis(key, tuple(np.linspace(*rest).tolist())) for key, *rest in (across, up))
     plane = Plane(scene, speed, *axes)
-    points = itertools.product(*map(range, plane.shape))
+    rows, columns = plane.shape
+    points = itertools.product(range(rows), range(columns))
     return {"points": [[*point, label_at(plane, point)] for point in points]}
 
 
