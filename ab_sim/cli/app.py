@@ -241,6 +241,42 @@ def modes(
 
 
 @app.command()
+def recovery(
+    scene: SceneArgument,
+    change: SetOption = None,
+    drags: Annotated[
+        str,
+        typer.Option(metavar="A:B:N", help="Drags of the race: N of them from A to B [N s/m]."),
+    ] = "0.1:0.5:5",
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw settling time and amplitude over drag."),
+    ] = None,
+) -> None:
+    """How a scene recovers from its change of speed, and with which drag of the race best.
+
+    Settling time: from the instant of the largest whirl after the change of speed has begun to the
+    one from which on the whirl stays within 1e-6 mm of that of the resting state that it goes to.
+    Maximum amplitude: that largest whirl. lambda_Rmax: the largest real part of the resting state's
+    eigenvalues. Composite index: settling time + amplitude x mean settling time / mean amplitude,
+    the means over the drags asked for. With the scene's balls, and with one ball of all their mass.
+
+    The JSON has settling_time [s], null if it does not settle; maximum_amplitude [m], peak_time and
+    settled_at [s]; steady_whirl [m], label, lambda_max [1/s] and verdict of the resting state;
+    rested_before, whether it rested when the change began; and duration of the run, all at the
+    scene's own drag; `over_drag` the same at each drag, with its composite_index [s]; best_drag;
+    and `one_ball` all that with one ball. What was computed once is kept, see README.
+    """
+    from ab_sim.cli.recovery import recovery_command
+
+    recovery_command(scene, change or [], drags, json, plot)
+
+
+@app.command()
 def paper(
     name: Annotated[str, typer.Argument(help=f"Which one: {', '.join(PAPERS)}.")],
     out: Annotated[

@@ -1,0 +1,203 @@
+"""Recovery over the race's drag, the drag that serves best, and one ball in place of several.
+
+Relative-stability 5.2: with more drag the largest whirl falls and the settling time grows. The
+composite index adds them up, the amplitude multiplied by the mean settling time over the mean
+amplitude: t_c + r_p mean(t_c) / mean(r_p). So it depends on the drags that the means are over.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import ab_sim
+from ab_sim.analysis.recovery.response import BAND, Recovery, recover, speed_change_of
+from ab_sim.analysis.results import Results
+from ab_sim.errors import SceneError
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+
+DRAGS = (0.1, 0.2, 0.3, 0.4, 0.5)
+"""[N s/m], over which the report's figures come out as printed; it does not say which it has."""
+DRAG = "effects.viscous_drag.coefficient"
+Tell = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Composite:
+    """Settling time and maximum amplitude in one number."""
+
+    factor: float
+    """What an amplitude is multiplied by [s/m]."""
+    index: tuple[float | None, ...]
+    """At each drag [s]; None where it does not settle."""
+    best: int
+    """At which of the drags it is smallest."""
+
+
+@dataclass(frozen=True)
+class RecoveryOverDrag:
+    """A scene's recovery, at its own drag and over others; the same with all balls in one."""
+
+    scene: str
+    from_speed: float
+    to_speed: float
+    """rad/s."""
+    band: float
+    """m."""
+    balls: int
+    together: bool
+    """Whether some balls start at one angle, where equal ones stay together for ever."""
+    drag: float
+    """The scene's own [N s/m]."""
+    own: Recovery
+    drags: tuple[float, ...]
+    """[N s/m], rising."""
+    over: tuple[Recovery, ...]
+    """At each of them."""
+    one_ball: tuple[Recovery, ...] | None
+    """With one ball of all balls' mass; the first at the scene's own drag, then over ``drags``.
+    None where the scene has one."""
+
+    @property
+    def composite(self) -> Composite | None:
+        """None where it settles at no drag."""
+        return composite_of(self.over)
+
+    @property
+    def best_drag(self) -> float | None:
+        """The one of the drags at which the composite index is smallest [N s/m]."""
+        found = self.composite
+        return None if found is None else self.drags[found.best]
+
+    def report(self) -> dict[str, Any]:
+        """Everything as JSON-able values, SI units: see ``ab-sim recovery --help``."""
+        one = self.one_ball
+        return {
+            "scene": self.scene,
+            "from_speed": self.from_speed,
+            "to_speed": self.to_speed,
+            "band": self.band,
+            "balls": self.balls,
+            "drag": self.drag,
+            **self.own._asdict(),
+            "over_drag": _over(self.drags, self.over),
+            "best_drag": self.best_drag,
+            "one_ball": None
+            if one is None
+            else {**one[0]._asdict(), "over_drag": _over(self.drags, one[1:])},
+            "version": ab_sim.__version__,
+        }
+
+
+def composite_of(found: Sequence[Recovery]) -> Composite | None:
+    """The composite index over recoveries that differ in drag; None if none of them settles."""
+    settled = [each for each in found if each.settling_time is not None]
+    if not settled:
+        return None
+    times = np.array([each.settling_time for each in settled], float)
+    factor = float(times.mean() / np.mean([each.maximum_amplitude for each in settled]))
+    index = tuple(
+        None if each.settling_time is None else each.settling_time + factor * each.maximum_amplitude
+        for each in found
+    )
+    best = int(np.nanargmin(np.array(index, float)))
+    return Composite(factor, index, best)
+
+
+def recovery_over_drag(
+    scene: Scene, drags: Sequence[float] = DRAGS, tell: Tell | None = None, band: float = BAND
+) -> RecoveryOverDrag:
+    """Recover at the scene's own drag and over others, with its balls and with one.
+
+    What was computed before is taken from ``Results``.
+
+    Args:
+        scene: see ``recover``; it has balls.
+        drags: coefficients [N s/m].
+        tell: called with what is done now, how much is done, and of how much.
+        band: half the width of the band around the steady whirl [m].
+
+    Raises:
+        SceneError, InputError, DivergedError: see ``recover``; or the scene has no balls, or does
+            not take a drag.
+    """
+    change = speed_change_of(scene)
+    if scene.balls.count == 0:
+        raise SceneError("balls.count = 0: without balls there is no drag to recover with")
+    drag = scene.effects["viscous_drag"].coefficient if "viscous_drag" in scene.effects else 0.0
+    ways = [scene] if scene.balls.count == 1 else [scene, in_one_ball(scene)]
+    work = [each for way in ways for each in (way, *(with_drag(way, drag) for drag in drags))]
+    found = []
+    for done, each in enumerate(work):
+        if tell is not None:
+            tell(_named(each), done, len(work))
+        found.append(kept_recovery(each, band))
+    several = 1 + len(drags)
+    return RecoveryOverDrag(
+        scene.name,
+        scene.start.speed,
+        change.to_speed,
+        band,
+        scene.balls.count,
+        _together(scene),
+        drag,
+        found[0],
+        tuple(drags),
+        tuple(found[1:several]),
+        tuple(found[several:]) or None,
+    )
+
+
+def kept_recovery(scene: Scene, band: float = BAND) -> Recovery:
+    """``recover``, or what it found before."""
+    return Recovery(**Results(_recovered).of(scene, band=band))
+
+
+def _recovered(scene: Scene, band: float) -> dict[str, Any]:
+    return recover(scene, band)._asdict()
+
+
+def with_drag(scene: Scene, drag: float) -> Scene:
+    """The scene with another drag of the race [N s/m].
+
+    Raises:
+        SceneError: it does not take it.
+    """
+    return changed_scene(scene, {DRAG: drag}, "drag")
+
+
+def in_one_ball(scene: Scene) -> Scene:
+    """The scene with one ball of all balls' mass, where they start in the mean."""
+    balls, angles = scene.balls, scene.start.ball_angles or (0.0,) * scene.balls.count
+    mean = np.array(balls.masses) @ np.exp(1j * np.array(angles))
+    radius = balls.radius[0] if isinstance(balls.radius, tuple) else balls.radius
+    changes: dict[str, Any] = {
+        "name": f"{scene.name}, one ball",
+        "balls": {"count": 1, "mass": balls.total_mass, "race": balls.races[0]},
+        "start.ball_angles": [float(np.angle(mean))],
+        "start.ball_rates": [0.0],
+    }
+    if radius is not None:
+        changes["balls"]["radius"] = radius
+    return changed_scene(scene, changes, "one ball")
+
+
+def _together(scene: Scene) -> bool:
+    angles = scene.start.ball_angles or (0.0,) * scene.balls.count
+    return len({*zip(angles, scene.balls.masses, scene.balls.radii, strict=True)}) < len(angles)
+
+
+def _named(scene: Scene) -> str:
+    drag = scene.effects["viscous_drag"].coefficient if "viscous_drag" in scene.effects else 0.0
+    return f"{scene.balls.count} balls, drag {drag:g} N s/m"
+
+
+def _over(drags: Sequence[float], found: Sequence[Recovery]) -> list[dict[str, Any]]:
+    composite = composite_of(found)
+    index = (None,) * len(drags) if composite is None else composite.index
+    return [
+        {"drag": drag, **each._asdict(), "composite_index": at}
+        for drag, each, at in zip(drags, found, index, strict=True)
+    ]

@@ -1,0 +1,123 @@
+"""`ab-sim recovery`."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from ab_sim.analysis.recovery import (
+    Recovery,
+    RecoveryOverDrag,
+    composite_of,
+    recovery_over_drag,
+)
+from ab_sim.analysis.recovery.response import LONGEST
+from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.progress import progress_bar
+from ab_sim.errors import InputError
+from ab_sim.scene import load_scene
+
+MOST = 1000
+"""Drags at once."""
+
+
+def recovery_command(
+    scene_name: str, changes: list[str], drags: str, json: str | None, plot: Path | None
+) -> None:
+    """Run, print, and write what was asked for; outputs are tried first."""
+    values = drags_of(drags)
+    scene = load_scene(scene_name, changes)
+    files = check_outputs(json, plot)
+    with progress_bar(scene.name) as tell:
+        found = recovery_over_drag(scene, values, tell)
+    if json is not None:
+        write_json(found.report(), json)
+    if plot is not None:
+        from ab_sim.figures.recovery import recovery_figure
+
+        recovery_figure(found, plot)
+    console = people if json == "-" else Console(markup=False)
+    console.print(recovery_table(found, found.balls, (found.own, *found.over)))
+    if found.one_ball is not None:
+        console.print(recovery_table(found, 1, found.one_ball))
+    for note in _notes(found):
+        console.print(note)
+    for file in files:
+        people.print(f"wrote {file}")
+
+
+def drags_of(text: str) -> tuple[float, ...]:
+    """From ``first:last:count``, evenly spaced [N s/m].
+
+    Raises:
+        InputError: it is not that.
+    """
+    try:
+        first, last, count = text.split(":")
+        low, high, n = float(first), float(last), int(count)
+    except ValueError:
+        low, high, n = math.nan, math.nan, 0
+    if not (0.0 < low < high < math.inf and 2 <= n <= MOST):
+        raise InputError(
+            f"--drags {text}: must be first:last:count, two rising numbers above 0 [N s/m] and a "
+            f"whole number from 2 to {MOST}, e.g. 0.1:0.5:5"
+        )
+    return tuple(float(f"{drag:.12g}") for drag in np.linspace(low, high, n))
+
+
+def recovery_table(found: RecoveryOverDrag, balls: int, runs: tuple[Recovery, ...]) -> Table:
+    """The table for people, of the scene's own drag and the others; with all balls or with one."""
+    several = "1 ball" if balls == 1 else f"{balls} balls"
+    table = Table(
+        title=f"{found.scene}, {several}: from {found.from_speed:g} to {found.to_speed:g} rad/s, "
+        f"settled within {1e3 * found.band:g} mm"
+    )
+    for name in ("drag [N s/m]", "settling [s]", "amplitude [mm]", "lambda_Rmax [1/s]"):
+        table.add_column(name, justify="right")
+    table.add_column("at rest")
+    table.add_column("composite [s]", justify="right")
+    composite = composite_of(runs[1:])
+    index = (None, *(composite.index if composite else [None] * len(found.drags)))
+    for k, (drag, run) in enumerate(zip((found.drag, *found.drags), runs, strict=True)):
+        rest = "nowhere" if run.label is None else f"{run.label}, {run.verdict}"
+        own = "scene: " if k == 0 else ""
+        cells = (f"{own}{drag:g}", *_cells(run), rest, _text(index[k]))
+        table.add_row(*cells, end_section=k == 0)
+    return table
+
+
+def _cells(run: Recovery) -> list[str]:
+    return [_text(run.settling_time), f"{1e3 * run.maximum_amplitude:.5g}", _text(run.lambda_max)]
+
+
+def _text(value: float | None) -> str:
+    return "-" if value is None else f"{value:.5f}"
+
+
+def _notes(found: RecoveryOverDrag) -> Iterator[str]:
+    runs = (found.own, *found.over, *(found.one_ball or ()))
+    if found.best_drag is not None and found.composite is not None:
+        yield (
+            f"best of these drags: {found.best_drag:g} N s/m, where the composite index is "
+            f"smallest: settling time + {found.composite.factor:.5g} s/m x amplitude, the factor "
+            "being mean settling time over mean amplitude of the drags in the table"
+        )
+    if any(run.settling_time is None for run in runs):
+        longest = max(run.duration for run in runs)
+        yield (
+            f"-: not settled after {longest:g} s, {LONGEST:g} times the scene's duration; there "
+            "may be no stable state (ab-sim equilibria), or it takes longer (--set duration=...)"
+        )
+    if not all(run.rested_before for run in runs):
+        yield "some did not rest before the change began: begin it later, profile.start_time"
+    if any(run.verdict == "undecided" for run in runs):
+        yield "undecided: lambda_Rmax is 0 and decides nothing; the run does, for its own start"
+    if found.together:
+        yield (
+            "balls that start at one angle stay together, and settle as one ball of their mass "
+            "and all their drag does; lambda_Rmax may be of a motion that moves them apart, and "
+            "not excited: start.ball_angles"
+        )
