@@ -298,6 +298,83 @@ def paper(
 
 
 @app.command()
+def stability(
+    scene: SceneArgument,
+    change: SetOption = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the spindle [rad/s], held. Default: at which the scene's profile ends."
+        ),
+    ] = None,
+    axes: Annotated[
+        str | None,
+        typer.Option(
+            "--map",
+            metavar="KEY=FROM:TO[:COUNT],KEY=FROM:TO[:COUNT]",
+            help="Map two values of the scene, across and up, 200 of each unless told, e.g. "
+            "speed=50:300,effects.suspension.damping=0.1:4.",
+        ),
+    ] = None,
+    coarse: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            help="Spacing of the points that a map begins with, a power of two: islands of fewer "
+            "than N by N points may be missed; 1 computes every point.",
+        ),
+    ] = 8,
+    against: Annotated[
+        int | None,
+        typer.Option(metavar="BALLS", help="Beside the map with so many balls, together as heavy."),
+    ] = None,
+    basin: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="Run the scene from N by N start angles of its first two balls."
+        ),
+    ] = None,
+    limit: Annotated[
+        float, typer.Option(help="Of a basin: share of the unbalance that may be left.")
+    ] = 0.05,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the map: .png, .svg or .pdf.")
+    ] = None,
+) -> None:
+    """Which resting states are stable: at one speed, or over two values of the scene.
+
+    A map is computed where it changes only, and so is what was computed before: an interrupted one
+    goes on. Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole
+    numbers; `kinds`, each with label, name and share of the map; how many `points` there are and
+    how many were `computed`; with `--against`, shares that are balanced for both or one of the two.
+
+    A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball; `kinds`
+    with their shares of the starts that are not left out; residual_unbalance and final_whirl [m]
+    of each run, null where there is none. Equal balls that start at one angle never part, and are
+    left out.
+
+    Without either, the JSON is that of `ab-sim equilibria` at one speed.
+    """
+    from ab_sim.cli.stability import basin_command, map_command, states_command
+    from ab_sim.errors import InputError
+
+    if axes is not None and basin is not None:
+        raise InputError("--map and --basin: one at a time")
+    if against is not None and axes is None:
+        raise InputError("--against: compares maps; say what to map with --map")
+    if axes is not None:
+        map_command(scene, change or [], speed, axes, coarse, against, json, plot)
+    elif basin is not None:
+        basin_command(scene, change or [], basin, limit, json, plot)
+    else:
+        states_command(scene, change or [], speed, json, plot)
+
+
+@app.command()
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for startup.rrd and startup.png.")] = Path(
         "out"

@@ -1,5 +1,6 @@
 """Two parameters of a scene, each over a range: what a map is drawn over."""
 
+import functools
 import math
 from typing import Any, NamedTuple
 
@@ -8,6 +9,7 @@ import numpy as np
 from ab_sim.errors import InputError, exact
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
+from ab_sim.scene.registry import effect_classes, effect_parameters
 
 SPEED = "speed"
 """Key of the spindle's speed [rad/s], which is held and none of the scene's own values."""
@@ -95,6 +97,12 @@ class Plane(NamedTuple):
     up: Axis
 
     @property
+    def titles(self) -> tuple[str, str]:
+        """Of the axes, across and up, with their units."""
+        across, up = (_titled(self.scene, axis.key) for axis in (self.across, self.up))
+        return across, up
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Rows, columns: values up, and across."""
         return len(self.up.values), len(self.across.values)
@@ -123,6 +131,19 @@ class Plane(NamedTuple):
         for row in (0, -1):
             for column in (0, -1):
                 self.at(row, column)
+
+
+def _titled(scene: Scene, key: str) -> str:
+    if key == SPEED:
+        return "spindle speed [rad/s]"
+    *sections, last = key.split(".")
+    if sections[:1] == ["effects"]:
+        about = effect_parameters(effect_classes()[sections[1]]).get(last, {})
+    else:
+        holder = functools.reduce(getattr, sections, scene)
+        field = type(holder).model_fields.get(last)
+        about = (field.json_schema_extra if field is not None else None) or {}
+    return f"{key} [{about['unit']}]" if "unit" in about else key
 
 
 def _plain(value: float) -> float | int:

@@ -3,24 +3,22 @@
 import functools
 import itertools
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 import ab_sim
+from ab_sim.analysis.maps.kept import KeptPoints, Tell
 from ab_sim.analysis.maps.plane import Axis, Plane
 from ab_sim.analysis.maps.refine import Point, refined
 from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
 from ab_sim.analysis.maps.workers import Workers
-from ab_sim.analysis.results import Results
 from ab_sim.scene.model import Scene
 
 COARSE = 8
 """Spacing of the points that a map begins with."""
-
-Tell = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -91,10 +89,20 @@ def stability_map(
         SceneError: a point is no scene, or has nothing that rests; names key and value.
     """
     plane.check()
-    kept = _Kept(plane)
-    with Workers(workers) as each, kept:
-        refine = functools.partial(kept.verdicts, each, tell or (lambda *_: None))
-        found = refined(refine, plane.shape, coarse)
+    numbers = {
+        "speed": plane.speed,
+        **{
+            name: [axis.key, axis.values[0], axis.values[-1], len(axis.values)]
+            for name, axis in (("across", plane.across), ("up", plane.up))
+        },
+    }
+    with Workers(workers) as each, KeptPoints(map_points, plane.scene, numbers) as kept:
+
+        def verdicts(points: Sequence[Point]) -> list[int]:
+            labels = functools.partial(each.each, functools.partial(label_at, plane))
+            return kept.of(points, labels, "points near borders", tell)
+
+        found = refined(verdicts, plane.shape, coarse)
     return StabilityMap(plane, coarse, found.labels, found.computed)
 
 
@@ -104,7 +112,7 @@ def label_at(plane: Plane, point: Point) -> int:
 
 
 def map_points(scene: Scene, speed: float, across: list[Any], up: list[Any]) -> dict[str, Any]:
-    """What is kept of a map: [row, column, label] of its points, here all of them.
+    """What is kept of a map: [row, column, label] of points, here of all.
 
     Args:
         scene, speed: of a Plane.
@@ -115,39 +123,3 @@ def map_points(scene: Scene, speed: float, across: list[Any], up: list[Any]) -> 
     rows, columns = plane.shape
     points = itertools.product(range(rows), range(columns))
     return {"points": [[*point, label_at(plane, point)] for point in points]}
-
-
-class _Kept:
-    """The labels of a plane that are known, on disk from the end of each ``with`` on."""
-
-    def __init__(self, plane: Plane) -> None:
-        self._plane, self._results = plane, Results(map_points)
-        self._numbers = {
-            "speed": plane.speed,
-            **{
-                name: [axis.key, axis.values[0], axis.values[-1], len(axis.values)]
-                for name, axis in (("across", plane.across), ("up", plane.up))
-            },
-        }
-        known = self._results.find(plane.scene, **self._numbers) or {"points": []}
-        self._labels: dict[Point, int] = {(i, j): label for i, j, label in known["points"]}
-        self._on_disk = len(self._labels)
-
-    def __enter__(self) -> "_Kept":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if len(self._labels) > self._on_disk:
-            points = [[*point, label] for point, label in self._labels.items()]
-            self._results.keep({"points": points}, self._plane.scene, **self._numbers)
-
-    def verdicts(self, workers: Workers, tell: Tell, points: Sequence[Point]) -> list[int]:
-        """Labels, of which those that are not known yet are computed."""
-        wanted = [point for point in points if point not in self._labels]
-        before = len(self._labels)
-        tell("points near borders", before, before + len(wanted))
-        found = workers.each(functools.partial(label_at, self._plane), wanted)
-        for done, (point, label) in enumerate(zip(wanted, found, strict=True), 1):
-            self._labels[point] = label
-            tell("points near borders", before + done, before + len(wanted))
-        return [self._labels[point] for point in points]

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
 from typing import TypeVar
 
-WORTH_IT = 128
-"""Things that are too few to start processes for, which takes some seconds."""
 AT_A_TIME = 16
-"""That a process is given."""
+"""Things that a process is given, unless told."""
+WORTH_IT = 8
+"""So many times that much is enough to start processes for, which takes some seconds."""
 
 Thing = TypeVar("Thing")
 Result = TypeVar("Result")
@@ -47,22 +47,26 @@ class Workers:
             self._pool.shutdown(cancel_futures=True)
 
     def each(
-        self, function: Callable[[Thing], Result], things: Sequence[Thing]
+        self,
+        function: Callable[[Thing], Result],
+        things: Sequence[Thing],
+        at_a_time: int = AT_A_TIME,
     ) -> Iterator[Result]:
         """Results in the things' order, as they come.
 
         Args:
             function: of a module, or partial of such a one.
             things: what it is called with.
+            at_a_time: how many of them a process is given.
         """
-        if self._pool is None and self._count > 1 and len(things) >= WORTH_IT:
+        if self._pool is None and self._count > 1 and len(things) >= WORTH_IT * at_a_time:
             self._pool = concurrent.futures.ProcessPoolExecutor(
                 self._count, multiprocessing.get_context("spawn"), _begin
             )
         if self._pool is None:
             yield from map(function, things)
             return
-        chunk = min(AT_A_TIME, -(-len(things) // self._count))
+        chunk = max(1, min(at_a_time, len(things) // self._count))
         yield from self._pool.map(function, things, chunksize=chunk)
 
 
