@@ -29,9 +29,7 @@ def states_command(
 ) -> None:
     """A table of the resting states at a speed."""
     if plot is not None:
-        raise InputError(
-            "--plot: is of a map or a basin; ab-sim equilibria draws states over speed"
-        )
+        raise InputError("--plot: is of a map or a basin; ab-sim equilibria draws states")
     scene = load_scene(scene_name, changes)
     files = check_outputs(json, None)
     found = equilibria_of(scene, _speed(scene, speed))

@@ -67,10 +67,9 @@ def with_balls(scene: Scene, count: int) -> Scene:
     Raises:
         SceneError: the balls differ, there are none, or so many there cannot be.
     """
-    own = {*zip(scene.balls.masses, scene.balls.radii, scene.balls.races, strict=True)}
-    if len(own) != 1 and len({*scene.balls.masses}) != 1:
+    if len({*scene.balls.masses}) != 1:
         raise SceneError(
-            f"balls.mass: {scene.balls.count} balls that are not all equal cannot be compared with "
+            f"balls.mass: {scene.balls.count} balls of several masses, or none, cannot be compared with "
             "another number of them; give all one mass"
         )
     share = scene.balls.count / count if count else 0.0
@@ -82,11 +81,8 @@ def with_balls(scene: Scene, count: int) -> Scene:
     drag = scene.effects.get("viscous_drag")
     if drag is not None:
         changes[DRAG] = drag.coefficient * share
-    for key, value in (
-        ("ball_angles", scene.start.ball_angles),
-        ("ball_rates", scene.start.ball_rates),
-    ):
-        if value is not None:
+    for key in ("ball_angles", "ball_rates"):
+        if getattr(scene.start, key) is not None:
             changes[f"start.{key}"] = None
     return changed_scene(scene, changes, f"with {count} balls")
 

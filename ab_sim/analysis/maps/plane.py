@@ -137,12 +137,13 @@ def _titled(scene: Scene, key: str) -> str:
     if key == SPEED:
         return "spindle speed [rad/s]"
     *sections, last = key.split(".")
+    about: Any
     if sections[:1] == ["effects"]:
         about = effect_parameters(effect_classes()[sections[1]]).get(last, {})
     else:
         holder = functools.reduce(getattr, sections, scene)
         field = type(holder).model_fields.get(last)
-        about = (field.json_schema_extra if field is not None else None) or {}
+        about = (field and field.json_schema_extra) or {}
     return f"{key} [{about['unit']}]" if "unit" in about else key
 
 
