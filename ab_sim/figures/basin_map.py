@@ -37,6 +37,8 @@ def basin_figure(found: Basin, path: Path) -> None:
     figure.suptitle(f"Where runs of {found.scene.name} end, by where two balls start", fontsize=14)
     ends, left = figure.subplots(1, 2, sharex=True, sharey=True)
     degrees = np.degrees(found.angles)
+    half = 180.0 / len(degrees)
+    edges = -180.0 - half, 180.0 - half
     order = list(COLOURS)
     places = np.vectorize(order.index)(found.labels)
     palette = ListedColormap([COLOURS[label] for label in order])
@@ -50,8 +52,8 @@ def basin_figure(found: Basin, path: Path) -> None:
         for label, share in shares.items()
     ]
     handles.append(Patch(color=COLOURS[LEFT_OUT], label=NAMES[LEFT_OUT]))
-    ends.legend(
-        handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=9,
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=3, fontsize=9,
         title=f"balanced: at most {found.limit:g} of the unbalance is left",
     )  # fmt: skip
     residual = np.array(
@@ -63,6 +65,8 @@ def basin_figure(found: Basin, path: Path) -> None:
     for axes in (ends, left):
         axes.set_xlabel("first ball starts at [deg] from the unbalance")
         axes.set_aspect("equal")
+        axes.set_xlim(*edges)
+        axes.set_ylim(*edges)
         axes.set_xticks(np.arange(-180, 181, 60))
         axes.set_yticks(np.arange(-180, 181, 60))
     ends.set_ylabel("second ball starts at [deg]")

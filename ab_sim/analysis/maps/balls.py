@@ -69,8 +69,8 @@ def with_balls(scene: Scene, count: int) -> Scene:
     """
     if len({*scene.balls.masses}) != 1:
         raise SceneError(
-            f"balls.mass: {scene.balls.count} balls of several masses, or none, cannot be compared with "
-            "another number of them; give all one mass"
+            f"balls.mass: {scene.balls.count} balls of several masses, or none, cannot be "
+            "compared with another number of them; give all one mass"
         )
     share = scene.balls.count / count if count else 0.0
     changes: dict[str, Any] = {"balls.count": count, "balls.mass": scene.balls.masses[0] * share}
