@@ -1,10 +1,19 @@
 """The NSC report on the relative stability of two-ball balancers (2007), computed again."""
 
-from collections.abc import Callable
 from pathlib import Path
 
-from ab_sim.papers.page import Paper, Section
+from ab_sim.papers.page import Paper
+from ab_sim.papers.relative_stability.cases import Tell
+from ab_sim.papers.relative_stability.parameters import parameter_section
+from ab_sim.papers.relative_stability.recovering import (
+    drag_section,
+    strength_and_response_section,
+    table_section,
+    together_section,
+)
+from ab_sim.papers.relative_stability.resting import resting_section
 from ab_sim.papers.relative_stability.speed import speed_section
+from ab_sim.papers.relative_stability.strength import strength_section
 
 TITLE = "On the relative stability of multi-ball balancing systems"
 SOURCE = (
@@ -13,11 +22,19 @@ SOURCE = (
 )
 
 
-def regenerate(folder: Path, tell: Callable[[str, int, int], None]) -> Paper:
+_SECTIONS = (
+    parameter_section,
+    resting_section,
+    strength_section,
+    speed_section,
+    drag_section,
+    strength_and_response_section,
+    table_section,
+    together_section,
+)
+
+
+def regenerate(folder: Path, tell: Tell) -> Paper:
     """The report's Tables 1 to 3 and figures 2 to 8."""
-    sections: list[Section] = []
-    parts = (("figure 4", speed_section),)
-    for done, (name, part) in enumerate(parts):
-        tell(name, done, len(parts))
-        sections.append(part(folder))
-    return Paper("relative-stability", TITLE, SOURCE, tuple(sections))
+    sections = tuple(section(folder, tell) for section in _SECTIONS)
+    return Paper("relative-stability", TITLE, SOURCE, sections)

@@ -5,17 +5,15 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ab_sim.papers.page import Picture, Section
-from ab_sim.scene import load_scene
+from ab_sim.papers.page import Section
+from ab_sim.papers.relative_stability.cases import Tell, cases, written
 from ab_sim.spindle import SpeedProfile
 
-FILE = "relative-stability-figure-4.png"
 
-
-def speed_section(folder: Path) -> Section:
+def speed_section(folder: Path, tell: Tell) -> Section:
     """The raised cosine as the scenes have it."""
-    scene = load_scene("nsc-case-1")
-    profile = SpeedProfile.of_scene(scene)
+    tell("figure 4", 0, 1)
+    profile = SpeedProfile.of_scene(cases()[0].scene)
     begin, end = profile.breakpoints
     times = np.linspace(begin - 0.1, end + 0.1, 1001)
     figure = Figure(figsize=(7, 3), layout="constrained")
@@ -26,13 +24,13 @@ def speed_section(folder: Path) -> Section:
     axes.set_xlabel("time [s]")
     axes.set_ylabel("spindle speed [rad/s]")
     axes.grid(alpha=0.3)
-    figure.savefig(folder / FILE, dpi=110)
     caption = (
-        f"Figure 4: from {profile.speed(begin):g} to {profile.speed(end):g} rad/s "
+        f"from {profile.speed(begin):g} to {profile.speed(end):g} rad/s "
         f"along half a cosine from {begin:g} to {end:g} s"
     )
+    picture = written(figure, folder, 4, caption)
     text = (
         "Equation (25) as printed swings on for ever; it is meant on [t_b, t_b + t_r] only: the "
         "speed drops once, from 1000 to 900 rad/s within 0.11 s, and stays there (section 5.1).",
     )
-    return Section("The change of speed: figure 4", text, (), (Picture(FILE, caption),))
+    return Section("The change of speed: figure 4", text, (), (picture,))
