@@ -14,6 +14,7 @@ from ab_sim.papers.page import Paper
 
 PAPERS = {
     "relative-stability": "ab_sim.papers.relative_stability",
+    "three-ball": "ab_sim.papers.three_ball",
 }
 """Modules by the papers' short names; imported when they are asked for."""
 
