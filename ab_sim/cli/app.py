@@ -241,6 +241,45 @@ def modes(
 
 
 @app.command()
+def equilibria(
+    scene: SceneArgument,
+    change: SetOption = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the spindle [rad/s], for the table. Default: the one at which the scene's "
+            "profile ends."
+        ),
+    ] = None,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the branches over speed: .png, .svg or .pdf."),
+    ] = None,
+) -> None:
+    """Where the balls can rest on the rotor at a speed that is held, and how firmly.
+
+    All resting states at one speed: p+q has p balls on the side of the displacement and q
+    opposite, /1 the larger whirl and /2 the smaller; a sign per ball where balls differ; balanced
+    has no whirl. And over speed, up to spindle.max_speed: where states begin, end, and turn
+    unstable, and ranges of speed without any stable state. Friction and contact of balls are left
+    out of the verdicts.
+
+    The JSON has `branches`, each with label, W and u (on the rotating axes) [m], phase and theta
+    [rad], assignments (ways to give the places to the balls, null in a continuum), eigenvalues
+    [re, im] [1/s], structural_zeros (how many of them are 0 because states form a continuum),
+    lambda_max (the largest real part but for these), stable (null: undecided) and verdict; and
+    `over_speed` with branches, folds, crossings and ranges [rad/s].
+    """
+    from ab_sim.cli.equilibria import equilibria_command
+
+    equilibria_command(scene, change or [], speed, json, plot)
+
+
+@app.command()
 def recovery(
     scene: SceneArgument,
     change: SetOption = None,
@@ -345,7 +384,7 @@ def stability(
         Path | None, typer.Option(metavar="FILE", help="Draw the map: .png, .svg or .pdf.")
     ] = None,
 ) -> None:
-    """Which resting states are stable: at one speed, or over two values of the scene.
+    """Which resting states are stable over two values of the scene; which starts end balanced.
 
     A map is computed where it changes only, and so is what was computed before: an interrupted one
     goes on. Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole
@@ -357,9 +396,11 @@ def stability(
     of each run, null where there is none. Equal balls that start at one angle never part, and are
     left out.
 
-    Without either, the JSON is that of `ab-sim equilibria` at one speed.
+    Without either it does what `ab-sim equilibria` does: states, and where over the speed they lose
+    their stability.
     """
-    from ab_sim.cli.stability import basin_command, map_command, states_command
+    from ab_sim.cli.equilibria import equilibria_command
+    from ab_sim.cli.stability import basin_command, map_command
     from ab_sim.errors import InputError
 
     if axes is not None and basin is not None:
@@ -371,7 +412,7 @@ def stability(
     elif basin is not None:
         basin_command(scene, change or [], basin, limit, json, plot)
     else:
-        states_command(scene, change or [], speed, json, plot)
+        equilibria_command(scene, change or [], speed, json, plot)
 
 
 @app.command()

@@ -1,6 +1,5 @@
 """`ab-sim stability`."""
 
-import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,37 +8,18 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from ab_sim.analysis.equilibria import Equilibria, equilibria_of
 from ab_sim.analysis.maps import basin as basins
 from ab_sim.analysis.maps.balls import Against, Shares, plane_with_balls
 from ab_sim.analysis.maps.kept import Tell
 from ab_sim.analysis.maps.plane import FASTEST, Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
+from ab_sim.cli.equilibria import last_speed
 from ab_sim.cli.outputs import check_outputs, people, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.interruption import in_order
 from ab_sim.scene import Scene, load_scene
-from ab_sim.spindle import SpeedProfile
-
-
-def states_command(
-    scene_name: str, changes: list[str], speed: float | None, json: str | None, plot: Path | None
-) -> None:
-    """A table of the resting states at a speed."""
-    if plot is not None:
-        raise InputError("--plot: is of a map or a basin; ab-sim equilibria draws states")
-    scene = load_scene(scene_name, changes)
-    files = check_outputs(json, None)
-    found = equilibria_of(scene, _speed(scene, speed))
-    if json is not None:
-        write_json(found.report(), json)
-    console = people if json == "-" else Console(markup=False)
-    console.print(states_table(found))
-    for note in _notes(found):
-        console.print(note)
-    _wrote(files)
 
 
 def map_command(
@@ -112,25 +92,6 @@ def basin_command(
     _wrote(files)
 
 
-def states_table(found: Equilibria) -> Table:
-    """The states at a speed, for people."""
-    table = Table(title=f"{found.scene}: resting states at {found.speed:g} rad/s")
-    for name, side in (
-        ("state", "left"),
-        ("W [m]", "right"),
-        ("theta [deg]", "left"),
-        ("largest real part [1/s]", "right"),
-        ("verdict", "left"),
-    ):
-        table.add_column(name, justify="right" if side == "right" else "left")
-    for state in found.branches:
-        angles = ", ".join(f"{math.degrees(x):.2f}" for x in state.theta[:8])
-        more = ", ..." if len(state.theta) > 8 else ""
-        W, growth = f"{state.W:.4e}", f"{state.lambda_max:.5g}"
-        table.add_row(state.label, W, angles + more, growth, state.verdict)
-    return table
-
-
 def map_table(found: StabilityMap) -> Table:
     """Shares of a map, for people."""
     plane = found.plane
@@ -174,20 +135,10 @@ def basin_table(found: basins.Basin) -> Table:
     return table
 
 
-def _notes(found: Equilibria) -> Iterator[str]:
-    if found.left_out:
-        yield f"without {', '.join(found.left_out)}: set-valued where balls rest"
-    if not found.branches:
-        yield "nothing rests at this speed"
-    elif not found.stable:
-        yield "no state is stable at this speed"
-
-
 def _speed(scene: Scene, speed: float | None) -> float:
     """The one that was asked for; or at which the scene's profile ends."""
     if speed is None:
-        profile = SpeedProfile.of_scene(scene)
-        return profile.speed(profile.end)
+        return last_speed(scene)
     if not abs(speed) <= FASTEST:
         raise InputError(f"--speed {speed}: must be a number within +-{FASTEST:g} rad/s")
     return speed

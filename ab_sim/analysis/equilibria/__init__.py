@@ -1,6 +1,10 @@
-"""Where deck and balls can rest on the axes that turn with the rotor, and how firmly."""
+"""Where deck and balls can rest on the axes that turn with the rotor, and how firmly.
+
+Sources: three-ball (Lu and Hung 2008) (10)-(36), relative-stability (NSC 2007) (15)-(24).
+"""
 
 from ab_sim.analysis.equilibria.at_speed import Equilibria, equilibria_of
+from ab_sim.analysis.equilibria.branches import branches_over_speed
 from ab_sim.analysis.equilibria.states import RestingState
 
-__all__ = ["Equilibria", "RestingState", "equilibria_of"]
+__all__ = ["Equilibria", "RestingState", "branches_over_speed", "equilibria_of"]

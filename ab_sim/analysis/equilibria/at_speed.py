@@ -1,17 +1,17 @@
 """All resting states of a scene at one speed."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ab_sim.analysis.equilibria.balanced import positions
-from ab_sim.analysis.equilibria.patterns import patterns_of, phase, radii
+from ab_sim.analysis.equilibria.finder import found_states
+from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, phase, radii
 from ab_sim.analysis.equilibria.resting import LEFT_OUT, Rotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState, resting_state
 from ab_sim.dynamics.system import System
-from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
 
@@ -28,6 +28,9 @@ class Equilibria:
     that are worst and best."""
     left_out: tuple[str, ...]
     """Effects of the scene that these states are without: set-valued where balls rest."""
+    by_numbers: bool = False
+    """Whether they were looked for from many starts, so that some may be missing; otherwise closed
+    forms give all of them."""
 
     @property
     def stable(self) -> tuple[RestingState, ...]:
@@ -41,6 +44,7 @@ class Equilibria:
             "speed": self.speed,
             "branches": [state.report() for state in self.branches],
             "left_out": list(self.left_out),
+            "by_numbers": self.by_numbers,
         }
 
 
@@ -54,9 +58,11 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
     system = resting_system(scene)
     rotor = rotor_of(system)
     if rotor is None:
-        raise SceneError("no closed form")
+        states = found_states(system, speed)
+    else:
+        states = resting_states(system, rotor, speed)
     left = tuple(name for name in LEFT_OUT if name in scene.effects)
-    return Equilibria(scene.name, speed, tuple(resting_states(system, rotor, speed)), left)
+    return Equilibria(scene.name, speed, tuple(states), left, rotor is None)
 
 
 def resting_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:
@@ -69,15 +75,21 @@ def clustered_states(system: System, rotor: Rotor, speed: float) -> list[Resting
     found = []
     for pattern in patterns_of(rotor):
         roots = radii(rotor, pattern.moment, speed)
-        for k, W in enumerate(roots):
-            phi = phase(rotor, pattern.moment, speed, W)
-            u = np.array([W * math.cos(phi), W * math.sin(phi)])
-            theta = np.array([phi if sign > 0 else _opposite(phi) for sign in pattern.signs])
-            label = pattern.label + (f"/{k + 1}" if len(roots) > 1 else "")
-            found.append(
-                resting_state(system, speed, label, u, theta, _turning(rotor), pattern.assignments)
-            )
+        for rank in range(len(roots)):
+            found.append(clustered_state(system, rotor, speed, pattern, roots, rank))
     return found
+
+
+def clustered_state(
+    system: System, rotor: Rotor, speed: float, pattern: Pattern, roots: list[float], rank: int
+) -> RestingState:
+    """Of a pattern's radii, the state with the one at this rank."""
+    W = roots[rank]
+    phi = phase(rotor, pattern.moment, speed, W)
+    u = np.array([W * math.cos(phi), W * math.sin(phi)])
+    theta = np.array([phi if sign > 0 else _opposite(phi) for sign in pattern.signs])
+    label = pattern.label + (f"/{rank + 1}" if len(roots) > 1 else "")
+    return resting_state(system, speed, label, u, theta, _turning(rotor), pattern.assignments)
 
 
 def balanced_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:
@@ -92,7 +104,7 @@ def balanced_states(system: System, rotor: Rotor, speed: float) -> list[RestingS
         return states
     by_growth = sorted(states, key=lambda state: state.lambda_max)
     named = (("balanced", states[0]), ("balanced, worst", by_growth[-1]))
-    return [replace(s, label=x) for x, s in (*named, ("balanced, best", by_growth[0]))]
+    return [s.relabelled(x) for x, s in (*named, ("balanced, best", by_growth[0]))]
 
 
 def balanced_state(system: System, rotor: Rotor, speed: float, theta: np.ndarray) -> RestingState:

@@ -122,10 +122,8 @@ def _polished(rotor: Rotor, moment: float, speed: float) -> Iterator[float]:
     bare = np.polynomial.Polynomial([-s, b, 0.0, a])
     whole = bare**2 + np.polynomial.Polynomial([-e * e, 0.0, d * d])
     taken: list[float] = []
-    for root in whole.roots():
-        x = float(root.real)
-        if x <= 0.0 or abs(root.imag) > 1e-4 * abs(root):
-            continue
+    roots = np.asarray(whole.roots(), complex)
+    for x in roots.real[(roots.real > 0.0) & (np.abs(roots.imag) <= 1e-4 * np.abs(roots))].tolist():
         for _ in range(50):
             value, slope = _factored(a, b, s, d, e, x)
             if slope == 0.0:
@@ -134,7 +132,7 @@ def _polished(rotor: Rotor, moment: float, speed: float) -> Iterator[float]:
             x -= step
             if abs(step) <= 2e-16 * abs(x):
                 break
-        terms = (abs(s) + abs(b) * x + a * x**3) ** 2 + (d * x) ** 2 + e * e
+        terms = (abs(s) + abs(b) * x + a * x * x * x) ** 2 + (d * x) ** 2 + e * e
         known = any(abs(x - y) <= 1e-12 * x for y in taken) or (abs(s) == e and x < BALANCED)
         if x > 0.0 and abs(_factored(a, b, s, d, e, x)[0]) <= 1e-13 * terms and not known:
             taken.append(x)

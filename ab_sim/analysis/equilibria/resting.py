@@ -25,8 +25,8 @@ from ab_sim.spindle import SpeedProfile
 
 LEFT_OUT = ("rolling_friction", "race_friction", "ball_contact")
 """Effects that are set-valued where balls rest: verdicts are of the smooth equations."""
-_BALANCED_BY_US = (Suspension, HardeningSuspension)
-_DEFLECTING = ("deck_force", "race_shape", "race_arc", "ball_tangential")
+_DEFLECTING = ("deck_force", "race_shape")
+"""What effects have that move resting states."""
 
 
 def resting_system(scene: Scene) -> System:
@@ -99,14 +99,20 @@ class Rotor(NamedTuple):
 
 def rotor_of(system: System) -> Rotor | None:
     """The closed forms' parameters; None where another effect decides where balls rest."""
+    known = (Suspension, HardeningSuspension)
+    others = (effect for effect in system.effects if not isinstance(effect, known))
+    decided = any(hasattr(effect, part) for effect in others for part in _DEFLECTING)
+    return None if decided else base_rotor_of(system)
+
+
+def base_rotor_of(system: System) -> Rotor:
+    """The same without the effects that the closed forms do not know."""
     stiffness = damping = cubic = 0.0
     for effect in system.effects:
         if isinstance(effect, Suspension):
             stiffness, damping = effect.stiffness, effect.damping
         elif isinstance(effect, HardeningSuspension):
             cubic = effect.cubic_stiffness
-        elif any(hasattr(effect, part) for part in _DEFLECTING):
-            return None
     return Rotor(
         system.carrier.total_mass,
         system.carrier.unbalance,

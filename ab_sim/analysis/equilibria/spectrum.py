@@ -87,8 +87,8 @@ def _together(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
 
 def _eigenvalues(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues, and what rounding may do to each: eps |A| / |y^H x| (Wilkinson)."""
-    balanced, _ = matrix_balance(matrix, permute=False)
-    values, left, right = eig(balanced, left=True, right=True)
+    balanced = matrix_balance(matrix, permute=False)[0]
+    values, left, right = eig(balanced, left=True, right=True)  # type: ignore[misc]
     aligned = np.abs(np.einsum("ij,ij->j", left.conj(), right))
     norm = np.linalg.norm(balanced)
     doubts = SAFETY * np.finfo(float).eps * norm / np.maximum(aligned, 1e-300)

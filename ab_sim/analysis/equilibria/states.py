@@ -1,7 +1,7 @@
 """A state in which deck and balls rest on the axes that turn with the rotor."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -57,6 +57,10 @@ class RestingState:
     def verdict(self) -> str:
         """stable, unstable or undecided."""
         return WORDS[self.stable]
+
+    def relabelled(self, label: str) -> "RestingState":
+        """The same by another name."""
+        return replace(self, label=label)
 
     def report(self) -> dict[str, Any]:
         """As JSON-able values; complex numbers are [real, imaginary]."""

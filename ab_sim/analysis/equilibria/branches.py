@@ -1,0 +1,97 @@
+"""Branches of a scene's resting states over speeds: by the closed forms, with all their folds."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from ab_sim.analysis.equilibria.at_speed import balanced_state, clustered_state
+from ab_sim.analysis.equilibria.balanced import positions
+from ab_sim.analysis.equilibria.folds import Fold, folds_of
+from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch, grid_between, stretch_of
+from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, radii
+from ab_sim.analysis.equilibria.resting import Rotor, resting_system, rotor_of
+from ab_sim.analysis.equilibria.states import RestingState
+from ab_sim.dynamics.system import System
+from ab_sim.errors import InputError
+from ab_sim.scene.model import Scene
+
+Progress = Callable[[str, int, int], None]
+
+
+def branches_over_speed(
+    scene: Scene, speeds: np.ndarray, progress: Progress | None = None
+) -> OverSpeed:
+    """Follow all resting states over speeds, with what happens between them.
+
+    Args:
+        scene: as ``equilibria_of`` takes it.
+        speeds: [rad/s], rising, all of them > 0; stability is looked at there, and more often where
+            branches end. Folds, and crossings of the stability's border, are located between them.
+        progress: told what is done now, how many parts are done, and of how many.
+
+    Raises:
+        SceneError: as ``equilibria_of``.
+        InputError: speeds do not rise.
+    """
+    speeds = np.asarray(speeds, float)
+    if len(speeds) < 2 or not speeds[0] > 0.0 or not (np.diff(speeds) > 0.0).all():
+        raise InputError("speeds: must be at least two, above 0 and rising")
+    system = resting_system(scene)
+    rotor = rotor_of(system)
+    patterns = patterns_of(rotor)
+    stretches: list[Stretch] = []
+    folds: list[tuple[str, Fold]] = []
+    for k, pattern in enumerate(patterns):
+        if progress is not None:
+            progress(pattern.label, k, len(patterns) + 1)
+        own = [f for f in folds_of(rotor, pattern.moment) if speeds[0] < f.speed < speeds[-1]]
+        folds += [(pattern.label, fold) for fold in own]
+        stretches += _clustered(system, rotor, pattern, own, speeds)
+    if progress is not None:
+        progress("balanced", len(patterns), len(patterns) + 1)
+    stretches += _balanced(system, rotor, speeds)
+    folds.sort(key=lambda each: each[1])
+    return OverSpeed((float(speeds[0]), float(speeds[-1])), tuple(stretches), tuple(folds))
+
+
+def _clustered(
+    system: System, rotor: Rotor, pattern: Pattern, folds: list[Fold], speeds: np.ndarray
+) -> Iterator[Stretch]:
+    """Between folds the number of radii does not change, nor does their order."""
+    ends = [float(speeds[0]), *(fold.speed for fold in folds), float(speeds[-1])]
+    for low, high in zip(ends[:-1], ends[1:], strict=True):
+        count = len(radii(rotor, pattern.moment, 0.5 * (low + high)))
+        grid = grid_between(low, high, speeds)
+        grid = grid[[len(radii(rotor, pattern.moment, w)) == count for w in grid.tolist()]]
+        for rank in range(count):
+
+            def at(speed: float, rank: int = rank) -> RestingState:
+                roots = radii(rotor, pattern.moment, speed)
+                return clustered_state(system, rotor, speed, pattern, roots, rank)
+
+            yield stretch_of(pattern.label + (f"/{rank + 1}" if count > 1 else ""), at, grid)
+
+
+def _balanced(system: System, rotor: Rotor, speeds: np.ndarray) -> Iterator[Stretch]:
+    """The balanced set: its position, or of three and more balls worst and best of all looked at.
+
+    Which position is worst can change with speed.
+    """
+    places = positions(rotor)
+    if len(places) == 0:
+        return
+    grid = grid_between(float(speeds[0]), float(speeds[-1]), speeds)
+
+    def symmetric(speed: float) -> RestingState:
+        return balanced_state(system, rotor, speed, places[0])
+
+    yield stretch_of("balanced", symmetric, grid)
+    if len(places) == 1:
+        return
+    for label, pick in (("balanced, worst", max), ("balanced, best", min)):
+
+        def chosen(speed: float, pick: Callable = pick) -> RestingState:
+            found = (balanced_state(system, rotor, speed, place) for place in places)
+            return pick(found, key=lambda state: state.lambda_max)
+
+        yield stretch_of(label, chosen, grid)

@@ -1,0 +1,162 @@
+"""Branches of states found by numbers over speed: pseudo-arclength continuation.
+
+Along a curve in state and speed, so that it goes around folds; these are where the speed's part of
+the tangent changes its sign, located on the curve. Keller (1977); Allgower and Georg, Numerical
+Continuation Methods (1990), ch. 6.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ab_sim.analysis.equilibria.finder import (
+    SAME,
+    Scales,
+    converged,
+    labelled,
+    nullity,
+    scaled_jacobian,
+    scales_of,
+)
+from ab_sim.analysis.equilibria.resting import field_at
+from ab_sim.dynamics.system import System
+
+STEP = 0.02
+"""Of the arc, in units of the states' magnitudes and of the largest speed; halved as needed."""
+MOST_POINTS = 4000
+
+
+class Point(NamedTuple):
+    """On a curve of resting states."""
+
+    speed: float
+    """[rad/s]."""
+    state: np.ndarray
+
+
+class Curve:
+    """Resting states of a system, as a curve in z = (state / scale, speed / fastest)."""
+
+    def __init__(self, system: System, fastest: float) -> None:
+        self.system, self.fastest = system, fastest
+        self.scales: Scales = scales_of(system, fastest)
+
+    def z(self, point: Point) -> np.ndarray:
+        """Without units."""
+        return np.append(point.state / self.scales.state, point.speed / self.fastest)
+
+    def point(self, z: np.ndarray) -> Point:
+        """With units."""
+        return Point(float(z[-1]) * self.fastest, z[:-1] * self.scales.state)
+
+    def off(self, z: np.ndarray) -> np.ndarray:
+        """The slope, 0 on the curve."""
+        speed, state = self.point(z)
+        slope = field_at(self.system, speed).slope(0.0, state)
+        return slope / (self.scales.state * self.scales.rate)
+
+    def ways(self, z: np.ndarray) -> np.ndarray:
+        """Its derivatives; by the speed a central difference: the kernel's are by states."""
+        speed, state = self.point(z)
+        own = scaled_jacobian(field_at(self.system, speed).jacobian(0.0, state), self.scales)
+        h = np.zeros(len(z))
+        h[-1] = 1e-5 * abs(z[-1]) + 1e-9
+        along = (self.off(z + h) - self.off(z - h)) / (2.0 * h[-1])
+        return np.column_stack([own, along])
+
+    def tangent(self, z: np.ndarray, like: np.ndarray) -> np.ndarray:
+        """Of length 1, in the sense of another."""
+        way: np.ndarray = np.linalg.svd(self.ways(z))[2][-1]
+        return way if way @ like >= 0.0 else -way
+
+    def corrected(self, start: np.ndarray, way: np.ndarray) -> np.ndarray | None:
+        """The curve's point in the plane across ``way`` through ``start``."""
+        z = start
+        for _ in range(12):
+            matrix = np.vstack([self.ways(z), way])
+            step = np.linalg.lstsq(matrix, np.append(self.off(z), way @ (z - start)))[0]
+            z = z - step
+            if not np.isfinite(z).all():
+                return None
+            if np.abs(step).max() <= 1e-12 * (1.0 + np.abs(z).max()):
+                return z
+        return None
+
+    def traced(self, start: Point, sense: float, low: float, high: float) -> list[Point]:
+        """From a point on, at first with the speed rising (1) or falling (-1), within speeds.
+
+        Until it leaves the range of speeds, comes back, or ends. Folds are among the points.
+        """
+        z = self.z(start)
+        first, length = z, STEP
+        way = self.tangent(z, np.append(np.zeros(len(z) - 1), sense))
+        found = [start]
+        while len(found) < MOST_POINTS and length > 1e-9:
+            there = self.corrected(z + length * way, way)
+            after = None if there is None else self.tangent(there, way)
+            if there is None or after is None or after @ way < 0.97:
+                length *= 0.5
+                continue
+            if after[-1] * way[-1] < 0.0:
+                found.append(self.point(self._fold(z, way, length)))
+            z, way, length = there, after, min(1.4 * length, STEP)
+            point = self.point(z)
+            if not low <= point.speed <= high:
+                edge = low if point.speed < low else high
+                state = converged(self.system, edge, _between(found[-1], point, edge))
+                return found if state is None else [*found, Point(edge, state)]
+            found.append(point)
+            if len(found) > 5 and np.abs(z - first).max() < 0.5 * STEP:
+                return [*found, start]
+        return found
+
+    def _fold(self, z: np.ndarray, way: np.ndarray, length: float) -> np.ndarray:
+        def at(part: float) -> np.ndarray:
+            there = self.corrected(z + part * way, way)
+            return z if there is None else there
+
+        part = brentq(lambda s: self.tangent(at(s), way)[-1], 0.0, length, xtol=1e-14)
+        return at(float(part))
+
+
+def _between(one: Point, two: Point, speed: float) -> np.ndarray:
+    part = (speed - one.speed) / (two.speed - one.speed)
+    return one.state + part * (two.state - one.state)
+
+
+def monotone(points: list[Point]) -> Iterator[list[Point]]:
+    """A curve's parts along which the speed rises, each put in that order."""
+    speeds = np.array([point.speed for point in points])
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(speeds)))) + 1
+    ends = [0, *turns.tolist(), len(points) - 1]
+    for a, b in zip(ends[:-1], ends[1:], strict=True):
+        part = points[a : b + 1]
+        if len(part) > 1:
+            yield part if part[-1].speed > part[0].speed else part[::-1]
+
+
+def state_along(system: System, part: list[Point], speed: float) -> np.ndarray:
+    """The state of a monotone part at a speed."""
+    speeds = np.array([point.speed for point in part])
+    k = int(np.clip(np.searchsorted(speeds, speed), 1, len(part) - 1))
+    start = _between(part[k - 1], part[k], speed)
+    found = converged(system, speed, start)
+    return start if found is None else found
+
+
+def lies_on(parts: list[list[Point]], system: System, point: Point) -> bool:
+    """Whether a state is on one of the parts known."""
+    scale = scales_of(system, point.speed).state
+    for part in parts:
+        if part[0].speed <= point.speed <= part[-1].speed:
+            apart = (state_along(system, part, point.speed) - point.state) / scale
+            n = len(system.balls)
+            apart[4 : 4 + n] = np.abs(np.exp(1j * apart[4 : 4 + n]) - 1.0)
+            if np.abs(apart).max() <= 10.0 * SAME * (1.0 + np.abs(point.state / scale)[:2].max()):
+                return True
+    return False
+
+
+__all__ = ["Curve", "Point", "labelled", "lies_on", "monotone", "nullity", "state_along"]

@@ -1,0 +1,172 @@
+"""Resting states by numbers, where other effects decide them: Newton's method from many starts.
+
+On the running kernel's slope with its exact Jacobian. Starts are the closed forms of the scene
+without those effects, and places at random; what is found from all of them is found, but nothing
+proves that there is no more.
+"""
+
+import math
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.analysis.equilibria.balanced import positions
+from ab_sim.analysis.equilibria.patterns import patterns_of, phase, radii
+from ab_sim.analysis.equilibria.resting import Rotor, base_rotor_of, field_at, kinds_of, state_of
+from ab_sim.analysis.equilibria.states import RestingState, resting_state, wrapped
+from ab_sim.dynamics.system import MASS, RACE_RADIUS, System
+
+STARTS = 40
+"""At random, and as many again for each ball."""
+CLOSE = 1e-12
+"""Scaled residual, of 1 for a term of the equations alone, at which a state is taken for found."""
+SINGULAR = 1e-7
+"""Singular values of the scaled Jacobian below this share of the largest: a continuum."""
+SAME = 1e-6
+"""States nearer to each other than this, scaled, are one."""
+
+
+class Scales(NamedTuple):
+    """Magnitudes of the states, and how fast they would change."""
+
+    state: np.ndarray
+    rate: float
+
+    @property
+    def length(self) -> float:
+        """Of the displacement [m]."""
+        return float(self.state[0])
+
+
+def scales_of(system: System, speed: float) -> Scales:
+    """Lengths in units of all unbalance over all mass, rates in those of the speed."""
+    moments = system.balls[:, MASS] * system.balls[:, RACE_RADIUS]
+    length = (system.carrier.unbalance + float(moments.sum())) / system.carrier.total_mass
+    rate, n = max(abs(speed), 1e-6), len(system.balls)
+    length = max(length, 1e-9)
+    deck = [length, length, length * rate, length * rate]
+    return Scales(np.array([*deck, *[1.0] * n, *[rate] * n]), rate)
+
+
+def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | None:
+    """The resting state near another, by Newton's method; None where it finds none.
+
+    On a continuum the nearest one.
+    """
+    field, scales = field_at(system, speed), scales_of(system, speed)
+    for _ in range(60):
+        off = field.slope(0.0, state) / (scales.state * scales.rate)
+        ways = scaled_jacobian(field.jacobian(0.0, state), scales)
+        if not (np.isfinite(off).all() and np.isfinite(ways).all()):
+            return None
+        step = np.linalg.lstsq(ways, off, rcond=SINGULAR * 1e-3)[0]
+        largest = float(np.abs(step).max())
+        size = 1.0 + float(np.abs(state / scales.state)[:4].max())
+        if np.abs(off).max() <= CLOSE * size and largest <= 1e-9 * size:
+            return state - step * scales.state
+        # No further than half a radian, or as far as the deck is away.
+        turn = float(np.abs(step[4:]).max()) if len(step) > 4 else 0.0
+        state = state - step * scales.state * min(1.0, 0.5 / max(turn, 1e-300))
+    return None
+
+
+def scaled_jacobian(jacobian: np.ndarray, scales: Scales) -> np.ndarray:
+    """Without units."""
+    return jacobian * scales.state / (scales.state[:, None] * scales.rate)
+
+
+def found_states(system: System, speed: float) -> list[RestingState]:
+    """Resting states at a speed [rad/s], the largest W first in each pattern."""
+    if speed == 0.0:
+        n = len(system.balls)
+        return [resting_state(system, speed, "standing", np.zeros(2), np.zeros(n), n)]
+    kept: list[np.ndarray] = []
+    for start in _starts(system, speed):
+        state = converged(system, speed, start)
+        if state is not None and not any(_same(system, speed, state, x) for x in kept):
+            kept.append(state)
+    return labelled(system, speed, kept)
+
+
+def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[RestingState]:
+    """States by their patterns, with eigenvalues; of a continuum the one with the least growth."""
+    found: dict[str, list[RestingState]] = {}
+    kinds, n = kinds_of(system), len(system.balls)
+    for state in states:
+        u, theta = state[:2], wrapped(state[4 : 4 + n])
+        lost = nullity(system, speed, state)
+        label = _label(system, speed, u, theta, lost)
+        ways = None if lost else _assignments(theta, kinds)
+        found.setdefault(label, []).append(
+            resting_state(system, speed, label, u, theta, lost, ways)
+        )
+    named = []
+    for label, alike in found.items():
+        if alike[0].structural_zeros:
+            named.append(min(alike, key=lambda each: each.lambda_max))
+            continue
+        alike.sort(key=lambda each: -each.W)
+        for k, each in enumerate(alike):
+            named.append(each.relabelled(label + (f"/{k + 1}" if len(alike) > 1 else "")))
+    return sorted(named, key=lambda each: (each.label.startswith("balanced"), each.label))
+
+
+def nullity(system: System, speed: float, state: np.ndarray) -> int:
+    """The dimension of the continuum of resting states that a state is part of."""
+    ways = scaled_jacobian(field_at(system, speed).jacobian(0.0, state), scales_of(system, speed))
+    sizes = np.linalg.svd(ways, compute_uv=False)
+    return int((sizes < SINGULAR * sizes[0]).sum())
+
+
+def _label(system: System, speed: float, u: np.ndarray, theta: np.ndarray, lost: int) -> str:
+    W = float(np.hypot(*u))
+    if W <= SAME * scales_of(system, speed).length:
+        return "balanced"
+    if lost:
+        return "continuum"
+    sides = np.cos(theta - math.atan2(u[1], u[0])) > 0.0
+    if len({*kinds_of(system)}) <= 1:
+        return f"{int(sides.sum())}+{int((~sides).sum())}" if len(theta) else "no balls"
+    return "".join("-+"[int(side)] for side in sides)
+
+
+def _assignments(theta: np.ndarray, kinds: tuple[int, ...]) -> int:
+    places = [(kind, round(float(np.cos(x)), 6), round(float(np.sin(x)), 6))
+              for kind, x in zip(kinds, theta, strict=True)]  # fmt: skip
+    shared = math.prod(math.factorial(k) for k in Counter(places).values())
+    return math.prod(math.factorial(k) for k in Counter(kinds).values()) // shared
+
+
+def _same(system: System, speed: float, one: np.ndarray, two: np.ndarray) -> bool:
+    """Whether two states are one, equal balls changing places."""
+    scales, n = scales_of(system, speed), len(system.balls)
+    far = np.abs(one[:2] - two[:2]).max()
+    if far > SAME * (scales.length + np.abs(one[:2]).max()):
+        return False
+    kinds = np.array(kinds_of(system))
+    for kind in {*kinds.tolist()}:
+        left = list(np.exp(1j * two[4 : 4 + n][kinds == kind]))
+        for place in np.exp(1j * one[4 : 4 + n][kinds == kind]):
+            near = int(np.argmin(np.abs(np.array(left) - place)))
+            if abs(left.pop(near) - place) > SAME:
+                return False
+    return True
+
+
+def _starts(system: System, speed: float) -> list[np.ndarray]:
+    rotor: Rotor = base_rotor_of(system)
+    n = len(system.balls)
+    found = [state_of(system, speed, np.zeros(2), theta) for theta in positions(rotor)]
+    for pattern in patterns_of(rotor):
+        for W in radii(rotor, pattern.moment, speed):
+            phi = phase(rotor, pattern.moment, speed, W)
+            u = W * np.array([math.cos(phi), math.sin(phi)])
+            theta = np.array([phi if sign > 0 else phi + math.pi for sign in pattern.signs])
+            found.append(state_of(system, speed, u, theta))
+    draw = np.random.default_rng(0)
+    length = scales_of(system, speed).length
+    for _ in range(STARTS * (n + 1)):
+        u = length * 10.0 ** draw.uniform(-1.0, 1.5) * draw.normal(size=2)
+        found.append(state_of(system, speed, u, draw.uniform(-math.pi, math.pi, n)))
+    return found

@@ -1,0 +1,164 @@
+"""Resting states over the spindle's speed: branches, folds, crossings, and where there are none."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ab_sim.analysis.equilibria.folds import Fold
+from ab_sim.analysis.equilibria.states import RestingState
+
+At = Callable[[float], RestingState]
+"""The state of a stretch at a speed [rad/s] within it."""
+
+
+class Crossing(NamedTuple):
+    """Where small disturbances turn from growing to decaying, or back."""
+
+    speed: float
+    """[rad/s]."""
+    label: str
+    W: float
+    """[m]."""
+    frequency: float
+    """Imaginary part of the eigenvalue that crosses [rad/s]; 0 where it is real."""
+    gains: bool
+    """Whether the state is stable above."""
+
+    @property
+    def kind(self) -> str:
+        """Hopf, or real."""
+        return "Hopf" if self.frequency > 0.0 else "real"
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values."""
+        return {**self._asdict(), "kind": self.kind}
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A branch between two speeds at which no state of its pattern begins or ends."""
+
+    label: str
+    states: tuple[RestingState, ...]
+    speeds: np.ndarray
+    """[rad/s], rising, one for each."""
+    crossings: tuple[Crossing, ...]
+
+    def having(self, stable: bool | None) -> list[tuple[float, float]]:
+        """Ranges of speed in which the linear test says so [rad/s]."""
+        edges = [self.speeds[0], *(each.speed for each in self.crossings), self.speeds[-1]]
+        middles = [0.5 * (a + b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        near = [int(np.argmin(np.abs(self.speeds - x))) for x in middles]
+        found = zip(edges[:-1], edges[1:], near, strict=True)
+        return [(float(a), float(b)) for a, b, k in found if self.states[k].stable is stable]
+
+
+@dataclass(frozen=True)
+class OverSpeed:
+    """All branches over a range of speeds."""
+
+    speeds: tuple[float, float]
+    """From, to [rad/s]."""
+    stretches: tuple[Stretch, ...]
+    folds: tuple[tuple[str, Fold], ...]
+    """By rising speed, each with its pattern's label."""
+
+    @property
+    def crossings(self) -> list[Crossing]:
+        """Of all stretches, by rising speed."""
+        return sorted(each for stretch in self.stretches for each in stretch.crossings)
+
+    @property
+    def without_state(self) -> list[tuple[float, float]]:
+        """Ranges of speed [rad/s] in which nothing can rest."""
+        return _others(self.speeds, [(s.speeds[0], s.speeds[-1]) for s in self.stretches])
+
+    @property
+    def without_stable_state(self) -> list[tuple[float, float]]:
+        """Ranges of speed [rad/s] in which no state is stable by the linear test."""
+        return _others(self.speeds, [r for s in self.stretches for r in s.having(True)])
+
+    @property
+    def undecided(self) -> list[tuple[float, float]]:
+        """Those of them in which it decides nothing about some state."""
+        ranges = [r for s in self.stretches for r in s.having(None)]
+        decided = [r for s in self.stretches for r in s.having(True)]
+        return _others(self.speeds, [*decided, *_others(self.speeds, ranges)])
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values."""
+        return {
+            "speeds": list(self.speeds),
+            "folds": [{"label": label, **fold._asdict()} for label, fold in self.folds],
+            "crossings": [each.report() for each in self.crossings],
+            "without_state": [list(r) for r in self.without_state],
+            "without_stable_state": [list(r) for r in self.without_stable_state],
+            "undecided": [list(r) for r in self.undecided],
+            "branches": [
+                {
+                    "label": stretch.label,
+                    "speeds": stretch.speeds.tolist(),
+                    "W": [state.W for state in stretch.states],
+                    "theta": [state.theta.tolist() for state in stretch.states],
+                    "lambda_max": [state.lambda_max for state in stretch.states],
+                    "stable": [state.stable for state in stretch.states],
+                }
+                for stretch in self.stretches
+            ],
+        }
+
+
+SAME = 1e-7
+"""Ranges nearer to each other than this, relative, touch: branches that go on across a fold."""
+
+
+def _others(
+    whole: tuple[float, float], ranges: Sequence[tuple[float, float]]
+) -> list[tuple[float, float]]:
+    """What ranges leave of a whole."""
+    left, reached = [], whole[0]
+    for low, high in sorted(ranges):
+        if low > reached + SAME * abs(low):
+            left.append((float(reached), float(low)))
+        reached = max(reached, high)
+    if whole[1] > reached + SAME * abs(reached):
+        left.append((float(reached), float(whole[1])))
+    return left
+
+
+def stretch_of(label: str, at: At, speeds: np.ndarray) -> Stretch:
+    """A stretch, with the crossings between the speeds at which it is looked at."""
+    states = tuple(at(float(w)) for w in speeds)
+    crossings = tuple(_crossings(label, at, speeds, states))
+    return Stretch(label, states, np.asarray(speeds, float), crossings)
+
+
+def _crossings(
+    label: str, at: At, speeds: np.ndarray, states: Sequence[RestingState]
+) -> Iterator[Crossing]:
+    """Where lambda_max changes its sign; rounding's signs are not looked at."""
+    decided = [k for k, state in enumerate(states) if state.stable is not None]
+    for one, two in zip(decided[:-1], decided[1:], strict=True):
+        if states[one].stable is states[two].stable:
+            continue
+        speed = float(
+            brentq(lambda w: at(w).lambda_max, speeds[one], speeds[two], xtol=1e-300, rtol=1e-14)
+        )
+        state = at(speed)
+        nearest = state.eigenvalues[np.argsort(np.abs(state.eigenvalues.real - state.lambda_max))]
+        frequency = float(np.abs(nearest[0].imag))
+        yield Crossing(speed, label, state.W, frequency, bool(states[two].stable))
+
+
+def grid_between(low: float, high: float, speeds: np.ndarray) -> np.ndarray:
+    """Speeds strictly within a range, and more of them near its ends, where branches meet."""
+    inside = speeds[(speeds > low) & (speeds < high)]
+    ends = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 12)[1:-1]))
+    width = high - low
+    near = np.concatenate([[1e-12], np.geomspace(1e-8, 1e-2, 4)])
+    more = low + width * np.concatenate([near, ends, 1.0 - near])
+    return np.unique(np.concatenate([inside, more[(more > low) & (more < high)]]))

@@ -1,0 +1,121 @@
+"""`ab-sim equilibria`."""
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+import ab_sim
+from ab_sim.analysis.equilibria import Equilibria, branches_over_speed, equilibria_of
+from ab_sim.analysis.equilibria.over_speed import OverSpeed
+from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.progress import progress_bar
+from ab_sim.errors import InputError
+from ab_sim.scene import load_scene
+from ab_sim.scene.model import Scene
+from ab_sim.spindle import SpeedProfile
+
+FASTEST = 1e5
+"""As a scene's speeds [rad/s]."""
+SPEEDS = 120
+"""At which stability is looked at, besides those near folds."""
+MOST_ANGLES = 6
+"""In a line of the table."""
+
+
+def equilibria_command(
+    scene_name: str, changes: list[str], speed: float | None, json: str | None, plot: Path | None
+) -> None:
+    """Find, print, and write what was asked for; outputs are tried first."""
+    if speed is not None and not abs(speed) <= FASTEST:
+        raise InputError(f"--speed {speed}: must be a number within +-{FASTEST:g} rad/s")
+    scene = load_scene(scene_name, changes)
+    files = check_outputs(json, plot)
+    at = last_speed(scene) if speed is None else speed
+    found = equilibria_of(scene, at)
+    with progress_bar("branches over speed") as update:
+        top = max(abs(at), scene.spindle.max_speed)
+        over_speed = branches_over_speed(scene, np.linspace(top / SPEEDS, top, SPEEDS), update)
+    if json is not None:
+        report = {**found.report(), "over_speed": over_speed.report()}
+        write_json({**report, "version": ab_sim.__version__}, json)
+    if plot is not None:
+        from ab_sim.figures.branches import branches_figure
+
+        branches_figure(scene, found, over_speed, plot)
+    console = people if json == "-" else Console(markup=False)
+    console.print(equilibria_table(scene, found))
+    for note in (*_notes(found), *_over_speed(over_speed)):
+        console.print(note)
+    for file in files:
+        people.print(f"wrote {file}")
+
+
+def last_speed(scene: Scene) -> float:
+    """At which a scene's profile ends [rad/s]; of one without, its start's."""
+    profile = SpeedProfile.of_scene(scene)
+    return float(profile.speed(profile.end))
+
+
+def equilibria_table(scene: Scene, found: Equilibria) -> Table:
+    """The table for people."""
+    length, symbol = scene.whirl_unit
+    table = Table(title=f"{found.scene}: where balls can rest at {found.speed:g} rad/s")
+    right = (f"W/{symbol}", "phase [deg]", "lambda_max [1/s]")
+    for name in ("balls", *right, "verdict", "assignments", "theta [deg]"):
+        table.add_column(name, justify="right" if name in right else "left")
+    for state in found.branches:
+        angles = [f"{math.degrees(angle):.2f}" for angle in state.theta[:MOST_ANGLES]]
+        more = len(state.theta) - MOST_ANGLES
+        table.add_row(
+            state.label,
+            f"{state.W / length:.6g}",
+            "" if state.phase is None else f"{math.degrees(state.phase):.2f}",
+            f"{state.lambda_max:.6g}",
+            state.verdict,
+            "a continuum" if state.assignments is None else f"{state.assignments}",
+            ", ".join(angles) + (f" and {more} more" if more > 0 else ""),
+        )
+    return table
+
+
+def _notes(found: Equilibria) -> Iterator[str]:
+    if not found.branches:
+        yield "nothing can rest at this speed"
+    elif not found.stable:
+        yield "no state is stable at this speed by the linear test"
+    if any(state.stable is None for state in found.branches):
+        yield (
+            "undecided: the largest growth rate is 0 but for rounding; how the drive answers "
+            "disturbances decides (ab_sim.analysis.equilibria.settles)"
+        )
+    if found.by_numbers:
+        yield "found by Newton's method from many starts: some states may be missing"
+    if found.left_out:
+        yield (
+            f"left out of states and verdicts: {', '.join(found.left_out)}; with friction balls "
+            "can stick beside these states (ab_sim.analysis.equilibria.sticking)"
+        )
+
+
+def _over_speed(found: OverSpeed) -> Iterator[str]:
+    yield f"over {found.speeds[0]:.4g} to {found.speeds[1]:.4g} rad/s:"
+    for label, fold in found.folds:
+        verb = {"appear": "appears", "vanish": "vanishes"}[fold.kind]
+        yield f"  fold: {label} {verb} at {fold.speed:.9g} rad/s, W = {fold.W:.6g} m"
+    for each in found.crossings:
+        turns = "stable" if each.gains else "unstable"
+        how = f"Hopf, {each.frequency:.4g} rad/s" if each.frequency else "a real eigenvalue"
+        yield f"  {each.label} is {turns} above {each.speed:.9g} rad/s ({how})"
+    yield f"  no state at all: {_ranges(found.without_state)}"
+    yield f"  no stable state: {_ranges(found.without_stable_state)}"
+    if found.undecided:
+        yield f"  undecided: {_ranges(found.undecided)}"
+
+
+def _ranges(ranges: Sequence[tuple[float, float]]) -> str:
+    shown = ", ".join(f"{low:.6g} to {high:.6g}" for low, high in ranges)
+    return f"{shown} rad/s" if shown else "nowhere"

@@ -1,0 +1,106 @@
+"""The branch diagram: where balls can rest over the spindle's speed, stable and unstable."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from ab_sim.analysis.equilibria import Equilibria
+from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch
+from ab_sim.scene.model import Scene
+
+COLOURS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown", "tab:cyan", "tab:olive")
+STYLES = {True: "-", False: (0, (4, 2)), None: ":"}
+"""By the linear test's verdict."""
+MOST_LABELLED = 12
+"""Patterns, beyond which the legend counts them."""
+
+
+def branches_figure(scene: Scene, found: Equilibria, over_speed: OverSpeed, path: Path) -> None:
+    """Draw W and ball angles of all branches over speed, and write them to a file.
+
+    Args:
+        scene: whose they are.
+        found: states at one speed, which is marked.
+        over_speed: branches.
+        path: file to write; its ending says the format (png, svg, pdf).
+    """
+    figure = Figure(figsize=(10, 7.5), layout="constrained")
+    figure.suptitle(f"Where the balls of {scene.name} can rest", fontsize=14)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.9))
+    length, symbol = scene.whirl_unit
+    names = list(dict.fromkeys(_pattern(stretch.label) for stretch in over_speed.stretches))
+    colours = {
+        name: "k" if name == "balanced" else COLOURS[k % len(COLOURS)]
+        for k, name in enumerate(names)
+    }
+    for stretch in over_speed.stretches:
+        colour = colours[_pattern(stretch.label)]
+        _draw(above, stretch, colour, lambda state: state.W / length)
+        if "worst" not in stretch.label and "best" not in stretch.label:
+            for i in range(len(stretch.states[0].theta)):
+                _draw(below, stretch, colour, lambda s, i=i: math.degrees(s.theta[i]), breaks=True)
+    for _, fold in over_speed.folds:
+        above.plot(fold.speed, fold.W / length, "D", color="w", mec="k", ms=6, zorder=5)
+    for each in over_speed.crossings:
+        above.plot(each.speed, each.W / length, "o", color="gold", mec="k", ms=7, zorder=5)
+    for low, high in over_speed.without_stable_state:
+        for axes in (above, below):
+            axes.axvspan(low, high, color="0.9", zorder=0)
+    for axes in (above, below):
+        axes.axvline(found.speed, color="0.5", lw=0.8, ls="-.")
+        axes.grid(alpha=0.3)
+    sizes = [s.W / length for each in over_speed.stretches for s in each.states if s.W > 0.0]
+    floor = 0.1 * min(1.0, float(np.percentile(sizes, 10))) if sizes else 0.1
+    above.set_yscale("symlog", linthresh=max(floor, 1e-6))
+    above.set_ylim(bottom=-0.3 * max(floor, 1e-6))
+    above.set_ylabel(f"W/{symbol}")
+    below.set_ylabel("theta [deg]")
+    below.set_ylim(-185, 185)
+    below.set_yticks(range(-180, 181, 60))
+    below.set_xlabel("spindle speed [rad/s]")
+    below.set_xlim(0.0, over_speed.speeds[1])
+    figure.legend(handles=_legend(colours), loc="outside right upper", fontsize=8)
+    figure.savefig(path, dpi=110)
+
+
+def _pattern(label: str) -> str:
+    """What a label says but for which of several radii, and which position."""
+    return label.split("/")[0].split(",")[0]
+
+
+def _draw(axes: Axes, stretch: Stretch, colour: str, value: Callable, breaks: bool = False) -> None:
+    values = np.array([value(state) for state in stretch.states])
+    verdicts = [state.stable for state in stretch.states]
+    if breaks:
+        values[1:][np.abs(np.diff(values)) > 180.0] = np.nan
+    for verdict, style in STYLES.items():
+        # Each part goes on to the next point, where another may begin.
+        here = np.array([verdict is one for one in verdicts])
+        here[1:] |= here[:-1]
+        if here.any():
+            width = 2.2 if verdict else 1.1
+            shown = np.where(here, values, np.nan)
+            axes.plot(stretch.speeds, shown, color=colour, ls=style, lw=width)
+
+
+def _legend(colours: dict[str, str]) -> list[Line2D]:
+    shown = list(colours.items())
+    if len(shown) > MOST_LABELLED:
+        shown = [item for item in shown if item[0] == "balanced"]
+        shown.append((f"{len(colours) - len(shown)} patterns", COLOURS[0]))
+    lines = [Line2D([], [], color=colour, lw=2, label=name) for name, colour in shown]
+    parts = (
+        ("stable", {"color": "k", "ls": "-", "lw": 2.2}),
+        ("unstable", {"color": "k", "ls": STYLES[False], "lw": 1.1}),
+        ("undecided", {"color": "k", "ls": ":", "lw": 1.1}),
+        ("fold", {"color": "w", "marker": "D", "mec": "k", "ls": ""}),
+        ("stability changes", {"color": "gold", "marker": "o", "mec": "k", "ls": ""}),
+        ("no stable state", {"color": "0.9", "lw": 8}),
+        ("speed of the table", {"color": "0.5", "lw": 0.8, "ls": "-."}),
+    )
+    return lines + [Line2D([], [], label=name, **style) for name, style in parts]
