@@ -1,12 +1,15 @@
 """`ab-sim paper` as a user runs it, and pages."""
 
+import importlib
+import re
 from pathlib import Path
 
 import pytest
 
 from ab_sim.papers import PAPERS
 from ab_sim.papers.page import Paper, Picture, Section, Table
-from tests.cli.tool import ab_sim
+from ab_sim.papers.relative_stability.speed import speed_section
+from tests.cli.tool import PNG, ab_sim
 
 
 @pytest.mark.parametrize(
@@ -44,3 +47,31 @@ def test_a_page_has_all_that_the_report_has_in_markdown() -> None:
     section = paper.report()["sections"][0]
     assert section["tables"][0]["rows"] == [["|x|", 1.23456789, None]]
     assert section["pictures"] == [{"file": "p.png", "caption": "What it shows"}]
+
+
+def test_a_paper_is_written_with_its_pictures(tmp_path: Path) -> None:
+    """What takes long is kept: see ``ab_sim.analysis.results``."""
+    folder = tmp_path / "made" / "papers"
+    told: list[tuple[str, int, int]] = []
+    folder.mkdir(parents=True)
+    section = speed_section(folder, lambda *what: told.append(what))
+    (picture,) = section.pictures
+    assert (folder / picture.file).read_bytes().startswith(PNG)
+    assert picture.caption == (
+        "Figure 4: from 1000 to 900 rad/s along half a cosine from 10 to 10.11 s"
+    )
+    assert told == [("figure 4", 0, 1)]
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_the_page_that_is_committed_has_its_pictures(name: str) -> None:
+    folder = Path(__file__).parents[2] / "docs" / "papers"
+    page = (folder / f"{name}.md").read_text(encoding="utf-8")
+    pictures = re.findall(r"\]\((.+\.png)\)", page)
+    assert pictures and all((folder / picture).is_file() for picture in pictures)
+    assert f"Written by `ab-sim paper {name}`." in page
+
+
+def test_every_paper_has_what_regenerates_it() -> None:
+    for module in PAPERS.values():
+        assert callable(importlib.import_module(module).regenerate)

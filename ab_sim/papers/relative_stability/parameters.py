@@ -33,8 +33,8 @@ def parameter_section(folder: Path, tell: Tell) -> Section:
         "What the report leaves out, and what is taken here:",
         "- the balls' masses are exactly 0.9, 1.0 and 1.1 times M2 ε / (2 R); Table 1 has them "
         "rounded, and with the rounded ones case 2 is not degenerate, as the table below shows;\n"
-        "- where the balls start: at the resting state at 1000 rad/s, or near it, both at one angle "
-        "in cases 1 and 2 (see the last section);\n"
+        "- where the balls start: near the resting state at 1000 rad/s, in cases 1 and 2 both at "
+        "one angle (see the last section);\n"
         "- the drags over which the composite index has its means: 0.1 to 0.5 N s/m in steps of "
         "0.1;\n"
         "- the method: ours is an eighth-order Runge-Kutta method with steps of 0.5 ms.",

@@ -111,7 +111,9 @@ def _composite(runs: dict[int, list[Recovery]], folder: Path) -> tuple[Table, Pi
             rows.append((name, f"{case.number}", best, published))
         axes.set_title(f"drags {name}", fontsize=10)
         _name(axes, "drag of the race [N s/m]", "composite index [s]")
-        axes.legend(fontsize=8)
+        axes.set_ylim(0.0, 1.1 * axes.get_ylim()[1])
+        if grid is DRAGS:
+            axes.legend(fontsize=8, loc="center right")
     columns = ("drags [N s/m]", "case", "best [N s/m]", "published")
     picture = written(figure, folder, 6, "composite index over drag; stars: the best of the drags")
     return Table("The best drag", columns, tuple(rows)), picture

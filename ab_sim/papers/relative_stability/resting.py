@@ -128,8 +128,8 @@ def resting_section(folder: Path, tell: Tell) -> Section:
         "which is case 2's, for all, the landmark at 0.788 would come out at 0.787.",
         "Between the two speeds at which case 3 has no stable state nothing holds: the clustered "
         "balls' state has ended in a fold, and the balanced one is not stable yet. The report says "
-        "that there is no real solution; there is one, 1+1, but it is unstable.",
-        "In case 2 lambda_Rmax is 0 above ω_n, and decides nothing; see below what does.",
+        "that the whirl has no real solution there; that is so of (15), the clustered balls.",
+        "In case 2 lambda_Rmax is 0 above ω_n, and decides nothing: see the last section.",
     )
     return Section("Resting states: figure 2", text, (table,), (picture,))
 
