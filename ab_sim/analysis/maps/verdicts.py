@@ -70,7 +70,11 @@ def verdict(scene: Scene, speed: float) -> int:
     system = resting_system(scene)
     rotor = rotor_of(system)
     if rotor is None or speed == 0.0 or len(rotor.moments) < 3:
-        return label_of(equilibria_of(scene, speed).branches)
+        found = equilibria_of(scene, speed)
+        label = label_of(found.branches)
+        # By numbers, the best of the balanced positions is all that is known.
+        only_best = found.by_numbers and len(scene.balls.masses) > 2 and label > 0
+        return label & ~EVERYWHERE | SOMEWHERE if only_best and label & EVERYWHERE else label
     states = clustered_states(system, rotor, speed)
     verdicts = _balanced(system, rotor, speed)
     return _label(len(states) + len(verdicts), states, verdicts)
@@ -87,9 +91,9 @@ def kind_of(state: RestingState) -> int:
     """EVERYWHERE for any balanced one, CLUSTERED, SPLIT or PLAIN."""
     if len(state.theta) == 0 or state.label == "standing":
         return PLAIN
-    if state.phase is None:
+    if state.label.startswith("balanced"):
         return EVERYWHERE
-    sides = np.cos(state.theta - state.phase) > 0.0
+    sides = np.cos(state.theta - (state.phase or 0.0)) > 0.0
     return SPLIT if sides.any() and not sides.all() else CLUSTERED
 
 

@@ -60,7 +60,8 @@ def branches_section(folder: Path, tell: Tell) -> Section:
         "pattern of balls. So each is listed once here, where its radius is positive; curves are "
         "solid where the state is stable, dashed where not. Their formulas hold with atan2 in "
         "the place of tan^-1.",
-        "Speeds in the table are of a grid of 0.01. Marks are where runs settle from the paper's two starts (section on figure 6), for "
+        "Speeds in the table are of a grid of 0.01. Marks are where runs settle from the paper's "
+        "two starts (section on figure 6), for "
         f"{len(RUN_AT)} speeds; none is drawn where whirl or balls still move in the end.",
         "r11 ends in a fold, at the speed where (1 - Ω²)² = 4 (9 η² - 1) ζ² Ω²: between it and "
         "the threshold of r = 0 nothing is stable.",

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from ab_sim.analysis.equilibria import RestingState, equilibria_of
-from ab_sim.papers.page import Section, Table
+from ab_sim.papers.page import Cell, Section, Table
 from ab_sim.papers.three_ball.drive import drive
 from ab_sim.papers.three_ball.written import Tell, written
 from ab_sim.scene import Scene
@@ -42,10 +42,12 @@ def threshold(scene: Scene, label: str = SYMMETRIC, low: float = 1.05, high: flo
 def growth_section(folder: Path, tell: Tell) -> Section:
     """Figure 2, and what its threshold depends on."""
     tell("figure 2", 0, 1)
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
+    thresholds = []
     for zeta, zeta_b, published, where in SETS:
         scene = drive(ETA, 3, zeta, zeta_b)
-        each = (threshold(scene, label) for label in (SYMMETRIC, BEST, WORST))
+        each = [threshold(scene, label) for label in (SYMMETRIC, BEST, WORST)]
+        thresholds.append(each[0])
         rows.append((zeta, zeta_b, f"{published} ({where})", *each))
     table = Table(
         "Omega above which balance is stable, eta = 0.4",
@@ -72,7 +74,7 @@ def growth_section(folder: Path, tell: Tell) -> Section:
     parts = np.array([np.sort(balanced(scene, w).eigenvalues.real)[::-1] for w in SPEEDS])
     for column in parts.T:
         axes.plot(SPEEDS, column, ".", color="tab:blue", ms=2.5)
-    at = float(rows[0][3])
+    at = thresholds[0]
     axes.axhline(0.0, color="0.4", lw=0.8)
     axes.axvline(at, color="tab:red", lw=1.0, ls="--", label=f"ours: {at:.4f}")
     axes.axvline(SETS[0][2], color="0.3", lw=1.2, ls=":", label=f"published: {SETS[0][2]}")

@@ -19,7 +19,6 @@ from ab_sim.papers.three_ball.growth import BEST, WORST, threshold
 from ab_sim.papers.three_ball.written import Tell, written
 
 COUNT, COARSE = 101, 4
-FASTEST, MOST_DAMPED = 3.0, 0.5
 DRAGS = {0.1: "tab:blue", 0.3: "tab:orange"}
 """zeta_B that the text names, and their colours; others of the figures it does not."""
 BELLS = {0.1: "tab:blue", 0.2: "tab:green", 0.3: "tab:orange"}
@@ -38,10 +37,23 @@ class Region(NamedTuple):
     label: str
 
 
-def region_map(eta: float, balls: int, zeta_b: float, tell: Tell | None = None) -> StabilityMap:
+class Window(NamedTuple):
+    """Ranges of a figure."""
+
+    Omega: tuple[float, float]
+    zeta: tuple[float, float]
+
+
+BELL = Window((0.9, 2.0), (0.001, 0.1))
+WIDE = Window((0.5, 3.0), (0.005, 0.5))
+
+
+def region_map(
+    eta: float, balls: int, zeta_b: float, window: Window, tell: Tell | None = None
+) -> StabilityMap:
     """Verdicts over Omega (across) and the suspension's damping (up)."""
-    across = axis(SPEED, 0.5, FASTEST, COUNT)
-    up = axis(DAMPING, 0.01 * MASS, 2.0 * MOST_DAMPED * MASS, COUNT)
+    low, high = (2.0 * MASS * zeta for zeta in window.zeta)
+    across, up = axis(SPEED, *window.Omega, COUNT), axis(DAMPING, low, high, COUNT)
     plane = Plane(drive(eta, balls, zeta_b=zeta_b), 0.0, across, up)
     return stability_map(plane, COARSE, tell=tell)
 
@@ -53,7 +65,7 @@ def bell_section(folder: Path, tell: Tell) -> Section:
     rows: list[tuple[Cell, ...]] = []
     regions = []
     for zeta_b, colour in BELLS.items():
-        found = region_map(0.2, 3, zeta_b, tell)
+        found = region_map(0.2, 3, zeta_b, BELL, tell)
         unstable = (found.labels & CLUSTERED) == 0
         regions.append(Region(unstable, colour, "-", f"ζ_B = {zeta_b:g}"))
         speeds = np.array(found.plane.across.values)[unstable.any(axis=0)]
@@ -69,9 +81,10 @@ def bell_section(folder: Path, tell: Tell) -> Section:
     )
     labels = {s.label for w in (0.7, 1.3, 2.5) for s in equilibria_of(drive(0.2), w).stable}
     text = (
-        "The unstable region is bell-shaped and shrinks with more drag, as published; point A, "
-        "stable for zeta_B = 0.3 and not for 0.1, lies between two curves. Which curves the figure "
-        "has besides the text does not say. The only stable states met are of the pattern "
+        "Each unstable region is bell-shaped and shrinks as a whole with more drag, as published; "
+        "point A, stable for zeta_B = 0.3 and not for 0.1, lies between two curves. Near the "
+        "horizontal axis, though, more drag widens it a little, so that the curves cross. Which "
+        "curves the figure has besides these two the text does not say; 0.2 is ours. The only stable states met are of the pattern "
         f"{', '.join(sorted(labels))} (r11).",
     )
     caption = "borders of the region where r11 is unstable, eta = 0.2"
@@ -117,9 +130,9 @@ def against_section(folder: Path, tell: Tell) -> Section:
         5,
     )
     text = (
-        f"On the same grid of {COUNT} by {COUNT} points, 0.5 ≤ Ω ≤ {FASTEST:g} and 0.005 ≤ ζ ≤ "
-        f"{MOST_DAMPED:g}, the paper's ranges not being known; refined along borders from every "
-        f"{COARSE}th point. zeta_B is the same for two and three balls, so that the drag of a ball "
+        f"On the same grid of {COUNT} by {COUNT} points, {WIDE.Omega[0]:g} ≤ Ω ≤ {WIDE.Omega[1]:g} "
+        f"and {WIDE.zeta[0]:g} ≤ ζ ≤ {WIDE.zeta[1]:g}, the paper's ranges not being known; refined "
+        f"along borders from every {COARSE}th point. zeta_B is the same for two and three balls, so that the drag of a ball "
         "goes with its mass.",
         "The paper takes the *union* of the stable regions of many positions for the region of "
         "three balls: balance is stable at some position. That is what a start that is chosen can "
@@ -145,7 +158,7 @@ def _against(
     panels = figure.subplots(1, len(DRAGS), sharey=True)
     rows: list[tuple[Cell, ...]] = []
     for axes, (zeta_b, colour) in zip(panels, DRAGS.items(), strict=True):
-        three, two = (region_map(total / n, n, zeta_b, tell) for n in (3, 2))
+        three, two = (region_map(total / n, n, zeta_b, WIDE, tell) for n in (3, 2))
         found = Against(three, two)
         for name, shares in (
             ("some position", found.somewhere),
@@ -175,7 +188,7 @@ def _contours(axes: Axes, plane: Plane, regions: list[Region]) -> None:
             )  # fmt: skip
     axes.set_xlabel("Ω")
     axes.set_ylabel("ζ")
-    axes.set_ylim(0, MOST_DAMPED)
+    axes.set_ylim(0, zeta[-1])
     axes.grid(alpha=0.3)
     lines = [Line2D([], [], color=r.colour, ls=r.style, label=r.label) for r in regions]
     axes.legend(handles=lines, fontsize=8, loc="upper right")
