@@ -38,7 +38,7 @@ def equilibria_command(
     found = equilibria_of(scene, at)
     with progress_bar("branches over speed") as update:
         top = max(abs(at), scene.spindle.max_speed)
-        over_speed = branches_over_speed(scene, np.linspace(top / SPEEDS, top, SPEEDS), update)
+        over_speed = branches_over_speed(scene, _speeds(scene, top), update)
     if json is not None:
         report = {**found.report(), "over_speed": over_speed.report()}
         write_json({**report, "version": ab_sim.__version__}, json)
@@ -52,6 +52,15 @@ def equilibria_command(
         console.print(note)
     for file in files:
         people.print(f"wrote {file}")
+
+
+def _speeds(scene: Scene, top: float) -> np.ndarray:
+    """Evenly spaced, and more about the critical speed, where branches bend."""
+    speeds = np.linspace(top / SPEEDS, top, SPEEDS)
+    critical = scene.critical_speed or top
+    near = np.geomspace(1e-3, 0.2, 16)
+    speeds = np.concatenate([speeds, critical * (1.0 - near), critical * (1.0 + near)])
+    return np.unique(speeds[(speeds > 0.0) & (speeds <= top)])
 
 
 def last_speed(scene: Scene) -> float:
@@ -95,10 +104,14 @@ def _notes(found: Equilibria) -> Iterator[str]:
     if found.by_numbers:
         yield "found by Newton's method from many starts: some states may be missing"
     if found.left_out:
+        yield f"left out of states and verdicts: {', '.join(found.left_out)}"
+    if any("friction" in name for name in found.left_out):
         yield (
-            f"left out of states and verdicts: {', '.join(found.left_out)}; with friction balls "
-            "can stick beside these states (ab_sim.analysis.equilibria.sticking)"
+            "with friction balls can stick beside these states: how far, "
+            "ab_sim.analysis.equilibria.sticking says"
         )
+    if "ball_contact" in found.left_out:
+        yield "balls may be at one place here; rows of balls that touch are not looked for"
 
 
 def _over_speed(found: OverSpeed) -> Iterator[str]:

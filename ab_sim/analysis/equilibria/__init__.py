@@ -5,6 +5,17 @@ Sources: three-ball (Lu and Hung 2008) (10)-(36), relative-stability (NSC 2007) 
 
 from ab_sim.analysis.equilibria.at_speed import Equilibria, equilibria_of
 from ab_sim.analysis.equilibria.branches import branches_over_speed
+from ab_sim.analysis.equilibria.settling import Settling, settles
 from ab_sim.analysis.equilibria.states import RestingState
+from ab_sim.analysis.equilibria.sticking import Sticking, sticking
 
-__all__ = ["Equilibria", "RestingState", "branches_over_speed", "equilibria_of"]
+__all__ = [
+    "Equilibria",
+    "RestingState",
+    "Settling",
+    "Sticking",
+    "branches_over_speed",
+    "equilibria_of",
+    "settles",
+    "sticking",
+]

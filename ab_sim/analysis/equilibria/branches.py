@@ -11,6 +11,7 @@ from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch, grid_betwe
 from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, radii
 from ab_sim.analysis.equilibria.resting import Rotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState
+from ab_sim.analysis.equilibria.traced import traced_branches
 from ab_sim.dynamics.system import System
 from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
@@ -38,6 +39,8 @@ def branches_over_speed(
         raise InputError("speeds: must be at least two, above 0 and rising")
     system = resting_system(scene)
     rotor = rotor_of(system)
+    if rotor is None:
+        return traced_branches(system, speeds, progress)
     patterns = patterns_of(rotor)
     stretches: list[Stretch] = []
     folds: list[tuple[str, Fold]] = []

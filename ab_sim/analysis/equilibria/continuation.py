@@ -12,18 +12,16 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ab_sim.analysis.equilibria.finder import (
-    SAME,
     Scales,
     converged,
-    labelled,
-    nullity,
+    same,
     scaled_jacobian,
     scales_of,
 )
 from ab_sim.analysis.equilibria.resting import field_at
 from ab_sim.dynamics.system import System
 
-STEP = 0.02
+STEP = 0.05
 """Of the arc, in units of the states' magnitudes and of the largest speed; halved as needed."""
 MOST_POINTS = 4000
 
@@ -34,6 +32,8 @@ class Point(NamedTuple):
     speed: float
     """[rad/s]."""
     state: np.ndarray
+    fold: bool = False
+    """Whether the speed turns here."""
 
 
 class Curve:
@@ -53,13 +53,13 @@ class Curve:
 
     def off(self, z: np.ndarray) -> np.ndarray:
         """The slope, 0 on the curve."""
-        speed, state = self.point(z)
+        speed, state, _ = self.point(z)
         slope = field_at(self.system, speed).slope(0.0, state)
         return slope / (self.scales.state * self.scales.rate)
 
     def ways(self, z: np.ndarray) -> np.ndarray:
         """Its derivatives; by the speed a central difference: the kernel's are by states."""
-        speed, state = self.point(z)
+        speed, state, _ = self.point(z)
         own = scaled_jacobian(field_at(self.system, speed).jacobian(0.0, state), self.scales)
         h = np.zeros(len(z))
         h[-1] = 1e-5 * abs(z[-1]) + 1e-9
@@ -96,11 +96,11 @@ class Curve:
         while len(found) < MOST_POINTS and length > 1e-9:
             there = self.corrected(z + length * way, way)
             after = None if there is None else self.tangent(there, way)
-            if there is None or after is None or after @ way < 0.97:
+            if there is None or after is None or after @ way < 0.95:
                 length *= 0.5
                 continue
             if after[-1] * way[-1] < 0.0:
-                found.append(self.point(self._fold(z, way, length)))
+                found.append(self.point(self._fold(z, way, length))._replace(fold=True))
             z, way, length = there, after, min(1.4 * length, STEP)
             point = self.point(z)
             if not low <= point.speed <= high:
@@ -128,6 +128,8 @@ def _between(one: Point, two: Point, speed: float) -> np.ndarray:
 
 def monotone(points: list[Point]) -> Iterator[list[Point]]:
     """A curve's parts along which the speed rises, each put in that order."""
+    moved = [k == 0 or points[k].speed != points[k - 1].speed for k in range(len(points))]
+    points = [point for point, new in zip(points, moved, strict=True) if new]
     speeds = np.array([point.speed for point in points])
     turns = np.flatnonzero(np.diff(np.sign(np.diff(speeds)))) + 1
     ends = [0, *turns.tolist(), len(points) - 1]
@@ -147,16 +149,9 @@ def state_along(system: System, part: list[Point], speed: float) -> np.ndarray:
 
 
 def lies_on(parts: list[list[Point]], system: System, point: Point) -> bool:
-    """Whether a state is on one of the parts known."""
-    scale = scales_of(system, point.speed).state
-    for part in parts:
-        if part[0].speed <= point.speed <= part[-1].speed:
-            apart = (state_along(system, part, point.speed) - point.state) / scale
-            n = len(system.balls)
-            apart[4 : 4 + n] = np.abs(np.exp(1j * apart[4 : 4 + n]) - 1.0)
-            if np.abs(apart).max() <= 10.0 * SAME * (1.0 + np.abs(point.state / scale)[:2].max()):
-                return True
-    return False
-
-
-__all__ = ["Curve", "Point", "labelled", "lies_on", "monotone", "nullity", "state_along"]
+    """Whether a state is on one of the parts known, equal balls changing places."""
+    return any(
+        same(system, point.speed, state_along(system, part, point.speed), point.state)
+        for part in parts
+        if part[0].speed <= point.speed <= part[-1].speed
+    )

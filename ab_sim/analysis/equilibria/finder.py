@@ -21,7 +21,7 @@ STARTS = 40
 """At random, and as many again for each ball."""
 CLOSE = 1e-12
 """Scaled residual, of 1 for a term of the equations alone, at which a state is taken for found."""
-SINGULAR = 1e-7
+SINGULAR = 1e-12
 """Singular values of the scaled Jacobian below this share of the largest: a continuum."""
 SAME = 1e-6
 """States nearer to each other than this, scaled, are one."""
@@ -60,7 +60,7 @@ def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | N
         ways = scaled_jacobian(field.jacobian(0.0, state), scales)
         if not (np.isfinite(off).all() and np.isfinite(ways).all()):
             return None
-        step = np.linalg.lstsq(ways, off, rcond=SINGULAR * 1e-3)[0]
+        step = np.linalg.lstsq(ways, off, rcond=0.1 * SINGULAR)[0]
         largest = float(np.abs(step).max())
         size = 1.0 + float(np.abs(state / scales.state)[:4].max())
         if np.abs(off).max() <= CLOSE * size and largest <= 1e-9 * size:
@@ -84,7 +84,7 @@ def found_states(system: System, speed: float) -> list[RestingState]:
     kept: list[np.ndarray] = []
     for start in _starts(system, speed):
         state = converged(system, speed, start)
-        if state is not None and not any(_same(system, speed, state, x) for x in kept):
+        if state is not None and not any(same(system, speed, state, x) for x in kept):
             kept.append(state)
     return labelled(system, speed, kept)
 
@@ -97,6 +97,7 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
         u, theta = state[:2], wrapped(state[4 : 4 + n])
         lost = nullity(system, speed, state)
         label = _label(system, speed, u, theta, lost)
+        u = np.zeros(2) if label == "balanced" else u
         ways = None if lost else _assignments(theta, kinds)
         found.setdefault(label, []).append(
             resting_state(system, speed, label, u, theta, lost, ways)
@@ -138,7 +139,7 @@ def _assignments(theta: np.ndarray, kinds: tuple[int, ...]) -> int:
     return math.prod(math.factorial(k) for k in Counter(kinds).values()) // shared
 
 
-def _same(system: System, speed: float, one: np.ndarray, two: np.ndarray) -> bool:
+def same(system: System, speed: float, one: np.ndarray, two: np.ndarray) -> bool:
     """Whether two states are one, equal balls changing places."""
     scales, n = scales_of(system, speed), len(system.balls)
     far = np.abs(one[:2] - two[:2]).max()

@@ -1,0 +1,103 @@
+"""Branches over speed by numbers: found at some speeds, followed from there around their folds."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from ab_sim.analysis.equilibria.continuation import (
+    Curve,
+    Point,
+    lies_on,
+    monotone,
+    state_along,
+)
+from ab_sim.analysis.equilibria.finder import converged, found_states, labelled, nullity
+from ab_sim.analysis.equilibria.folds import Fold
+from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch, stretch_of
+from ab_sim.analysis.equilibria.resting import state_of
+from ab_sim.analysis.equilibria.states import RestingState
+from ab_sim.dynamics.system import System
+
+SEEDS = 9
+"""Speeds at which states are looked for from many starts; a branch that lies between is missed."""
+MOST_SPEEDS = 60
+"""Of a curve's own, at which stability is looked at."""
+Progress = Callable[[str, int, int], None]
+Part = list[Point]
+
+
+def traced_branches(
+    system: System, speeds: np.ndarray, progress: Progress | None = None
+) -> OverSpeed:
+    """As ``branches_over_speed``, for effects that no closed form knows."""
+    low, high = float(speeds[0]), float(speeds[-1])
+    seeds = np.unique(np.concatenate([[high], np.geomspace(max(low, high / 30.0), high, SEEDS)]))
+    parts: list[Part] = []
+    folds: list[tuple[str, Fold]] = []
+    for k, speed in enumerate(seeds[::-1].tolist()):
+        if progress is not None:
+            progress(f"from {speed:.4g} rad/s", k, len(seeds))
+        for state in found_states(system, speed):
+            start = Point(speed, state_of(system, speed, state.u, state.theta))
+            if lies_on(parts, system, start):
+                continue
+            whole = list(_followed(system, start, bool(state.structural_zeros), low, high))
+            for points in whole:
+                own = list(monotone(points))
+                parts += own
+                folds += _folds(system, own, low, high)
+    stretches = [_stretch(system, part, speeds) for part in parts]
+    folds.sort(key=lambda each: each[1])
+    return OverSpeed((low, high), tuple(stretches), tuple(folds))
+
+
+def _followed(
+    system: System, start: Point, continuum: bool, low: float, high: float
+) -> Iterator[Part]:
+    """The curve through a point; of a continuum, states that are near each other."""
+    if continuum:
+        yield _natural(system, start, low, high)
+        return
+    curve = Curve(system, high)
+    up = curve.traced(start, 1.0, low, high)
+    closed = len(up) > 5 and up[-1] is start
+    down = [] if closed else curve.traced(start, -1.0, low, high)
+    yield [*down[:0:-1], *up]
+
+
+def _natural(system: System, start: Point, low: float, high: float) -> Part:
+    """Speed by speed from a point, as far as there are states nearby that lose as much."""
+    lost, sides = nullity(system, start.speed, start.state), []
+    for end in (low, high):
+        side = [start]
+        for speed in np.linspace(start.speed, end, 60)[1:].tolist():
+            state = converged(system, speed, side[-1].state)
+            if state is None or nullity(system, speed, state) != lost:
+                break
+            side.append(Point(speed, state))
+        sides.append(side)
+    return [*sides[0][:0:-1], *sides[1]]
+
+
+def _at(system: System, part: Part, speed: float) -> RestingState:
+    return labelled(system, speed, [state_along(system, part, speed)])[0]
+
+
+def _stretch(system: System, part: Part, speeds: np.ndarray) -> Stretch:
+    kept = np.linspace(0, len(part) - 1, min(len(part), MOST_SPEEDS)).astype(int)
+    own = np.array([part[k].speed for k in kept])
+    inside = speeds[(speeds > own[0]) & (speeds < own[-1])]
+    middle = _at(system, part, float(0.5 * (own[0] + own[-1])))
+    return stretch_of(middle.label, lambda speed: _at(system, part, speed), np.union1d(own, inside))
+
+
+def _folds(
+    system: System, parts: list[Part], low: float, high: float
+) -> Iterator[tuple[str, Fold]]:
+    """Where two parts of one curve meet."""
+    for one, two in zip(parts[:-1], parts[1:], strict=True):
+        for kind, end in (("vanish", -1), ("appear", 0)):
+            if one[end].fold and one[end] is two[end] and low < one[end].speed < high:
+                middle = _at(system, one, 0.5 * (one[0].speed + one[-1].speed))
+                W = float(np.hypot(*one[end].state[:2]))
+                yield middle.label, Fold(one[end].speed, W, kind)
