@@ -308,7 +308,7 @@ def recovery(
     settled_at [s]; steady_whirl [m], label, lambda_max [1/s] and verdict of the resting state;
     rested_before, whether it rested when the change began; and duration of the run, all at the
     scene's own drag; `over_drag` the same at each drag, with its composite_index [s]; best_drag;
-    and `one_ball` all that with one ball. What was computed once is kept, see README.
+    and `one_ball` all that with one ball. What was computed once is kept in ~/.cache/ab_sim.
     """
     from ab_sim.cli.recovery import recovery_command
 

@@ -23,9 +23,14 @@ def paper_command(name: str, out: Path, json: str | None) -> None:
     except OSError as error:
         raise InputError(f"--out {out}: cannot be made: {error.strerror}") from error
     check_writable(page, "--out")
-    with progress_bar(name) as tell:
-        paper = regenerate(name, out, tell)
-    page.write_text(paper.markdown(), encoding="utf-8")
+    try:
+        with progress_bar(name) as tell:
+            paper = regenerate(name, out, tell)
+        page.write_text(paper.markdown(), encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"--out {out}: {error.filename} cannot be written: {error.strerror}"
+        ) from error
     if json is not None:
         write_json(paper.report(), json)
     console = people if json == "-" else Console(markup=False)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.equilibria import equilibria_of
+from ab_sim.drive import Drive
 from ab_sim.papers.relative_stability.cases import own_speed
 from ab_sim.papers.relative_stability.recovering import table_3
 from ab_sim.papers.relative_stability.resting import LANDMARKS, border, landmark_rows, strength
@@ -73,3 +74,15 @@ def test_case_3_holds_nowhere_in_the_gap() -> None:
     for ratio, holds in ((0.8717, True), (0.872, False), (0.95, False), (1.0004, False)):
         assert np.isnan(strength(scene, ratio)) != holds
     assert strength(scene, 1.0006) < 0.0
+
+
+def test_case_2_whirls_like_one_over_time_when_its_balls_are_apart() -> None:
+    """What lambda_Rmax = 0 leaves open: d(1/W)/dt tends to a constant, no exponential."""
+    drive = Drive(load_scene("nsc-case-2", ["start.ball_angles=[3.0, 3.3]"]))
+    inverse = []
+    for time in (80.0, 160.0, 320.0):
+        drive.advance(round(time / drive.step) - drive.steps, every=10_000)
+        inverse.append(1.0 / drive.observe().whirl)
+    assert (inverse[2] - inverse[1]) / 160.0 == pytest.approx(
+        (inverse[1] - inverse[0]) / 80.0, rel=1e-3
+    )

@@ -16,6 +16,8 @@ from scipy.optimize import brentq
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.equilibria import Equilibria, RestingState, equilibria_of
+from ab_sim.analysis.equilibria.resting import resting_system
+from ab_sim.analysis.equilibria.states import resting_state
 from ab_sim.analysis.merits import LAST
 from ab_sim.analysis.startup import peak_whirl
 from ab_sim.drive import Drive
@@ -86,11 +88,15 @@ def recover(scene: Scene, band: float = BAND) -> Recovery:
     path, end = before[-1:], scene.duration
     while True:
         path = np.concatenate([path, _run(drive, end)])
-        found = _judge(change, path, states, drive.observe().u, band)
+        now = drive.observe()
+        state = nearest_state(scene, states, now.u, now.theta, band)
+        # Friction lets balls rest elsewhere.
+        rests = state is not None or (bool(states.left_out) and _rests(path, STILL * band))
+        found = _judge(change, path, state, rests, band)
         if found.settling_time is not None or end >= LONGEST * scene.duration:
             break
         end = min(2.0 * end, LONGEST * scene.duration)
-    return found._replace(rested_before=_rests(np.hypot(before[:, 1], before[:, 2]), band))
+    return found._replace(rested_before=_rests(before, band))
 
 
 def speed_change_of(scene: Scene) -> SpeedChange:
@@ -142,16 +148,15 @@ def _kept(run: Trajectory) -> np.ndarray:
 
 
 def _judge(
-    change: SpeedChange, path: np.ndarray, states: Equilibria, u: np.ndarray, band: float
+    change: SpeedChange, path: np.ndarray, state: RestingState | None, rests: bool, band: float
 ) -> Recovery:
-    """What a run shows that has come to the displacement u [m] on the rotating axes."""
+    """What a run shows that has come to a resting state, or to none; ``rests``: it can settle."""
     run = Trajectory(_KEPT, path)
     time, whirl = run["time"], run.whirl
-    state = _nearest(states, u, band)
     steady = float(whirl[-1]) if state is None else state.W
     peak, at = peak_whirl(run)
     settled = None
-    if state is not None or (states.left_out and _rests(whirl, STILL * band)):
+    if rests:
         settled = settled_at(run, steady, band)
         if time[-1] - settled < LAST * (time[-1] - change.start_time):
             settled = None
@@ -170,11 +175,28 @@ def _judge(
     )
 
 
-def _nearest(states: Equilibria, u: np.ndarray, band: float) -> RestingState | None:
-    """The resting state whose whirl is within the band of that at u [m], and not unstable."""
-    here = [state for state in states.branches if state.stable is not False]
-    state = min(here, key=lambda state: float(np.hypot(*(u - state.u))), default=None)
-    return state if state is not None and abs(np.hypot(*u) - state.W) <= band else None
+def nearest_state(
+    scene: Scene, states: Equilibria, u: np.ndarray, theta: np.ndarray, band: float
+) -> RestingState | None:
+    """The resting state that a drive has come to; None if it is at none, or at an unstable one.
+
+    Of a continuum of them, as balanced positions of three balls are, the one where the balls are.
+
+    Args:
+        scene: of which ``states`` are.
+        states: at the speed that is held.
+        u: the deck's displacement on the rotating axes [m], shape (2,).
+        theta: ball angles [rad], shape (balls,).
+        band: how near its whirl has to be to the state's [m].
+    """
+    state = min(states.branches, key=lambda state: float(np.hypot(*(u - state.u))), default=None)
+    if state is None or abs(np.hypot(*u) - state.W) > band:
+        return None
+    if state.structural_zeros:
+        system, zeros = resting_system(scene), state.structural_zeros
+        label = state.label.partition(",")[0]  # of its worst, best or symmetric position
+        state = resting_state(system, states.speed, label, state.u, theta, zeros)
+    return None if state.stable is False else state
 
 
 def settled_at(run: Trajectory, steady: float, band: float) -> float:
@@ -194,6 +216,7 @@ def settled_at(run: Trajectory, steady: float, band: float) -> float:
     return float(brentq(lambda t: math.hypot(*path(t)) - edge, time[k], time[k + 1]))
 
 
-def _rests(whirl: np.ndarray, band: float) -> bool:
-    """Whether the last stretch lies within a band."""
-    return bool(np.ptp(whirl[-max(1, round(LAST * len(whirl))) :]) <= 2.0 * band)
+def _rests(path: np.ndarray, band: float) -> bool:
+    """Whether the whirl keeps within a band over the last stretch."""
+    last = path[-max(1, round(LAST * len(path))) :]
+    return bool(np.ptp(np.hypot(last[:, 1], last[:, 2])) <= 2.0 * band)

@@ -189,8 +189,9 @@ def together_section(folder: Path, tell: Tell) -> Section:
         "than twice the drag.",
         "Balls that start apart are still coming together when the speed changes, at 10 s, the "
         "slower the larger the drag. In case 2, where lambda_Rmax is 0, they do so slower than "
-        "any exponential: the whirl falls towards 0, as the report has it, but is not within "
-        "1e-6 mm of it for minutes.",
+        "any exponential: the angle between them falls like 1/sqrt(t) and the whirl like 1/t. It "
+        "falls towards 0, as the report has it, but would be within 1e-6 mm of it only after more "
+        "than an hour.",
     )
     return Section(
         "What the balls' start decides",

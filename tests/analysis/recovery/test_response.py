@@ -5,8 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from ab_sim.analysis.equilibria import equilibria_of
+from ab_sim.analysis.equilibria.balanced import completed
+from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
 from ab_sim.analysis.recovery import recover
-from ab_sim.analysis.recovery.response import settled_at
+from ab_sim.analysis.recovery.response import nearest_state, settled_at
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene import load_scene
@@ -68,12 +71,40 @@ def test_where_no_state_is_stable_it_never_settles() -> None:
 
 
 def test_balls_apart_settle_later_than_together_where_lambda_is_0() -> None:
-    """Case 2: lambda_Rmax = 0 decides nothing. Apart they come together like 1/sqrt(t)."""
+    """Case 2: lambda_Rmax = 0 decides nothing."""
     apart = ["start.ball_angles=[3.0, 3.3]", "duration=25"]
     assert recover(load_scene("nsc-case-2")).settling_time == pytest.approx(2.45301, abs=1e-5)
     found = recover(load_scene("nsc-case-2", apart))
     assert found.settling_time is None and not found.rested_before
     assert 1e-9 < found.steady_whirl < 1e-7, "the last whirl"
+
+
+def test_of_a_continuum_it_is_the_state_where_the_balls_are() -> None:
+    """Three balls that can balance do so at many positions, each with a lambda_Rmax of its own."""
+    scene = load_scene("nsc-case-3", ["balls.count=3", "start.ball_angles="])
+    states = equilibria_of(scene, 900.0)
+    rotor = rotor_of(resting_system(scene))
+    assert rotor is not None
+    found = []
+    for last in (2.9, 2.0):
+        theta = completed(rotor, np.array([last]))
+        assert theta is not None
+        state = nearest_state(scene, states, np.array([1e-10, 0.0]), theta, 1e-9)
+        assert state is not None and state.label == "balanced" and state.structural_zeros == 1
+        assert state.stable and np.abs(state.eigenvalues).min() < 1e-6
+        found.append(state.lambda_max)
+    assert found[0] != pytest.approx(found[1], rel=1e-2)
+    assert nearest_state(scene, states, np.array([2e-9, 0.0]), theta, 1e-9) is None
+
+
+def test_an_unstable_state_is_none_to_settle_at() -> None:
+    scene = load_scene("nsc-case-1")
+    states = equilibria_of(scene, 900.0)
+    found = {
+        state.label: nearest_state(scene, states, state.u, state.theta, 1e-9)
+        for state in states.branches
+    }
+    assert {label for label, state in found.items() if state is not None} == {"2+0"}
 
 
 @pytest.mark.parametrize(
