@@ -1,12 +1,19 @@
 """What is stable at a point of a map: a whole number for each combination of kinds of states."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from ab_sim.analysis.equilibria import equilibria_of
-from ab_sim.analysis.equilibria.at_speed import balanced_state, clustered_states
+from ab_sim.analysis.equilibria.at_speed import (
+    balanced_state,
+    clustered_place,
+    clustered_state,
+)
 from ab_sim.analysis.equilibria.balanced import positions
+from ab_sim.analysis.equilibria.patterns import patterns_of, radii
 from ab_sim.analysis.equilibria.resting import (
     Rotor,
     field_at,
@@ -62,29 +69,25 @@ def name_of(label: int) -> str:
 def verdict(scene: Scene, speed: float) -> int:
     """The label of a scene at a speed [rad/s].
 
-    What ``label_of`` says of ``equilibria_of``, five times as fast for three and more balls.
+    What ``label_of`` says of ``equilibria_of``, several times as fast.
 
     Raises:
         SceneError: nothing rests in its equations.
     """
     system = resting_system(scene)
     rotor = rotor_of(system)
-    if rotor is None or speed == 0.0 or len(rotor.moments) < 3:
-        found = equilibria_of(scene, speed)
-        label = label_of(found.branches)
-        # By numbers, the best of the balanced positions is all that is known.
-        only_best = found.by_numbers and len(scene.balls.masses) > 2 and label > 0
-        return label & ~EVERYWHERE | SOMEWHERE if only_best and label & EVERYWHERE else label
-    states = clustered_states(system, rotor, speed)
-    verdicts = _balanced(system, rotor, speed)
-    return _label(len(states) + len(verdicts), states, verdicts)
+    if rotor is not None and speed != 0.0 and rotor.moments and rotor.unbalance:
+        return _label(_verdicts(system, rotor, speed))
+    found = equilibria_of(scene, speed)
+    label = label_of(found.branches)
+    # By numbers, the best of the balanced positions is all that is known.
+    only_best = found.by_numbers and scene.balls.count > 2 and label > 0 and label & EVERYWHERE
+    return label & ~EVERYWHERE | SOMEWHERE if only_best else label
 
 
 def label_of(branches: Iterable[RestingState]) -> int:
     """The label of a speed's resting states, of which the worst and the best balanced one are."""
-    states = list(branches)
-    balanced = {state.stable for state in states if kind_of(state) == EVERYWHERE}
-    return _label(len(states), [s for s in states if kind_of(s) != EVERYWHERE], balanced)
+    return _label((kind_of(state), state.stable) for state in branches)
 
 
 def kind_of(state: RestingState) -> int:
@@ -97,41 +100,66 @@ def kind_of(state: RestingState) -> int:
     return SPLIT if sides.any() and not sides.all() else CLUSTERED
 
 
-def _label(states: int, unbalanced: Iterable[RestingState], balanced: set[bool | None]) -> int:
-    label = UNDECIDED if None in balanced else NOTHING
-    for state in unbalanced:
-        if state.stable is None:
-            label |= UNDECIDED
-        elif state.stable:
-            label |= kind_of(state)
-    if True in balanced:
-        label |= SOMEWHERE if False in balanced else EVERYWHERE
-    return label if states else NO_STATE
+def _label(verdicts: Iterable[tuple[int, bool | None]]) -> int:
+    """Of states' kinds, and whether they are stable."""
+    all_ = {*verdicts}
+    if not all_:
+        return NO_STATE
+    label = UNDECIDED if None in {stable for _, stable in all_} else NOTHING
+    for kind in (CLUSTERED, SPLIT, PLAIN):
+        label |= kind if (kind, True) in all_ else NOTHING
+    if (EVERYWHERE, True) in all_:
+        label |= SOMEWHERE if (EVERYWHERE, False) in all_ else EVERYWHERE
+    return label
 
 
-def _balanced(system: System, rotor: Rotor, speed: float) -> set[bool | None]:
-    """What ``RestingState.stable`` says of all balanced positions that are looked at.
+class _Place(NamedTuple):
+    """A state that rests, whose stability is not known yet."""
+
+    kind: int
+    zeros: int
+    """Structural ones, of its eigenvalues."""
+    u: np.ndarray
+    theta: np.ndarray
+    state: Callable[[], RestingState]
+    """The same with all that there is to know, which takes longer."""
+
+
+def _verdicts(system: System, rotor: Rotor, speed: float) -> Iterator[tuple[int, bool | None]]:
+    """Kind, and what ``RestingState.stable`` says, of all states that closed forms give.
 
     Eigenvalues of all at once; those whose sign rounding could have changed are looked at again.
     """
-    places = positions(rotor)
-    if len(places) == 0:
-        return set()
-    first = balanced_state(system, rotor, speed, places[0])
-    found = {first.stable}
+    places = [*_clustered(system, rotor, speed), *_balanced(system, rotor, speed)]
+    if not places:
+        return
     field = field_at(system, speed)
-    here = (state_of(system, speed, np.zeros(2), theta) for theta in places[1:])
-    jacobians = np.array([field.jacobian(0.0, state) for state in here])
-    if len(jacobians) == 0:
-        return found
-    values = np.linalg.eigvals(jacobians)
-    order = np.argsort(np.abs(values), axis=1)[:, first.structural_zeros :]
-    growth = np.take_along_axis(values, order, axis=1).real.max(axis=1)
+    jacobians = np.array(
+        [field.jacobian(0.0, state_of(system, speed, p.u, p.theta)) for p in places]
+    )
     scale = _magnitudes(system, speed)
-    near = np.abs(growth) <= NEAR * np.linalg.norm(jacobians * scale / scale[:, None], axis=(1, 2))
-    found.update((growth[~near] < 0.0).tolist())
-    found.update(balanced_state(system, rotor, speed, x).stable for x in places[1:][near])
-    return found
+    doubts = NEAR * np.linalg.norm(jacobians * scale / scale[:, None], axis=(1, 2))
+    for place, values, doubt in zip(places, np.linalg.eigvals(jacobians), doubts, strict=True):
+        kept = np.argsort(np.abs(values))[place.zeros :]
+        growth = float(values.real[kept].max())
+        yield place.kind, growth < 0.0 if abs(growth) > doubt else place.state().stable
+
+
+def _clustered(system: System, rotor: Rotor, speed: float) -> Iterator[_Place]:
+    for pattern in patterns_of(rotor):
+        kind = CLUSTERED if len({*pattern.signs}) == 1 else SPLIT
+        roots = radii(rotor, pattern.moment, speed)
+        for rank, W in enumerate(roots):
+            place = clustered_place(rotor, speed, pattern, W)
+            state = partial(clustered_state, system, rotor, speed, pattern, roots, rank)
+            yield _Place(kind, 0, *place, state)
+
+
+def _balanced(system: System, rotor: Rotor, speed: float) -> Iterator[_Place]:
+    zeros = max(0, len(rotor.moments) - 2)
+    for theta in positions(rotor):
+        state = partial(balanced_state, system, rotor, speed, theta)
+        yield _Place(EVERYWHERE, zeros, np.zeros(2), theta, state)
 
 
 def _magnitudes(system: System, speed: float) -> np.ndarray:

@@ -68,14 +68,15 @@ def bell_section(folder: Path, tell: Tell) -> Section:
         found = region_map(0.2, 3, zeta_b, BELL, tell)
         unstable = (found.labels & CLUSTERED) == 0
         regions.append(Region(unstable, colour, "-", f"ζ_B = {zeta_b:g}"))
-        speeds = np.array(found.plane.across.values)[unstable.any(axis=0)]
-        highest = np.array(found.plane.up.values)[unstable.any(axis=1)].max() / (2.0 * MASS)
-        rows.append((zeta_b, float(unstable.mean()), speeds[0], speeds[-1], float(highest)))
+        row = int(np.flatnonzero(unstable.any(axis=1))[-1])
+        over = np.array(found.plane.across.values)[unstable[row]].mean()
+        zeta = found.plane.up.values[row] / (2.0 * MASS)
+        rows.append((zeta_b, float(unstable.mean()), zeta, float(over)))
     _contours(axes, found.plane, regions)
     axes.set_title("r11 at η = 0.2: unstable within", fontsize=11)
     table = Table(
         "Where r11 is unstable, eta = 0.2",
-        ("zeta_B", "share of the map", "from Omega", "to Omega", "up to zeta"),
+        ("zeta_B", "share of the map", "up to zeta", "there, at Omega"),
         tuple(rows),
         4,
     )
@@ -84,8 +85,8 @@ def bell_section(folder: Path, tell: Tell) -> Section:
         "Each unstable region is bell-shaped and shrinks as a whole with more drag, as published; "
         "point A, stable for zeta_B = 0.3 and not for 0.1, lies between two curves. Near the "
         "horizontal axis, though, more drag widens it a little, so that the curves cross. Which "
-        "curves the figure has besides these two the text does not say; 0.2 is ours. The only stable states met are of the pattern "
-        f"{', '.join(sorted(labels))} (r11).",
+        "curves the figure has besides these two the text does not say; 0.2 is ours.",
+        f"The only stable states at Ω = 0.7, 1.3 and 2.5: {', '.join(sorted(labels))} (r11).",
     )
     caption = "borders of the region where r11 is unstable, eta = 0.2"
     picture = written(figure, folder, 4, caption)
@@ -132,8 +133,8 @@ def against_section(folder: Path, tell: Tell) -> Section:
     text = (
         f"On the same grid of {COUNT} by {COUNT} points, {WIDE.Omega[0]:g} ≤ Ω ≤ {WIDE.Omega[1]:g} "
         f"and {WIDE.zeta[0]:g} ≤ ζ ≤ {WIDE.zeta[1]:g}, the paper's ranges not being known; refined "
-        f"along borders from every {COARSE}th point. zeta_B is the same for two and three balls, so that the drag of a ball "
-        "goes with its mass.",
+        f"along borders from every {COARSE}th point. zeta_B is the same for two and three balls, "
+        "so that the drag of a ball goes with its mass.",
         "The paper takes the *union* of the stable regions of many positions for the region of "
         "three balls: balance is stable at some position. That is what a start that is chosen can "
         "reach; one that is not can rely on the region where *every* position is stable only. "
