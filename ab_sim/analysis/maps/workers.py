@@ -6,21 +6,24 @@ import multiprocessing
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
 from typing import TypeVar
 
 AT_A_TIME = 16
 """Things that a process is given, unless told."""
-WORTH_IT = 8
-"""So many times that much is enough to start processes for, which takes some seconds."""
+TRIAL = 0.5
+"""For so long this process works alone, to see how long it would take [s]."""
+WORTH_IT = 8.0
+"""Work that is longer is shared [s]: processes take some seconds to start."""
 
 Thing = TypeVar("Thing")
 Result = TypeVar("Result")
 
 
 class Workers:
-    """Processes that are there until the end of a ``with``; started when there is enough to do.
+    """Processes that are there until the end of a ``with``; started where work takes long.
 
     Threads would wait for each other: a point of a map is mostly Python. Processes are spawned, for
     kernels hold locks and threads that a fork would break, so a program that uses more than one
@@ -31,7 +34,7 @@ class Workers:
     """
 
     def __init__(self, count: int) -> None:
-        self._count = count
+        self._count, self._warm = count, False
         self._pool: concurrent.futures.ProcessPoolExecutor | None = None
 
     def __enter__(self) -> "Workers":
@@ -59,15 +62,21 @@ class Workers:
             things: what it is called with.
             at_a_time: how many of them a process is given.
         """
-        if self._pool is None and self._count > 1 and len(things) >= WORTH_IT * at_a_time:
-            self._pool = concurrent.futures.ProcessPoolExecutor(
-                self._count, multiprocessing.get_context("spawn"), _begin
-            )
-        if self._pool is None:
-            yield from map(function, things)
-            return
-        chunk = max(1, min(at_a_time, len(things) // self._count))
-        yield from self._pool.map(function, things, chunksize=chunk)
+        done, begin = 0, time.perf_counter()
+        while self._pool is None and done < len(things):
+            yield function(things[done])
+            done += 1
+            if not self._warm:  # the first of all loads kernels
+                self._warm, begin = True, time.perf_counter()
+            elif self._count > 1:
+                spent = time.perf_counter() - begin
+                if spent > TRIAL and spent * (len(things) - done) > WORTH_IT * done:
+                    self._pool = concurrent.futures.ProcessPoolExecutor(
+                        self._count, multiprocessing.get_context("spawn"), _begin
+                    )
+        if self._pool is not None and done < len(things):
+            chunk = max(1, min(at_a_time, (len(things) - done) // self._count))
+            yield from self._pool.map(function, things[done:], chunksize=chunk)
 
 
 def _begin() -> None:

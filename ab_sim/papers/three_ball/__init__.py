@@ -22,8 +22,8 @@ LEFT_OUT = Section(
         "thresholds of figures 2 and 5. Of mu and delta only the ratio counts; here it is "
         f"mu / delta = {MU_OVER_DELTA:g}. Axes are the paper's: Ω = ω/ω_n, η = m_b d / (m_d e), "
         "ζ = C / (2 M ω_n), ζ_B = C_B / (2 m_b ω_n), r = W/e.",
-        "Slips: in (9) the denominator's zeta_B is printed with C in the place of C_B; (4) must "
-        "read -2 ω x' y in its third term; tan^-1 in (17)-(29) must be atan2.",
+        "Slips: (9) prints zeta_B with C in the place of C_B; (4) must read -2 ω x' y in its third "
+        "term; tan^-1 in (17)-(29) must be atan2.",
     ),
 )
 _SECTIONS = (
