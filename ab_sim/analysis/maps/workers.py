@@ -15,7 +15,7 @@ AT_A_TIME = 16
 """Things that a process is given, unless told."""
 TRIAL = 0.5
 """For so long this process works alone, to see how long it would take [s]."""
-WORTH_IT = 8.0
+WORTH_IT = 20.0
 """Work that is longer is shared [s]: processes take some seconds to start."""
 
 Thing = TypeVar("Thing")
