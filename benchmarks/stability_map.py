@@ -26,9 +26,9 @@ from ab_sim.analysis.maps.stability import COARSE, StabilityMap, label_at, stabi
 from ab_sim.scene import load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import conditions  # noqa: E402
 
-SCENE, CHANGES = "nsc-case-3", ("balls.mass=0.0006", "effects.viscous_drag.coefficient=0.025")
+SCENE, CHANGES = "nsc-case-3", ("balls.mass=0.0006", "effects.viscous_drag.coefficient=0.008")
 """Balls that are together twice as heavy as would balance, and hardly dragged: borders are long."""
-AXES = "speed=100:450:200,effects.suspension.damping=2:200:200"
+AXES = "speed=100:600:200,effects.suspension.damping=2:160:200"
 OTHER = 3
 GOAL = 60.0
 """s."""

@@ -367,6 +367,14 @@ def stability(
         int | None,
         typer.Option(metavar="BALLS", help="Beside the map with so many balls, together as heavy."),
     ] = None,
+    each: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KEY=V,V,...",
+            help="A map for each of these values of another key, e.g. "
+            "effects.viscous_drag.coefficient=0.1,0.2,0.4; drawn as borders in one picture.",
+        ),
+    ] = None,
     basin: Annotated[
         int | None,
         typer.Option(
@@ -390,6 +398,7 @@ def stability(
     goes on. Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole
     numbers; `kinds`, each with label, name and share of the map; how many `points` there are and
     how many were `computed`; with `--against`, shares that are balanced for both or one of the two.
+    With `--each` it has key, values, and `maps`, one such for each value.
 
     A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball; `kinds`
     with their shares of the starts that are not left out; residual_unbalance and final_whirl [m]
@@ -400,14 +409,18 @@ def stability(
     their stability.
     """
     from ab_sim.cli.equilibria import equilibria_command
-    from ab_sim.cli.stability import basin_command, map_command
+    from ab_sim.cli.stability import basin_command, family_command, map_command
     from ab_sim.errors import InputError
 
     if axes is not None and basin is not None:
         raise InputError("--map and --basin: one at a time")
-    if against is not None and axes is None:
-        raise InputError("--against: compares maps; say what to map with --map")
-    if axes is not None:
+    if (against is not None or each is not None) and axes is None:
+        raise InputError("--against, --each: are of maps; say what to map with --map")
+    if against is not None and each is not None:
+        raise InputError("--against and --each: one at a time")
+    if axes is not None and each is not None:
+        family_command(scene, change or [], speed, axes, coarse, each, json, plot)
+    elif axes is not None:
         map_command(scene, change or [], speed, axes, coarse, against, json, plot)
     elif basin is not None:
         basin_command(scene, change or [], basin, limit, json, plot)

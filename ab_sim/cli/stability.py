@@ -10,6 +10,7 @@ from rich.table import Table
 
 from ab_sim.analysis.maps import basin as basins
 from ab_sim.analysis.maps.balls import Against, Shares, plane_with_balls
+from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.kept import Tell
 from ab_sim.analysis.maps.plane import FASTEST, Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
@@ -33,8 +34,7 @@ def map_command(
     plot: Path | None,
 ) -> None:
     """Compute, print and draw a map, or two; outputs are tried first."""
-    if coarse < 1 or coarse & (coarse - 1):
-        raise InputError(f"--coarse {coarse}: must be a power of two: 1, 2, 4, 8, ...")
+    _check_coarse(coarse)
     across, up = axes_of(axes)
     scene = load_scene(scene_name, changes)
     plane = Plane(scene, _speed(scene, speed), across, up)
@@ -65,6 +65,37 @@ def map_command(
         if coarse > 1
         else "every point was computed"
     )
+    _wrote(files)
+
+
+def family_command(
+    scene_name: str,
+    changes: list[str],
+    speed: float | None,
+    axes: str,
+    coarse: int,
+    each: str,
+    json: str | None,
+    plot: Path | None,
+) -> None:
+    """Compute, print and draw a map for each value of another key; outputs are tried first."""
+    _check_coarse(coarse)
+    key, values = values_of(each)
+    across, up = axes_of(axes)
+    scene = load_scene(scene_name, changes)
+    plane = Plane(scene, _speed(scene, speed), across, up)
+    members(plane, key, values)
+    files = check_outputs(json, plot)
+    with _interruptible(scene.name) as tell:
+        found = family(plane, key, values, coarse, _processors(), tell)
+    if json is not None:
+        write_json(found.report(), json)
+    if plot is not None:
+        from ab_sim.figures.stability_map import family_figure
+
+        family_figure(found, plot)
+    console = people if json == "-" else Console(markup=False)
+    console.print(family_table(found))
     _wrote(files)
 
 
@@ -106,6 +137,17 @@ def map_table(found: StabilityMap) -> Table:
     return table
 
 
+def family_table(found: Family) -> Table:
+    """Shares of the maps in which balance is stable, for people."""
+    table = Table(title=f"{found.maps[0].plane.scene.name}: where balance is stable")
+    for name in (found.key, "at some positions at least", "at every position"):
+        table.add_column(name, justify="right")
+    for value, each in zip(found.values, found.maps, strict=True):
+        shares = each.balanced.mean(), each.balanced_everywhere.mean()
+        table.add_row(f"{value:g}", *(f"{100 * share:.2f} %" for share in shares))
+    return table
+
+
 def against_table(found: Against) -> Table:
     """Two numbers of balls beside each other, for people."""
     ours, other = (m.plane.scene.balls.count for m in (found.ours, found.other))
@@ -142,6 +184,11 @@ def _speed(scene: Scene, speed: float | None) -> float:
     if not abs(speed) <= FASTEST:
         raise InputError(f"--speed {speed}: must be a number within +-{FASTEST:g} rad/s")
     return speed
+
+
+def _check_coarse(coarse: int) -> None:
+    if coarse < 1 or coarse & (coarse - 1):
+        raise InputError(f"--coarse {coarse}: must be a power of two: 1, 2, 4, 8, ...")
 
 
 def _processors() -> int:

@@ -4,11 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from ab_sim.analysis.maps.family import Family
 from ab_sim.analysis.maps.plane import SPEED, Plane
 from ab_sim.analysis.maps.stability import StabilityMap
 from ab_sim.analysis.maps.verdicts import (
@@ -88,6 +91,38 @@ def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int,
     held = "" if SPEED in (plane.across.key, plane.up.key) else f"{plane.speed:g} rad/s"
     if held:
         axes.text(0.99, 0.98, held, transform=axes.transAxes, ha="right", va="top", fontsize=9)
+
+
+def family_figure(found: Family, path: Path) -> None:
+    """Draw the borders within which balance is stable, one for each value, and write them.
+
+    Args:
+        found: maps on the same axes.
+        path: file to write; its ending says the format (png, svg, pdf).
+    """
+    plane = found.maps[0].plane
+    figure = Figure(figsize=(9, 6.4), layout="constrained")
+    axes = figure.subplots()
+    handles = []
+    shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.values)))
+    for value, each, shade in zip(found.values, found.maps, shades, strict=True):
+        for inside, style in ((each.balanced, "-"), (each.balanced_everywhere, ":")):
+            if inside.any() and not inside.all():
+                axes.contour(
+                    plane.across.values, plane.up.values, inside.astype(float), levels=[0.5],
+                    colors=[shade], linestyles=[style], linewidths=1.8,
+                )  # fmt: skip
+        share = 100.0 * each.balanced.mean()
+        handles.append(Line2D([], [], color=shade, lw=1.8, label=f"{value:g}  ({share:.1f} %)"))
+    axes.set_title(f"Where {plane.scene.name} can rest balanced: borders", fontsize=13)
+    axes.set_xlabel(plane.titles[0])
+    axes.set_ylabel(plane.titles[1])
+    axes.grid(alpha=0.3)
+    axes.legend(
+        handles=handles, fontsize=9, title_fontsize=9, loc="center left",
+        bbox_to_anchor=(1.01, 0.5), title=f"{found.key}\n(share of the map)\ndotted: at every position",
+    )  # fmt: skip
+    figure.savefig(path, dpi=110)
 
 
 def colours_of(labels: Sequence[int]) -> dict[int, str]:

@@ -39,6 +39,18 @@ def test_a_map_against_another_number_of_balls(tmp_path: Path) -> None:
     assert (tmp_path / "m.png").read_bytes().startswith(PNG)
 
 
+def test_borders_for_several_drags(tmp_path: Path) -> None:
+    done = ab_sim(
+        "stability", "nsc-case-3", "--map", SMALL, "--coarse", "4",
+        "--each", "effects.viscous_drag.coefficient=0.01,0.2", "--json", "-", "--plot", "f.png",
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["values"] == [0.01, 0.2]
+    assert "at every position" in done.stderr
+    assert (tmp_path / "f.png").read_bytes().startswith(PNG)
+
+
 def test_a_basin(tmp_path: Path) -> None:
     done = ab_sim(
         "stability", "thesis-hold", "--set", "effects.rolling_friction=", "--basin", "3",
