@@ -1,15 +1,22 @@
 """`ab-sim equilibria`."""
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 import ab_sim
-from ab_sim.analysis.equilibria import Equilibria, branches_over_speed, equilibria_of
+from ab_sim.analysis.equilibria import (
+    Equilibria,
+    RestingState,
+    branches_over_speed,
+    equilibria_of,
+)
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.cli.outputs import check_outputs, people, write_json
 from ab_sim.cli.progress import progress_bar
@@ -22,7 +29,7 @@ FASTEST = 1e5
 """As a scene's speeds [rad/s]."""
 SPEEDS = 120
 """At which stability is looked at, besides those near folds."""
-MOST_ANGLES = 6
+MOST_PLACES = 6
 """In a line of the table."""
 
 
@@ -73,22 +80,31 @@ def equilibria_table(scene: Scene, found: Equilibria) -> Table:
     """The table for people."""
     length, symbol = scene.whirl_unit
     table = Table(title=f"{found.scene}: where balls can rest at {found.speed:g} rad/s")
-    right = (f"W/{symbol}", "phase [deg]", "lambda_max [1/s]")
-    for name in ("balls", *right, "verdict", "assignments", "theta [deg]"):
-        table.add_column(name, justify="right" if name in right else "left")
+    right = (f"W/{symbol}", "lambda_max", "ways")
+    for name in ("balls", *right[:2], "verdict", "ways", "theta"):
+        side: Literal["left", "right"] = "right" if name in right else "left"
+        table.add_column(name, justify=side, no_wrap=name != "theta")
     for state in found.branches:
-        angles = [f"{math.degrees(angle):.2f}" for angle in state.theta[:MOST_ANGLES]]
-        more = len(state.theta) - MOST_ANGLES
         table.add_row(
             state.label,
             f"{state.W / length:.6g}",
-            "" if state.phase is None else f"{math.degrees(state.phase):.2f}",
-            f"{state.lambda_max:.6g}",
+            f"{state.lambda_max:.5g}",
             state.verdict,
-            "a continuum" if state.assignments is None else f"{state.assignments}",
-            ", ".join(angles) + (f" and {more} more" if more > 0 else ""),
+            "" if state.assignments is None else f"{state.assignments}",
+            _places(state),
         )
+    table.caption = "theta in deg, lambda_max in 1/s; ways: to give the places to the balls"
     return table
+
+
+def _places(state: RestingState) -> str:
+    """Ball angles [deg], those at one place together."""
+    angles = [f"{math.degrees(angle):.1f}" for angle in state.theta]
+    places = [
+        f"{count} x {angle}" if count > 1 else angle for angle, count in Counter(angles).items()
+    ]
+    more = len(places) - MOST_PLACES
+    return ", ".join(places[:MOST_PLACES]) + (f" and {more} more" if more > 0 else "")
 
 
 def _notes(found: Equilibria) -> Iterator[str]:

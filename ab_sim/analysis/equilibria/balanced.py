@@ -103,7 +103,7 @@ def _positions(unbalance: float, moments: tuple[float, ...], kinds: tuple[int, .
     ends = [_extreme(rotor, start, sense) for start in starts for sense in (1.0, -1.0)]
     sound = [x for x in ends if x is not None] or starts
     sound.sort(key=lambda x: doubling(rotor, x))
-    found = [*first, *_between(rotor, sound[0], sound[-1])]
+    found = [*first, *_between(rotor, sound[0], sound[-1], starts, draw)]
     if len({*kinds}) > 1:
         found += _there(rotor, draw.uniform(-math.pi, math.pi, (SCATTER, n)))
     return np.array(found)
@@ -114,13 +114,22 @@ def _there(rotor: Rotor, starts: np.ndarray) -> list[np.ndarray]:
     return [x for x in (_closed(rotor, start) for start in starts) if x is not None]
 
 
-def _between(rotor: Rotor, low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
+def _between(
+    rotor: Rotor,
+    low: np.ndarray,
+    high: np.ndarray,
+    starts: list[np.ndarray],
+    draw: np.random.Generator,
+) -> list[np.ndarray]:
     """Positions from one to another, at evenly spaced levels of rho."""
     found = [low]
     levels = np.linspace(doubling(rotor, low), doubling(rotor, high), LEVELS)
     for level in levels[1:-1].tolist():
-        tries = (_closed(rotor, start, level) for start in (found[-1], high))
-        found += [x for x in tries if x is not None][:1]
+        # A little aside: where rho is extreme, nothing says which way it rises.
+        near = [x + draw.normal(scale=0.05, size=len(x)) for x in (found[-1], high)]
+        tries = (_closed(rotor, start, level) for start in (*near, *starts))
+        there = next((x for x in tries if x is not None), None)
+        found += [] if there is None else [there]
     return [*found, high]
 
 

@@ -1,6 +1,7 @@
 """Branches of a scene's resting states over speeds: by the closed forms, with all their folds."""
 
 from collections.abc import Callable, Iterator
+from functools import cache
 
 import numpy as np
 
@@ -17,6 +18,10 @@ from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
 
 Progress = Callable[[str, int, int], None]
+MANY = 12
+"""Balls, beyond which fewer speeds and balanced positions are looked at: the ends of the set."""
+FEWER = 30
+"""Speeds then."""
 
 
 def branches_over_speed(
@@ -42,6 +47,8 @@ def branches_over_speed(
     if rotor is None:
         return traced_branches(system, speeds, progress)
     patterns = patterns_of(rotor)
+    if len(rotor.moments) > MANY and len(speeds) > FEWER:
+        speeds = speeds[np.linspace(0, len(speeds) - 1, FEWER).astype(int)]
     stretches: list[Stretch] = []
     folds: list[tuple[str, Fold]] = []
     for k, pattern in enumerate(patterns):
@@ -85,16 +92,20 @@ def _balanced(system: System, rotor: Rotor, speeds: np.ndarray) -> Iterator[Stre
         return
     grid = grid_between(float(speeds[0]), float(speeds[-1]), speeds)
 
-    def symmetric(speed: float) -> RestingState:
-        return balanced_state(system, rotor, speed, places[0])
+    if len(rotor.moments) > MANY:
+        # By rho: those in between are hardly ever worst or best.
+        places = places[[0, 1, -1]]
 
-    yield stretch_of("balanced", symmetric, grid)
-    if len(places) == 1:
-        return
-    for label, pick in (("balanced, worst", max), ("balanced, best", min)):
+    @cache
+    def states(speed: float) -> list[RestingState]:
+        return [balanced_state(system, rotor, speed, place) for place in places]
 
-        def chosen(speed: float, pick: Callable = pick) -> RestingState:
-            found = (balanced_state(system, rotor, speed, place) for place in places)
-            return pick(found, key=lambda state: state.lambda_max)
+    yield stretch_of("balanced", lambda speed: states(speed)[0], grid)
+    if len(places) > 1:
+        yield stretch_of("balanced, worst", lambda w: max(states(w), key=growth), grid)
+        yield stretch_of("balanced, best", lambda w: min(states(w), key=growth), grid)
 
-        yield stretch_of(label, chosen, grid)
+
+def growth(state: RestingState) -> float:
+    """What balanced positions are compared by."""
+    return state.lambda_max

@@ -7,6 +7,7 @@ proves that there is no more.
 
 import math
 from collections import Counter
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -106,6 +107,11 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
     for label, alike in found.items():
         if alike[0].structural_zeros:
             named.append(min(alike, key=lambda each: each.lambda_max))
+            continue
+        if label == "balanced":
+            # Mirror images, where they are not the same with balls exchanged.
+            ways = sum(each.assignments or 0 for each in alike)
+            named.append(replace(alike[0], assignments=ways))
             continue
         alike.sort(key=lambda each: -each.W)
         for k, each in enumerate(alike):

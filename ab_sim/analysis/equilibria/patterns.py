@@ -119,10 +119,9 @@ def _polished(rotor: Rotor, moment: float, speed: float) -> Iterator[float]:
         length = min(length, size / math.hypot(real, loss))
     a, b, s = rotor.cubic_stiffness * length**3 / size, real * length / size, w2 * moment / size
     d, e = loss * length / size, w2 * rotor.unbalance / size
-    bare = np.polynomial.Polynomial([-s, b, 0.0, a])
-    whole = bare**2 + np.polynomial.Polynomial([-e * e, 0.0, d * d])
+    whole = [a * a, 0.0, 2.0 * a * b, -2.0 * a * s, b * b + d * d, -2.0 * b * s, (s - e) * (s + e)]
     taken: list[float] = []
-    roots = np.asarray(whole.roots(), complex)
+    roots = np.asarray(np.roots(whole), complex)
     for x in roots.real[(roots.real > 0.0) & (np.abs(roots.imag) <= 1e-4 * np.abs(roots))].tolist():
         for _ in range(50):
             value, slope = _factored(a, b, s, d, e, x)

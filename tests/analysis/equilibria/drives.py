@@ -1,0 +1,91 @@
+"""Drives for these tests; few sets of effects, as each is a kernel."""
+
+from typing import Any
+
+import numpy as np
+
+from ab_sim.analysis.equilibria.resting import resting_system
+from ab_sim.dynamics.effects.hardening_suspension import HardeningSuspension
+from ab_sim.dynamics.effects.suspension import Suspension
+from ab_sim.dynamics.system import MASS, MOBILITY, MOMENT, RACE_RADIUS, ROLLING_MASS, System
+from ab_sim.scene import Scene, check_scene
+
+ROLLING = 1.4
+"""m + I/a^2 of a ball that rolls, in m."""
+
+
+def drive(
+    *,
+    M: float = 0.1,
+    me: float = 9.8e-6,
+    k: float = 1000.0,
+    c: float = 0.2,
+    k3: float = 0.0,
+    R: float = 0.01,
+    m: Any = (1e-3, 1e-3),
+    cb: float = 1.0,
+    rolls: bool = True,
+    **more: Any,
+) -> Scene:
+    """A scene from the symbols of the equations; the unbalance M0 e is all that counts of it.
+
+    Balls that roll have the cubic spring's kernel, whatever it is; points have not.
+    """
+    rest = M - sum(m)
+    effects: dict[str, Any] = {
+        "suspension": {"stiffness": k, "damping": c},
+        "viscous_drag": {"coefficient": cb},
+        "spindle_acceleration": {},
+    }
+    balls: dict[str, Any] = {"count": len(m), "mass": list(m)}
+    if rolls:
+        effects |= {"ball_spin": {}, "hardening_suspension": {"cubic_stiffness": k3}}
+        balls["radius"] = 0.1 * R
+    return check_scene(
+        {
+            "rotor": {"total_mass": M, "eccentric_mass": rest, "eccentricity": me / rest},
+            "race": {"radius": R},
+            "balls": balls,
+            "effects": effects | more.pop("effects", {}),
+            "spindle": {"max_speed": 300.0, "max_acceleration": 100.0},
+            "duration": 1.0,
+            **more,
+        },
+        "test",
+    )
+
+
+def of_oracle(p: dict[str, Any], **more: Any) -> Scene:
+    """A scene from an oracle's parameters."""
+    assert p["kappa"] in (0.0, 0.4)
+    return drive(
+        M=p["M"], me=p["me"], k=p["kx"], c=p["c"], R=p["R"], m=p["m"], cb=p["cb"],
+        rolls=p["kappa"] > 0.0, k3=p.get("k3", 0.0), **more,
+    )  # fmt: skip
+
+
+def altered(system: System, draw: np.random.Generator) -> System:
+    """Other numbers in a system whose balls roll: unlike drives, at random, one kernel.
+
+    From half to thrice as much as would balance; every other one with equal balls.
+    """
+    n, M, R = int(draw.integers(1, 7)), 10.0 ** draw.uniform(-2, 1), 10.0 ** draw.uniform(-2.5, 0)
+    e, k = R * 10.0 ** draw.uniform(-4, -1), M * 10.0 ** draw.uniform(2, 6)
+    ratio = draw.uniform(0.5, 3.0)
+    shares = np.ones(n) if draw.random() < 0.5 else draw.uniform(0.2, 1.0, n)
+    masses = ratio * M * e / R * shares / shares.sum()
+    balls = np.repeat(system.balls[:1], n, axis=0)
+    balls[:, MASS], balls[:, ROLLING_MASS] = masses, ROLLING * masses
+    balls[:, MOBILITY], balls[:, MOMENT] = 1.0 / (ROLLING * masses), masses * R
+    balls[:, RACE_RADIUS], balls[:, RACE_RADIUS + 1] = R, 1.0 / R
+    c = 2.0 * (M * k) ** 0.5 * 10.0 ** draw.uniform(-3, 0)
+    k3 = 0.0 if draw.random() < 0.5 else k / (e * 10.0 ** draw.uniform(0, 2)) ** 2
+    own = {"Suspension": Suspension(k, c), "HardeningSuspension": HardeningSuspension(k3)}
+    effects = tuple(own.get(type(effect).__name__, effect) for effect in system.effects)
+    carrier = system.carrier._replace(total_mass=M, unbalance=M * e, eccentricity=e)
+    return system._replace(carrier=carrier, balls=balls, effects=effects, each=n)
+
+
+def base() -> System:
+    """For ``altered``."""
+    return resting_system(drive())
