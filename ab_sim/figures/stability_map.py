@@ -118,9 +118,10 @@ def family_figure(found: Family, path: Path) -> None:
     axes.set_xlabel(plane.titles[0])
     axes.set_ylabel(plane.titles[1])
     axes.grid(alpha=0.3)
+    title = f"{found.key}\n(share of the map)\ndotted: at every position"
     axes.legend(
-        handles=handles, fontsize=9, title_fontsize=9, loc="center left",
-        bbox_to_anchor=(1.01, 0.5), title=f"{found.key}\n(share of the map)\ndotted: at every position",
+        handles=handles, title=title, fontsize=9, title_fontsize=9, loc="center left",
+        bbox_to_anchor=(1.01, 0.5),
     )  # fmt: skip
     figure.savefig(path, dpi=110)
 
