@@ -395,6 +395,98 @@ def paper(
 
 
 @app.command()
+def stability(
+    scene: SceneArgument,
+    change: SetOption = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the spindle [rad/s], held. Default: at which the scene's profile ends."
+        ),
+    ] = None,
+    axes: Annotated[
+        str | None,
+        typer.Option(
+            "--map",
+            metavar="KEY=FROM:TO[:COUNT],KEY=FROM:TO[:COUNT]",
+            help="Map two values of the scene, across and up, 200 of each unless told, e.g. "
+            "speed=50:300,effects.suspension.damping=0.1:4.",
+        ),
+    ] = None,
+    coarse: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            help="Spacing of the points that a map begins with, a power of two: islands of fewer "
+            "than N by N points may be missed; 1 computes every point.",
+        ),
+    ] = 8,
+    against: Annotated[
+        int | None,
+        typer.Option(metavar="BALLS", help="Beside the map with so many balls, together as heavy."),
+    ] = None,
+    each: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KEY=V,V,...",
+            help="A map for each of these values of another key, e.g. "
+            "effects.viscous_drag.coefficient=0.1,0.2,0.4; drawn as borders in one picture.",
+        ),
+    ] = None,
+    basin: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="Run the scene from N by N start angles of its first two balls."
+        ),
+    ] = None,
+    limit: Annotated[
+        float, typer.Option(help="Of a basin: share of the unbalance that may be left.")
+    ] = 0.05,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the map: .png, .svg or .pdf.")
+    ] = None,
+) -> None:
+    """Which resting states are stable over two values of the scene; which starts end balanced.
+
+    A map is computed where it changes only, and so is what was computed before: an interrupted one
+    goes on. Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole
+    numbers; `kinds`, each with label, name and share of the map; how many `points` there are and
+    how many were `computed`; with `--against`, shares that are balanced for both or one of the two.
+    With `--each` it has key, values, and `maps`, one such for each value.
+
+    A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball; `kinds`
+    with their shares of the starts that are not left out; residual_unbalance and final_whirl [m]
+    of each run, null where there is none. Equal balls that start at one angle never part, and are
+    left out.
+
+    Without either it does what `ab-sim equilibria` does: states, and where over the speed they lose
+    their stability.
+    """
+    from ab_sim.cli.equilibria import equilibria_command
+    from ab_sim.cli.stability import basin_command, family_command, map_command
+    from ab_sim.errors import InputError
+
+    if axes is not None and basin is not None:
+        raise InputError("--map and --basin: one at a time")
+    if (against is not None or each is not None) and axes is None:
+        raise InputError("--against, --each: are of maps; say what to map with --map")
+    if against is not None and each is not None:
+        raise InputError("--against and --each: one at a time")
+    if axes is not None and each is not None:
+        family_command(scene, change or [], speed, axes, coarse, each, json, plot)
+    elif axes is not None:
+        map_command(scene, change or [], speed, axes, coarse, against, json, plot)
+    elif basin is not None:
+        basin_command(scene, change or [], basin, limit, json, plot)
+    else:
+        equilibria_command(scene, change or [], speed, json, plot)
+
+
+@app.command()
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for startup.rrd and startup.png.")] = Path(
         "out"

@@ -15,6 +15,7 @@ from ab_sim.papers.page import Paper
 PAPERS = {
     "relative-stability": "ab_sim.papers.relative_stability",
     "deck-3d": "ab_sim.papers.deck_3d",
+    "three-ball": "ab_sim.papers.three_ball",
 }
 """Modules by the papers' short names; imported when they are asked for."""
 

@@ -84,12 +84,18 @@ def clustered_state(
     system: System, rotor: Rotor, speed: float, pattern: Pattern, roots: list[float], rank: int
 ) -> RestingState:
     """Of a pattern's radii, the state with the one at this rank."""
-    W = roots[rank]
-    phi = phase(rotor, pattern.moment, speed, W)
-    u = np.array([W * math.cos(phi), W * math.sin(phi)])
-    theta = np.array([phi if sign > 0 else _opposite(phi) for sign in pattern.signs])
+    u, theta = clustered_place(rotor, speed, pattern, roots[rank])
     label = pattern.label + (f"/{rank + 1}" if len(roots) > 1 else "")
     return resting_state(system, speed, label, u, theta, _turning(rotor), pattern.assignments)
+
+
+def clustered_place(
+    rotor: Rotor, speed: float, pattern: Pattern, W: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement [m] and ball angles [rad] of a pattern at one of its radii W [m]."""
+    phi = phase(rotor, pattern.moment, speed, W)
+    u = np.array([W * math.cos(phi), W * math.sin(phi)])
+    return u, np.array([phi if sign > 0 else _opposite(phi) for sign in pattern.signs])
 
 
 def balanced_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:

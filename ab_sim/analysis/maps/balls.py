@@ -1,0 +1,105 @@
+"""More balls against fewer at the same total unbalance: where balance is stable for which."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.analysis.maps.plane import Plane
+from ab_sim.analysis.maps.stability import StabilityMap
+from ab_sim.errors import InputError, SceneError
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+
+DRAG = "effects.viscous_drag.coefficient"
+
+
+class Shares(NamedTuple):
+    """Of a map: where balance is stable for which of two numbers of balls."""
+
+    both: float
+    only_ours: float
+    only_other: float
+
+    @classmethod
+    def of(cls, ours: np.ndarray, other: np.ndarray) -> "Shares":
+        """Of two regions, booleans of one shape."""
+        parts = ours & other, ours & ~other, other & ~ours
+        return cls(*(float(part.mean()) for part in parts))
+
+
+class Against(NamedTuple):
+    """A map beside that with another number of balls.
+
+    For three and more balls "balance is stable" has two meanings: at some position at least, the
+    three-ball paper's union of regions, and wherever the balls sit. A start that is not chosen can
+    rely on the second one only.
+    """
+
+    ours: StabilityMap
+    other: StabilityMap
+
+    @property
+    def somewhere(self) -> Shares:
+        """At some positions at least."""
+        return Shares.of(self.ours.balanced, self.other.balanced)
+
+    @property
+    def everywhere(self) -> Shares:
+        """At all positions."""
+        return Shares.of(self.ours.balanced_everywhere, self.other.balanced_everywhere)
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values."""
+        return {
+            "balls": [m.plane.scene.balls.count for m in (self.ours, self.other)],
+            "stable_at_some_position": self.somewhere._asdict(),
+            "stable_at_every_position": self.everywhere._asdict(),
+            "other": self.other.report(),
+        }
+
+
+def with_balls(scene: Scene, count: int) -> Scene:
+    """The scene with so many equal balls that are together as heavy.
+
+    The drag on each goes with its mass, so that drag per mass, the papers' zeta_B, stays; M and M0
+    stay too. Start angles are left out.
+
+    Raises:
+        SceneError: the balls differ, there are none, or so many there cannot be.
+    """
+    if len({*scene.balls.masses}) != 1:
+        raise SceneError(
+            f"balls.mass: {scene.balls.count} balls of several masses, or none, cannot be "
+            "compared with another number of them; give all one mass"
+        )
+    share = scene.balls.count / count if count else 0.0
+    changes: dict[str, Any] = {"balls.count": count, "balls.mass": scene.balls.masses[0] * share}
+    if isinstance(scene.balls.radius, tuple):
+        changes["balls.radius"] = scene.balls.radius[0]
+    if isinstance(scene.balls.race, tuple):
+        changes["balls.race"] = scene.balls.race[0]
+    drag = scene.effects.get("viscous_drag")
+    if drag is not None:
+        changes[DRAG] = drag.coefficient * share
+    for key in ("ball_angles", "ball_rates"):
+        if getattr(scene.start, key) is not None:
+            changes[f"start.{key}"] = None
+    return changed_scene(scene, changes, f"with {count} balls")
+
+
+def plane_with_balls(plane: Plane, count: int) -> Plane:
+    """The same plane with so many balls, as ``with_balls`` has them.
+
+    Raises:
+        InputError: what is on an axis changes with the number of balls.
+        SceneError: as of ``with_balls``.
+    """
+    if count < 1:
+        raise InputError(f"against {count} balls: must be at least 1")
+    for key in (plane.across.key, plane.up.key):
+        if key == DRAG or key.partition(".")[0] == "balls":
+            raise InputError(
+                f"against {count} balls: {key} is on an axis, and is not the same for another "
+                "number of balls; map something else"
+            )
+    return plane._replace(scene=with_balls(plane.scene, count))

@@ -1,0 +1,234 @@
+"""Basins: from which start angles of two balls a scene's run ends balanced.
+
+Balls that are equal and start at the same angle never part, whatever happens: no real run is like
+that, so such starts are left out.
+"""
+
+import functools
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import ab_sim
+from ab_sim.analysis.maps.kept import KeptPoints, Tell
+from ab_sim.analysis.maps.refine import Point
+from ab_sim.analysis.maps.workers import Workers
+from ab_sim.analysis.merits import merits_of
+from ab_sim.batch import simulate_batch
+from ab_sim.dynamics.race.neighbours import start_angles
+from ab_sim.errors import InputError, SceneError, exact
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+
+BALANCED_TO = 0.05
+"""Largest residual unbalance, as a share of M0 e, that is called balance."""
+SAMPLES = 1000
+"""Of a run, at least, that it is judged by."""
+AT_A_TIME = 32
+"""Runs that a process is given: whole sets of lanes."""
+
+BALANCED, NOT_BALANCED, CHANGING, DIVERGED, LEFT_OUT = 1, 0, 2, 3, -1
+NAMES = {
+    BALANCED: "balanced",
+    NOT_BALANCED: "not balanced",
+    CHANGING: "not balanced, still changing",
+    DIVERGED: "diverged",
+    LEFT_OUT: "left out: equal balls that never part, or overlap",
+}
+
+
+class End(NamedTuple):
+    """How a run ends."""
+
+    label: int
+    """One of ``NAMES``."""
+    residual_unbalance: float | None
+    """|M0 e + sum m_i R exp(i theta_i)| / (M0 e), over the last tenth; None without a run."""
+    whirl: float | None
+    """m, root mean square over the last tenth; None without a run."""
+
+
+@dataclass(frozen=True)
+class Basin:
+    """Ends of a scene's run over the start angles of its first two balls."""
+
+    scene: Scene
+    angles: tuple[float, ...]
+    """Of either ball [rad], rising from -pi."""
+    limit: float
+    """Largest residual unbalance that is called balance."""
+    ends: tuple[tuple[End, ...], ...]
+    """Rows by the second ball's angle, columns by the first one's."""
+
+    @property
+    def labels(self) -> np.ndarray:
+        """Integers, shape (angles, angles)."""
+        return np.array([[end.label for end in row] for row in self.ends])
+
+    @property
+    def shares(self) -> dict[int, float]:
+        """Of the starts that are not left out, by label; the largest first."""
+        labels = self.labels[self.labels != LEFT_OUT]
+        found, counts = np.unique(labels, return_counts=True)
+        order = np.argsort(-counts, kind="stable")
+        return {int(found[k]): float(counts[k] / labels.size) for k in order}
+
+    def report(self) -> dict[str, Any]:
+        """Everything as JSON-able values, SI units: see ``ab-sim stability --help``."""
+        return {
+            "scene": self.scene.name,
+            "angles": list(self.angles),
+            "limit": self.limit,
+            "kinds": [
+                {"label": label, "name": NAMES[label], "share": share}
+                for label, share in self.shares.items()
+            ],
+            "labels": self.labels.tolist(),
+            "residual_unbalance": [[end.residual_unbalance for end in row] for row in self.ends],
+            "final_whirl": [[end.whirl for end in row] for row in self.ends],
+            "version": ab_sim.__version__,
+        }
+
+
+def basin(
+    scene: Scene,
+    count: int,
+    limit: float = BALANCED_TO,
+    workers: int = 1,
+    tell: Tell | None = None,
+) -> Basin:
+    """Run a scene from a grid of start angles; runs are kept on disk, whatever happens.
+
+    Where the first two balls are equal, only one of two starts that differ by their exchange runs.
+
+    Args:
+        scene: as it is but for ``start.ball_angles`` of its first two balls.
+        count: of angles of either, from -pi on over a turn.
+        limit: largest residual unbalance that is called balance.
+        workers: processes; more than one needs a program with ``if __name__ == "__main__":``.
+        tell: called with what is done now, how many runs are done, and of how many. What it raises
+            ends the work.
+
+    Raises:
+        SceneError: the scene has fewer than two balls, no unbalance, or further balls that are
+            equal and start at one angle.
+        InputError: ``count`` or ``limit`` cannot be used.
+    """
+    _check(scene, count, limit)
+    angles = tuple(float(a) for a in np.linspace(-math.pi, math.pi, count, endpoint=False))
+    alike = (0, 1) in set(_equal_pairs(scene))
+    pairs = itertools.product(range(count), range(count))
+    points = [(i, j) for i, j in pairs if not alike or i <= j]
+    numbers = {"count": count}
+    ends: dict[Point, list[Any]] = {}
+    with Workers(workers) as each, KeptPoints(basin_points, scene, numbers) as kept:
+
+        def run(wanted: Sequence[Point]) -> Any:
+            parts = [wanted[k : k + AT_A_TIME] for k in range(0, len(wanted), AT_A_TIME)]
+            of_part = functools.partial(_ends, scene, count)
+            return itertools.chain.from_iterable(each.each(of_part, parts, 1))
+
+        ends = dict(zip(points, kept.of(points, run, "runs", tell), strict=True))
+    rows = [
+        tuple(_judged(ends.get((i, j)) or ends[j, i], limit) for j in range(count))
+        for i in range(count)
+    ]
+    return Basin(scene, angles, limit, tuple(rows))
+
+
+def basin_points(scene: Scene, count: int) -> dict[str, Any]:
+    """What is kept of a basin: [row, column, end] of starts, here of all.
+
+    Args:
+        scene, count: as of ``basin``.
+    """
+    points = list(itertools.product(range(count), range(count)))
+    return {"points": [[*p, e] for p, e in zip(points, _ends(scene, count, points), strict=True)]}
+
+
+def _check(scene: Scene, count: int, limit: float) -> None:
+    if not 2 <= count <= 1000:
+        raise InputError(f"basin: {count} angles: must be from 2 to 1000")
+    if not 0.0 < limit < math.inf:
+        raise InputError(f"basin: limit {exact(limit)}: must be a positive share of M0 e")
+    if scene.balls.count < 2:
+        raise SceneError(
+            f"balls.count = {scene.balls.count}: a basin is drawn over the start angles of two "
+            "balls; give the scene at least 2"
+        )
+    if scene.eccentric_mass * scene.rotor.eccentricity == 0.0:
+        raise SceneError("rotor.eccentricity = 0 m: without an unbalance there is none to balance")
+    angles = start_angles(scene)
+    for i, j in _equal_pairs(scene):
+        if i > 1 and _same(angles[i], angles[j]):
+            raise SceneError(
+                f"start.ball_angles: the equal balls {i + 1} and {j + 1} start at one angle and "
+                "would never part; let them start at different ones"
+            )
+
+
+def _equal_pairs(scene: Scene) -> list[tuple[int, int]]:
+    rates = scene.start.ball_rates or (0.0,) * scene.balls.count
+    own = [
+        (m, None if math.isnan(a) else a, race, rate)
+        for m, a, race, rate in zip(
+            scene.balls.masses, scene.balls.radii, scene.balls.races, rates, strict=True
+        )
+    ]
+    return [(i, j) for i, j in itertools.combinations(range(len(own)), 2) if own[i] == own[j]]
+
+
+def _same(one: float, other: float) -> bool:
+    return abs(math.remainder(one - other, 2.0 * math.pi)) < 1e-9
+
+
+def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
+    """[outcome, residual unbalance, whirl] of each start: "run", "diverged" or "left out"."""
+    found: list[list[Any]] = [["left out", None, None] for _ in points]
+    variations = {}
+    for k, point in enumerate(points):
+        angles = _start(scene, count, point)
+        if angles is not None:
+            variations[k] = {"start.ball_angles": angles}
+    if not variations:
+        return found
+    steps = math.ceil(scene.duration / scene.solver.step)
+    every = max(1, steps // SAMPLES)
+    batch = simulate_batch(scene, list(variations.values()), every)
+    for k, run in zip(variations, batch.runs, strict=True):
+        if run.failure:
+            found[k] = ["diverged", None, None]
+            continue
+        merits = merits_of(run.trajectory, run.scene)
+        outcome = "changing" if merits.changing else "run"
+        found[k] = [outcome, merits.residual_unbalance, merits.final_whirl]
+    return found
+
+
+def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
+    """Start angles of a point; None where balls would never part, or have no place."""
+    row, column = point
+    turn = 2.0 * math.pi / count
+    angles = [-math.pi + turn * column, -math.pi + turn * row, *start_angles(scene)[2:]]
+    if any(_same(angles[i], angles[j]) for i, j in _equal_pairs(scene)):
+        return None
+    try:
+        changed_scene(scene, {"start.ball_angles": angles}, "basin")
+    except SceneError:  # balls that touch each other: of all else the scene itself is proof
+        return None
+    return angles
+
+
+def _judged(end: list[Any], limit: float) -> End:
+    outcome, residual, whirl = end
+    if outcome == "left out":
+        return End(LEFT_OUT, None, None)
+    if outcome == "diverged":
+        return End(DIVERGED, None, None)
+    if residual <= limit:
+        return End(BALANCED, residual, whirl)
+    return End(CHANGING if outcome == "changing" else NOT_BALANCED, residual, whirl)

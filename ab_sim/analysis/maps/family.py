@@ -1,0 +1,79 @@
+"""A map for each of several values of a third parameter, as drags of the race."""
+
+import math
+from typing import Any, NamedTuple
+
+from ab_sim.analysis.maps.kept import Tell
+from ab_sim.analysis.maps.plane import SPEED, Plane
+from ab_sim.analysis.maps.stability import StabilityMap, stability_map
+from ab_sim.errors import InputError
+from ab_sim.scene.load import changed_scene
+
+MOST = 50
+"""Values."""
+
+
+class Family(NamedTuple):
+    """Maps that differ by one value of the scene."""
+
+    key: str
+    values: tuple[float, ...]
+    maps: tuple[StabilityMap, ...]
+    """One for each value."""
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values."""
+        maps = [found.report() for found in self.maps]
+        return {"key": self.key, "values": list(self.values), "maps": maps}
+
+
+def values_of(text: str) -> tuple[str, tuple[float, ...]]:
+    """Key and values from ``KEY=V,V,...``.
+
+    Raises:
+        InputError: it is not that; names what is allowed.
+    """
+    key, equals, list_ = text.partition("=")
+    try:
+        values = tuple(float(value) for value in list_.split(","))
+    except ValueError:
+        values = ()
+    if not (equals and key.strip() and values and all(map(math.isfinite, values))):
+        raise InputError(
+            f"each {text!r}: must be KEY=V,V,... with numbers, e.g. "
+            "effects.viscous_drag.coefficient=0.1,0.2,0.4"
+        )
+    if len(values) > MOST or len({*values}) < len(values):
+        raise InputError(f"each {text!r}: must be at most {MOST} values, no two the same")
+    return key.strip(), values
+
+
+def members(plane: Plane, key: str, values: tuple[float, ...]) -> list[Plane]:
+    """The plane with each value.
+
+    Raises:
+        InputError: the key is on an axis, or none of a scene's.
+        SceneError: a value is not allowed; names it.
+    """
+    if key in (plane.across.key, plane.up.key, SPEED):
+        raise InputError(f"each {key}: is on an axis, or the spindle's speed; name another key")
+    planes = [
+        plane._replace(scene=changed_scene(plane.scene, {key: value}, "each")) for value in values
+    ]
+    for each in planes:
+        each.check()
+    return planes
+
+
+def family(
+    plane: Plane,
+    key: str,
+    values: tuple[float, ...],
+    coarse: int,
+    workers: int = 1,
+    tell: Tell | None = None,
+) -> Family:
+    """A map for each value; other arguments and errors as of ``stability_map`` and ``members``."""
+    planes = members(plane, key, values)
+    maps = tuple(stability_map(each, coarse, workers, tell) for each in planes)
+    return Family(key, values, maps)

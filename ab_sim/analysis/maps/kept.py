@@ -1,0 +1,62 @@
+"""Points of a map that are known: kept on disk, so that work goes on where it was interrupted."""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from ab_sim.analysis.maps.refine import Point
+from ab_sim.analysis.results import Results
+from ab_sim.scene.model import Scene
+
+Tell = Callable[[str, int, int], None]
+"""Called with what is done now, how much is done, and of how much."""
+
+
+class KeptPoints:
+    """A value of each point of a grid that was computed; on disk from the end of a ``with`` on.
+
+    Args:
+        function: gives ``{"points": [[row, column, value], ...]}`` of a scene and numbers.
+        scene, numbers: what the values follow from.
+    """
+
+    def __init__(
+        self, function: Callable[..., dict[str, Any]], scene: Scene, numbers: dict[str, Any]
+    ) -> None:
+        self._results, self._scene, self._numbers = Results(function), scene, numbers
+        known = self._results.find(scene, **numbers) or {"points": []}
+        self._values: dict[Point, Any] = {(i, j): value for i, j, value in known["points"]}
+        self._on_disk = len(self._values)
+
+    def __enter__(self) -> "KeptPoints":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if len(self._values) > self._on_disk:
+            points = [[*point, value] for point, value in self._values.items()]
+            self._results.keep({"points": points}, self._scene, **self._numbers)
+
+    def of(
+        self,
+        points: Sequence[Point],
+        compute: Callable[[Sequence[Point]], Iterable[Any]],
+        what: str,
+        tell: Tell | None = None,
+    ) -> list[Any]:
+        """Values of points, of which those that are not known yet are computed.
+
+        Args:
+            points: row, column of each.
+            compute: their values, JSON-able, one by one.
+            what: is done, for ``tell``.
+            tell: what it raises ends the work; what was computed before is kept.
+        """
+        wanted = [point for point in points if point not in self._values]
+        before = len(self._values)
+        most = before + len(wanted)
+        if tell is not None:
+            tell(what, before, most)
+        for point, value in zip(wanted, compute(wanted), strict=True):
+            self._values[point] = value
+            if tell is not None:
+                tell(what, len(self._values), most)
+        return [self._values[point] for point in points]

@@ -1,0 +1,152 @@
+"""Two parameters of a scene, each over a range: what a map is drawn over."""
+
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.errors import InputError, exact
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+from ab_sim.scene.registry import effect_classes, effect_parameters
+
+SPEED = "speed"
+"""Key of the spindle's speed [rad/s], which is held and none of the scene's own values."""
+FASTEST = 1e5
+"""As a scene's speeds [rad/s]."""
+COUNT = 200
+"""Values along an axis, unless told."""
+MOST = 2000
+
+
+class Axis(NamedTuple):
+    """A parameter and the values it takes."""
+
+    key: str
+    """Dotted, as ``--set`` takes it, or ``speed``."""
+    values: tuple[float, ...]
+    """Evenly spaced, at least two, in SI units."""
+
+
+def axis(key: str, first: float, last: float, count: int = COUNT) -> Axis:
+    """Evenly spaced values of a parameter.
+
+    Args:
+        key: dotted key of a scene, e.g. ``effects.suspension.damping``, or ``speed``.
+        first, last: of its values, in either order; finite and not the same.
+        count: of values, from 2 to 2000.
+
+    Raises:
+        InputError: names the key, the value and what is allowed.
+    """
+    for end in (first, last):
+        if not math.isfinite(end):
+            raise InputError(f"{key}: from {first!r} to {last!r}: must be finite numbers")
+        if key == SPEED and abs(end) > FASTEST:
+            raise InputError(f"speed = {exact(end)} rad/s: must be within +-{FASTEST:g}")
+    if first == last:
+        raise InputError(f"{key}: from {exact(first)} to {exact(last)}: must not be the same")
+    if not 2 <= count <= MOST:
+        raise InputError(f"{key}: {count} values: must be from 2 to {MOST}")
+    return Axis(key, tuple(float(value) for value in np.linspace(first, last, count)))
+
+
+def axes_of(text: str) -> tuple[Axis, Axis]:
+    """Across and up, from ``KEY=FROM:TO[:COUNT],KEY=FROM:TO[:COUNT]``.
+
+    Raises:
+        InputError: says what is wrong with it.
+    """
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise InputError(
+            f"map {text!r}: must be two of KEY=FROM:TO[:COUNT] with a comma between, e.g. "
+            "speed=50:300,effects.suspension.damping=0.1:4"
+        )
+    across, up = (_axis_of(part.strip()) for part in parts)
+    if across.key == up.key:
+        raise InputError(f"map {text!r}: {up.key} is named twice; a map needs two parameters")
+    return across, up
+
+
+def _axis_of(text: str) -> Axis:
+    key, equals, range_ = text.partition("=")
+    numbers = range_.split(":")
+    wrong = InputError(
+        f"map {text!r}: must be KEY=FROM:TO or KEY=FROM:TO:COUNT with numbers, e.g. "
+        "speed=50:300:200"
+    )
+    if not equals or not key.strip() or len(numbers) not in (2, 3):
+        raise wrong
+    try:
+        first, last = (float(number) for number in numbers[:2])
+        count = int(numbers[2]) if len(numbers) == 3 else COUNT
+    except ValueError:
+        raise wrong from None
+    return axis(key.strip(), first, last, count)
+
+
+class Plane(NamedTuple):
+    """What is the same all over a map, and what is not."""
+
+    scene: Scene
+    speed: float
+    """[rad/s], where it is not one of the axes."""
+    across: Axis
+    up: Axis
+
+    @property
+    def titles(self) -> tuple[str, str]:
+        """Of the axes, across and up, with their units."""
+        across, up = (_titled(self.scene, axis.key) for axis in (self.across, self.up))
+        return across, up
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows, columns: values up, and across."""
+        return len(self.up.values), len(self.across.values)
+
+    def at(self, row: int, column: int) -> tuple[Scene, float]:
+        """The scene of a point, and its speed [rad/s].
+
+        Raises:
+            SceneError: there is no such scene; names key and value.
+        """
+        values: dict[str, Any] = {
+            self.across.key: _plain(self.across.values[column]),
+            self.up.key: _plain(self.up.values[row]),
+        }
+        speed = values.pop(SPEED, self.speed)
+        said = ", ".join(f"{key} = {value!r}" for key, value in values.items())
+        changed = changed_scene(self.scene, values, f"map, at {said}") if values else self.scene
+        return changed, float(speed)
+
+    def check(self) -> None:
+        """Refuse what cannot be mapped before anything is computed.
+
+        Raises:
+            SceneError: of a corner.
+        """
+        for row in (0, -1):
+            for column in (0, -1):
+                self.at(row, column)
+
+
+def _titled(scene: Scene, key: str) -> str:
+    if key == SPEED:
+        return "spindle speed [rad/s]"
+    *sections, last = key.split(".")
+    about: Any
+    if sections[:1] == ["effects"]:
+        about = effect_parameters(effect_classes()[sections[1]]).get(last, {})
+    else:
+        holder = functools.reduce(getattr, sections, scene)
+        field = type(holder).model_fields.get(last)
+        about = (field and field.json_schema_extra) or {}
+    return f"{key} [{about['unit']}]" if "unit" in about else key
+
+
+def _plain(value: float) -> float | int:
+    """Whole numbers as such: a count takes no other."""
+    return int(value) if value.is_integer() else value

@@ -1,0 +1,125 @@
+"""Maps of stability: which kinds of resting states are stable, over two parameters of a scene."""
+
+import functools
+import itertools
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import ab_sim
+from ab_sim.analysis.maps.kept import KeptPoints, Tell
+from ab_sim.analysis.maps.plane import Axis, Plane
+from ab_sim.analysis.maps.refine import Point, refined
+from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
+from ab_sim.analysis.maps.workers import Workers
+from ab_sim.scene.model import Scene
+
+COARSE = 8
+"""Spacing of the points that a map begins with."""
+
+
+@dataclass(frozen=True)
+class StabilityMap:
+    """Verdicts over a plane of two parameters."""
+
+    plane: Plane
+    coarse: int
+    """Spacing of the points that were looked at first: see ``refine`` for what that may miss."""
+    labels: np.ndarray
+    """``verdicts``' label of every point, integers, shape (values up, values across)."""
+    computed: np.ndarray
+    """Which points were computed; the others have the label of what surrounds them."""
+
+    @property
+    def balanced(self) -> np.ndarray:
+        """Where balance is stable at some position of the balls at least, booleans."""
+        return (self.labels > 0) & ((self.labels & BALANCED) > 0)
+
+    @property
+    def balanced_everywhere(self) -> np.ndarray:
+        """Where balance is stable wherever the balls sit on the balanced set, booleans."""
+        return (self.labels > 0) & ((self.labels & EVERYWHERE) > 0)
+
+    @property
+    def shares(self) -> dict[int, float]:
+        """Of the plane, by label; the largest first."""
+        counted = Counter(self.labels.ravel().tolist())
+        return {label: count / self.labels.size for label, count in counted.most_common()}
+
+    def report(self) -> dict[str, Any]:
+        """Everything as JSON-able values, SI units: see ``ab-sim stability --help``."""
+        across, up = (
+            {"key": axis.key, "values": list(axis.values)}
+            for axis in (self.plane.across, self.plane.up)
+        )
+        return {
+            "scene": self.plane.scene.name,
+            "speed": self.plane.speed,
+            "across": across,
+            "up": up,
+            "coarse": self.coarse,
+            "points": self.labels.size,
+            "computed": int(self.computed.sum()),
+            "kinds": [
+                {"label": label, "name": name_of(label), "share": share}
+                for label, share in self.shares.items()
+            ],
+            "labels": self.labels.tolist(),
+            "version": ab_sim.__version__,
+        }
+
+
+def stability_map(
+    plane: Plane, coarse: int = COARSE, workers: int = 1, tell: Tell | None = None
+) -> StabilityMap:
+    """Verdicts all over a plane; what was computed is kept on disk, whatever happens.
+
+    Args:
+        plane: what is mapped.
+        coarse: spacing of the points to begin with, a power of two; islands that are smaller may be
+            missed (``refine``); 1 computes every point.
+        workers: processes; more than one needs a program with ``if __name__ == "__main__":``.
+        tell: called with what is done now, how many points are done, and of how many so far. What
+            it raises ends the work.
+
+    Raises:
+        SceneError: a point is no scene, or has nothing that rests; names key and value.
+    """
+    plane.check()
+    numbers = {
+        "speed": plane.speed,
+        **{
+            name: [axis.key, axis.values[0], axis.values[-1], len(axis.values)]
+            for name, axis in (("across", plane.across), ("up", plane.up))
+        },
+    }
+    with Workers(workers) as each, KeptPoints(map_points, plane.scene, numbers) as kept:
+
+        def verdicts(points: Sequence[Point]) -> list[int]:
+            labels = functools.partial(each.each, functools.partial(label_at, plane))
+            return kept.of(points, labels, "points near borders", tell)
+
+        found = refined(verdicts, plane.shape, coarse)
+    return StabilityMap(plane, coarse, found.labels, found.computed)
+
+
+def label_at(plane: Plane, point: Point) -> int:
+    """The label of one point (row, column)."""
+    return verdict(*plane.at(*point))
+
+
+def map_points(scene: Scene, speed: float, across: list[Any], up: list[Any]) -> dict[str, Any]:
+    """What is kept of a map: [row, column, label] of points, here of all.
+
+    Args:
+        scene, speed: of a Plane.
+        across, up: an Axis' key, first value, last value, and their count.
+    """
+    axes = (Axis(key, tuple(np.linspace(*rest).tolist())) for key, *rest in (across, up))
+    plane = Plane(scene, speed, *axes)
+    rows, columns = plane.shape
+    points = itertools.product(range(rows), range(columns))
+    return {"points": [[*point, label_at(plane, point)] for point in points]}

@@ -1,0 +1,213 @@
+"""`ab-sim stability`."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from ab_sim.analysis.maps import basin as basins
+from ab_sim.analysis.maps.balls import Against, Shares, plane_with_balls
+from ab_sim.analysis.maps.family import Family, family, members, values_of
+from ab_sim.analysis.maps.kept import Tell
+from ab_sim.analysis.maps.plane import FASTEST, Plane, axes_of
+from ab_sim.analysis.maps.stability import StabilityMap, stability_map
+from ab_sim.analysis.maps.verdicts import name_of
+from ab_sim.cli.equilibria import last_speed
+from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.progress import progress_bar
+from ab_sim.errors import InputError, Interrupted
+from ab_sim.interruption import in_order
+from ab_sim.scene import Scene, load_scene
+
+
+def map_command(
+    scene_name: str,
+    changes: list[str],
+    speed: float | None,
+    axes: str,
+    coarse: int,
+    against: int | None,
+    json: str | None,
+    plot: Path | None,
+) -> None:
+    """Compute, print and draw a map, or two; outputs are tried first."""
+    _check_coarse(coarse)
+    across, up = axes_of(axes)
+    scene = load_scene(scene_name, changes)
+    plane = Plane(scene, _speed(scene, speed), across, up)
+    other = None if against is None else plane_with_balls(plane, against)
+    for each in (plane, other):
+        if each is not None:
+            each.check()
+    files = check_outputs(json, plot)
+    with _interruptible(scene.name) as tell:
+        found = stability_map(plane, coarse, _processors(), tell)
+        beside = None if other is None else stability_map(other, coarse, _processors(), tell)
+    compared = None if beside is None else Against(found, beside)
+    if json is not None:
+        report = found.report()
+        write_json(report if compared is None else report | {"against": compared.report()}, json)
+    if plot is not None:
+        from ab_sim.figures.stability_map import map_figure
+
+        map_figure(found, plot, beside)
+    console = people if json == "-" else Console(markup=False)
+    for one in (found, beside):
+        if one is not None:
+            console.print(map_table(one))
+    if compared is not None:
+        console.print(against_table(compared))
+    console.print(
+        f"islands of fewer than {coarse} by {coarse} points may have been missed (--coarse)"
+        if coarse > 1
+        else "every point was computed"
+    )
+    _wrote(files)
+
+
+def family_command(
+    scene_name: str,
+    changes: list[str],
+    speed: float | None,
+    axes: str,
+    coarse: int,
+    each: str,
+    json: str | None,
+    plot: Path | None,
+) -> None:
+    """Compute, print and draw a map for each value of another key; outputs are tried first."""
+    _check_coarse(coarse)
+    key, values = values_of(each)
+    across, up = axes_of(axes)
+    scene = load_scene(scene_name, changes)
+    plane = Plane(scene, _speed(scene, speed), across, up)
+    members(plane, key, values)
+    files = check_outputs(json, plot)
+    with _interruptible(scene.name) as tell:
+        found = family(plane, key, values, coarse, _processors(), tell)
+    if json is not None:
+        write_json(found.report(), json)
+    if plot is not None:
+        from ab_sim.figures.stability_map import family_figure
+
+        family_figure(found, plot)
+    console = people if json == "-" else Console(markup=False)
+    console.print(family_table(found))
+    _wrote(files)
+
+
+def basin_command(
+    scene_name: str,
+    changes: list[str],
+    count: int,
+    limit: float,
+    json: str | None,
+    plot: Path | None,
+) -> None:
+    """Run, print and draw a basin; outputs are tried first."""
+    scene = load_scene(scene_name, changes)
+    files = check_outputs(json, plot)
+    with _interruptible(scene.name) as tell:
+        found = basins.basin(scene, count, limit, _processors(), tell)
+    if json is not None:
+        write_json(found.report(), json)
+    if plot is not None:
+        from ab_sim.figures.basin_map import basin_figure
+
+        basin_figure(found, plot)
+    console = people if json == "-" else Console(markup=False)
+    console.print(basin_table(found))
+    _wrote(files)
+
+
+def map_table(found: StabilityMap) -> Table:
+    """Shares of a map, for people."""
+    plane = found.plane
+    rows, columns = plane.shape
+    balls = plane.scene.balls.count
+    title = f"{plane.scene.name}, {balls} ball{'s' * (balls != 1)}: {columns} by {rows} points"
+    table = Table(title=f"{title}, {int(found.computed.sum())} of them computed")
+    table.add_column("stable")
+    table.add_column("share of the map", justify="right")
+    for label, share in found.shares.items():
+        table.add_row(name_of(label), f"{100 * share:.2f} %")
+    return table
+
+
+def family_table(found: Family) -> Table:
+    """Shares of the maps in which balance is stable, for people."""
+    table = Table(title=f"{found.maps[0].plane.scene.name}: where balance is stable")
+    for name in (found.key, "at some positions at least", "at every position"):
+        table.add_column(name, justify="right")
+    for value, each in zip(found.values, found.maps, strict=True):
+        shares = each.balanced.mean(), each.balanced_everywhere.mean()
+        table.add_row(f"{value:g}", *(f"{100 * share:.2f} %" for share in shares))
+    return table
+
+
+def against_table(found: Against) -> Table:
+    """Two numbers of balls beside each other, for people."""
+    ours, other = (m.plane.scene.balls.count for m in (found.ours, found.other))
+    table = Table(title=f"balance of {ours} and of {other} balls, together as heavy")
+    for name in ("stable", "for both", f"only for {ours}", f"only for {other}"):
+        table.add_column(name, justify="left" if name == "stable" else "right")
+    rows: tuple[tuple[str, Shares], ...] = (
+        ("at some positions at least", found.somewhere),
+        ("at every position", found.everywhere),
+    )
+    for name, shares in rows:
+        table.add_row(name, *(f"{100 * share:.2f} %" for share in shares))
+    return table
+
+
+def basin_table(found: basins.Basin) -> Table:
+    """Shares of the starts, for people."""
+    table = Table(title=f"{found.scene.name}: how runs end, of {len(found.angles)}^2 starts")
+    table.add_column("the run ends")
+    table.add_column("share of the starts", justify="right")
+    for label, share in found.shares.items():
+        table.add_row(basins.NAMES[label], f"{100 * share:.2f} %")
+    left_out = int((found.labels == basins.LEFT_OUT).sum())
+    table.caption = (
+        f"balanced: at most {found.limit:g} of the unbalance is left; {left_out} starts left out"
+    )
+    return table
+
+
+def _speed(scene: Scene, speed: float | None) -> float:
+    """The one that was asked for; or at which the scene's profile ends."""
+    if speed is None:
+        return last_speed(scene)
+    if not abs(speed) <= FASTEST:
+        raise InputError(f"--speed {speed}: must be a number within +-{FASTEST:g} rad/s")
+    return speed
+
+
+def _check_coarse(coarse: int) -> None:
+    if coarse < 1 or coarse & (coarse - 1):
+        raise InputError(f"--coarse {coarse}: must be a power of two: 1, 2, 4, 8, ...")
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0))
+
+
+@contextmanager
+def _interruptible(name: str) -> Iterator[Tell]:
+    """A bar whose work ends in order at Ctrl-C, with what is done kept on disk."""
+    with in_order() as stopping, progress_bar(name) as show:
+
+        def tell(what: str, done: int, total: int) -> None:
+            show(what, done, total)
+            if stopping.is_set():
+                raise Interrupted("interrupted; what is done is kept, the same command goes on")
+
+        yield tell
+
+
+def _wrote(files: list[Path]) -> None:
+    for file in files:
+        people.print(f"wrote {file}")

@@ -1,0 +1,139 @@
+"""Maps: labels over two parameters, each in its colour."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from ab_sim.analysis.maps.family import Family
+from ab_sim.analysis.maps.plane import SPEED, Plane
+from ab_sim.analysis.maps.stability import StabilityMap
+from ab_sim.analysis.maps.verdicts import (
+    BALANCED,
+    EVERYWHERE,
+    NO_STATE,
+    NOTHING,
+    SOMEWHERE,
+    UNDECIDED,
+    name_of,
+)
+
+COLOURS = {
+    EVERYWHERE: "#2c9a55",
+    SOMEWHERE: "#a6d96a",
+    NOTHING: "#d7403a",
+    NO_STATE: "#3b3b3b",
+    UNDECIDED: "#bdbdbd",
+}
+"""Of labels; others by what is in them, see ``colours_of``."""
+ONLY_UNBALANCED = ("#f2b447", "#e88b2d", "#c98f55", "#efd08c")
+BALANCED_TOO = ("#4fa3b5", "#7fc7c4", "#4b7fb0", "#9bb8dd")
+"""Two or more kinds are stable there, and the start decides."""
+
+
+def map_figure(found: StabilityMap, path: Path, beside: StabilityMap | None = None) -> None:
+    """Draw labels over the plane, and write them to a file.
+
+    Args:
+        found: a map.
+        path: file to write; its ending says the format (png, svg, pdf).
+        beside: another one on the same axes, drawn at its right.
+    """
+    maps = [found] if beside is None else [found, beside]
+    figure = Figure(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
+    panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
+    labels = sorted({label for each in maps for label in each.shares})
+    colours = colours_of(labels)
+    for axes, each in zip(panels, maps, strict=True):
+        draw_labels(axes, each.plane, each.labels, colours)
+        balls = each.plane.scene.balls
+        count = f"{balls.count} ball{'s' if balls.count != 1 else ''}"
+        axes.set_title(f"{each.plane.scene.name}, {count}", fontsize=12)
+        axes.legend(
+            handles=[
+                Patch(color=colours[label], label=f"{name_of(label)}  {100 * share:.1f} %")
+                for label, share in each.shares.items()
+            ],
+            title="stable (share of the map)",
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.13),
+            ncols=2,
+            fontsize=9,
+        )
+    panels[0].set_ylabel(found.plane.titles[1])
+    figure.savefig(path, dpi=110)
+
+
+def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int, str]) -> None:
+    """Labels of a plane as areas, with what is on the axes written to the one across.
+
+    Args:
+        axes: where.
+        plane: what was mapped.
+        labels: shape (values up, values across).
+        colours: one for each label.
+    """
+    order = sorted(colours)
+    places = np.searchsorted(order, labels)
+    across, up = plane.across.values, plane.up.values
+    palette = ListedColormap([colours[label] for label in order])
+    axes.pcolormesh(
+        across, up, places, cmap=palette, vmin=-0.5, vmax=len(order) - 0.5, shading="nearest",
+        rasterized=True,
+    )  # fmt: skip
+    axes.set_xlabel(plane.titles[0])
+    held = "" if SPEED in (plane.across.key, plane.up.key) else f"{plane.speed:g} rad/s"
+    if held:
+        axes.text(0.99, 0.98, held, transform=axes.transAxes, ha="right", va="top", fontsize=9)
+
+
+def family_figure(found: Family, path: Path) -> None:
+    """Draw the borders within which balance is stable, one for each value, and write them.
+
+    Args:
+        found: maps on the same axes.
+        path: file to write; its ending says the format (png, svg, pdf).
+    """
+    plane = found.maps[0].plane
+    figure = Figure(figsize=(9, 6.4), layout="constrained")
+    axes = figure.subplots()
+    handles = []
+    shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.values)))
+    for value, each, shade in zip(found.values, found.maps, shades, strict=True):
+        for inside, style in ((each.balanced, "-"), (each.balanced_everywhere, ":")):
+            if inside.any() and not inside.all():
+                axes.contour(
+                    plane.across.values, plane.up.values, inside.astype(float), levels=[0.5],
+                    colors=[shade], linestyles=[style], linewidths=1.8,
+                )  # fmt: skip
+        share = 100.0 * each.balanced.mean()
+        handles.append(Line2D([], [], color=shade, lw=1.8, label=f"{value:g}  ({share:.1f} %)"))
+    axes.set_title(f"Where {plane.scene.name} can rest balanced: borders", fontsize=13)
+    axes.set_xlabel(plane.titles[0])
+    axes.set_ylabel(plane.titles[1])
+    axes.grid(alpha=0.3)
+    title = f"{found.key}\n(share of the map)\ndotted: at every position"
+    axes.legend(
+        handles=handles, title=title, fontsize=9, title_fontsize=9, loc="center left",
+        bbox_to_anchor=(1.01, 0.5),
+    )  # fmt: skip
+    figure.savefig(path, dpi=110)
+
+
+def colours_of(labels: Sequence[int]) -> dict[int, str]:
+    """A colour for each label: green where balance is the only choice, red where there is none."""
+    found, used = {}, {id(ONLY_UNBALANCED): 0, id(BALANCED_TOO): 0}
+    for label in labels:
+        if label in COLOURS:
+            found[label] = COLOURS[label]
+            continue
+        choice = BALANCED_TOO if label > 0 and label & BALANCED else ONLY_UNBALANCED
+        found[label] = choice[used[id(choice)] % len(choice)]
+        used[id(choice)] += 1
+    return found

@@ -1,0 +1,17 @@
+"""Pictures of the paper's figures, by their numbers."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from ab_sim.papers.page import Picture
+
+Tell = Callable[[str, int, int], None]
+
+
+def written(figure: Figure, folder: Path, number: int, caption: str) -> Picture:
+    """Write a figure into the folder."""
+    file = f"three-ball-figure-{number}.png"
+    figure.savefig(folder / file, dpi=100)
+    return Picture(file, f"Figure {number}: {caption}")
