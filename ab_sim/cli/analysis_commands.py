@@ -1,0 +1,291 @@
+"""Commands that ask where a drive vibrates and rests, and how firmly, instead of running it."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ab_sim.cli.options import SceneArgument, SetOption
+from ab_sim.papers import PAPERS
+
+analysis_commands = typer.Typer()
+
+
+@analysis_commands.command()
+def modes(
+    scene: SceneArgument,
+    change: SetOption = None,
+    speed: Annotated[float, typer.Option(help="Of the spindle [rad/s], for the table.")] = 0.0,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw frequencies and damping over speed (Campbell)."),
+    ] = None,
+) -> None:
+    """Natural frequencies, damping ratios and mode shapes of the deck in its suspension.
+
+    About where it hangs at rest, at one speed of the spindle, and over speeds from 0 to
+    spindle.max_speed, where gyroscopic moments change them. Rotor and balls are averaged over one
+    turn; the balls spread evenly, and turn with the rotor.
+
+    The JSON has `modes`, by frequency, each with frequency [rad/s], the undamped one |lambda|;
+    damping_ratio, null where the frequency is 0; damped_frequency, 0 where it does not swing;
+    shape, real and imaginary part for each of the `coordinates` in their `units`, the largest being
+    1; its two eigenvalues lambda [1/s], conjugates, or two real ones where it is damped more than
+    critically; whirl, from 1 for a circle in the spindle's sense to -1 for one against it,
+    and sense, forward, backward or null for to and fro. Then `speed`, `rest` (where the deck
+    hangs), and `over_speed`: the same of each branch over `speeds`, and critical_speeds, at which
+    a branch's frequency is the spindle's speed.
+    """
+    from ab_sim.cli.modes import modes_command
+
+    modes_command(scene, change or [], speed, json, plot)
+
+
+@analysis_commands.command()
+def equilibria(
+    scene: SceneArgument,
+    change: SetOption = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the spindle [rad/s], for the table. Default: the one at which the scene's "
+            "profile ends."
+        ),
+    ] = None,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the branches over speed: .png, .svg or .pdf."),
+    ] = None,
+) -> None:
+    """Where the balls can rest on the rotor at a speed that is held, and how firmly.
+
+    All resting states at one speed: p+q has p balls on the side of the displacement and q
+    opposite, /1 the larger whirl and /2 the smaller; a sign per ball where balls differ; balanced
+    has no whirl. And over speed, up to spindle.max_speed: where states begin, end, and turn
+    unstable, and ranges of speed without any stable state. Friction and contact of balls are left
+    out of the verdicts.
+
+    The JSON has `branches`, each with label, W and u (on the rotating axes) [m], phase and theta
+    [rad], assignments (ways to give the places to the balls, null in a continuum), eigenvalues
+    [re, im] [1/s], structural_zeros (how many of them are 0 because states form a continuum),
+    lambda_max (the largest real part but for these), stable (null: undecided) and verdict; and
+    `over_speed` with branches, folds, crossings and ranges [rad/s].
+    """
+    from ab_sim.cli.equilibria import equilibria_command
+
+    equilibria_command(scene, change or [], speed, json, plot)
+
+
+@analysis_commands.command()
+def stability(
+    scene: SceneArgument,
+    change: SetOption = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the spindle [rad/s], held. Default: at which the scene's profile ends."
+        ),
+    ] = None,
+    axes: Annotated[
+        str | None,
+        typer.Option(
+            "--map",
+            metavar="KEY=FROM:TO[:COUNT],KEY=FROM:TO[:COUNT]",
+            help="Map two values of the scene, across and up, 200 of each unless told, e.g. "
+            "speed=50:300,effects.suspension.damping=0.1:4.",
+        ),
+    ] = None,
+    coarse: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            help="Spacing of the points that a map begins with, a power of two: islands of fewer "
+            "than N by N points may be missed; 1 computes every point.",
+        ),
+    ] = 8,
+    against: Annotated[
+        int | None,
+        typer.Option(metavar="BALLS", help="Beside the map with so many balls, together as heavy."),
+    ] = None,
+    each: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KEY=V,V,...",
+            help="A map for each of these values of another key, e.g. "
+            "effects.viscous_drag.coefficient=0.1,0.2,0.4; drawn as borders in one picture.",
+        ),
+    ] = None,
+    basin: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="Run the scene from N by N start angles of its first two balls."
+        ),
+    ] = None,
+    limit: Annotated[
+        float, typer.Option(help="Of a basin: share of the unbalance that may be left.")
+    ] = 0.05,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the map: .png, .svg or .pdf.")
+    ] = None,
+) -> None:
+    """Which resting states are stable over two values of the scene; which starts end balanced.
+
+    A map is computed where it changes only, and so is what was computed before: an interrupted one
+    goes on. Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole
+    numbers; `kinds`, each with label, name and share of the map; how many `points` there are and
+    how many were `computed`; with `--against`, shares that are balanced for both or one of the two.
+    With `--each` it has key, values, and `maps`, one such for each value.
+
+    A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball; `kinds`
+    with their shares of the starts that are not left out; residual_unbalance and final_whirl [m]
+    of each run, null where there is none. Equal balls that start at one angle never part, and are
+    left out.
+
+    Without either it does what `ab-sim equilibria` does: states, and where over the speed they lose
+    their stability.
+    """
+    from ab_sim.cli.equilibria import equilibria_command
+    from ab_sim.cli.stability import basin_command, family_command, map_command
+    from ab_sim.errors import InputError
+
+    if axes is not None and basin is not None:
+        raise InputError("--map and --basin: one at a time")
+    if (against is not None or each is not None) and axes is None:
+        raise InputError("--against, --each: are of maps; say what to map with --map")
+    if against is not None and each is not None:
+        raise InputError("--against and --each: one at a time")
+    if axes is not None and each is not None:
+        family_command(scene, change or [], speed, axes, coarse, each, json, plot)
+    elif axes is not None:
+        map_command(scene, change or [], speed, axes, coarse, against, json, plot)
+    elif basin is not None:
+        basin_command(scene, change or [], basin, limit, json, plot)
+    else:
+        equilibria_command(scene, change or [], speed, json, plot)
+
+
+@analysis_commands.command()
+def floquet(
+    scene: SceneArgument,
+    change: SetOption = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(help="Of the spindle [rad/s]; default: what the scene keeps in the end."),
+    ] = None,
+    begin: Annotated[
+        str,
+        typer.Option(
+            "--from",
+            metavar="START",
+            help="Search from the scene's start, from the balanced position, or from what has "
+            "settled after some hundreds of turns: start, balanced, settled; default: from each.",
+        ),
+    ] = "",
+    over: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KEY=FROM:TO:COUNT",
+            help="Follow a solution over the speed, e.g. speed=100:500:41, or over a value of the "
+            "scene, e.g. race.radius=0.02:0.04:21, and locate the borders of stability.",
+        ),
+    ] = None,
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Draw the multipliers in the complex plane; or the largest modulus over the "
+            "parameter: .png, .svg or .pdf.",
+        ),
+    ] = None,
+) -> None:
+    """Motions that repeat with every turn of the spindle, and whether they are stable (Floquet).
+
+    At a speed that is held; for scenes whose spindle angle stays in the equations (a deck in space,
+    unequal suspension, gravity across the shaft), and others too. Found by Newton's method, judged
+    by their multipliers over one turn, the eigenvalues of the exact derivative of the steps taken.
+    Scenes with friction, contact or a motor are refused.
+
+    The JSON has `found`, `multipliers` ([re, im], by modulus), `largest` (their largest
+    modulus, but for structural_ones), `stable` (null: undecided), `speed`, period, found_from,
+    balanced, whirl_min and whirl_max [m], ball_angles, ball_turns, ball_swing [rad], start (the
+    state at the start of a turn, by state_names), residual (in units of e, rad and speed),
+    iterations, steps, halved_step_difference; `others`, the same of further solutions; and with
+    --over `followed`: `points` over the parameter, and `borders`, where the largest modulus is 1.
+    Where nothing was found, found is false.
+    """
+    from ab_sim.cli.floquet import floquet_command
+
+    floquet_command(scene, change or [], speed, begin, over, json, plot)
+
+
+@analysis_commands.command()
+def recovery(
+    scene: SceneArgument,
+    change: SetOption = None,
+    drags: Annotated[
+        str,
+        typer.Option(metavar="A:B:N", help="Drags of the race: N of them from A to B [N s/m]."),
+    ] = "0.1:0.5:5",
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw settling time and amplitude over drag."),
+    ] = None,
+) -> None:
+    """How a scene recovers from its change of speed, and with which drag of the race best.
+
+    Settling time: from the instant of the largest whirl after the change of speed has begun to the
+    one from which on the whirl stays within 1e-6 mm of that of the resting state that it goes to.
+    Maximum amplitude: that largest whirl. lambda_Rmax: the largest real part of the resting state's
+    eigenvalues. Composite index: settling time + amplitude x mean settling time / mean amplitude,
+    the means over the drags asked for. With the scene's balls, and with one ball of all their mass.
+
+    The JSON has settling_time [s], null if it does not settle; maximum_amplitude [m], peak_time and
+    settled_at [s]; steady_whirl [m], label, lambda_max [1/s] and verdict of the resting state;
+    rested_before, whether it rested when the change began; and duration of the run, all at the
+    scene's own drag; `over_drag` the same at each drag, with its composite_index [s]; best_drag;
+    and `one_ball` all that with one ball. What was computed once is kept in ~/.cache/ab_sim.
+    """
+    from ab_sim.cli.recovery import recovery_command
+
+    recovery_command(scene, change or [], drags, json, plot)
+
+
+@analysis_commands.command()
+def paper(
+    name: Annotated[str, typer.Argument(help=f"Which one: {', '.join(PAPERS)}.")],
+    out: Annotated[
+        Path, typer.Option(metavar="FOLDER", help="Folder for its page and pictures.")
+    ] = Path("out/papers"),
+    json: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+    ] = None,
+) -> None:
+    """Compute a published paper again: its figures, and its values beside ours.
+
+    Writes NAME.md, a page of Markdown, and its pictures. The JSON has `sections`, each with
+    heading, text, tables (title, columns, rows) and pictures (file, caption).
+    """
+    from ab_sim.cli.paper import paper_command
+
+    paper_command(name, out, json)

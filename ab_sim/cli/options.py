@@ -1,0 +1,20 @@
+"""Options that commands share."""
+
+from typing import Annotated
+
+import typer
+
+SceneArgument = Annotated[
+    str, typer.Argument(help="Name of a scene (see `ab-sim scenes`) or path of a YAML file.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a value of the scene, e.g. balls.mass=0.002 or "
+        "effects.viscous_drag.coefficient=2; an empty value removes the key. accuracy.angle=1e-9 "
+        "[rad] or accuracy.whirl=1e-6 [e] asks for an error instead of the scene's solver: the "
+        "cheapest stepper and step measured to deliver it are taken. Repeatable.",
+    ),
+]
