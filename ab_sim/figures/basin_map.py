@@ -7,7 +7,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ab_sim.analysis.maps.basin import (
+from ab_sim.studies.basin import (
     BALANCED,
     CHANGING,
     DIVERGED,
