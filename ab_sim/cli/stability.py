@@ -8,7 +8,6 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from ab_sim.analysis.maps import basin as basins
 from ab_sim.analysis.maps.balls import Against, Shares, plane_with_balls
 from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.kept import Tell
@@ -21,6 +20,7 @@ from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.interruption import in_order
 from ab_sim.scene import Scene, load_scene
+from ab_sim.studies import basin as basins
 
 
 def map_command(

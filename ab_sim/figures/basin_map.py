@@ -7,7 +7,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ab_sim.analysis.maps.basin import (
+from ab_sim.studies.basin import (
     BALANCED,
     CHANGING,
     DIVERGED,
@@ -65,9 +65,9 @@ def basin_figure(found: Basin, path: Path) -> None:
     for axes in (ends, left):
         axes.set_xlabel("first ball starts at [deg] from the unbalance")
         axes.set_aspect("equal")
-        axes.set_xlim(*edges)
-        axes.set_ylim(*edges)
         axes.set_xticks(np.arange(-180, 181, 60))
         axes.set_yticks(np.arange(-180, 181, 60))
+        axes.set_xlim(*edges)
+        axes.set_ylim(*edges)
     ends.set_ylabel("second ball starts at [deg]")
     figure.savefig(path, dpi=110)

@@ -1,1 +1,1 @@
-"""What effects and accuracy cost, beside other people's integrators."""
+"""What effects and accuracy cost, beside other people's integrators; and basins of start angles."""

@@ -1,1 +1,1 @@
-"""Maps: a verdict over two parameters of a scene, or over the angles at which balls start."""
+"""Maps: what is stable, over two parameters of a scene."""

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from ab_sim.analysis.maps.basin import BALANCED, LEFT_OUT, NOT_BALANCED, basin
 from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.offline import run_scene
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
+from ab_sim.studies.basin import BALANCED, LEFT_OUT, NOT_BALANCED, basin
 from tests.conftest import SceneMaker
 
 SHORT = {
