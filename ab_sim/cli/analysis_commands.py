@@ -76,8 +76,11 @@ def equilibria(
     The JSON has `branches`, each with label, W and u (on the rotating axes) [m], phase and theta
     [rad], assignments (ways to give the places to the balls, null in a continuum), eigenvalues
     [re, im] [1/s], structural_zeros (how many of them are 0 because states form a continuum),
-    lambda_max (the largest real part but for these), stable (null: undecided) and verdict; and
-    `over_speed` with branches, folds, crossings and ranges [rad/s].
+    lambda_max (the largest real part but for these), stable (null: undecided) and verdict;
+    comes_back, of an undecided one, whether motions disturbed along each coordinate do; and
+    held_by_friction, for each ball [low, high] of theta in which friction holds all of them, the
+    others in place (null without friction); and `over_speed` with branches, folds, crossings and
+    ranges [rad/s].
     """
     from ab_sim.cli.equilibria import equilibria_command
 
@@ -104,13 +107,13 @@ def stability(
         ),
     ] = None,
     coarse: Annotated[
-        int,
+        int | None,
         typer.Option(
             metavar="N",
             help="Spacing of the points that a map begins with, a power of two: islands of fewer "
-            "than N by N points may be missed; 1 computes every point.",
+            "than N by N points may be missed; 1 computes every point. Default: 8.",
         ),
-    ] = 8,
+    ] = None,
     against: Annotated[
         int | None,
         typer.Option(metavar="BALLS", help="Beside the map with so many balls, together as heavy."),
@@ -130,8 +133,9 @@ def stability(
         ),
     ] = None,
     limit: Annotated[
-        float, typer.Option(help="Of a basin: share of the unbalance that may be left.")
-    ] = 0.05,
+        float | None,
+        typer.Option(help="Of a basin: share of the unbalance that may be left. Default: 0.05."),
+    ] = None,
     json: Annotated[
         str | None,
         typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
@@ -149,9 +153,9 @@ def stability(
     With `--each` it has key, values, and `maps`, one such for each value.
 
     A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball; `kinds`
-    with their shares of the starts that are not left out; residual_unbalance and final_whirl [m]
-    of each run, null where there is none. Equal balls that start at one angle never part, and are
-    left out.
+    with their shares of the starts that are not left out, which are -1 in labels;
+    residual_unbalance and final_whirl [m] of each run, null where there is none. Equal balls that
+    start at one angle never part, and are left out.
 
     Without either it does what `ab-sim equilibria` does: states, and where over the speed they lose
     their stability.
@@ -166,12 +170,20 @@ def stability(
         raise InputError("--against, --each: are of maps; say what to map with --map")
     if against is not None and each is not None:
         raise InputError("--against and --each: one at a time")
+    if coarse is not None and axes is None:
+        raise InputError("--coarse: is of maps; say what to map with --map")
+    if limit is not None and basin is None:
+        raise InputError("--limit: is of basins; ask for one with --basin")
+    if speed is not None and basin is not None:
+        raise InputError("--speed: a basin is of the scene's own profile; change that with --set")
+    spacing = 8 if coarse is None else coarse
     if axes is not None and each is not None:
-        family_command(scene, change or [], speed, axes, coarse, each, json, plot)
+        family_command(scene, change or [], speed, axes, spacing, each, json, plot)
     elif axes is not None:
-        map_command(scene, change or [], speed, axes, coarse, against, json, plot)
+        map_command(scene, change or [], speed, axes, spacing, against, json, plot)
     elif basin is not None:
-        basin_command(scene, change or [], basin, limit, json, plot)
+        left = 0.05 if limit is None else limit
+        basin_command(scene, change or [], basin, left, json, plot)
     else:
         equilibria_command(scene, change or [], speed, json, plot)
 

@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from rich.console import Console
@@ -16,11 +16,13 @@ from ab_sim.analysis.equilibria import (
     RestingState,
     branches_over_speed,
     equilibria_of,
+    settles,
+    sticking,
 )
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.cli.outputs import check_outputs, people, write_json
 from ab_sim.cli.progress import progress_bar
-from ab_sim.errors import InputError
+from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile
@@ -46,8 +48,14 @@ def equilibria_command(
     with progress_bar("branches over speed") as update:
         top = max(abs(at), scene.spindle.max_speed)
         over_speed = branches_over_speed(scene, _speeds(scene, top), update)
+        beside = []
+        for k, state in enumerate(found.branches):
+            update(f"beside {state.label}", k, len(found.branches))
+            beside.append(_beside(scene, at, state))
     if json is not None:
-        report = {**found.report(), "over_speed": over_speed.report()}
+        report = found.report()
+        branches = [a | b for a, b in zip(report["branches"], beside, strict=True)]
+        report |= {"branches": branches, "over_speed": over_speed.report()}
         write_json({**report, "version": ab_sim.__version__}, json)
     if plot is not None:
         from ab_sim.figures.branches import branches_figure
@@ -55,10 +63,29 @@ def equilibria_command(
         branches_figure(scene, found, over_speed, plot)
     console = people if json == "-" else Console(markup=False)
     console.print(equilibria_table(scene, found))
-    for note in (*_notes(found), *_over_speed(over_speed)):
+    notes = *_notes(found), *_beside_notes(found, beside), *_over_speed(over_speed)
+    for note in notes:
         console.print(note)
     for file in files:
         people.print(f"wrote {file}")
+
+
+def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
+    """What the linear test does not say of a state: None where it is not asked."""
+    comes_back, held = None, None
+    if state.stable is None and speed:
+        try:
+            comes_back = settles(scene, speed, state).stable
+        except DivergedError:
+            comes_back = False
+        except InputError:
+            pass  # Too slow for its turns to be run.
+    if speed and any("friction" in name for name in scene.effects):
+        try:
+            held = [[each.low, each.high] for each in sticking(scene, speed, state)]
+        except SceneError:
+            pass  # Not known for a race with a runout.
+    return {"comes_back": comes_back, "held_by_friction": held}
 
 
 def _speeds(scene: Scene, top: float) -> np.ndarray:
@@ -112,22 +139,34 @@ def _notes(found: Equilibria) -> Iterator[str]:
         yield "nothing can rest at this speed"
     elif not found.stable:
         yield "no state is stable at this speed by the linear test"
-    if any(state.stable is None for state in found.branches):
-        yield (
-            "undecided: the largest growth rate is 0 but for rounding; how the drive answers "
-            "disturbances decides (ab_sim.analysis.equilibria.settles)"
-        )
     if found.by_numbers:
         yield "found by Newton's method from many starts: some states may be missing"
     if found.left_out:
         yield f"left out of states and verdicts: {', '.join(found.left_out)}"
-    if any("friction" in name for name in found.left_out):
-        yield (
-            "with friction balls can stick beside these states: how far, "
-            "ab_sim.analysis.equilibria.sticking says"
-        )
     if "ball_contact" in found.left_out:
         yield "balls may be at one place here; rows of balls that touch are not looked for"
+
+
+def _beside_notes(found: Equilibria, beside: Sequence[dict[str, Any]]) -> Iterator[str]:
+    answers = {
+        True: "all come back",
+        False: "not all come back",
+        None: "none was tried, at so low a speed",
+    }
+    for state, more in zip(found.branches, beside, strict=True):
+        if state.stable is None:
+            yield (
+                f"{state.label}: undecided, the largest growth rate is 0 but for rounding; of "
+                f"motions disturbed along each coordinate {answers[more['comes_back']]}"
+            )
+    for state, more in zip(found.branches, beside, strict=True):
+        if more["held_by_friction"] is not None:
+            ends = [
+                f"{math.degrees(low):.1f} to {math.degrees(high):.1f}"
+                for low, high in more["held_by_friction"][:MOST_PLACES]
+            ]
+            place = f"at {', '.join(ends)} deg"
+            yield f"{state.label}: friction holds each ball, the others in place, {place}"
 
 
 def _over_speed(found: OverSpeed) -> Iterator[str]:

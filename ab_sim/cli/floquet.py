@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -167,7 +168,7 @@ def _notes(found: list[Stability]) -> Iterator[str]:
     )
     if first.structural:
         yield (
-            f"{first.structural} of the multipliers are 1 because balanced positions of so many "
+            f"{first.structural} of the multipliers are 1 because balanced positions of the "
             "balls form a manifold; they are left out, and the verdict is that of these positions"
         )
     if first.ball_turns.any():
@@ -190,6 +191,13 @@ def _borders(followed: Followed) -> Iterator[str]:
             f"{followed.over}: border at {border.value:.9g}, stable {side} it; the multiplier is "
             f"{mu.real:.4g} +- {abs(mu.imag):.4g}i there"
         )
-    if not followed.borders:
-        verdicts = {p.found.verdict for p in followed.points if p.found is not None}
-        yield f"{followed.over}: no border; {', '.join(sorted(verdicts)) or 'nothing'} throughout"
+    found = [(point.value, point.found.verdict) for point in followed.points if point.found]
+    if not followed.borders and len({verdict for _, verdict in found}) == 1:
+        yield f"{followed.over}: no border; {found[0][1]} throughout"
+    for (low, before), (high, after) in pairwise(found):
+        located = any(min(low, high) <= b.value <= max(low, high) for b in followed.borders)
+        if before != after and not located:
+            yield (
+                f"{followed.over}: from {before} at {low:g} to {after} at {high:g}; where between "
+                "them was not located"
+            )

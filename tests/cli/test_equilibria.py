@@ -48,7 +48,19 @@ def test_json_to_standard_output_is_only_json() -> None:
     branches = {each["label"]: each for each in json.loads(done.stdout)["branches"]}
     assert branches["balanced"]["stable"] is None
     assert branches["balanced"]["verdict"] == "undecided"
-    assert "how the drive answers disturbances decides" in done.stderr
+    assert branches["balanced"]["comes_back"] is True
+    assert {each["held_by_friction"] for each in branches.values()} == {None}
+    assert "balanced: undecided" in done.stderr and "all come back" in done.stderr
+
+
+def test_friction_holds_balls_about_the_states_without_it() -> None:
+    done = ab_sim("equilibria", "thesis-hold", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    for state in json.loads(done.stdout)["branches"]:
+        for theta, (low, high) in zip(state["theta"], state["held_by_friction"], strict=True):
+            assert low < theta < high
+        assert state["comes_back"] is None
+    assert "balanced: friction holds each ball" in done.stderr
 
 
 @pytest.mark.parametrize(

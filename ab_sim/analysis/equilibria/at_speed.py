@@ -117,7 +117,7 @@ def balanced_state(system: System, rotor: Rotor, speed: float, theta: np.ndarray
     """The state with W = 0 at a balanced position [rad]."""
     n = len(theta)
     zeros = max(0, n - 2, _turning(rotor))
-    ways = {1: 1, 2: 2 if np.sin(theta).any() else 1}.get(n)
+    ways = {1: 1, 2: 2 if (np.abs(np.sin(theta)) > 1e-9).any() else 1}.get(n)
     return resting_state(system, speed, "balanced", np.zeros(2), theta, zeros, ways)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
 
 Progress = Callable[[str, int, int], None]
+CLOSE = 1e-6
+"""Share of a range in which rounding, at its ends, may say how many radii there are."""
 MANY = 12
 """Balls, beyond which fewer speeds and balanced positions are looked at: the ends of the set."""
 FEWER = 30
@@ -67,9 +70,13 @@ def branches_over_speed(
 def _clustered(
     system: System, rotor: Rotor, pattern: Pattern, folds: list[Fold], speeds: np.ndarray
 ) -> Iterator[Stretch]:
-    """Between folds the number of radii does not change, nor does their order."""
+    """Between folds the number of radii does not change, nor does their order.
+
+    But where balls weigh just what balances: a branch then ends in the balanced set, with W = 0.
+    """
     ends = [float(speeds[0]), *(fold.speed for fold in folds), float(speeds[-1])]
-    for low, high in zip(ends[:-1], ends[1:], strict=True):
+    inner = [end for pair in pairwise(ends) for end in _changes(rotor, pattern, *pair, speeds)]
+    for low, high in pairwise(sorted({*ends, *inner})):
         count = len(radii(rotor, pattern.moment, 0.5 * (low + high)))
         grid = grid_between(low, high, speeds)
         grid = grid[[len(radii(rotor, pattern.moment, w)) == count for w in grid.tolist()]]
@@ -80,6 +87,26 @@ def _clustered(
                 return clustered_state(system, rotor, speed, pattern, roots, rank)
 
             yield stretch_of(pattern.label + (f"/{rank + 1}" if count > 1 else ""), at, grid)
+
+
+def _changes(
+    rotor: Rotor, pattern: Pattern, low: float, high: float, speeds: np.ndarray
+) -> Iterator[float]:
+    """Speeds [rad/s] between two folds at which the number of radii changes."""
+
+    def count(speed: float) -> int:
+        return len(radii(rotor, pattern.moment, speed))
+
+    near = CLOSE * (high - low)
+    inside = speeds[(speeds > low + near) & (speeds < high - near)].tolist()
+    for one, two in pairwise([low + near, *inside, high - near]):
+        below = count(one)
+        if below == count(two):
+            continue
+        while two - one > 1e-12 * two:
+            middle = 0.5 * (one + two)
+            one, two = (middle, two) if count(middle) == below else (one, middle)
+        yield two
 
 
 def _balanced(system: System, rotor: Rotor, speeds: np.ndarray) -> Iterator[Stretch]:

@@ -18,6 +18,9 @@ from ab_sim.analysis.equilibria.resting import Rotor, base_rotor_of, field_at, k
 from ab_sim.analysis.equilibria.states import RestingState, resting_state, wrapped
 from ab_sim.dynamics.system import MASS, RACE_RADIUS, System
 
+IN_LINE = 0.2
+"""Sine of the angle between a ball and the displacement's line, up to which it counts as on it: a
+race off the shaft's axis moves balls from there, or lets them spread as where they balance."""
 STARTS = 40
 """At random, and as many again for each ball."""
 CLOSE = 1e-12
@@ -132,7 +135,10 @@ def _label(system: System, speed: float, u: np.ndarray, theta: np.ndarray, lost:
         return "balanced"
     if lost:
         return "continuum"
-    sides = np.cos(theta - math.atan2(u[1], u[0])) > 0.0
+    phi = math.atan2(u[1], u[0])
+    if (np.abs(np.sin(theta - phi)) > IN_LINE).any():
+        return "spread"
+    sides = np.cos(theta - phi) > 0.0
     if len({*kinds_of(system)}) <= 1:
         return f"{int(sides.sum())}+{int((~sides).sum())}" if len(theta) else "no balls"
     return "".join("-+"[int(side)] for side in sides)

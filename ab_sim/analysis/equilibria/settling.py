@@ -13,6 +13,7 @@ import numpy as np
 from ab_sim.analysis.equilibria.resting import LEFT_OUT, resting_system, state_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.drive import Drive
+from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene, Spindle, Start
 
 SIZE = 0.2
@@ -22,6 +23,8 @@ NEARER = 0.75
 """Share of a disturbance that may be left."""
 BACK = 1e-6
 """Scaled, so near to a state that it is back."""
+MOST_STEPS = 1e8
+"""Of all motions together."""
 TURNS = 2000.0
 """Of the spindle, that each motion is given."""
 
@@ -72,6 +75,7 @@ def settles(
 
     Raises:
         SceneError: as ``equilibria_of``.
+        InputError: the spindle is so slow that so many turns would take too many steps.
         DivergedError: a motion leaves all bounds.
     """
     system = resting_system(scene)
@@ -81,6 +85,13 @@ def settles(
     scale = np.abs(np.array([*deck, *[1.0] * n, *[speed] * n]))
     drive = Drive(_held(scene, speed, state))
     steps = max(1, math.ceil(turns * math.pi / abs(speed) / drive.step))
+    in_all = 4 * len(rest) * steps
+    if in_all > MOST_STEPS:
+        raise InputError(
+            f"speed = {speed:g} rad/s: {turns:g} turns from each disturbance would take "
+            f"{in_all:.2g} steps; at most {MOST_STEPS:.0e} are taken. Ask at a higher speed, or "
+            "for fewer turns"
+        )
     begin = drive.snapshot()
     outcomes = []
     for k, name in enumerate(drive.vector_field().layout.names):

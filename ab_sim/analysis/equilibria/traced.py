@@ -1,6 +1,7 @@
 """Branches over speed by numbers: found at some speeds, followed from there around their folds."""
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -44,11 +45,18 @@ def traced_branches(
             whole = list(_followed(system, start, bool(state.structural_zeros), low, high))
             for points in whole:
                 own = list(monotone(points))
-                parts += own
-                folds += _folds(system, own, low, high)
+                fresh = [_fresh(system, part, [*parts, *own[:i]]) for i, part in enumerate(own)]
+                folds += _folds(system, own, fresh, low, high)
+                parts += [part for part, new in zip(own, fresh, strict=True) if new]
     stretches = [_stretch(system, part, speeds) for part in parts]
     folds.sort(key=lambda each: each[1])
     return OverSpeed((low, high), tuple(stretches), tuple(folds))
+
+
+def _fresh(system: System, part: Part, parts: list[Part]) -> bool:
+    """Whether a part is none of those known, equal balls changing places."""
+    speed = 0.5 * (part[0].speed + part[-1].speed)
+    return not lies_on(parts, system, Point(speed, state_along(system, part, speed)))
 
 
 def _followed(
@@ -92,10 +100,15 @@ def _stretch(system: System, part: Part, speeds: np.ndarray) -> Stretch:
 
 
 def _folds(
-    system: System, parts: list[Part], low: float, high: float
+    system: System, parts: list[Part], fresh: list[bool], low: float, high: float
 ) -> Iterator[tuple[str, Fold]]:
-    """Where two parts of one curve meet."""
-    for one, two in zip(parts[:-1], parts[1:], strict=True):
+    """Where two parts of one curve meet, which are not one part and its mirror image.
+
+    Those meet where balls that are together part: a branch begins there, and is no fold.
+    """
+    for k, (one, two) in enumerate(pairwise(parts)):
+        if not (fresh[k] and fresh[k + 1]):
+            continue
         for kind, end in (("vanish", -1), ("appear", 0)):
             if one[end].fold and one[end] is two[end] and low < one[end].speed < high:
                 middle = _at(system, one, 0.5 * (one[0].speed + one[-1].speed))

@@ -1,6 +1,5 @@
 """Two parameters of a scene, each over a range: what a map is drawn over."""
 
-import functools
 import math
 from typing import Any, NamedTuple
 
@@ -18,6 +17,10 @@ FASTEST = 1e5
 COUNT = 200
 """Values along an axis, unless told."""
 MOST = 2000
+
+
+IDLE = ("accuracy", "duration", "profile", "sensors", "solver", "start")
+"""Sections of a scene that decide nothing about where balls rest."""
 
 
 class Axis(NamedTuple):
@@ -126,8 +129,15 @@ class Plane(NamedTuple):
         """Refuse what cannot be mapped before anything is computed.
 
         Raises:
+            InputError: a key decides nothing about what rests.
             SceneError: of a corner.
         """
+        for axis in (self.across, self.up):
+            if axis.key.partition(".")[0] in IDLE:
+                raise InputError(
+                    f"--map {axis.key}: says nothing about where balls rest; map a value of "
+                    "rotor, race, balls or effects, or the speed"
+                )
         for row in (0, -1):
             for column in (0, -1):
                 self.at(row, column)
@@ -141,8 +151,10 @@ def _titled(scene: Scene, key: str) -> str:
     if sections[:1] == ["effects"]:
         about = effect_parameters(effect_classes()[sections[1]]).get(last, {})
     else:
-        holder = functools.reduce(getattr, sections, scene)
-        field = type(holder).model_fields.get(last)
+        holder: Any = scene
+        for name in sections:
+            holder = getattr(holder, name, None)
+        field = getattr(type(holder), "model_fields", {}).get(last)
         about = (field and field.json_schema_extra) or {}
     return f"{key} [{about['unit']}]" if "unit" in about else key
 

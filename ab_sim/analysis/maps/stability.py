@@ -11,7 +11,7 @@ import numpy as np
 
 import ab_sim
 from ab_sim.analysis.maps.kept import KeptPoints, Tell
-from ab_sim.analysis.maps.plane import Axis, Plane
+from ab_sim.analysis.maps.plane import SPEED, Axis, Plane
 from ab_sim.analysis.maps.refine import Point, refined
 from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
 from ab_sim.analysis.maps.workers import Workers
@@ -57,7 +57,7 @@ class StabilityMap:
         )
         return {
             "scene": self.plane.scene.name,
-            "speed": self.plane.speed,
+            "speed": None if SPEED in (across["key"], up["key"]) else self.plane.speed,
             "across": across,
             "up": up,
             "coarse": self.coarse,

@@ -38,6 +38,9 @@ PLAIN = 16
 """W > 0 without balls; or the spindle stands still."""
 UNDECIDED = 32
 """The linear test decides nothing about some state."""
+SPREAD = 64
+"""W > 0, balls off the displacement's line, as where the race is off the shaft's axis: a deck that
+comes as near to rest as it can is among them."""
 NOTHING = 0
 """No state is stable."""
 NO_STATE = -1
@@ -54,6 +57,7 @@ NAMES = {
     CLUSTERED: "clustered",
     SPLIT: "split",
     PLAIN: "at rest without balls",
+    SPREAD: "spread",
     UNDECIDED: "undecided",
 }
 
@@ -91,11 +95,13 @@ def label_of(branches: Iterable[RestingState]) -> int:
 
 
 def kind_of(state: RestingState) -> int:
-    """EVERYWHERE for any balanced one, CLUSTERED, SPLIT or PLAIN."""
+    """EVERYWHERE for any balanced one, CLUSTERED, SPLIT, SPREAD or PLAIN."""
     if len(state.theta) == 0 or state.label == "standing":
         return PLAIN
     if state.label.startswith("balanced"):
         return EVERYWHERE
+    if state.label.startswith("spread"):
+        return SPREAD
     sides = np.cos(state.theta - (state.phase or 0.0)) > 0.0
     return SPLIT if sides.any() and not sides.all() else CLUSTERED
 
@@ -106,10 +112,11 @@ def _label(verdicts: Iterable[tuple[int, bool | None]]) -> int:
     if not all_:
         return NO_STATE
     label = UNDECIDED if None in {stable for _, stable in all_} else NOTHING
-    for kind in (CLUSTERED, SPLIT, PLAIN):
+    for kind in (CLUSTERED, SPLIT, SPREAD, PLAIN):
         label |= kind if (kind, True) in all_ else NOTHING
     if (EVERYWHERE, True) in all_:
-        label |= SOMEWHERE if (EVERYWHERE, False) in all_ else EVERYWHERE
+        others = {(EVERYWHERE, False), (EVERYWHERE, None)} & all_
+        label |= SOMEWHERE if others else EVERYWHERE
     return label
 
 

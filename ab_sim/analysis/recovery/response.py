@@ -96,7 +96,7 @@ def recover(scene: Scene, band: float = BAND) -> Recovery:
         if found.settling_time is not None or end >= LONGEST * scene.duration:
             break
         end = min(2.0 * end, LONGEST * scene.duration)
-    return found._replace(rested_before=_rests(before, band))
+    return found._replace(rested_before=len(before) > 1 and _rests(before, band))
 
 
 def speed_change_of(scene: Scene) -> SpeedChange:

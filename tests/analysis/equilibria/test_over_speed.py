@@ -106,3 +106,15 @@ def test_too_many_patterns_and_wrong_speeds() -> None:
     for speeds in ([], [1.0], [0.0, 1.0], [2.0, 1.0], [1.0, float("nan")]):
         with pytest.raises(InputError, match="rising"):
             branches_over_speed(drive(), np.array(speeds))
+
+
+def test_balls_that_weigh_just_what_balances_end_in_the_balanced_set() -> None:
+    """No fold: 2+0 reaches W = 0 at the critical speed; above it nothing is decided."""
+    scene = load_scene("nsc-case-2", [])
+    over_speed = branches_over_speed(scene, np.linspace(50.0, 400.0, 15))
+    assert over_speed.folds == ()
+    ((low, high),) = over_speed.without_stable_state
+    assert low == pytest.approx(scene.critical_speed, rel=1e-9) and high == 400.0
+    assert over_speed.undecided == [(low, high)]
+    below = [s for s in over_speed.stretches if s.label == "2+0"]
+    assert [s.speeds[-1] < scene.critical_speed * (1 + 1e-9) for s in below] == [True]
