@@ -7,6 +7,15 @@ from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile
 
+FASTEST = 1e5
+"""Speed that can be held, as that of scenes [rad/s]."""
+
+
+def last_speed(scene: Scene) -> float:
+    """At which a scene's profile ends [rad/s]; of one without, its start's."""
+    profile = SpeedProfile.of_scene(scene)
+    return float(profile.speed(profile.end))
+
 
 def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:
     """f of y' = f(t, y) at one spindle speed, and its exact Jacobian.

@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
@@ -30,9 +30,8 @@ def accuracy_command(
         from ab_sim.figures.accuracy_cost import accuracy_figure
 
         accuracy_figure(cost, plot)
-    print_accuracy(cost, people if json == "-" else Console(markup=False))
-    for file in files:
-        people.print(f"wrote {file}")
+    print_accuracy(cost, console_beside(json))
+    say_written(files)
 
 
 def measure_with_progress(scene: Scene, repeats: int = REPEATS) -> AccuracyCost:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ab_sim.cli.options import SceneArgument, SetOption
+from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
 from ab_sim.papers import PAPERS
 
 analysis_commands = typer.Typer()
@@ -16,10 +16,7 @@ def modes(
     scene: SceneArgument,
     change: SetOption = None,
     speed: Annotated[float, typer.Option(help="Of the spindle [rad/s], for the table.")] = 0.0,
-    json: Annotated[
-        str | None,
-        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
-    ] = None,
+    json: JsonOption = None,
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Draw frequencies and damping over speed (Campbell)."),
@@ -56,10 +53,7 @@ def equilibria(
             "profile ends."
         ),
     ] = None,
-    json: Annotated[
-        str | None,
-        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
-    ] = None,
+    json: JsonOption = None,
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Draw the branches over speed: .png, .svg or .pdf."),
@@ -136,10 +130,7 @@ def stability(
         float | None,
         typer.Option(help="Of a basin: share of the unbalance that may be left. Default: 0.05."),
     ] = None,
-    json: Annotated[
-        str | None,
-        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
-    ] = None,
+    json: JsonOption = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the map: .png, .svg or .pdf.")
     ] = None,
@@ -182,8 +173,7 @@ def stability(
     elif axes is not None:
         map_command(scene, change or [], speed, axes, spacing, against, json, plot)
     elif basin is not None:
-        left = 0.05 if limit is None else limit
-        basin_command(scene, change or [], basin, left, json, plot)
+        basin_command(scene, change or [], basin, limit, json, plot)
     else:
         equilibria_command(scene, change or [], speed, json, plot)
 
@@ -213,10 +203,7 @@ def floquet(
             "scene, e.g. race.radius=0.02:0.04:21, and locate the borders of stability.",
         ),
     ] = None,
-    json: Annotated[
-        str | None,
-        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
-    ] = None,
+    json: JsonOption = None,
     plot: Annotated[
         Path | None,
         typer.Option(
@@ -254,10 +241,7 @@ def recovery(
         str,
         typer.Option(metavar="A:B:N", help="Drags of the race: N of them from A to B [N s/m]."),
     ] = "0.1:0.5:5",
-    json: Annotated[
-        str | None,
-        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
-    ] = None,
+    json: JsonOption = None,
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Draw settling time and amplitude over drag."),
@@ -288,10 +272,7 @@ def paper(
     out: Annotated[
         Path, typer.Option(metavar="FOLDER", help="Folder for its page and pictures.")
     ] = Path("out/papers"),
-    json: Annotated[
-        str | None,
-        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
-    ] = None,
+    json: JsonOption = None,
 ) -> None:
     """Compute a published paper again: its figures, and its values beside ours.
 

@@ -7,7 +7,7 @@ import typer
 
 import ab_sim
 from ab_sim.cli.analysis_commands import analysis_commands
-from ab_sim.cli.options import SceneArgument, SetOption
+from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
 
 app = typer.Typer(
     name="ab-sim",
@@ -148,10 +148,7 @@ def cost(
     leave_one_out: Annotated[
         bool, typer.Option("--leave-one-out", help="Also the scene's set less each effect.")
     ] = False,
-    json: Annotated[
-        str | None,
-        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
-    ] = None,
+    json: JsonOption = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the times with their spread.")
     ] = None,
@@ -171,10 +168,7 @@ def accuracy(
     scene: SceneArgument,
     change: SetOption = None,
     repeats: Annotated[int, typer.Option(help="Interleaved repeats.")] = 9,
-    json: Annotated[
-        str | None,
-        typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
-    ] = None,
+    json: JsonOption = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw errors over CPU time, log-log.")
     ] = None,

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
-from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
@@ -32,9 +31,8 @@ def cost_command(
         from ab_sim.figures.effect_cost import cost_figure
 
         cost_figure([cost], plot)
-    (people if json == "-" else Console(markup=False)).print(cost_table(cost))
-    for file in files:
-        people.print(f"wrote {file}")
+    console_beside(json).print(cost_table(cost))
+    say_written(files)
 
 
 def measure_with_progress(scene: Scene, repeats: int, leave_one_out: bool = False) -> EffectCost:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 import ab_sim
@@ -20,15 +19,14 @@ from ab_sim.analysis.equilibria import (
     sticking,
 )
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
-from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.analysis.held import last_speed
+from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.speed import check_speed
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedProfile
 
-FASTEST = 1e5
-"""As a scene's speeds [rad/s]."""
 SPEEDS = 120
 """At which stability is looked at, besides those near folds."""
 MOST_PLACES = 6
@@ -39,8 +37,8 @@ def equilibria_command(
     scene_name: str, changes: list[str], speed: float | None, json: str | None, plot: Path | None
 ) -> None:
     """Find, print, and write what was asked for; outputs are tried first."""
-    if speed is not None and not abs(speed) <= FASTEST:
-        raise InputError(f"--speed {speed}: must be a number within +-{FASTEST:g} rad/s")
+    if speed is not None:
+        check_speed(speed)
     scene = load_scene(scene_name, changes)
     files = check_outputs(json, plot)
     at = last_speed(scene) if speed is None else speed
@@ -61,13 +59,12 @@ def equilibria_command(
         from ab_sim.figures.branches import branches_figure
 
         branches_figure(scene, found, over_speed, plot)
-    console = people if json == "-" else Console(markup=False)
+    console = console_beside(json)
     console.print(equilibria_table(scene, found))
     notes = *_notes(found), *_beside_notes(found, beside), *_over_speed(over_speed)
     for note in notes:
         console.print(note)
-    for file in files:
-        people.print(f"wrote {file}")
+    say_written(files)
 
 
 def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
@@ -95,12 +92,6 @@ def _speeds(scene: Scene, top: float) -> np.ndarray:
     near = np.geomspace(1e-3, 0.2, 16)
     speeds = np.concatenate([speeds, critical * (1.0 - near), critical * (1.0 + near)])
     return np.unique(speeds[(speeds > 0.0) & (speeds <= top)])
-
-
-def last_speed(scene: Scene) -> float:
-    """At which a scene's profile ends [rad/s]; of one without, its start's."""
-    profile = SpeedProfile.of_scene(scene)
-    return float(profile.speed(profile.end))
 
 
 def equilibria_table(scene: Scene, found: Equilibria) -> Table:

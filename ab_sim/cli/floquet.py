@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from rich.console import Console
 from rich.table import Table
 
 from ab_sim.analysis.floquet import (
@@ -20,7 +19,7 @@ from ab_sim.analysis.floquet import (
     solutions_of,
 )
 from ab_sim.analysis.floquet.follow import Case
-from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
@@ -65,12 +64,11 @@ def floquet_command(
         write_json(report, json)
     if plot is not None and not _draw(scene, found, followed, plot):
         files.remove(plot)
-    console = people if json == "-" else Console(markup=False)
+    console = console_beside(json)
     console.print(solutions_table(scene, speed, found))
     for note in [*_notes(found), *([] if followed is None else _borders(followed))]:
         console.print(note)
-    for file in files:
-        people.print(f"wrote {file}")
+    say_written(files)
 
 
 def _first(found: list[Stability]) -> str:

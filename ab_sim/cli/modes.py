@@ -4,24 +4,19 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from ab_sim.analysis.modes import AVERAGE, ZERO, Mode, Vibration, moving, vibration_of
-from ab_sim.cli.outputs import check_outputs, people, write_json
-from ab_sim.errors import InputError
+from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
+from ab_sim.cli.speed import check_speed
 from ab_sim.scene import load_scene
-
-FASTEST = 1e5
-"""As a scene's speeds [rad/s]."""
 
 
 def modes_command(
     scene_name: str, changes: list[str], speed: float, json: str | None, plot: Path | None
 ) -> None:
     """Find, print, and write what was asked for; outputs are tried first."""
-    if not abs(speed) <= FASTEST:
-        raise InputError(f"--speed {speed}: must be a number within +-{FASTEST:g} rad/s")
+    check_speed(speed)
     scene = load_scene(scene_name, changes)
     files = check_outputs(json, plot)
     found = vibration_of(scene, speed)
@@ -31,12 +26,11 @@ def modes_command(
         from ab_sim.figures.campbell import campbell_figure
 
         campbell_figure(found, plot)
-    console = people if json == "-" else Console(markup=False)
+    console = console_beside(json)
     console.print(modes_table(found))
     for note in _notes(found):
         console.print(note)
-    for file in files:
-        people.print(f"wrote {file}")
+    say_written(files)
 
 
 def modes_table(found: Vibration) -> Table:

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from ab_sim.analysis import OfflineRun, compare, run_scene
 from ab_sim.cli.merits import merits_table
-from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.outputs import check_outputs, people, say_written, write_json
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
@@ -56,8 +56,7 @@ def run_command(
             f"--times go beyond duration = {exact(scene.duration)} s: the run, and all that is "
             f"said of it, lasts {report['duration']:g} s"
         )
-    for file in files:
-        people.print(f"wrote {file}")
+    say_written(files)
 
 
 def parse_times(text: str | None) -> list[float]:

@@ -18,3 +18,7 @@ SetOption = Annotated[
         "cheapest stepper and step measured to deliver it are taken. Repeatable.",
     ),
 ]
+JsonOption = Annotated[
+    str | None,
+    typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
+]

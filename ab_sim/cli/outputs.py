@@ -29,6 +29,17 @@ def check_outputs(json_file: str | None, plot: Path | None, rrd: Path | None = N
     return files
 
 
+def console_beside(json_file: str | None) -> Console:
+    """Where what is for people goes: aside, where standard output is the report's."""
+    return people if json_file == "-" else Console(markup=False)
+
+
+def say_written(files: list[Path]) -> None:
+    """Name the files that were written."""
+    for file in files:
+        people.print(f"wrote {file}")
+
+
 def write_json(report: dict[str, Any], file: str) -> None:
     """Write a report to a file, or with ``-`` to standard output.
 

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
-from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.outputs import check_outputs, console_beside, people, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.output_file import check_writable
@@ -33,7 +32,7 @@ def paper_command(name: str, out: Path, json: str | None) -> None:
         ) from error
     if json is not None:
         write_json(paper.report(), json)
-    console = people if json == "-" else Console(markup=False)
+    console = console_beside(json)
     for section in paper.sections:
         for each in section.tables:
             console.print(_table(each))

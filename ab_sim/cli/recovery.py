@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from ab_sim.analysis.recovery import (
@@ -15,7 +14,7 @@ from ab_sim.analysis.recovery import (
     recovery_over_drag,
 )
 from ab_sim.analysis.recovery.response import LONGEST
-from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
@@ -39,14 +38,13 @@ def recovery_command(
         from ab_sim.figures.recovery import recovery_figure
 
         recovery_figure(found, plot)
-    console = people if json == "-" else Console(markup=False)
+    console = console_beside(json)
     console.print(recovery_table(found, found.balls, (found.own, *found.over)))
     if found.one_ball is not None:
         console.print(recovery_table(found, 1, found.one_ball))
     for note in _notes(found):
         console.print(note)
-    for file in files:
-        people.print(f"wrote {file}")
+    say_written(files)
 
 
 def drags_of(text: str) -> tuple[float, ...]:

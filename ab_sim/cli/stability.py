@@ -5,18 +5,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
+from ab_sim.analysis.held import last_speed
 from ab_sim.analysis.maps.balls import Against, Shares, plane_with_balls
 from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.kept import Tell
-from ab_sim.analysis.maps.plane import FASTEST, Plane, axes_of
+from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
-from ab_sim.cli.equilibria import last_speed
-from ab_sim.cli.outputs import check_outputs, people, write_json
+from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.speed import check_speed
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.interruption import in_order
 from ab_sim.scene import Scene, load_scene
@@ -54,7 +54,7 @@ def map_command(
         from ab_sim.figures.stability_map import map_figure
 
         map_figure(found, plot, beside)
-    console = people if json == "-" else Console(markup=False)
+    console = console_beside(json)
     for one in (found, beside):
         if one is not None:
             console.print(map_table(one))
@@ -65,7 +65,7 @@ def map_command(
         if coarse > 1
         else "every point was computed"
     )
-    _wrote(files)
+    say_written(files)
 
 
 def family_command(
@@ -94,16 +94,16 @@ def family_command(
         from ab_sim.figures.stability_map import family_figure
 
         family_figure(found, plot)
-    console = people if json == "-" else Console(markup=False)
+    console = console_beside(json)
     console.print(family_table(found))
-    _wrote(files)
+    say_written(files)
 
 
 def basin_command(
     scene_name: str,
     changes: list[str],
     count: int,
-    limit: float,
+    limit: float | None,
     json: str | None,
     plot: Path | None,
 ) -> None:
@@ -111,16 +111,17 @@ def basin_command(
     scene = load_scene(scene_name, changes)
     files = check_outputs(json, plot)
     with _interruptible(scene.name) as tell:
-        found = basins.basin(scene, count, limit, _processors(), tell)
+        left = basins.BALANCED_TO if limit is None else limit
+        found = basins.basin(scene, count, left, _processors(), tell)
     if json is not None:
         write_json(found.report(), json)
     if plot is not None:
         from ab_sim.figures.basin_map import basin_figure
 
         basin_figure(found, plot)
-    console = people if json == "-" else Console(markup=False)
+    console = console_beside(json)
     console.print(basin_table(found))
-    _wrote(files)
+    say_written(files)
 
 
 def map_table(found: StabilityMap) -> Table:
@@ -179,11 +180,7 @@ def basin_table(found: basins.Basin) -> Table:
 
 def _speed(scene: Scene, speed: float | None) -> float:
     """The one that was asked for; or at which the scene's profile ends."""
-    if speed is None:
-        return last_speed(scene)
-    if not abs(speed) <= FASTEST:
-        raise InputError(f"--speed {speed}: must be a number within +-{FASTEST:g} rad/s")
-    return speed
+    return last_speed(scene) if speed is None else check_speed(speed)
 
 
 def _check_coarse(coarse: int) -> None:
@@ -206,8 +203,3 @@ def _interruptible(name: str) -> Iterator[Tell]:
                 raise Interrupted("interrupted; what is done is kept, the same command goes on")
 
         yield tell
-
-
-def _wrote(files: list[Path]) -> None:
-    for file in files:
-        people.print(f"wrote {file}")

@@ -10,11 +10,11 @@ from scipy.optimize import linear_sum_assignment
 import ab_sim
 from ab_sim.analysis.floquet.starts import STARTS, find_orbit
 from ab_sim.analysis.floquet.turn import MOST, Orbit, TurnMap, within_turn
+from ab_sim.analysis.held import last_speed
 from ab_sim.analysis.rest import rest_of
 from ab_sim.dynamics.system import RACE_HEIGHT
 from ab_sim.errors import InputError, nearest
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedProfile
 
 CONVERGED = 1e-10
 """What half the step may change of a multiplier; as long as it does more, steps are halved."""
@@ -125,8 +125,7 @@ def held_speed(scene: Scene) -> float:
     Raises:
         InputError: that is 0.
     """
-    profile = SpeedProfile.of_scene(scene)
-    speed = profile.speed(profile.end)
+    speed = last_speed(scene)
     if speed == 0.0:
         raise InputError(
             f"{scene.name}: its spindle stands in the end, and the solutions looked for repeat "

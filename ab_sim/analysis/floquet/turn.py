@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.held import held
+from ab_sim.analysis.held import FASTEST, held
 from ab_sim.dynamics.assemble import linear_rates, start_state
 from ab_sim.dynamics.system import has_contact, has_friction
 from ab_sim.errors import InputError, SceneError, exact
@@ -181,10 +181,6 @@ class TurnMap:
         state[self.layout.angles] = within_turn(state[self.layout.angles])
         self.system.carrier.straighten(state)
         return state
-
-
-FASTEST = 1e5
-"""As a scene's speeds [rad/s]."""
 
 
 def within_turn(angles: np.ndarray) -> np.ndarray:

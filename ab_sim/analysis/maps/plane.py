@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.analysis.held import FASTEST
 from ab_sim.errors import InputError, exact
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -12,8 +13,6 @@ from ab_sim.scene.registry import effect_classes, effect_parameters
 
 SPEED = "speed"
 """Key of the spindle's speed [rad/s], which is held and none of the scene's own values."""
-FASTEST = 1e5
-"""As a scene's speeds [rad/s]."""
 COUNT = 200
 """Values along an axis, unless told."""
 MOST = 2000
