@@ -4,7 +4,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from ab_sim.cli.outputs import check_outputs, console_beside, people, write_json
+from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.output_file import check_writable
@@ -37,8 +37,7 @@ def paper_command(name: str, out: Path, json: str | None) -> None:
         for each in section.tables:
             console.print(_table(each))
     pictures = [out / picture.file for section in paper.sections for picture in section.pictures]
-    for file in (*pictures, page, *files):
-        people.print(f"wrote {file}")
+    say_written([*pictures, page, *files])
 
 
 def _table(each: pages.Table) -> Table:
