@@ -30,10 +30,13 @@ setup(
         "matplotlib",
         "numba",
         "numpy",
+        "plotly>=6",
+        "pyarrow",
         "pydantic>=2",
         "PyYAML",
         "rerun-sdk>=0.39",  # 0.39 is the last for Python 3.10
         "rich",
+        "rosbags>=0.11",
         "scipy",
         "typer",
     ],
@@ -57,7 +60,9 @@ setup(
             "colcon-bash",
             "colcon-ros",
             "hypothesis",
+            "mcap-ros2-support",  # reads what rosbags wrote
             "mypy",
+            "playwright",  # drives Debian's Chromium
             "pre-commit",
             "pytest",
             "pytest-timeout",
