@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -189,13 +188,12 @@ def _borders(followed: Followed) -> Iterator[str]:
             f"{followed.over}: border at {border.value:.9g}, stable {side} it; the multiplier is "
             f"{mu.real:.4g} +- {abs(mu.imag):.4g}i there"
         )
-    found = [(point.value, point.found.verdict) for point in followed.points if point.found]
-    if not followed.borders and len({verdict for _, verdict in found}) == 1:
-        yield f"{followed.over}: no border; {found[0][1]} throughout"
-    for (low, before), (high, after) in pairwise(found):
-        located = any(min(low, high) <= b.value <= max(low, high) for b in followed.borders)
-        if before != after and not located:
-            yield (
-                f"{followed.over}: from {before} at {low:g} to {after} at {high:g}; where between "
-                "them was not located"
-            )
+    verdicts = {point.found.verdict for point in followed.points if point.found is not None}
+    if not followed.borders and len(verdicts) == 1:
+        yield f"{followed.over}: no border; {verdicts.pop()} throughout"
+    for one, other in followed.unlocated:
+        before, after = (point.found.verdict if point.found else "" for point in (one, other))
+        yield (
+            f"{followed.over}: from {before} at {one.value:g} to {after} at {other.value:g}; where "
+            "between them was not located"
+        )

@@ -99,7 +99,7 @@ def modulus_figure(scene: str, followed: Followed, path: Path) -> None:
     else:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.55))
         draw_modulus(above, followed)
-        whirl = [math.nan if one is None else 1e6 * one.whirl[1] for one in found]
+        whirl = [math.nan if one is None else 1e6 * one.whirl_max for one in found]
         below.plot(values, whirl, ".-", color="0.25", lw=1.0, ms=4)
         for low, high in stable_parts(followed):
             below.axvspan(low, high, **SHADE)

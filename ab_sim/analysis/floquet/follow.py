@@ -7,19 +7,17 @@ nothing is said about borders between the two.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
-from ab_sim.analysis.floquet.stability import Stability, judged
-from ab_sim.analysis.floquet.starts import STARTS, find_orbit
-from ab_sim.analysis.floquet.turn import Orbit, TurnMap, within_turn
+from ab_sim.analysis.floquet.solution import Search, Solution, solution
+from ab_sim.analysis.floquet.starts import STARTS
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
-NEIGHBOUR = "the one before"
-"""What a followed solution was found from."""
 DIGITS = 1e-10
 """Share of a border's value that it is located to."""
 
@@ -33,7 +31,7 @@ class Point(NamedTuple):
     value: float
     speed: float
     """[rad/s]."""
-    found: Stability | None
+    found: Solution | None
     """None where no periodic solution was found."""
     new: bool
     """Not followed from the point before: the search began anew."""
@@ -45,9 +43,7 @@ class Point(NamedTuple):
             "value": self.value, "speed": self.speed, "found": found is not None, "new": self.new
         }  # fmt: skip
         if found is not None:
-            own = found.report()
-            keys = ("multipliers", "largest", "stable", "balanced", "whirl_max", "ball_angles")
-            report |= {key: own[key] for key in keys}
+            report |= found.report()
         return report
 
 
@@ -80,12 +76,27 @@ class Followed:
     points: tuple[Point, ...]
     borders: tuple[Border, ...]
 
+    @property
+    def unlocated(self) -> list[tuple[Point, Point]]:
+        """Points one after the other of different verdicts, and no border found in between."""
+        found = [(point, point.found.verdict) for point in self.points if point.found is not None]
+        return [
+            (one, other)
+            for (one, before), (other, after) in pairwise(found)
+            if before != after
+            and not any(
+                min(one.value, other.value) <= border.value <= max(one.value, other.value)
+                for border in self.borders
+            )
+        ]
+
     def report(self) -> dict[str, Any]:
         """As JSON-able values."""
         return {
             "over": self.over,
             "points": [point.report() for point in self.points],
             "borders": [border.report() for border in self.borders],
+            "unlocated": [[one.value, other.value] for one, other in self.unlocated],
         }
 
 
@@ -105,6 +116,8 @@ def follow(
         starts: those of ``STARTS`` that a search begins from, one after the other.
         progress: called with the number of values done.
 
+    Each is kept on disk as it is found, so that what is asked again, or was interrupted, goes on.
+
     Raises:
         SceneError, InputError: a value makes no scene, or one without a turn map.
     """
@@ -112,38 +125,23 @@ def follow(
     borders: list[Border] = []
     for done, value in enumerate(map(float, values), start=1):
         scene, speed = case(value)
-        turn = TurnMap(scene, speed)
-        found, new = _next(turn, points, value), False
-        if found is None:
-            orbit, name = find_orbit(turn, starts)
-            found, new = None if orbit is None else judged(turn, orbit, name), True
-        points.append(Point(value, speed, found, new))
-        if len(points) > 1 and not new:
+        points.append(Point(value, speed, *solution(scene, speed, _search(points, value, starts))))
+        if len(points) > 1 and not points[-1].new:
             borders += _border(case, *points[-2:])
         progress(done)
     return Followed(over, tuple(points), tuple(borders))
 
 
-def _next(turn: TurnMap, points: Sequence[Point], value: float) -> Stability | None:
-    """The solution at a value that those before point to; None where there is none."""
-    if not points or points[-1].found is None:
-        return None
-    last, guess = points[-1].found.orbit, points[-1].found.orbit.start
-    if guess.shape != (turn.layout.size,):
-        return None
-    if not points[-1].new and len(points) > 1 and points[-1].value != points[-2].value:
-        before = points[-2].found
-        assert before is not None
-        way = _way(turn, before.orbit, last) / (points[-1].value - points[-2].value)
-        guess = guess + (value - points[-1].value) * way
-    orbit = turn.shoot(guess) or turn.shoot(last.start)
-    return None if orbit is None else judged(turn, orbit, NEIGHBOUR)
-
-
-def _way(turn: TurnMap, one: Orbit, other: Orbit) -> np.ndarray:
-    way = other.start - one.start
-    way[turn.layout.angles] = within_turn(way[turn.layout.angles])
-    return way
+def _search(points: Sequence[Point], value: float, starts: Sequence[str]) -> Search:
+    """Where those before point to at a value."""
+    if not points or (last := points[-1]).found is None:
+        return Search(None, 1.0, starts)
+    before = points[-2] if len(points) > 1 and not last.new else last
+    assert before.found is not None
+    share = 1.0
+    if last.value != before.value:
+        share = (value - before.value) / (last.value - before.value)
+    return Search((before.found.start, last.found.start), share, starts)
 
 
 def _border(case: Case, one: Point, other: Point) -> list[Border]:
@@ -154,30 +152,26 @@ def _border(case: Case, one: Point, other: Point) -> list[Border]:
     ):  # fmt: skip
         return []
 
-    def at(value: float) -> Stability:
+    def at(value: float) -> tuple[float, Solution]:
         scene, speed = case(value)
-        turn, share = TurnMap(scene, speed), (value - one.value) / (other.value - one.value)
-        guess = first.orbit.start + share * _way(turn, first.orbit, last.orbit)
-        orbit = turn.shoot(guess)
-        found = None if orbit is None else judged(turn, orbit, NEIGHBOUR)
+        share = (value - one.value) / (other.value - one.value)
+        found, _ = solution(scene, speed, Search((first.start, last.start), share, ()))
         if found is None:
             raise _Lost
-        return found
+        return speed, found
 
     size = max(abs(one.value), abs(other.value))
     try:
         value = float(
-            brentq(lambda v: at(v).largest - 1.0, one.value, other.value, xtol=DIGITS * size)
+            brentq(lambda v: at(v)[1].largest - 1.0, one.value, other.value, xtol=DIGITS * size)
         )
-        crossing = at(value)
+        speed, crossing = at(value)
     except (_Lost, SceneError):
         # A parameter of whole numbers has nothing in between.
         return []
     nearest = np.argmin(np.abs(np.abs(crossing.multipliers) - crossing.largest))
     below = first if one.value < other.value else last
-    return [
-        Border(value, crossing.speed, complex(crossing.multipliers[nearest]), bool(below.stable))
-    ]
+    return [Border(value, speed, complex(crossing.multipliers[nearest]), bool(below.stable))]
 
 
 class _Lost(Exception):

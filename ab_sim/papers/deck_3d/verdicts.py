@@ -85,7 +85,7 @@ def border_section(folder: Path, tell: Tell) -> Section:
             for border in sorted(followed.borders, key=lambda border: border.value)
         )
         fastest = followed.points[0].found
-        whirl = "-" if fastest is None else f"{1e6 * fastest.whirl[1]:.3g}"
+        whirl = "-" if fastest is None else f"{1e6 * fastest.whirl_max:.3g}"
         rows.append((title, borders or "none", whirl))
     for panel in panels[-1]:
         panel.set_xlabel("spindle speed [rad/s]")
