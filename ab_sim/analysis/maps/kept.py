@@ -1,5 +1,6 @@
 """Points of a map that are known: kept on disk, so that work goes on where it was interrupted."""
 
+import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -7,12 +8,14 @@ from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.results import Results
 from ab_sim.scene.model import Scene
 
+OFTEN = 20.0
+"""s between two times that what is known goes to the disk, so that no more than that is lost."""
 Tell = Callable[[str, int, int], None]
 """Called with what is done now, how much is done, and of how much."""
 
 
 class KeptPoints:
-    """A value of each point of a grid that was computed; on disk from the end of a ``with`` on.
+    """A value of each point of a grid that was computed; on disk now and then, and when a ``with`` ends.
 
     Args:
         function: gives ``{"points": [[row, column, value], ...]}`` of a scene and numbers.
@@ -26,14 +29,19 @@ class KeptPoints:
         known = self._results.find(scene, **numbers) or {"points": []}
         self._values: dict[Point, Any] = {(i, j): value for i, j, value in known["points"]}
         self._on_disk = len(self._values)
+        self._kept_at = time.monotonic()
 
     def __enter__(self) -> "KeptPoints":
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._keep()
+
+    def _keep(self) -> None:
         if len(self._values) > self._on_disk:
             points = [[*point, value] for point, value in self._values.items()]
             self._results.keep({"points": points}, self._scene, **self._numbers)
+        self._on_disk, self._kept_at = len(self._values), time.monotonic()
 
     def of(
         self,
@@ -57,6 +65,8 @@ class KeptPoints:
             tell(what, before, most)
         for point, value in zip(wanted, compute(wanted), strict=True):
             self._values[point] = value
+            if time.monotonic() - self._kept_at > OFTEN:
+                self._keep()
             if tell is not None:
                 tell(what, len(self._values), most)
         return [self._values[point] for point in points]
