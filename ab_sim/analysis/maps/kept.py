@@ -15,7 +15,7 @@ Tell = Callable[[str, int, int], None]
 
 
 class KeptPoints:
-    """A value of each point of a grid that was computed; on disk now and then, and when a ``with`` ends.
+    """Computed values of a grid's points; on disk now and then, and when a ``with`` ends.
 
     Args:
         function: gives ``{"points": [[row, column, value], ...]}`` of a scene and numbers.
