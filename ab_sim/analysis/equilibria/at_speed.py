@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.analysis.equilibria.balanced import positions
-from ab_sim.analysis.equilibria.finder import found_states
+from ab_sim.analysis.equilibria.finder import BEST, WORST, found_states
 from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, phase, radii
 from ab_sim.analysis.equilibria.resting import LEFT_OUT, Rotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState, resting_state
@@ -109,8 +109,10 @@ def balanced_states(system: System, rotor: Rotor, speed: float) -> list[RestingS
     if len(states) <= 1:
         return states
     by_growth = sorted(states, key=lambda state: state.lambda_max)
-    named = (("balanced", states[0]), ("balanced, worst", by_growth[-1]))
-    return [s.relabelled(x) for x, s in (*named, ("balanced, best", by_growth[0]))]
+    worst, best = by_growth[-1], by_growth[0]
+    return [
+        states[0], worst.relabelled(worst.label + WORST), best.relabelled(best.label + BEST)
+    ]  # fmt: skip
 
 
 def balanced_state(system: System, rotor: Rotor, speed: float, theta: np.ndarray) -> RestingState:

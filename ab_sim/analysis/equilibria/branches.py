@@ -8,6 +8,7 @@ import numpy as np
 
 from ab_sim.analysis.equilibria.at_speed import balanced_state, clustered_state
 from ab_sim.analysis.equilibria.balanced import positions
+from ab_sim.analysis.equilibria.finder import BEST, WORST
 from ab_sim.analysis.equilibria.folds import Fold, folds_of
 from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch, grid_between, stretch_of
 from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, radii
@@ -129,8 +130,8 @@ def _balanced(system: System, rotor: Rotor, speeds: np.ndarray) -> Iterator[Stre
 
     yield stretch_of("balanced", lambda speed: states(speed)[0], grid)
     if len(places) > 1:
-        yield stretch_of("balanced, worst", lambda w: max(states(w), key=growth), grid)
-        yield stretch_of("balanced, best", lambda w: min(states(w), key=growth), grid)
+        yield stretch_of("balanced" + WORST, lambda w: max(states(w), key=growth), grid)
+        yield stretch_of("balanced" + BEST, lambda w: min(states(w), key=growth), grid)
 
 
 def growth(state: RestingState) -> float:

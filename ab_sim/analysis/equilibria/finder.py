@@ -27,6 +27,8 @@ CLOSE = 1e-12
 """Scaled residual, of 1 for a term of the equations alone, at which a state is taken for found."""
 SINGULAR = 1e-12
 """Singular values of the scaled Jacobian below this share of the largest: a continuum."""
+WORST, BEST = ", worst", ", best"
+"""Of the positions of a continuum: ends of labels."""
 SAME = 1e-6
 """States nearer to each other than this, scaled, are one."""
 
@@ -94,7 +96,10 @@ def found_states(system: System, speed: float) -> list[RestingState]:
 
 
 def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[RestingState]:
-    """States by their patterns, with eigenvalues; of a continuum the one with the least growth."""
+    """States by their patterns, with eigenvalues.
+
+    Of a continuum the first one, the worst and the best of those found.
+    """
     found: dict[str, list[RestingState]] = {}
     kinds, n = kinds_of(system), len(system.balls)
     for state in states:
@@ -109,7 +114,11 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
     named = []
     for label, alike in found.items():
         if alike[0].structural_zeros:
-            named.append(min(alike, key=lambda each: each.lambda_max))
+            by_growth = sorted(alike, key=lambda each: each.lambda_max)
+            named.append(alike[0])
+            if len(alike) > 1:
+                named.append(by_growth[-1].relabelled(label + WORST))
+                named.append(by_growth[0].relabelled(label + BEST))
             continue
         if label == "balanced":
             # Mirror images, where they are not the same with balls exchanged.

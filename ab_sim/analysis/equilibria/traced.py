@@ -12,7 +12,14 @@ from ab_sim.analysis.equilibria.continuation import (
     monotone,
     state_along,
 )
-from ab_sim.analysis.equilibria.finder import converged, found_states, labelled, nullity
+from ab_sim.analysis.equilibria.finder import (
+    BEST,
+    WORST,
+    converged,
+    found_states,
+    labelled,
+    nullity,
+)
 from ab_sim.analysis.equilibria.folds import Fold
 from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch, stretch_of
 from ab_sim.analysis.equilibria.resting import state_of
@@ -35,14 +42,22 @@ def traced_branches(
     seeds = np.unique(np.concatenate([[high], np.geomspace(max(low, high / 30.0), high, SEEDS)]))
     parts: list[Part] = []
     folds: list[tuple[str, Fold]] = []
+    continua: list[tuple[str, Part]] = []
     for k, speed in enumerate(seeds[::-1].tolist()):
         if progress is not None:
             progress(f"from {speed:.4g} rad/s", k, len(seeds))
         for state in found_states(system, speed):
+            # Of a continuum one position is followed: which are worst and best changes with speed.
+            if state.label.endswith((WORST, BEST)) or (
+                state.structural_zeros and _covered(continua, state.label, speed)
+            ):
+                continue
             start = Point(speed, state_of(system, speed, state.u, state.theta))
             if lies_on(parts, system, start):
                 continue
             whole = list(_followed(system, start, bool(state.structural_zeros), low, high))
+            if state.structural_zeros:
+                continua += [(state.label, part) for part in whole]
             for points in whole:
                 own = list(monotone(points))
                 fresh = [_fresh(system, part, [*parts, *own[:i]]) for i, part in enumerate(own)]
@@ -51,6 +66,13 @@ def traced_branches(
     stretches = [_stretch(system, part, speeds) for part in parts]
     folds.sort(key=lambda each: each[1])
     return OverSpeed((low, high), tuple(stretches), tuple(folds))
+
+
+def _covered(continua: list[tuple[str, Part]], label: str, speed: float) -> bool:
+    """Whether a continuum of this name is followed at a speed."""
+    return any(
+        name == label and part[0].speed <= speed <= part[-1].speed for name, part in continua
+    )
 
 
 def _fresh(system: System, part: Part, parts: list[Part]) -> bool:

@@ -72,14 +72,17 @@ def test_the_numerical_finder_finds_them_all(given: dict, speed: float) -> None:
     rotor = rotor_of(system)
     assert rotor is not None
     by_label = {state.label: state for state in found_states(system, speed)}
-    expected = [s for s in resting_states(system, rotor, speed) if "," not in s.label]
+    expected = resting_states(system, rotor, speed)
     assert sorted(by_label) == sorted(state.label for state in expected)
     for state in expected:
         found = by_label[state.label]
         assert found.W == pytest.approx(state.W, rel=1e-10)
         assert found.structural_zeros == state.structural_zeros
         assert found.assignments == state.assignments
-        if not state.structural_zeros:
+        if state.structural_zeros:
+            # The same positions, and some at random beside them.
+            assert found.lambda_max == pytest.approx(state.lambda_max, rel=0.02)
+        else:
             assert found.lambda_max == pytest.approx(state.lambda_max, rel=1e-8, abs=1e-10)
 
 

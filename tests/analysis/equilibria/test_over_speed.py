@@ -118,3 +118,19 @@ def test_balls_that_weigh_just_what_balances_end_in_the_balanced_set() -> None:
     assert over_speed.undecided == [(low, high)]
     below = [s for s in over_speed.stretches if s.label == "2+0"]
     assert [s.speeds[-1] < scene.critical_speed * (1 + 1e-9) for s in below] == [True]
+
+
+def test_a_continuum_found_by_numbers_has_a_worst_and_a_best_position() -> None:
+    """Five balls that balance what a race off the shaft leaves: its positions differ in growth."""
+    scene = load_scene(
+        "five-balls-8000-rpm",
+        ["effects.race_runout={offset_1: 2e-6}", "effects.rolling_friction="],
+    )
+    found = {state.label: state for state in equilibria_of(scene, 400.0).branches}
+    one, worst, best = (found["continuum" + end] for end in ("", ", worst", ", best"))
+    assert one.structural_zeros == worst.structural_zeros == best.structural_zeros == 3
+    assert best.lambda_max <= one.lambda_max <= worst.lambda_max
+    assert worst.lambda_max - best.lambda_max > 0.05 * abs(best.lambda_max)
+    # The race's centre stays where the shaft would be without unbalance, whichever it is.
+    for state in (one, worst, best):
+        assert worst.W == pytest.approx(state.W, rel=1e-9)
