@@ -25,6 +25,7 @@ def test_recovery_prints_tables_and_writes_json_and_picture(tmp_path: Path) -> N
     assert report["one_ball"]["maximum_amplitude"] == pytest.approx(1.1990e-5, rel=1e-4)
     assert [each["drag"] for each in report["over_drag"]] == [0.2, 0.3]
     assert report["best_drag"] in (0.2, 0.3)
+    assert report["one_ball"]["best_drag"] in [each["drag"] for each in report["over_drag"]]
     assert all(each["composite_index"] > 0.0 for each in report["one_ball"]["over_drag"])
     for words in (
         "nsc-case-3, 2 balls: from 1000 to 900 rad/s, settled within 1e-06 mm", "7.06793",

@@ -68,8 +68,7 @@ class RecoveryOverDrag:
     @property
     def best_drag(self) -> float | None:
         """The one of the drags at which the composite index is smallest [N s/m]."""
-        found = self.composite
-        return None if found is None else self.drags[found.best]
+        return _best(self.drags, self.over)
 
     def report(self) -> dict[str, Any]:
         """Everything as JSON-able values, SI units: see ``ab-sim recovery --help``."""
@@ -86,9 +85,18 @@ class RecoveryOverDrag:
             "best_drag": self.best_drag,
             "one_ball": None
             if one is None
-            else {**one[0]._asdict(), "over_drag": _over(self.drags, one[1:])},
+            else {
+                **one[0]._asdict(),
+                "over_drag": _over(self.drags, one[1:]),
+                "best_drag": _best(self.drags, one[1:]),
+            },
             "version": ab_sim.__version__,
         }
+
+
+def _best(drags: Sequence[float], found: Sequence[Recovery]) -> float | None:
+    composite = composite_of(found)
+    return None if composite is None else drags[composite.best]
 
 
 def composite_of(found: Sequence[Recovery]) -> Composite | None:
