@@ -13,8 +13,8 @@ import ab_sim
 from ab_sim.analysis.equilibria import (
     Equilibria,
     RestingState,
-    branches_over_speed,
     equilibria_of,
+    kept_branches,
     settles,
     sticking,
 )
@@ -45,7 +45,7 @@ def equilibria_command(
     found = equilibria_of(scene, at)
     with progress_bar("branches over speed") as update:
         top = max(abs(at), scene.spindle.max_speed)
-        over_speed = branches_over_speed(scene, _speeds(scene, top), update)
+        over_speed = kept_branches(scene, _speeds(scene, top), update)
         beside = []
         for k, state in enumerate(found.branches):
             update(f"beside {state.label}", k, len(found.branches))

@@ -4,7 +4,7 @@ Sources: three-ball (Lu and Hung 2008) (10)-(36), relative-stability (NSC 2007) 
 """
 
 from ab_sim.analysis.equilibria.at_speed import Equilibria, equilibria_of
-from ab_sim.analysis.equilibria.branches import branches_over_speed
+from ab_sim.analysis.equilibria.branches import branches_over_speed, kept_branches
 from ab_sim.analysis.equilibria.settling import Settling, settles
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.analysis.equilibria.sticking import Sticking, sticking
@@ -16,6 +16,7 @@ __all__ = [
     "Sticking",
     "branches_over_speed",
     "equilibria_of",
+    "kept_branches",
     "settles",
     "sticking",
 ]

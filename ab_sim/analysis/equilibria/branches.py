@@ -15,6 +15,7 @@ from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, radii
 from ab_sim.analysis.equilibria.resting import Rotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.analysis.equilibria.traced import traced_branches
+from ab_sim.analysis.results import Result, Results
 from ab_sim.dynamics.system import System
 from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
@@ -66,6 +67,15 @@ def branches_over_speed(
     stretches += _balanced(system, rotor, speeds)
     folds.sort(key=lambda each: each[1])
     return OverSpeed((float(speeds[0]), float(speeds[-1])), tuple(stretches), tuple(folds))
+
+
+def kept_branches(scene: Scene, speeds: np.ndarray, progress: Progress | None = None) -> OverSpeed:
+    """As ``branches_over_speed``, from disk if it was asked before."""
+
+    def over_speed(scene: Scene, speeds: list[float]) -> Result:
+        return branches_over_speed(scene, np.array(speeds), progress).report()
+
+    return OverSpeed.of(Results(over_speed).of(scene, speeds=np.asarray(speeds).tolist()))
 
 
 def _clustered(

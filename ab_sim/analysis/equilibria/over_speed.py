@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from scipy.optimize import brentq
@@ -38,12 +38,29 @@ class Crossing(NamedTuple):
         return {**self._asdict(), "kind": self.kind}
 
 
+class Along(NamedTuple):
+    """What is kept of a branch's state at a speed: see ``RestingState``."""
+
+    W: float
+    """[m]."""
+    theta: list[float]
+    """[rad]."""
+    lambda_max: float
+    """[1/s]."""
+    stable: bool | None
+
+    @classmethod
+    def of(cls, state: RestingState) -> "Along":
+        """Of a whole one."""
+        return cls(state.W, state.theta.tolist(), state.lambda_max, state.stable)
+
+
 @dataclass(frozen=True)
 class Stretch:
     """A branch between two speeds at which no state of its pattern begins or ends."""
 
     label: str
-    states: tuple[RestingState, ...]
+    states: tuple[Along, ...]
     speeds: np.ndarray
     """[rad/s], rising, one for each."""
     crossings: tuple[Crossing, ...]
@@ -102,14 +119,35 @@ class OverSpeed:
                 {
                     "label": stretch.label,
                     "speeds": stretch.speeds.tolist(),
-                    "W": [state.W for state in stretch.states],
-                    "theta": [state.theta.tolist() for state in stretch.states],
-                    "lambda_max": [state.lambda_max for state in stretch.states],
-                    "stable": [state.stable for state in stretch.states],
+                    **{key: [getattr(x, key) for x in stretch.states] for key in Along._fields},
+                    "crossings": [each.report() for each in stretch.crossings],
                 }
                 for stretch in self.stretches
             ],
         }
+
+    @classmethod
+    def of(cls, report: dict[str, Any]) -> "OverSpeed":
+        """What a report is of."""
+        stretches = [
+            Stretch(
+                each["label"],
+                tuple(map(Along, *(each[key] for key in Along._fields))),
+                np.array(each["speeds"]),
+                tuple(_of(Crossing, one) for one in each["crossings"]),
+            )
+            for each in report["branches"]
+        ]
+        folds = [(each["label"], _of(Fold, each)) for each in report["folds"]]
+        low, high = report["speeds"]
+        return cls((low, high), tuple(stretches), tuple(folds))
+
+
+Some = TypeVar("Some", Crossing, Fold)
+
+
+def _of(kind: type[Some], report: dict[str, Any]) -> Some:
+    return kind(**{key: report[key] for key in kind._fields})
 
 
 SAME = 1e-7
@@ -134,7 +172,7 @@ def stretch_of(label: str, at: At, speeds: np.ndarray) -> Stretch:
     """A stretch, with the crossings between the speeds at which it is looked at."""
     states = tuple(at(float(w)) for w in speeds)
     crossings = tuple(_crossings(label, at, speeds, states))
-    return Stretch(label, states, np.asarray(speeds, float), crossings)
+    return Stretch(label, tuple(map(Along.of, states)), np.asarray(speeds, float), crossings)
 
 
 def _crossings(

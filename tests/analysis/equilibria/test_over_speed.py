@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ab_sim.analysis.equilibria import branches_over_speed, equilibria_of
+from ab_sim.analysis.equilibria import branches_over_speed, equilibria_of, kept_branches
 from ab_sim.analysis.equilibria.resting import resting_system
 from ab_sim.analysis.equilibria.traced import traced_branches
 from ab_sim.errors import InputError, SceneError
@@ -134,3 +134,12 @@ def test_a_continuum_found_by_numbers_has_a_worst_and_a_best_position() -> None:
     # The race's centre stays where the shaft would be without unbalance, whichever it is.
     for state in (one, worst, best):
         assert worst.W == pytest.approx(state.W, rel=1e-9)
+
+
+def test_what_is_kept_is_what_was_found() -> None:
+    scene, speeds = drive(m=(1.6e-3,)), np.linspace(50.0, 200.0, 9)
+    found = branches_over_speed(scene, speeds)
+    for _ in range(2):
+        kept = kept_branches(scene, speeds)
+        assert kept.report() == found.report()
+        assert kept.without_state == found.without_state != []
