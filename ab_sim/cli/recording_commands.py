@@ -1,0 +1,47 @@
+"""Commands for what was recorded: look at it, turn it into something else, run it again."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+recording_commands = typer.Typer()
+
+RecordingArgument = Annotated[Path, typer.Argument(help="A recording: .rrd.", metavar="FILE")]
+
+
+@recording_commands.command()
+def export(
+    recording: RecordingArgument,
+    parquet: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write an Apache Parquet file: .parquet.")
+    ] = None,
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a table: .csv.")] = None,
+    begin: Annotated[
+        float, typer.Option("--from", metavar="T", help="Samples from this time on [s].")
+    ] = float("-inf"),
+    end: Annotated[
+        float, typer.Option("--to", metavar="T", help="Samples until this time [s].")
+    ] = float("inf"),
+    every: Annotated[
+        int, typer.Option(metavar="N", help="One of every N samples, beginning with the first.")
+    ] = 1,
+    channels: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME,NAME,...", help="Only these channels, in this order. Default: all."
+        ),
+    ] = None,
+) -> None:
+    """Write a recording's samples to other formats, in double precision to the bit.
+
+    Each channel is a column, with its unit: in Parquet in the column's metadata, as `unit`, in CSV
+    in the header, as `x [m]`. A Parquet file has what was run, JSON, in its own metadata as
+    `ab_sim`. Recordings of any length are read in blocks; those that were not finished as far as
+    they go.
+    """
+    from ab_sim.cli.export import export_command
+    from ab_sim.recording.export import Part
+
+    names = None if channels is None else tuple(name.strip() for name in channels.split(","))
+    export_command(recording, parquet, csv, Part(begin, end, every, names))
