@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ab_sim.cli.app import app
 from ab_sim.drive.trajectory import channels_for
 from ab_sim.drive.units import unit_of
-from ab_sim.errors import InputError
+from ab_sim.errors import InputError, RecordingError
 from ab_sim.recording import Recording
 from tests.cli.tool import ab_sim
 from tests.recording.runs import describe, record, run
@@ -119,16 +119,14 @@ def test_bad_input_is_refused_and_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_is_damaged_is_read_up_to_there(recording: Path, tmp_path: Path) -> None:
+def test_what_is_damaged_is_said_and_leaves_nothing(recording: Path, tmp_path: Path) -> None:
     content = bytearray(recording.read_bytes())
     middle = len(content) // 2
     content[middle:] = b"\xff" * (len(content) - middle)
     (tmp_path / "damaged.rrd").write_bytes(content)
-    done = ab_sim("export", "damaged.rrd", "--parquet", "r.parquet", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "damaged.rrd: torn: its last" in done.stderr
-    rows = pyarrow.parquet.read_metadata(tmp_path / "r.parquet").num_rows
-    assert 0 < rows < 25_000 and rows % 1000 == 0
+    with pytest.raises(RecordingError, match="damaged.rrd is not a Rerun recording, or is torn"):
+        app(["export", str(tmp_path / "damaged.rrd"), "--csv", str(tmp_path / "r.csv")])
+    assert [path.name for path in tmp_path.iterdir()] == ["damaged.rrd"]
 
 
 def test_an_empty_recording_says_so(tmp_path: Path) -> None:
