@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+
 recording_commands = typer.Typer()
 
 RecordingArgument = Annotated[Path, typer.Argument(help="A recording: .rrd.", metavar="FILE")]
@@ -45,3 +47,34 @@ def export(
 
     names = None if channels is None else tuple(name.strip() for name in channels.split(","))
     export_command(recording, parquet, csv, Part(begin, end, every, names))
+
+
+@recording_commands.command()
+def compare(
+    recording: RecordingArgument,
+    scene: SceneArgument,
+    change: SetOption = None,
+    json: JsonOption = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Draw recorded, simulated, difference: .png, .svg or .pdf."
+        ),
+    ] = None,
+) -> None:
+    """Run a scene under a recording's commands, and show how far each channel is from it.
+
+    A recording of ab_sim is followed step by step, and with its own scene gives the same bits, run
+    live or offline. Another one is aligned by time: the scene begins at its first sample, obeys
+    each command from its time on, and is interpolated at the recorded times. It needs the channels
+    step, time and command, and one more that the scene has, too. One that begins in the middle of
+    a run is followed from the state of its first sample.
+
+    The JSON has `channels`, each with channel, unit, largest (difference), at (when [s]), rms,
+    largest_relative and rms_relative (in the range of what was recorded, recorded_from to
+    recorded_to), same_to_the_bit, and compared (samples); `driven_by`, `aligned`, `samples`,
+    `duration`, `same_to_the_bit` and `notes`.
+    """
+    from ab_sim.cli.compare import compare_command
+
+    compare_command(recording, scene, change or [], json, plot)
