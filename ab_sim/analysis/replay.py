@@ -82,8 +82,8 @@ class Replay:
         # Where there is none, the last one holds.
         held = np.maximum.accumulate(np.where(np.isnan(commands), -1, np.arange(len(commands))))
         known = np.where(held < 0, self._command, commands[held])
-        changes = np.flatnonzero(np.diff(known, prepend=self._command)) if self._obeys else []
-        for change in map(int, changes):
+        changes = np.flatnonzero(np.diff(known, prepend=self._command)).tolist()
+        for change in changes if self._obeys else ():
             parts.append(drive.advance(max(int(steps[change]) - drive.steps, 0)))
             try:
                 drive.command(float(known[change]))
