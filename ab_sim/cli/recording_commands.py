@@ -78,3 +78,37 @@ def compare(
     from ab_sim.cli.compare import compare_command
 
     compare_command(recording, scene, change or [], json, plot)
+
+
+@recording_commands.command()
+def report(
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Recordings: .rrd; several stand side by side.")
+    ],
+    png: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the runs into a picture: .png.")
+    ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write one page with figures to zoom, which needs nothing else: .html.",
+        ),
+    ] = None,
+    json: JsonOption = None,
+) -> None:
+    """What recorded runs come to, side by side: a table, a picture, a page.
+
+    Speed, whirl, driving force, ball angles, tilt and motor torque over time, as far as there are;
+    the deck's path, of the whole run and of the last turns; the spectrum of the vibration at the
+    end; and its amplitude over frequency and spindle speed. Curves hold every peak. Recordings of
+    any length are read in blocks; those that were not finished as far as they go.
+
+    The JSON has `runs`, each with recording, scene, begins and duration [s], samples, gaps,
+    missing, complete, events, merits (see `ab-sim run --help`; null if what was run is not known),
+    vibration_of, vibration_rms [m/s^2], once_per_turn_share, real_time_factor (mean, least; null of
+    an offline run) and notes.
+    """
+    from ab_sim.cli.report import report_command
+
+    report_command(recordings, png, html, json)

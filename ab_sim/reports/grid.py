@@ -41,12 +41,10 @@ def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:
 def _limits(panels: Sequence[Panel]) -> Limits:
     across, up = [], []
     for panel in panels:
-        for curve in (*panel.curves, *([panel.cloud] if panel.cloud else [])):
-            across.append(curve.x)
-            up.append(curve.y)
-        if panel.heat is not None:
-            across.append(panel.heat.x)
-            up.append(panel.heat.y)
+        for part in (*panel.curves, panel.cloud, panel.heat):
+            if part is not None:
+                across.append(part.x)
+                up.append(part.y)
         up.append(np.array([value for value, _ in panel.levels]))
     log = any(panel.log for panel in panels)
     x, y = _span(across, 0.0 if not panels[0].equal else 0.05, False), _span(up, 0.05, log)

@@ -14,6 +14,9 @@ ORDERS = (1, 2)
 """Times the spindle's speed, drawn as lines."""
 WATERFALL_DECADES = 4.0
 """Below the largest amplitude; what is smaller is drawn alike."""
+COLUMNS = 300
+"""Of a waterfall at most."""
+Cells = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -189,7 +192,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
         top = min(fall.frequencies[-1], 8.0 * high / (2.0 * math.pi))
         shown = fall.frequencies <= top
         label = "amplitude [dB of 1 m/s^2]"
-        heat = Heat(fall.frequencies[shown], middles, values[:, shown], label)
+        heat = Heat(*_pooled(fall.frequencies[shown], middles, values[:, shown]), label)
         orders = []
         for order, colour in zip(ORDERS, (ORANGE, VERMILION), strict=True):
             ends = np.array([low, min(high, 2.0 * math.pi * top / order)])
@@ -211,3 +214,14 @@ def _orders_at(data: RunData, root: np.ndarray) -> Iterator[Curve]:
         if 0 < order * speed < data.spectrum.frequencies[-1]:
             line = np.full(2, order * speed)
             yield Curve(f"{order}x, {order * speed:.4g} Hz", line, ends, colour, 1.5, True)
+
+
+def _pooled(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> Cells:
+    """The largest of neighbours, where there are more columns than can be seen."""
+    many = -(-len(x) // COLUMNS)
+    starts = np.arange(0, len(x), many)
+    return (
+        x[np.minimum(starts + many // 2, len(x) - 1)],
+        y,
+        np.fmax.reduceat(values, starts, axis=1),
+    )

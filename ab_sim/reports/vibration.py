@@ -105,6 +105,7 @@ class Waterfall:
         wanted = min(SEGMENT_TIME * rate, LONGEST, count / 8)
         self.length = max(2 ** int(math.log2(max(wanted, SHORTEST))), SHORTEST)
         hop = max(self.length // 4, -(-count // MOST_SEGMENTS))
+        self._hop = min(hop, self.length)
         self._segments = Segments(self.length, hop)
         self.edges = np.linspace(*speeds, SPEEDS + 1)
         """Of the ranges of speed [rad/s]."""
@@ -123,8 +124,9 @@ class Waterfall:
             self.frequencies, power = density_of(segment[:, :-1], "spectrum")
             if self.amplitudes.shape[1] == 0:
                 self.amplitudes = np.full((SPEEDS, len(power)), np.nan)
-            # All the speeds that the segment went through.
-            low, high = np.searchsorted(self.edges, [segment[:, -1].min(), segment[:, -1].max()])
+            # The speeds of its middle, which no other segment has: all of them leave no gap.
+            middle = segment[(len(segment) - self._hop) // 2 :, -1][: self._hop + 1]
+            low, high = np.searchsorted(self.edges, [middle.min(), middle.max()])
             rows = slice(max(int(low) - 1, 0), min(max(int(high), 1), SPEEDS))
             amplitude = np.sqrt(2.0 * power)
             self.amplitudes[rows] = np.fmax(self.amplitudes[rows], amplitude)
