@@ -139,7 +139,8 @@ def _scene_of(run: StoredRun) -> tuple[Scene | None, str | None]:
         scene = check_scene(run.description.get("scene") or {}, "the recording's scene")
         channels = channels_of(scene, system_of(scene))
     except AbSimError as error:
-        return None, f"cannot be judged: what was run is not known ({error})"
+        first = str(error).splitlines()[0]
+        return None, f"cannot be judged: what was run is not known ({first})"
     if channels != run.channels:
         return None, "cannot be judged: its channels are not those of its scene"
     return scene, None

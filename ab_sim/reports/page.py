@@ -24,6 +24,7 @@ th, td { text-align: left; padding: 0.25em 1.2em 0.25em 0.3em; border-bottom: 1p
 p { max-width: 60em; color: #444; }
 .runs { display: grid; gap: 0.6em; }
 .runs h2 { margin: 0.5em 0 0 0; font-size: 1.1em; }
+.runs h3 { margin: 0.3em 0 0 0; font-size: 0.95em; font-weight: normal; text-align: center; }
 .runs div { min-width: 0; }
 """
 # Panels over time are zoomed together.
@@ -92,7 +93,8 @@ def _division(panel: Panel, limits: Limits) -> str:
     drawn = figure.to_html(
         full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}
     )
-    return f'<div class="{"time" if panel.across == TIME else "other"}">{drawn}</div>\n'
+    kind = "time" if panel.across == TIME else "other"
+    return f'<div class="{kind}"><h3>{html.escape(panel.title)}</h3>{drawn}</div>\n'
 
 
 def _figure(panel: Panel, limits: Limits) -> Any:
@@ -107,14 +109,16 @@ def _figure(panel: Panel, limits: Limits) -> Any:
         time = panel.cloud.time
         figure.add_scattergl(
             x=_short(panel.cloud.x), y=_short(panel.cloud.y), mode="markers", showlegend=False,
-            marker={"color": time, "colorscale": MAP, "size": 3, "colorbar": bar},
-            text=[f"{at:.4f} s" for at in time],
+            marker={"color": _short(time), "colorscale": MAP, "size": 3, "colorbar": bar},
+            customdata=_short(time), hovertemplate="%{customdata:.4f} s<br>%{x}, %{y} mm",
         )  # fmt: skip
     for curve in panel.curves:
         line = {
             "color": curve.colour, "width": curve.width, "dash": "dash" if curve.dashed else "solid"
         }  # fmt: skip
-        figure.add_scatter(x=curve.x, y=_short(curve.y), name=curve.name, line=line, mode="lines")
+        figure.add_scatter(
+            x=_short(curve.x), y=_short(curve.y), name=curve.name, line=line, mode="lines"
+        )
     for value, name in panel.levels:
         figure.add_hline(
             value, line={"color": GREY, "width": 1, "dash": "dot"}, annotation_text=name,
@@ -126,15 +130,14 @@ def _figure(panel: Panel, limits: Limits) -> Any:
         limits, (False, panel.log), strict=True
     ))  # fmt: skip
     figure.update_layout(
-        title={"text": panel.title, "font": {"size": 14}, "x": 0.5, "xanchor": "center"},
-        height=HEIGHT * panel.height + 90, margin={"l": 75, "r": 20, "t": 45, "b": 50},
+        height=HEIGHT * panel.height + 80, margin={"l": 75, "r": 20, "t": 30, "b": 50},
         template="simple_white", hovermode="closest",
-        legend={"x": 1.0, "xanchor": "right", "y": 1.0, "bgcolor": "rgba(255,255,255,0.7)"},
+        legend={"orientation": "h", "x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"},
     )  # fmt: skip
     figure.update_xaxes(title=panel.across, range=across, showgrid=True, visible=not panel.note)
     figure.update_yaxes(
         title=panel.up, range=up, type="log" if panel.log else "linear", showgrid=True,
-        visible=not panel.note, exponentformat="power" if panel.log else "e",
+        visible=not panel.note, exponentformat="power", dtick=1 if panel.log else None,
     )  # fmt: skip
     if panel.equal:
         figure.update_yaxes(scaleanchor="x", scaleratio=1)

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ab_sim.reports.colours import BLACK, BLUE, CURVES, GREY, ORANGE, VERMILION
+from ab_sim.reports.colours import BLACK, BLUE, CURVES, GREY, SKY, VERMILION
 from ab_sim.reports.gather import TURNS, RunData
 
 TIME = "time [s]"
-ORDERS = (1, 2)
-"""Times the spindle's speed, drawn as lines."""
+ORDERS = {1: VERMILION, 2: SKY}
+"""Times the spindle's speed, drawn as lines in these colours."""
 WATERFALL_DECADES = 4.0
 """Below the largest amplitude; what is smaller is drawn alike."""
 COLUMNS = 300
@@ -194,7 +194,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
         label = "amplitude [dB of 1 m/s^2]"
         heat = Heat(*_pooled(fall.frequencies[shown], middles, values[:, shown]), label)
         orders = []
-        for order, colour in zip(ORDERS, (ORANGE, VERMILION), strict=True):
+        for order, colour in ORDERS.items():
             ends = np.array([low, min(high, 2.0 * math.pi * top / order)])
             line = order * ends / (2.0 * math.pi)
             orders.append(Curve(f"{order}x", line, ends, colour, 1.5, True))
@@ -210,7 +210,7 @@ def _orders_at(data: RunData, root: np.ndarray) -> Iterator[Curve]:
         return
     speed = abs(float(data.curves.curve("speed")[1][-1])) / (2.0 * math.pi)
     ends = np.array([root.min(), root.max()])
-    for order, colour in zip(ORDERS, (ORANGE, VERMILION), strict=True):
+    for order, colour in ORDERS.items():
         if 0 < order * speed < data.spectrum.frequencies[-1]:
             line = np.full(2, order * speed)
             yield Curve(f"{order}x, {order * speed:.4g} Hz", line, ends, colour, 1.5, True)

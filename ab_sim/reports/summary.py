@@ -92,12 +92,17 @@ def _peak(merits: Merits, scale: float, unit: str) -> str:
     return f"{value} {unit} {when}"
 
 
+def _final(merits: Merits, scale: float, unit: str) -> str:
+    value, comma, changing = final_text(merits, scale).partition(",")
+    return f"{value} {unit}{comma}{changing}"
+
+
 _TOLD: tuple[tuple[str, Callable[[RunData], str]], ...] = (
     ("scene", _scene),
     ("duration", _duration),
     ("final speed", _speed),
     ("peak W", _judged(_peak)),
-    ("final W", _judged(lambda m, scale, unit: f"{final_text(m, scale)} {unit}")),
+    ("final W", _judged(_final)),
     ("in the band", _judged(in_band_text)),
     ("residual unbalance", _judged(lambda m, *_: number_text(m.residual_unbalance))),
     ("residual couple", _judged(lambda m, *_: number_text(m.residual_couple))),
