@@ -1,8 +1,10 @@
 """Files that results go to are refused before any work is done, by whoever will write them."""
 
+import contextlib
 import os
+import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ab_sim.errors import InputError
@@ -10,6 +12,10 @@ from ab_sim.errors import InputError
 PICTURE = (".png", ".svg", ".pdf")
 RECORDING = (".rrd",)
 REPORT = (".json",)
+PARQUET = (".parquet",)
+CSV = (".csv",)
+PNG = (".png",)
+PAGE = (".html",)
 
 
 def check_ending(path: Path, endings: Sequence[str], said: str) -> None:
@@ -58,11 +64,31 @@ def write_whole(file: Path, content: bytes) -> None:
     Raises:
         OSError: it cannot be written; nothing has changed.
     """
-    descriptor, unfinished = tempfile.mkstemp(dir=file.parent)
+    with replacing(file) as unfinished:
+        unfinished.write_bytes(content)
+
+
+@contextlib.contextmanager
+def replacing(file: Path) -> Iterator[Path]:
+    """Gives another file in the same folder to write to, which becomes ``file`` at the end.
+
+    After an exception it is gone, and nothing has changed.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    descriptor, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
+    os.close(descriptor)
+    unfinished = Path(name)
     try:
-        with open(descriptor, "wb") as writing:
-            writing.write(content)
-        os.replace(unfinished, file)
+        yield unfinished
+        if file.exists():
+            shutil.copymode(file, unfinished)
+        else:
+            mask = os.umask(0)
+            os.umask(mask)
+            unfinished.chmod(0o666 & ~mask)
+        unfinished.replace(file)
     except BaseException:
-        os.unlink(unfinished)
+        unfinished.unlink(missing_ok=True)
         raise

@@ -26,6 +26,7 @@ ORDER = (
     ("batch", "analysis", "recording"),
     ("studies",),
     ("figures",),
+    ("reports",),
     ("papers",),
     ("nodes",),
     ("cli",),

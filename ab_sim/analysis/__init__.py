@@ -7,7 +7,7 @@ from ab_sim.analysis.comparison import (
     without_balls,
     without_period,
 )
-from ab_sim.analysis.merits import Merits, merits_of
+from ab_sim.analysis.merits import Merits, merits_of, merits_of_pieces
 from ab_sim.analysis.offline import OfflineRun, run_scene
 from ab_sim.analysis.replay import replay
 from ab_sim.analysis.startup import (
@@ -26,6 +26,7 @@ __all__ = [
     "driving_forces",
     "first_passage_of_opposite",
     "merits_of",
+    "merits_of_pieces",
     "peak_whirl",
     "replay",
     "run_scene",

@@ -1,11 +1,12 @@
 """What a run is judged by: how little the deck whirls in the end, and how soon."""
 
 import math
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.rest import from_rest, tilt_from_rest
+from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
@@ -89,34 +90,55 @@ def merits_of(trajectory: Trajectory, scene: Scene) -> Merits:
         trajectory: consecutive samples, from the start of the run to its end.
         scene: what was run.
     """
-    trajectory = from_rest(trajectory, scene)
-    time, whirl = trajectory["time"], trajectory.whirl
-    tilt = tilt_from_rest(trajectory, scene) if trajectory.tilts else None
-    last = max(1, round(LAST * len(time)))
-    final = rms(whirl[-last:])
-    halves = [rms(half) for half in np.array_split(whirl[-last:], 2) if len(half)]
+    return merits_of_pieces(lambda: iter([trajectory]), len(trajectory), scene)
+
+
+def merits_of_pieces(
+    pieces: Callable[[], Iterable[Trajectory]], count: int, scene: Scene
+) -> Merits:
+    """Judge a run that is too long to be held in memory, in two passes over it.
+
+    Args:
+        pieces: begins at the run's start each time it is called; trajectories that follow each
+            other, none of them empty.
+        count: how many samples there are, at least 1.
+        scene: what was run.
+    """
+    rest, last = rest_of(scene), max(1, round(LAST * count))
+    peak, tail = _Peak(), _Tail(scene, rest, last)
+    start_up = scene.profile is not None and scene.profile.kind == "start_up"
+    passed, done, before = None, 0, None
+    for piece in map(rest.counted_from, pieces()):
+        joined = piece if before is None else Trajectory.join([before, piece])
+        peak.take(joined)
+        if start_up and passed is None:
+            passed = first_passage_of_opposite(joined)
+        done += len(piece)
+        tail.take(piece.last(done - (count - last)))
+        peak.take_tilt(piece, rest)
+        # Two samples, so that the largest whirl has both its neighbours once.
+        before = joined.last(2)
+    assert before is not None
+    whirl, at = peak_whirl(peak.around)
+    final = tail.whirl.value
     disc_alone = scene.eccentric_mass * scene.rotor.eccentricity / scene.total_mass
     band = max(BAND * final, FLOOR * disc_alone)
-    outside = np.flatnonzero(np.abs(whirl - final) > band)
-    begins = 0 if len(outside) == 0 else int(outside[-1]) + 1
-    settled = begins <= len(time) - last
-    start_up = scene.profile is not None and scene.profile.kind == "start_up"
-    peak, at = peak_whirl(trajectory)
+    begins, time = _in_band_from(map(rest.counted_from, pieces()), final, band)
     return Merits(
-        peak_whirl=peak,
+        peak_whirl=whirl,
         peak_time=at,
         final_whirl=final,
-        halves=(halves[0], halves[-1]),
-        span=(float(np.min(whirl[-last:])), float(np.max(whirl[-last:]))),
+        halves=(tail.halves[0].value, tail.halves[last > 1].value),
+        span=tail.span,
         band=band,
-        in_band_from=float(time[begins]) if settled else None,
-        residual_unbalance=_residual_unbalance(trajectory.ball_angles[-last:], scene),
-        residual_couple=_residual_couple(trajectory.ball_angles[-last:], scene),
-        peak_tilt=None if tilt is None else float(np.max(tilt)),
-        final_tilt=None if tilt is None else rms(tilt[-last:]),
-        first_passage_of_opposite=first_passage_of_opposite(trajectory) if start_up else None,
-        final_ball_angles=tuple(trajectory.ball_angles[-1].tolist()),
-        final_speed=float(trajectory["speed"][-1]),
+        in_band_from=time if begins <= count - last else None,
+        residual_unbalance=tail.unbalance.value if tail.has_unbalance else None,
+        residual_couple=tail.couple.value if tail.has_couple else None,
+        peak_tilt=peak.tilt,
+        final_tilt=tail.tilt.value if before.tilts else None,
+        first_passage_of_opposite=passed,
+        final_ball_angles=tuple(before.ball_angles[-1].tolist()),
+        final_speed=float(before["speed"][-1]),
     )
 
 
@@ -125,19 +147,93 @@ def rms(values: np.ndarray) -> float:
     return math.sqrt(float(np.mean(values**2)))
 
 
-def _residual_unbalance(angles: np.ndarray, scene: Scene) -> float | None:
-    """Of the balls on a round race around the shaft; what a runout adds is left out."""
-    unbalance = scene.eccentric_mass * scene.rotor.eccentricity
-    if unbalance == 0:
-        return None
-    moments = np.array(scene.balls.masses) * scene.race.radius
-    return rms(np.abs(1.0 + np.exp(1j * angles) @ moments / unbalance))
+class MeanSquare:
+    """A root mean square that grows with what it is given."""
+
+    def __init__(self) -> None:
+        self._sum, self._count = 0.0, 0
+
+    def take(self, values: np.ndarray) -> None:
+        """Add values."""
+        self._sum += float(np.sum(values**2))
+        self._count += len(values)
+
+    @property
+    def value(self) -> float:
+        """The root of the mean square of all values so far; there must be some."""
+        return math.sqrt(self._sum / self._count)
 
 
-def _residual_couple(angles: np.ndarray, scene: Scene) -> float | None:
-    couple = scene.couple_unbalance
-    if couple == 0:
-        return None
-    heights = np.array([scene.race.heights[race] for race in scene.balls.races])
-    moments = np.array(scene.balls.masses) * scene.race.radius * heights
-    return rms(np.abs(1.0 + np.exp(1j * angles) @ moments / couple))
+class _Peak:
+    """The largest whirl, with the samples beside it, and tilt."""
+
+    def __init__(self) -> None:
+        self.around: Trajectory
+        self.tilt: float | None = None
+        self._whirl, self._step = -math.inf, math.nan
+
+    def take(self, piece: Trajectory) -> None:
+        whirl = piece.whirl
+        top = int(np.argmax(whirl))
+        step = float(piece["step"][top])
+        # The same again where it was the last of a piece: now it has a sample behind it, too.
+        if whirl[top] > self._whirl or (step == self._step and top > 0):
+            self._whirl, self._step = float(whirl[top]), step
+            rows = piece.samples[max(top - 1, 0) : top + 2].copy()
+            self.around = Trajectory(piece.channels, rows)
+
+    def take_tilt(self, piece: Trajectory, rest: Rest) -> None:
+        if piece.tilts:
+            most = float(np.max(rest.tilt_from(piece)))
+            self.tilt = most if self.tilt is None else max(self.tilt, most)
+
+
+class _Tail:
+    """The last stretch of a run."""
+
+    def __init__(self, scene: Scene, rest: Rest, count: int) -> None:
+        self.whirl, self.tilt, self.unbalance, self.couple = (MeanSquare() for _ in range(4))
+        self.halves = (MeanSquare(), MeanSquare())
+        self.span = (math.inf, -math.inf)
+        self._rest, self._first_half, self._taken = rest, count - count // 2, 0
+        # Of the balls on a round race around the shaft; what a runout adds is left out.
+        moments = np.array(scene.balls.masses) * scene.race.radius
+        heights = np.array([scene.race.heights[race] for race in scene.balls.races])
+        unbalance = scene.eccentric_mass * scene.rotor.eccentricity
+        couple = scene.couple_unbalance
+        self.has_unbalance, self.has_couple = unbalance != 0, couple != 0
+        self._shares = moments / unbalance if unbalance else None
+        self._tilting = moments * heights / couple if couple else None
+
+    def take(self, piece: Trajectory) -> None:
+        if len(piece) == 0:
+            return
+        whirl = piece.whirl
+        self.whirl.take(whirl)
+        first = max(self._first_half - self._taken, 0)
+        self.halves[0].take(whirl[:first])
+        self.halves[1].take(whirl[first:])
+        self._taken += len(piece)
+        self.span = min(self.span[0], float(whirl.min())), max(self.span[1], float(whirl.max()))
+        if piece.tilts:
+            self.tilt.take(self._rest.tilt_from(piece))
+        turned = np.exp(1j * piece.ball_angles)
+        if self._shares is not None:
+            self.unbalance.take(np.abs(1.0 + turned @ self._shares))
+        if self._tilting is not None:
+            self.couple.take(np.abs(1.0 + turned @ self._tilting))
+
+
+def _in_band_from(pieces: Iterable[Trajectory], final: float, band: float) -> tuple[int, float]:
+    """Number and time of the sample after the last one outside; NaN if that one is the last."""
+    begins, time, done = 0, math.nan, 0
+    for piece in pieces:
+        if begins == done:
+            time = float(piece["time"][0])
+        outside = np.flatnonzero(np.abs(piece.whirl - final) > band)
+        if len(outside):
+            at = int(outside[-1]) + 1
+            begins = done + at
+            time = float(piece["time"][at]) if at < len(piece) else math.nan
+        done += len(piece)
+    return begins, time

@@ -28,6 +28,21 @@ class Rest(NamedTuple):
         """Angles alpha, beta, gamma [rad]."""
         return tilt_of(self.turn)
 
+    def counted_from(self, trajectory: Trajectory) -> Trajectory:
+        """The same run, with displacements that count from here."""
+        if not self.place.any():
+            return trajectory
+        samples = trajectory.samples.copy()
+        for axis, hangs in zip("xyz", self.place, strict=True):
+            samples[:, column_of(axis, trajectory.channels)] -= hangs
+        return Trajectory(trajectory.channels, samples)
+
+    def tilt_from(self, trajectory: Trajectory) -> np.ndarray:
+        """Angle between the shaft and where it points here [rad], shape (samples,)."""
+        upright = matrix_of(self.turn)[:, 2]
+        across = np.cross(trajectory.turned[:, :, 2], upright)
+        return np.arctan2(np.linalg.norm(across, axis=1), trajectory.turned[:, :, 2] @ upright)
+
 
 def rest_of(scene: Scene) -> Rest:
     """Where the deck of a scene hangs.
@@ -47,17 +62,4 @@ def rest_of(scene: Scene) -> Rest:
 
 def from_rest(trajectory: Trajectory, scene: Scene) -> Trajectory:
     """The same run, with displacements that count from where the deck hangs."""
-    rest = rest_of(scene)
-    if not rest.place.any():
-        return trajectory
-    samples = trajectory.samples.copy()
-    for axis, hangs in zip("xyz", rest.place, strict=True):
-        samples[:, column_of(axis, trajectory.channels)] -= hangs
-    return Trajectory(trajectory.channels, samples)
-
-
-def tilt_from_rest(trajectory: Trajectory, scene: Scene) -> np.ndarray:
-    """Angle between the shaft and where it points at rest [rad], shape (samples,)."""
-    upright = matrix_of(rest_of(scene).turn)[:, 2]
-    across = np.cross(trajectory.turned[:, :, 2], upright)
-    return np.arctan2(np.linalg.norm(across, axis=1), trajectory.turned[:, :, 2] @ upright)
+    return rest_of(scene).counted_from(trajectory)

@@ -8,6 +8,7 @@ import typer
 import ab_sim
 from ab_sim.cli.analysis_commands import analysis_commands
 from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+from ab_sim.cli.recording_commands import recording_commands
 
 app = typer.Typer(
     name="ab-sim",
@@ -203,3 +204,4 @@ def demo(
 
 
 app.add_typer(analysis_commands)
+app.add_typer(recording_commands)

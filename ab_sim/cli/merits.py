@@ -1,12 +1,20 @@
 """What a run is judged by, as a table: beside the same run without period, and without balls."""
 
-import math
 from collections.abc import Iterator, Mapping
 
 from rich.table import Table
 
 from ab_sim.analysis import Compared, Comparison, Merits
 from ab_sim.analysis.merits import BAND, FLOOR, LAST
+from ab_sim.reports.wording import (
+    angles_text,
+    final_text,
+    in_band_text,
+    milli_text,
+    number_text,
+    passage_text,
+    peak_text,
+)
 from ab_sim.scene import Scene
 
 
@@ -38,22 +46,22 @@ def merits_table(
     for head in columns:
         table.add_column(head, overflow="fold")
 
-    table.add_row(f"peak {symbol}", *(_peak(m, scale) for m in merits))
-    table.add_row(f"final {symbol}", *(_final(m, scale) for m in merits))
+    table.add_row(f"peak {symbol}", *(peak_text(m, scale) for m in merits))
+    table.add_row(f"final {symbol}", *(final_text(m, scale) for m in merits))
     if balls:
         shares = [comparison.relative_whirl(m) for m in merits]
-        table.add_row("... / without balls", *(_number(share) for share in shares))
-        table.add_row("residual unbalance", *(_number(m.residual_unbalance) for m in merits))
+        table.add_row("... / without balls", *(number_text(share) for share in shares))
+        table.add_row("residual unbalance", *(number_text(m.residual_unbalance) for m in merits))
         if any(m.residual_couple is not None for m in merits):
-            table.add_row("residual couple", *(_number(m.residual_couple) for m in merits))
+            table.add_row("residual couple", *(number_text(m.residual_couple) for m in merits))
     if scene.deck is not None:
-        table.add_row("peak tilt [mrad]", *(_milli(m.peak_tilt) for m in merits))
-        table.add_row("final tilt [mrad]", *(_milli(m.final_tilt) for m in merits))
-    table.add_row("in the band", *(_in_band(m, scale, unit) for m in merits))
+        table.add_row("peak tilt [mrad]", *(milli_text(m.peak_tilt) for m in merits))
+        table.add_row("final tilt [mrad]", *(milli_text(m.final_tilt) for m in merits))
+    table.add_row("in the band", *(in_band_text(m, scale, unit) for m in merits))
     if balls and scene.profile is not None and scene.profile.kind == "start_up":
-        table.add_row("all at -180 deg", *(_passage(m) for m in merits))
+        table.add_row("all at -180 deg", *(passage_text(m) for m in merits))
     if balls:
-        table.add_row("final ball angles", *(_angles(m) for m in merits))
+        table.add_row("final ball angles", *(angles_text(m) for m in merits))
     table.add_row("final speed", *(f"{m.final_speed:.4g} rad/s" for m in merits))
     return table
 
@@ -74,42 +82,3 @@ def _caption(scene: Scene) -> str:
             yield f"W{tilt} from where the deck hangs."
 
     return " ".join(sentences())
-
-
-def _peak(merits: Merits, scale: float) -> str:
-    return f"{merits.peak_whirl * scale:.4g} at {merits.peak_time:.3f} s"
-
-
-def _final(merits: Merits, scale: float) -> str:
-    text = f"{merits.final_whirl * scale:.3g}"
-    if merits.changing:
-        first, second = (half * scale for half in merits.halves)
-        text += f", still changing ({first:.3g}, then {second:.3g})"
-    return text
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}"
-
-
-def _milli(value: float | None) -> str:
-    return "-" if value is None else f"{1e3 * value:.3g}"
-
-
-def _in_band(merits: Merits, scale: float, unit: str) -> str:
-    if merits.in_band_from is not None:
-        return f"+-{merits.band * scale:.2g} {unit} from {merits.in_band_from:.2f} s"
-    least, most = (whirl * scale for whirl in merits.span)
-    return f"not before the end: {least:.3g} to {most:.3g} {unit}"
-
-
-def _passage(merits: Merits) -> str:
-    if not merits.final_ball_angles:
-        return "-"
-    passed = merits.first_passage_of_opposite
-    return "never" if passed is None else f"{passed:.3f} s"
-
-
-def _angles(merits: Merits) -> str:
-    angles = merits.final_ball_angles
-    return ", ".join(f"{math.degrees(a):.1f}" for a in angles) + " deg" if angles else "-"

@@ -1,6 +1,7 @@
 """Where a command's results go, tried before any work is done."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,15 @@ people = Console(stderr=True, markup=False)
 def check_outputs(json_file: str | None, plot: Path | None, rrd: Path | None = None) -> list[Path]:
     """The files that a command will write, after trying them; ``-`` is standard output."""
     report = None if json_file in (None, "-") else Path(str(json_file))
-    files = []
-    for path, endings, option in (
-        (report, REPORT, "--json"),
-        (plot, PICTURE, "--plot"),
-        (rrd, RECORDING, "--rrd"),
-    ):
+    return check_files(
+        (report, REPORT, "--json"), (plot, PICTURE, "--plot"), (rrd, RECORDING, "--rrd")
+    )
+
+
+def check_files(*outputs: tuple[Path | None, Sequence[str], str]) -> list[Path]:
+    """Of files with their endings and options, those that were asked for, after trying them."""
+    files: list[Path] = []
+    for path, endings, option in outputs:
         if path is not None:
             check_ending(path, endings, option)
             check_writable(path, option)

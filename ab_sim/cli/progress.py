@@ -6,10 +6,15 @@ from contextlib import contextmanager
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ab_sim.cli.outputs import people
+from ab_sim.errors import Interrupted
+from ab_sim.interruption import in_order
+
+Tell = Callable[[str, int, int], None]
+"""What is done now, done, of all."""
 
 
 @contextmanager
-def progress_bar(name: str) -> Iterator[Callable[[str, int, int], None]]:
+def progress_bar(name: str) -> Iterator[Tell]:
     """Shows a bar, gone at the end; call what it gives with (what is done now, done, of all)."""
     columns = (
         TextColumn("{task.fields[name]}", markup=False),
@@ -25,3 +30,16 @@ def progress_bar(name: str) -> Iterator[Callable[[str, int, int], None]]:
             bar.update(task, description=what, completed=done, total=total)
 
         yield update
+
+
+@contextmanager
+def interruptible(name: str, left: str) -> Iterator[Tell]:
+    """A bar whose work ends in order at Ctrl-C, with ``left`` said of what is on disk then."""
+    with in_order() as stopping, progress_bar(name) as show:
+
+        def tell(what: str, done: int, total: int) -> None:
+            show(what, done, total)
+            if stopping.is_set():
+                raise Interrupted(f"interrupted; {left}")
+
+        yield tell

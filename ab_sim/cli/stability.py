@@ -1,8 +1,6 @@
 """`ab-sim stability`."""
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from rich.table import Table
@@ -10,17 +8,18 @@ from rich.table import Table
 from ab_sim.analysis.held import last_speed
 from ab_sim.analysis.maps.balls import Against, Shares, plane_with_balls
 from ab_sim.analysis.maps.family import Family, family, members, values_of
-from ab_sim.analysis.maps.kept import Tell
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
-from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.progress import interruptible
 from ab_sim.cli.speed import check_speed
-from ab_sim.errors import InputError, Interrupted
-from ab_sim.interruption import in_order
+from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
 from ab_sim.studies import basin as basins
+
+KEPT = "what is done is kept, the same command goes on"
+"""Said where Ctrl-C ends one of these."""
 
 
 def map_command(
@@ -43,7 +42,7 @@ def map_command(
         if each is not None:
             each.check()
     files = check_outputs(json, plot)
-    with _interruptible(scene.name) as tell:
+    with interruptible(scene.name, KEPT) as tell:
         found = stability_map(plane, coarse, _processors(), tell)
         beside = None if other is None else stability_map(other, coarse, _processors(), tell)
     compared = None if beside is None else Against(found, beside)
@@ -86,7 +85,7 @@ def family_command(
     plane = Plane(scene, _speed(scene, speed), across, up)
     members(plane, key, values)
     files = check_outputs(json, plot)
-    with _interruptible(scene.name) as tell:
+    with interruptible(scene.name, KEPT) as tell:
         found = family(plane, key, values, coarse, _processors(), tell)
     if json is not None:
         write_json(found.report(), json)
@@ -110,7 +109,7 @@ def basin_command(
     """Run, print and draw a basin; outputs are tried first."""
     scene = load_scene(scene_name, changes)
     files = check_outputs(json, plot)
-    with _interruptible(scene.name) as tell:
+    with interruptible(scene.name, KEPT) as tell:
         left = basins.BALANCED_TO if limit is None else limit
         found = basins.basin(scene, count, left, _processors(), tell)
     if json is not None:
@@ -190,16 +189,3 @@ def _check_coarse(coarse: int) -> None:
 
 def _processors() -> int:
     return len(os.sched_getaffinity(0))
-
-
-@contextmanager
-def _interruptible(name: str) -> Iterator[Tell]:
-    """A bar whose work ends in order at Ctrl-C, with what is done kept on disk."""
-    with in_order() as stopping, progress_bar(name) as show:
-
-        def tell(what: str, done: int, total: int) -> None:
-            show(what, done, total)
-            if stopping.is_set():
-                raise Interrupted("interrupted; what is done is kept, the same command goes on")
-
-        yield tell

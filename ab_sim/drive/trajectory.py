@@ -100,6 +100,10 @@ class Trajectory:
             return self
         return Trajectory(self.channels, self.samples[(-1 - after) % every :: every].copy())
 
+    def last(self, count: int) -> "Trajectory":
+        """The last so many samples, or all; none if ``count`` is less than 1."""
+        return Trajectory(self.channels, self.samples[max(len(self) - max(count, 0), 0) :])
+
     def __len__(self) -> int:
         return len(self.samples)
 

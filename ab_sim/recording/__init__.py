@@ -2,7 +2,8 @@
 
 A run is a table of float64 *samples*: one row per integration step, one column per *channel*,
 the first two being ``step`` (a whole number that grows) and ``time`` [s]. `Recording` writes the
-table, `read_recording` returns exactly what was written.
+table, `read_recording` returns exactly what was written, and `open_recording` gives it in blocks,
+for runs that do not fit into memory.
 
 ==========================  ==========================================  ===================
 entity                      contents                                    shown as
@@ -44,14 +45,25 @@ import os
 # Rerun reads this when it is imported. It would warn of every file without an index.
 os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
 
-from ab_sim.recording.reader import Event, RecordedRun, read_recording  # noqa: E402
+from ab_sim.recording.reader import RecordedRun, read_recording  # noqa: E402
+from ab_sim.recording.stored import (  # noqa: E402
+    BLOCK_ROWS,
+    Event,
+    Extent,
+    StoredRun,
+    open_recording,
+)
 from ab_sim.recording.writer import BATCH_ROWS, CHUNK_ROWS, Recording  # noqa: E402
 
 __all__ = [
     "BATCH_ROWS",
+    "BLOCK_ROWS",
     "CHUNK_ROWS",
     "Event",
+    "Extent",
     "RecordedRun",
     "Recording",
+    "StoredRun",
+    "open_recording",
     "read_recording",
 ]

@@ -1,32 +1,16 @@
-"""Reading a recording back."""
+"""Reading a recording back as a whole."""
 
 from __future__ import annotations
 
-import json
-import warnings
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-from numpy.typing import NDArray
-from rerun.chunk import RrdReader
 
 from ab_sim.drive.trajectory import column_of
-from ab_sim.errors import RecordingError
-from ab_sim.recording.layout import CLOSED, Array, layout_of
-
-
-@dataclass(frozen=True)
-class Event:
-    """What `Recording.event` noted; ``time`` [s] is rounded to ns, ``level`` has Rerun's name."""
-
-    time: float
-    level: str
-    source: str
-    text: str
+from ab_sim.recording.layout import Array
+from ab_sim.recording.stored import Event, open_recording
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,81 +31,22 @@ class RecordedRun:
 
 
 def read_recording(path: Path | str) -> RecordedRun:
-    """Read what `Recording` wrote, finished or not.
+    """Read what `Recording` wrote, finished or not, into memory.
 
-    :raises RecordingError: no such file, not a Rerun file, torn in the middle, or not ours.
+    :raises RecordingError: see `open_recording`, which is for runs too long for this.
     """
-    path = Path(path)
-    static, moving = _batches(path)
-    if "/description" not in static:
-        raise RecordingError(f"{path} is a Rerun file, but not a recording of ab_sim")
-    text = _column(static["/description"], "TextDocument:text")[0]
-    names = tuple(_column(static["/channels"], "names")) if "/channels" in static else ()
-    samples = _samples(names, moving)
-    leaps = np.diff(samples[:, 0]) if names else np.empty(0)
-    components = ("TextLog:level", "source", "TextLog:text")
-    noted = _notes(moving, "/events/", *components)
-    events = [Event(*row) for _, times, values in noted for row in zip(times, *values, strict=True)]
-    scalars = _notes(moving, "/run/", "Scalars:scalars")
+    stored = open_recording(path)
+    blocks = list(stored.blocks()) if stored.channels else []
+    samples = np.concatenate([np.empty((0, len(stored.channels))), *blocks])
+    leaps = np.diff(samples[:, 0]) if len(samples) else np.empty(0)
+    notes = stored.notes
     return RecordedRun(
-        description=json.loads(text.split("```json\n", 1)[1].rsplit("\n```", 1)[0]),
-        channels=names,
+        description=stored.description,
+        channels=stored.channels,
         samples=samples,
         gaps=int((leaps > 1).sum()),
         missing=int((leaps - 1).sum()),
-        events=sorted(events, key=lambda event: event.time),
-        scalars={name: np.column_stack([times, *values]) for name, times, values in scalars},
-        complete=CLOSED in static and _column(static[CLOSED], "rows")[0] == len(samples),
+        events=notes.events,
+        scalars=notes.scalars,
+        complete=notes.closed_with == len(samples),
     )
-
-
-Batches = dict[str, list[pa.RecordBatch]]  # by entity
-
-
-def _batches(path: Path) -> tuple[Batches, Batches]:
-    """What is static, and what has a time."""
-    if not path.is_file():
-        reason = "it is a folder" if path.is_dir() else "no such file"
-        raise RecordingError(f"cannot read the recording {path}: {reason}")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # it warns of every file without an index
-            chunks = RrdReader(path).stream().to_chunks()
-    except (RuntimeError, ValueError) as error:
-        raise RecordingError(f"{path} is not a Rerun recording, or is torn: {error}") from error
-    static: Batches = {}
-    moving: Batches = {}
-    for chunk in chunks:
-        batches = static if chunk.is_static else moving
-        batches.setdefault(chunk.entity_path, []).append(chunk.to_record_batch())
-    return static, moving
-
-
-def _column(batches: list[pa.RecordBatch], name: str) -> NDArray[Any]:
-    """All values of a component or timeline, flat."""
-    columns = (batch[name] for batch in batches)
-    parts = [c.flatten() if pa.types.is_list(c.type) else c for c in columns]
-    return np.concatenate([part.to_numpy(zero_copy_only=False) for part in parts])
-
-
-def _samples(names: Sequence[str], moving: Batches) -> Array:
-    layout = layout_of(names)
-    if any(entity not in moving for entity in layout):
-        return np.empty((0, len(names)))
-    # Entities are sent one after the other: a recording that was killed may lack some of the last.
-    steps = {entity: _column(moving[entity], "step") for entity in layout}
-    samples = np.empty((min(map(len, steps.values()), default=0), len(names)))
-    for entity, columns in layout.items():
-        order = np.argsort(steps[entity])[: len(samples)]
-        values = _column(moving[entity], "Scalars:scalars").reshape(-1, len(columns))
-        samples[:, columns] = values[order]
-        samples[:, 0] = steps[entity][order]
-    return samples
-
-
-def _notes(moving: Batches, root: str, *names: str) -> Iterator[tuple[str, list[float], list[Any]]]:
-    """Of all entities under root: name, times [s], and the components of these names."""
-    for entity, batches in moving.items():
-        if entity.startswith(root):
-            times = _column(batches, "sim_time").astype(np.int64) / 1e9
-            yield entity.removeprefix(root), times.tolist(), [_column(batches, n) for n in names]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis import Compared, compare, run_scene, without_balls
-from ab_sim.analysis.rest import from_rest, rest_of, tilt_from_rest
+from ab_sim.analysis.rest import from_rest, rest_of
 from ab_sim.drive import Drive
 from ab_sim.scene import Scene, load_scene
 
@@ -44,8 +44,8 @@ def test_what_hangs_still_neither_whirls_nor_tilts() -> None:
     # The balls are free to fall along the race: for a moment the deck misses some of their weight,
     # and springs up by at most twice that part of its sag.
     assert from_rest(run, scene).whirl.max() < 2 * share * run.whirl.max()
-    level = tilt_from_rest(run, deck())
-    assert tilt_from_rest(run, scene).max() < 0.01 * level.max()
+    level = rest_of(deck()).tilt_from(run)
+    assert rest_of(scene).tilt_from(run).max() < 0.01 * level.max()
     assert level.max() == pytest.approx(abs(rest_of(scene).tilt[0]), rel=0.01)
 
 
@@ -59,8 +59,8 @@ def test_tilt_is_the_angle_of_the_shaft() -> None:
     """Turned by gamma about the shaft itself it does not tilt; by alpha it does."""
     spun = deck("start.deck.tilt=[0, 0, 0.2]")
     leant = deck("start.deck.tilt=[0.01, 0, 0.2]")
-    assert tilt_from_rest(Drive(spun).present(), spun) == pytest.approx([0.0], abs=1e-15)
-    assert tilt_from_rest(Drive(leant).present(), leant) == pytest.approx([0.01], rel=1e-12)
+    assert rest_of(spun).tilt_from(Drive(spun).present()) == pytest.approx([0.0], abs=1e-15)
+    assert rest_of(leant).tilt_from(Drive(leant).present()) == pytest.approx([0.01], rel=1e-12)
 
 
 def test_merits_of_a_deck() -> None:

@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.analysis import Compared, compare, merits_of, run_scene, without_balls, without_period
+from ab_sim.analysis import (
+    Compared,
+    compare,
+    merits_of,
+    merits_of_pieces,
+    run_scene,
+    without_balls,
+    without_period,
+)
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.scene import load_scene, scene_names
@@ -146,3 +154,29 @@ def test_the_demo_is_no_lucky_start() -> None:
             ends[hold].append(end / E)
     assert np.median(ends[True]) < 0.3 < 0.6 < np.median(ends[False])
     assert np.max(ends[True]) < np.median(ends[False])
+
+
+@pytest.mark.parametrize("size", [1, 2, 7, 100, 999])
+@pytest.mark.parametrize(
+    "whirl",
+    [
+        lambda t: E * (2 + 50 * np.exp(-2 * t)),
+        lambda t: E * (2 + np.sin(40 * t) * np.exp(-((t - 5) ** 2))),
+        lambda t: E * (1 + t),
+        lambda t: 0 * t,
+    ],
+)
+def test_piece_by_piece_is_the_same(size: int, whirl: Any, scene: Any) -> None:
+    """Sums are rounded in another order; what is found at a sample is the same to the bit."""
+    run = whirling(whirl, ball_0_angle=lambda t: -t, ball_1_angle=lambda t: -0.9 * t)
+
+    def pieces() -> Any:
+        for first in range(0, len(run), size):
+            yield Trajectory(run.channels, run.samples[first : first + size])
+
+    whole, pieced = merits_of(run, scene()), merits_of_pieces(pieces, len(run), scene())
+    for name, one, other in zip(whole._fields, whole, pieced, strict=True):
+        assert one == other or other == pytest.approx(one, rel=1e-12), name
+    assert whole[:2] == pieced[:2], "the peak"
+    assert whole.in_band_from == pieced.in_band_from
+    assert whole.first_passage_of_opposite == pieced.first_passage_of_opposite

@@ -1,0 +1,66 @@
+"""`ab-sim compare`."""
+
+from pathlib import Path
+
+from rich.table import Table
+
+from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
+from ab_sim.cli.progress import interruptible
+from ab_sim.recording import open_recording
+from ab_sim.reports.compare import Beside, Deviation, compare_with
+from ab_sim.scene import load_scene
+
+
+def compare_command(
+    recording: Path, scene_name: str, changes: list[str], json: str | None, plot: Path | None
+) -> None:
+    """Run, measure, print, and write what was asked for; outputs are tried first."""
+    scene = load_scene(scene_name, changes)
+    files = check_outputs(json, plot)
+    run = open_recording(recording)
+    with interruptible(f"{scene.name} as {recording.name}", "nothing was written") as tell:
+        total = run.extent.rows
+        found = compare_with(run, scene, lambda done: tell("samples", done, total))
+    if json is not None:
+        write_json({"recording": str(recording), **found.report()}, json)
+    if plot is not None:
+        from ab_sim.reports.compare_picture import compare_picture
+
+        compare_picture(found, recording.name, plot)
+    console = console_beside(json)
+    console.print(compare_table(found, recording.name))
+    for note in found.notes:
+        console.print(note)
+    say_written(files)
+
+
+def compare_table(found: Beside, recording: str) -> Table:
+    """The table for people."""
+    table = Table(title=f"{recording} beside {found.scene.name}, {found.duration:g} s")
+    for name in ("channel", "unit", "largest difference", "of the range", "at [s]", "rms"):
+        table.add_column(name, justify="left" if name in ("channel", "unit") else "right")
+    table.add_column("of the range", justify="right")
+    for deviation in found.deviations:
+        table.add_row(deviation.channel, deviation.unit or "", *_numbers(deviation))
+    table.caption = (
+        f"{found.rows} samples. Driven by {found.driven_by}, aligned {found.aligned}. Range: of "
+        "what was recorded, from least to most."
+    )
+    table.caption_justify = "left"
+    return table
+
+
+def _numbers(deviation: Deviation) -> list[str]:
+    if deviation.same:
+        return ["0, to the bit", "", "", "0", ""]
+    if deviation.rms is None:
+        return ["not finite", "", "", "", ""]
+    largest, rms = deviation.relative(deviation.largest), deviation.relative(deviation.rms)
+    return [
+        f"{deviation.largest:.3g}", _percent(largest), f"{deviation.at:.4f}",
+        f"{deviation.rms:.3g}", _percent(rms),
+    ]  # fmt: skip
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else f"{100 * share:.2g} %"

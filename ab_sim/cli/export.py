@@ -1,0 +1,30 @@
+"""`ab-sim export`."""
+
+from pathlib import Path
+
+from ab_sim.cli.outputs import check_files, people, say_written
+from ab_sim.cli.progress import interruptible
+from ab_sim.errors import InputError
+from ab_sim.output_file import CSV, PARQUET
+from ab_sim.recording import export as formats
+from ab_sim.recording import open_recording
+
+
+def export_command(
+    recording: Path, parquet: Path | None, csv: Path | None, part: formats.Part
+) -> None:
+    """Write what was asked for; outputs are tried first."""
+    written = check_files((parquet, PARQUET, "--parquet"), (csv, CSV, "--csv"))
+    if not written:
+        raise InputError("nothing to write: ask for a file with --parquet or --csv")
+    forms = {formats.PARQUET: parquet, formats.CSV: csv}
+    files = {form: file for form, file in forms.items() if file is not None}
+    run = open_recording(recording)
+    part.names(run)
+    with interruptible(f"export {recording.name}", "nothing was written") as tell:
+        total = run.extent.rows
+        rows = formats.export(run, files, part, lambda read: tell("samples", read, total))
+    people.print(f"{rows} samples of {len(part.names(run))} channels")
+    if run.torn:
+        people.print(f"{recording}: {run.torn}")
+    say_written(written)

@@ -1,0 +1,114 @@
+"""Commands for what was recorded: look at it, turn it into something else, run it again."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+
+recording_commands = typer.Typer()
+
+RecordingArgument = Annotated[Path, typer.Argument(help="A recording: .rrd.", metavar="FILE")]
+
+
+@recording_commands.command()
+def export(
+    recording: RecordingArgument,
+    parquet: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write an Apache Parquet file: .parquet.")
+    ] = None,
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a table: .csv.")] = None,
+    begin: Annotated[
+        float, typer.Option("--from", metavar="T", help="Samples from this time on [s].")
+    ] = float("-inf"),
+    end: Annotated[
+        float, typer.Option("--to", metavar="T", help="Samples until this time [s].")
+    ] = float("inf"),
+    every: Annotated[
+        int, typer.Option(metavar="N", help="One of every N samples, beginning with the first.")
+    ] = 1,
+    channels: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME,NAME,...", help="Only these channels, in this order. Default: all."
+        ),
+    ] = None,
+) -> None:
+    """Write a recording's samples to other formats, in double precision to the bit.
+
+    Each channel is a column, with its unit: in Parquet in the column's metadata, as `unit`, in CSV
+    in the header, as `x [m]`. A Parquet file has what was run, JSON, in its own metadata as
+    `ab_sim`. Recordings of any length are read in blocks; those that were not finished as far as
+    they go.
+    """
+    from ab_sim.cli.export import export_command
+    from ab_sim.recording.export import Part
+
+    names = None if channels is None else tuple(name.strip() for name in channels.split(","))
+    export_command(recording, parquet, csv, Part(begin, end, every, names))
+
+
+@recording_commands.command()
+def compare(
+    recording: RecordingArgument,
+    scene: SceneArgument,
+    change: SetOption = None,
+    json: JsonOption = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Draw recorded, simulated, difference: .png, .svg or .pdf."
+        ),
+    ] = None,
+) -> None:
+    """Run a scene under a recording's commands, and show how far each channel is from it.
+
+    A recording of ab_sim is followed step by step, and with its own scene gives the same bits, run
+    live or offline. Another one is aligned by time: the scene begins at its first sample, obeys
+    each command from its time on, and is interpolated at the recorded times. It needs the channels
+    step, time and command, and one more that the scene has, too. One that begins in the middle of
+    a run is followed from the state of its first sample.
+
+    The JSON has `channels`, each with channel, unit, largest (difference), at (when [s]), rms,
+    largest_relative and rms_relative (in the range of what was recorded, recorded_from to
+    recorded_to), same_to_the_bit, and compared (samples); `driven_by`, `aligned`, `samples`,
+    `duration`, `same_to_the_bit` and `notes`.
+    """
+    from ab_sim.cli.compare import compare_command
+
+    compare_command(recording, scene, change or [], json, plot)
+
+
+@recording_commands.command()
+def report(
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Recordings: .rrd; several stand side by side.")
+    ],
+    png: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the runs into a picture: .png.")
+    ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write one page with figures to zoom, which needs nothing else: .html.",
+        ),
+    ] = None,
+    json: JsonOption = None,
+) -> None:
+    """What recorded runs come to, side by side: a table, a picture, a page.
+
+    Speed, whirl, driving force, ball angles, tilt and motor torque over time, as far as there are;
+    the deck's path, of the whole run and of the last turns; the spectrum of the vibration at the
+    end; and its amplitude over frequency and spindle speed. Curves hold every peak. Recordings of
+    any length are read in blocks; those that were not finished as far as they go.
+
+    The JSON has `runs`, each with recording, scene, begins and duration [s], samples, gaps,
+    missing, complete, events, merits (see `ab-sim run --help`; null if what was run is not known),
+    vibration_of, vibration_rms [m/s^2], once_per_turn_share, real_time_factor (mean, least; null of
+    an offline run) and notes.
+    """
+    from ab_sim.cli.report import report_command
+
+    report_command(recordings, png, html, json)

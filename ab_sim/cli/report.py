@@ -1,0 +1,81 @@
+"""`ab-sim report`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.table import Table
+
+from ab_sim.cli.outputs import check_files, console_beside, say_written, write_json
+from ab_sim.cli.progress import interruptible
+from ab_sim.errors import InputError
+from ab_sim.output_file import PAGE, PNG, REPORT
+from ab_sim.recording import open_recording
+from ab_sim.reports.gather import RunData, gather
+from ab_sim.reports.summary import CAPTION, summary_rows
+
+MOST_RUNS = 8
+"""Side by side; more would be too small to see."""
+
+
+def report_command(
+    recordings: Sequence[Path], png: Path | None, html: Path | None, json: str | None
+) -> None:
+    """Read, print, and write what was asked for; outputs are tried first."""
+    if len(recordings) > MOST_RUNS:
+        raise InputError(f"{len(recordings)} recordings: at most {MOST_RUNS} side by side")
+    report = None if json in (None, "-") else Path(str(json))
+    files = check_files((report, REPORT, "--json"), (png, PNG, "--png"), (html, PAGE, "--html"))
+    opened = [open_recording(recording) for recording in recordings]
+    runs = []
+    for run, name in zip(opened, _names(recordings), strict=True):
+        with interruptible(name, "nothing was written") as tell:
+            runs.append(gather(run, name, lambda done, of, tell=tell: tell("samples", done, of)))  # type: ignore[misc]
+    if json is not None:
+        write_json({"runs": [data.report() for data in runs]}, json)
+    if png is not None or html is not None:
+        _draw(runs, png, html)
+    console = console_beside(json)
+    console.print(report_table(runs))
+    for data in runs:
+        for note in data.notes:
+            console.print(f"{data.name}: {note}")
+    say_written(files)
+
+
+def report_table(runs: Sequence[RunData]) -> Table:
+    """The table for people."""
+    table = Table(caption=CAPTION, caption_justify="left")
+    table.add_column("", no_wrap=True)
+    for data in runs:
+        table.add_column(data.name, overflow="fold")
+    for label, cells in summary_rows(runs):
+        table.add_row(label, *cells)
+    return table
+
+
+def _names(recordings: Sequence[Path]) -> list[str]:
+    """Of files, with as much of their folders as it takes to tell them apart."""
+    stems = [path.stem for path in recordings]
+    if len(set(stems)) == len(stems):
+        return stems
+    paths = [str(path) for path in recordings]
+    numbered = [f"{path} ({at})" for at, path in enumerate(paths, 1)]
+    return paths if len(set(paths)) == len(paths) else numbered
+
+
+def _draw(runs: Sequence[RunData], png: Path | None, html: Path | None) -> None:
+    from ab_sim.reports.grid import grid_of
+    from ab_sim.reports.panels import panels_of
+
+    grid = grid_of([data.name for data in runs], [panels_of(data) for data in runs])
+    try:
+        if png is not None:
+            from ab_sim.reports.picture import report_picture
+
+            report_picture(grid, png)
+        if html is not None:
+            from ab_sim.reports.page import report_page
+
+            report_page(grid, summary_rows(runs), [data.notes for data in runs], html)
+    except OSError as error:
+        raise InputError(f"a picture cannot be written: {error.strerror}") from error

@@ -1,0 +1,30 @@
+"""Units of the channels of samples."""
+
+import re
+
+_UNITS = {
+    "step": "1",
+    "time": "s",
+    "angle": "rad",
+    "speed": "rad/s",
+    "command": "rad/s",
+    "motor_torque": "N m",
+}
+_KINDS = (
+    (re.compile(r"[xyz]"), "m"),
+    (re.compile(r"v[xyz]"), "m/s"),
+    (re.compile(r"a[xyz]"), "m/s^2"),
+    (re.compile(r"q[wxyz]"), "1"),
+    (re.compile(r"w[xyz]"), "rad/s"),
+    (re.compile(r"w[xyz]_rate"), "rad/s^2"),
+    (re.compile(r"ball_\d+_angle"), "rad"),
+    (re.compile(r"ball_\d+_rate"), "rad/s"),
+    (re.compile(r"[a-z][a-z0-9_]*_[123]"), "m/s^2"),  # a sensor's reading
+)
+
+
+def unit_of(channel: str) -> str | None:
+    """Unit of a channel of ``Trajectory``; None if it is none of these."""
+    if channel in _UNITS:
+        return _UNITS[channel]
+    return next((unit for kind, unit in _KINDS if kind.fullmatch(channel)), None)

@@ -1,0 +1,177 @@
+"""A recording as a table in other formats, written a block at a time."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+
+from ab_sim.drive.trajectory import column_of
+from ab_sim.drive.units import unit_of
+from ab_sim.errors import InputError, RecordingError, exact
+from ab_sim.output_file import replacing
+from ab_sim.recording.layout import Array
+from ab_sim.recording.stored import StoredRun
+
+PARQUET, CSV = "parquet", "csv"
+
+
+@dataclass(frozen=True)
+class Part:
+    """Which samples of a recording."""
+
+    begin: float = -np.inf
+    """From this time on [s]."""
+    end: float = np.inf
+    """Until this time [s]; a sample at it is in."""
+    every: int = 1
+    """One of so many of these, beginning with the first."""
+    channels: tuple[str, ...] | None = None
+    """In this order; None: all."""
+
+    def names(self, run: StoredRun) -> tuple[str, ...]:
+        """The channels.
+
+        Raises:
+            InputError: the recording has no such channel, none at all, or one is asked for twice.
+        """
+        if not run.channels:
+            raise InputError(f"{run.path}: the recording is empty; there is nothing to export")
+        names = run.channels if self.channels is None else self.channels
+        for name in names:
+            try:
+                column_of(name, run.channels)
+            except KeyError as error:
+                raise InputError(f"{run.path}: {error.args[0]}") from error
+        if len(set(names)) < len(names) or not names:
+            raise InputError(f"--channels {','.join(names)}: name each channel once")
+        return names
+
+    def blocks(self, run: StoredRun) -> Iterator[tuple[int, Array]]:
+        """How many samples were read so far, and of these the next that are in the part.
+
+        Those have shape (rows, channels), and may be none.
+        """
+        names, read, seen = self.names(run), 0, 0
+        for block in run.blocks((*names, "time")):
+            time = block[:, -1]
+            if time[0] > self.end:
+                return
+            inside = block[(time >= self.begin) & (time <= self.end), :-1]
+            chosen = inside[(-seen) % self.every :: self.every]
+            read, seen = read + len(block), seen + len(inside)
+            yield read, chosen
+
+    def __post_init__(self) -> None:
+        if np.isnan([self.begin, self.end]).any() or self.begin > self.end:
+            raise InputError(
+                f"--from {exact(self.begin)} --to {exact(self.end)}: must be times [s], "
+                "the first not after the second"
+            )
+        if self.every < 1:
+            raise InputError(f"--every {self.every}: must be at least 1")
+
+
+def export(
+    run: StoredRun,
+    files: Mapping[str, Path],
+    part: Part,
+    progress: Callable[[int], None] | None = None,
+) -> int:
+    """Write samples, in double precision to the bit, with the channels' units.
+
+    Parquet has ``unit`` in the metadata of each column, and what was run as ``ab_sim``, JSON, in
+    that of the file. CSV has the units in its header, ``x [m]``, and numbers in as many digits as
+    it takes to get the same ones back. Only the bits of a NaN that say what it is of are lost in
+    CSV. Files are there once they are whole; what was there before stays until then.
+
+    Args:
+        run: a recording.
+        files: by format, ``PARQUET`` or ``CSV``.
+        part: which samples.
+        progress: called with the number of samples read so far, after every block; what it
+            raises ends the export, and nothing is left of it.
+
+    Returns:
+        How many samples were written.
+
+    Raises:
+        InputError: see ``Part``; or there are no samples in this part; nothing is written.
+        RecordingError: the recording cannot be read, or a file not be written.
+    """
+    names, rows = part.names(run), 0
+    schema = _schema(names, run.description)
+    try:
+        with ExitStack() as stack:
+            writers = []
+            for form, file in files.items():
+                unfinished = stack.enter_context(replacing(file))
+                writers.append(stack.enter_context(_WRITERS[form](unfinished, schema)))
+            for read, block in part.blocks(run):
+                columns = [
+                    block[:, at].astype(field.type.to_pandas_dtype())
+                    for at, field in enumerate(schema)
+                ]
+                batch = pa.record_batch(columns, schema=schema)
+                for writer in writers:
+                    writer.write_batch(batch)
+                rows += len(block)
+                if progress is not None:
+                    progress(read)
+            if rows == 0:
+                raise InputError(
+                    f"{run.path}: holds no samples from {exact(part.begin)} to {exact(part.end)} s"
+                )
+    except OSError as error:
+        named = " and ".join(str(file) for file in files.values())
+        reason = error.strerror or error
+        raise RecordingError(f"{named}: cannot be written: {reason}") from error
+    return rows
+
+
+def _schema(names: Sequence[str], description: Mapping[str, Any]) -> pa.Schema:
+    """A whole number for ``step``, doubles for the rest."""
+    fields = []
+    for name in names:
+        unit = unit_of(name)
+        told = None if unit is None else {"unit": unit}
+        fields.append(pa.field(name, pa.int64() if name == "step" else pa.float64(), False, told))
+    return pa.schema(fields, {"ab_sim": json.dumps(description)})
+
+
+def _parquet(file: Path, schema: pa.Schema) -> Any:
+    return pa.parquet.ParquetWriter(file, schema, compression="zstd")
+
+
+class _Csv:
+    """A writer of CSV whose header has units."""
+
+    def __init__(self, file: Path, schema: pa.Schema) -> None:
+        heads = []
+        for name in schema.names:
+            unit = unit_of(name)
+            heads.append(name if unit is None else f"{name} [{unit}]")
+        self._heads = heads
+        named = pa.schema([field.with_name(h) for field, h in zip(schema, heads, strict=True)])
+        options = pa.csv.WriteOptions(quoting_header="needed")
+        self._writer = pa.csv.CSVWriter(file, named, write_options=options)
+
+    def __enter__(self) -> _Csv:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._writer.close()
+
+    def write_batch(self, batch: pa.RecordBatch) -> None:
+        self._writer.write_batch(batch.rename_columns(self._heads))
+
+
+_WRITERS: dict[str, Callable[[Path, pa.Schema], Any]] = {PARQUET: _parquet, CSV: _Csv}

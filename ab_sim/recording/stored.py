@@ -1,0 +1,267 @@
+"""A recording on disk, read a block at a time: how long it is does not matter."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+from rerun.chunk import Chunk, RrdReader
+
+from ab_sim.drive.trajectory import column_of
+from ab_sim.errors import RecordingError
+from ab_sim.recording.layout import CLOSED, Array, layout_of
+from ab_sim.recording.torn_file import whole_part
+
+BLOCK_ROWS = 10_000
+"""Rows of a block, unless told: large enough for numpy, some MB."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """What `Recording.event` noted; ``time`` [s] is rounded to ns, ``level`` has Rerun's name."""
+
+    time: float
+    level: str
+    source: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much there is in a recording."""
+
+    rows: int
+    first: tuple[float, float]  # step and time [s] of the first row; NaN if there is none
+    last: tuple[float, float]  # of the last
+    gaps: int  # places where step leaps by more than 1
+    missing: int  # steps that are not there because of them
+
+
+@dataclass(frozen=True)
+class Notes:
+    """What a recording holds beside its samples."""
+
+    events: list[Event]  # in the order of time
+    scalars: dict[str, Array]  # name: (n, 2), time [s] and value
+    closed_with: int | None  # rows that there are, as it says where it was closed
+
+
+class StoredRun:
+    """A recording that is read from disk when asked, any number of times; see `open_recording`.
+
+    ``torn`` says why its end cannot be read, if so; all before that can. Of one that is still being
+    written, each pass reads what there is by then.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self._size = -1
+        found: dict[str, pa.RecordBatch] = {}
+        for chunk in self._chunks(is_static=True):
+            if chunk.entity_path in ("/description", "/channels"):
+                found[chunk.entity_path] = chunk.to_record_batch()
+                if len(found) == 2:
+                    break
+        if "/description" not in found:
+            raise RecordingError(f"{self.path} is a Rerun file, but not a recording of ab_sim")
+        text = _column(found["/description"], "TextDocument:text")[0]
+        self.description: dict[str, Any] = _description_in(text, self.path)
+        named = _column(found["/channels"], "names") if "/channels" in found else ()
+        self.channels: tuple[str, ...] = tuple(named)
+
+    def blocks(
+        self, channels: Sequence[str] | None = None, rows: int = BLOCK_ROWS
+    ) -> Iterator[Array]:
+        """Samples in the order of step, bit for bit as they were recorded.
+
+        :param channels: which, in which order; default: all.
+        :param rows: of a block, the last one has what is left.
+        :returns: arrays of shape (rows, channels); what was yielded is not kept.
+        :raises KeyError: there is no such channel.
+        """
+        names = self.channels if channels is None else tuple(channels)
+        for name in names:
+            column_of(name, self.channels)
+        kept: list[Array] = []
+        for part in self._aligned(names):
+            kept.append(part)
+            while sum(map(len, kept)) >= rows:
+                joined = kept[0] if len(kept) == 1 else np.concatenate(kept)
+                kept = [joined[rows:]]
+                yield joined[:rows]
+        if sum(map(len, kept)):
+            yield np.concatenate(kept)
+
+    @cached_property
+    def extent(self) -> Extent:
+        """How much there is; takes a pass over the file."""
+        rows = gaps = missing = 0
+        first = last = (float("nan"), float("nan"))
+        for block in self.blocks(("step", "time")) if self.channels else ():
+            leaps = np.diff(block[:, 0], prepend=last[0] if rows else block[0, 0] - 1)
+            gaps += int((leaps > 1).sum())
+            missing += int((leaps - 1).sum())
+            first = first if rows else _pair(block[0])
+            last, rows = _pair(block[-1]), rows + len(block)
+        return Extent(rows, first, last, gaps, missing)
+
+    @cached_property
+    def notes(self) -> Notes:
+        """Events and numbers noted during the run; takes a pass over the file."""
+        events: list[Event] = []
+        scalars: dict[str, list[Array]] = {}
+        closed = None
+        for chunk in self._chunks():
+            entity = chunk.entity_path
+            if entity == CLOSED:
+                closed = int(_column(chunk.to_record_batch(), "rows")[0])
+            elif chunk.is_static or not entity.startswith(("/events/", "/run/")):
+                continue
+            else:
+                batch = chunk.to_record_batch()
+                times = _column(batch, "sim_time").astype(np.int64) / 1e9
+                if entity.startswith("/run/"):
+                    name, values = entity.removeprefix("/run/"), _column(batch, "Scalars:scalars")
+                    scalars.setdefault(name, []).append(np.column_stack([times, values]))
+                else:
+                    texts = (_column(batch, name) for name in _EVENT)
+                    noted = zip(times.tolist(), *texts, strict=True)
+                    events += [Event(*row) for row in noted]
+        events.sort(key=lambda event: event.time)
+        joined = {name: np.concatenate(parts) for name, parts in scalars.items()}
+        return Notes(events, joined, closed)
+
+    @property
+    def complete(self) -> bool:
+        """Whether it was closed; else it is still running, was killed, or the disk was full."""
+        return self.notes.closed_with == self.extent.rows
+
+    def _chunks(self, is_static: bool | None = None) -> Iterator[Chunk]:
+        size = self.path.stat().st_size if self.path.is_file() else -1
+        if size < 0 or size != self._size:  # it is still being written, or was just opened
+            self._readable, self.torn = whole_part(self.path)
+            self._size = size
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # it warns of every file without an index
+                stream = RrdReader(self._readable.path).stream()
+                yield from stream if is_static is None else stream.filter(is_static=is_static)
+        except (RuntimeError, ValueError) as error:
+            raise RecordingError(
+                f"{self.path} is not a Rerun recording, or is torn: {error}"
+            ) from error
+
+    def _aligned(self, names: Sequence[str]) -> Iterator[Array]:
+        """Rows that all entities have, whichever channels are asked for, as they come."""
+        layout = layout_of(self.channels)
+        parts = {entity: _Part(entity, columns, self, names) for entity, columns in layout.items()}
+        clock = [column for column, name in enumerate(names) if name == "step"]
+        for chunk in self._chunks(is_static=False):
+            if chunk.entity_path not in parts:
+                continue
+            parts[chunk.entity_path].take(chunk.to_record_batch())
+            # Entities are sent one after the other: what all have, goes on.
+            until = min(part.last for part in parts.values())
+            ready = [part.up_to(until) for part in parts.values()]
+            steps = _common([steps for steps, _ in ready])
+            if len(steps) == 0:
+                continue
+            rows = np.empty((len(steps), len(names)))
+            rows[:, clock] = steps[:, None]
+            for part, (own, values) in zip(parts.values(), ready, strict=True):
+                at = slice(None) if len(own) == len(steps) else np.searchsorted(own, steps)
+                rows[:, part.to] = values[at]
+            yield rows
+
+
+def open_recording(path: Path | str) -> StoredRun:
+    """Open what `Recording` wrote, finished or not, to be read in blocks.
+
+    Of one that was killed while it wrote, all is read but the batch that is torn.
+
+    :raises RecordingError: no such file, not a Rerun file, or not ours; reading may raise it, too.
+    """
+    return StoredRun(path)
+
+
+_EVENT = ("TextLog:level", "source", "TextLog:text")
+
+
+class _Part:
+    """The rows of one entity that wait for those of the others."""
+
+    def __init__(
+        self, entity: str, columns: Sequence[int], run: StoredRun, names: Sequence[str]
+    ) -> None:
+        own = [run.channels[column] for column in columns]
+        self._series = len(own)
+        self._where = f"{run.path}: {entity}"
+        wanted = [(at, own.index(name)) for at, name in enumerate(names) if name in own]
+        self.to = [at for at, _ in wanted]
+        self._pick = [series for _, series in wanted]
+        self._steps: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+        self._values: Array = np.empty((0, len(wanted)))
+
+    @property
+    def last(self) -> float:
+        """The last step that waits."""
+        return float(self._steps[-1]) if len(self._steps) else -np.inf
+
+    def take(self, batch: pa.RecordBatch) -> None:
+        steps = _column(batch, "step")
+        values = np.empty((len(steps), 0))
+        if self._pick:
+            flat = _column(batch, "Scalars:scalars")
+            if len(flat) != self._series * len(steps):
+                raise RecordingError(
+                    f"{self._where} has {len(flat)} values in {len(steps)} rows, "
+                    f"and should have {self._series} in each"
+                )
+            values = flat.reshape(-1, self._series)[:, self._pick]
+        if len(self._steps) == 0:
+            self._steps, self._values = steps, values
+        else:
+            self._steps = np.concatenate([self._steps, steps])
+            self._values = np.concatenate([self._values, values])
+
+    def up_to(self, until: float) -> tuple[NDArray[np.int64], Array]:
+        """Rows until this step, which wait no longer."""
+        count = int(np.searchsorted(self._steps, until, side="right"))
+        ready = self._steps[:count], self._values[:count]
+        self._steps, self._values = self._steps[count:], self._values[count:]
+        return ready
+
+
+def _common(steps: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
+    if all(np.array_equal(steps[0], other) for other in steps[1:]):
+        return steps[0]
+    return reduce(np.intersect1d, steps)
+
+
+def _column(batch: pa.RecordBatch, name: str) -> NDArray[Any]:
+    """All values of a component or timeline, flat."""
+    column = batch[name]
+    flat = column.flatten() if pa.types.is_list(column.type) else column
+    return np.asarray(flat.to_numpy(zero_copy_only=False))
+
+
+def _pair(row: Array) -> tuple[float, float]:
+    return float(row[0]), float(row[1])
+
+
+def _description_in(text: str, path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(text.split("```json\n", 1)[1].rsplit("\n```", 1)[0])
+        if not isinstance(found, dict):
+            raise ValueError("not a mapping")
+    except (IndexError, ValueError) as error:
+        raise RecordingError(f"{path}: its description cannot be read: {error}") from error
+    return found

@@ -1,0 +1,73 @@
+"""Files whose writer was killed in the middle of a message, which Rerun refuses to open."""
+
+from __future__ import annotations
+
+import os
+import struct
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from ab_sim.errors import RecordingError
+
+_MAGIC = b"RRF2"
+_HEADER = 12  # bytes: magic, version, options
+_MESSAGE = struct.Struct("<QQ")  # kind and length [bytes] of what follows
+_KINDS = 16  # more than there are
+
+
+@dataclass(frozen=True)
+class Readable:
+    """A file that Rerun opens; ``keep`` holds it there."""
+
+    path: Path
+    keep: tempfile.TemporaryDirectory[str] | None = None
+
+
+def whole_part(path: Path) -> tuple[Readable, str | None]:
+    """A file without the message that is torn at its end.
+
+    :returns: the file itself, or if it is torn a copy of what is whole, with what was left out.
+    :raises RecordingError: there is no such file, or it is not one of Rerun's.
+    """
+    if not path.is_file():
+        reason = "it is a folder" if path.is_dir() else "no such file"
+        raise RecordingError(f"cannot read the recording {path}: {reason}")
+    try:
+        size, whole = path.stat().st_size, _whole_size(path)
+        if whole == size:
+            return Readable(path), None
+        folder = tempfile.TemporaryDirectory(prefix="ab_sim_")
+        copy = Path(folder.name) / path.name
+        with path.open("rb") as source, copy.open("wb") as target:
+            _copy(source.fileno(), target.fileno(), whole)
+    except OSError as error:
+        raise RecordingError(f"cannot read the recording {path}: {error.strerror}") from error
+    return Readable(copy, folder), f"torn: its last {size - whole} bytes cannot be read"
+
+
+def _whole_size(path: Path) -> int:
+    """Bytes until the end of the last whole message."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        if file.read(_HEADER)[: len(_MAGIC)] != _MAGIC or size < _HEADER:
+            raise RecordingError(f"{path} is not a Rerun recording")
+        end = _HEADER
+        while len(header := file.read(_MESSAGE.size)) == _MESSAGE.size:
+            kind, length = _MESSAGE.unpack(header)
+            after = end + _MESSAGE.size + length
+            if kind >= _KINDS or after > size:
+                return end
+            if kind == 0:  # the end, behind which is the index
+                return size
+            file.seek(length, os.SEEK_CUR)
+            end = after
+    return end
+
+
+def _copy(source: int, target: int, count: int) -> None:
+    while count:
+        done = os.sendfile(target, source, None, min(count, 1 << 30))
+        if done == 0:
+            return
+        count -= done

@@ -1,0 +1,264 @@
+"""A recording beside what a scene does under the recorded commands."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ab_sim.analysis.replay import Replay, scene_from
+from ab_sim.drive import Drive
+from ab_sim.drive.units import unit_of
+from ab_sim.errors import InputError, exact
+from ab_sim.recording import StoredRun
+from ab_sim.reports.envelope import Envelope
+from ab_sim.scene.load import with_solver
+from ab_sim.scene.model import Scene
+
+ASKED = ("step", "time", "command")
+"""Channels that a comparison cannot do without; it needs one more to compare."""
+PROFILE, COMMANDS = "the scene's profile", "the recorded commands"
+
+
+@dataclass
+class Deviation:
+    """How far a channel is from the recording."""
+
+    channel: str
+    unit: str | None
+    largest: float = 0.0
+    """|simulated - recorded|, in its unit."""
+    at: float = math.nan
+    """When [s]."""
+    same: bool = True
+    """To the bit, everywhere."""
+    least: float = math.inf
+    """The least that was recorded, ..."""
+    most: float = -math.inf
+    """... and the most."""
+    compared: int = 0
+    """At how many samples; where one of the two is not finite there is nothing to compare."""
+    squares: float = 0.0
+
+    def take(self, time: np.ndarray, recorded: np.ndarray, simulated: np.ndarray) -> None:
+        """Add samples."""
+        self.same = self.same and recorded.tobytes() == simulated.tobytes()
+        both = np.isfinite(recorded) & np.isfinite(simulated)
+        if not both.any():
+            return
+        here = recorded[both]
+        off = np.abs(simulated[both] - here)
+        worst = int(np.argmax(off))
+        if not self.compared or off[worst] > self.largest:
+            self.largest, self.at = float(off[worst]), float(time[both][worst])
+        self.squares += float(np.sum(off**2))
+        self.least, self.most = min(self.least, here.min()), max(self.most, here.max())
+        self.compared += len(off)
+
+    @property
+    def rms(self) -> float | None:
+        """Root mean square; None if nothing could be compared."""
+        return math.sqrt(self.squares / self.compared) if self.compared else None
+
+    def relative(self, value: float | None) -> float | None:
+        """In the range of what was recorded; None where that did not vary."""
+        span = self.most - self.least
+        return None if value is None or not span > 0 else value / span
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values."""
+        there = self.compared > 0
+        return {
+            "channel": self.channel,
+            "unit": self.unit,
+            "largest": self.largest if there else None,
+            "at": self.at if there else None,
+            "rms": self.rms,
+            "largest_relative": self.relative(self.largest) if there else None,
+            "rms_relative": self.relative(self.rms),
+            "same_to_the_bit": self.same,
+            "recorded_from": float(self.least) if there else None,
+            "recorded_to": float(self.most) if there else None,
+            "compared": self.compared,
+        }
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A recording beside a simulation."""
+
+    scene: Scene
+    deviations: tuple[Deviation, ...]
+    recorded: Envelope
+    simulated: Envelope
+    differences: Envelope
+    driven_by: str
+    """``PROFILE`` or ``COMMANDS``."""
+    aligned: str
+    """How samples were brought to the same times."""
+    rows: int
+    duration: float
+    """s."""
+    notes: tuple[str, ...]
+    """What the numbers do not mean."""
+
+    @property
+    def same(self) -> bool:
+        """Whether every channel is, to the bit."""
+        return all(deviation.same for deviation in self.deviations)
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values: see ``ab-sim compare --help``."""
+        return {
+            "scene": self.scene.name,
+            "driven_by": self.driven_by,
+            "aligned": self.aligned,
+            "samples": self.rows,
+            "duration": self.duration,
+            "same_to_the_bit": self.same,
+            "channels": [deviation.report() for deviation in self.deviations],
+            "notes": list(self.notes),
+        }
+
+
+def compare_with(
+    run: StoredRun, scene: Scene, progress: Callable[[int], None] | None = None
+) -> Beside:
+    """Run a scene under the commands of a recording, and measure how far it is from it.
+
+    A recording of ab_sim says which step it was made with. With that step the scene is stepped
+    along, and under the same circumstances gives the same bits; a recording whose commands are the
+    scene's profile is taken for a run of that. Any other recording is aligned by time: it begins
+    with the scene's start, commands act from their time on, and the simulation is interpolated
+    linearly at the recorded times.
+
+    Args:
+        run: a recording with the channels ``ASKED`` and at least one that the scene has, too.
+        scene: what to run; if it asks for an accuracy, the recording's solver is used.
+        progress: called with the number of samples compared so far.
+
+    Raises:
+        InputError: the recording cannot be compared with this scene; says why and what to do.
+        RecordingError: it cannot be read.
+        SceneError, DivergedError: see ``Drive``.
+    """
+    missing = [name for name in ASKED if name not in run.channels]
+    if missing or run.extent.rows == 0:
+        what = "it is empty" if not run.channels or not run.extent.rows else ""
+        raise InputError(
+            f"{run.path}: cannot be compared: "
+            + (what or f"it has no channel {', '.join(missing)}, which the scene is to be run with")
+        )
+    scene, stepped = _solved(run, scene)
+    notes = [run.torn] if run.torn else []
+    if stepped and run.extent.missing:
+        notes.append(
+            f"{run.extent.missing} steps are missing at {run.extent.gaps} places: a command that "
+            "came there acts as late as it may"
+        )
+    step, time = run.extent.first if stepped else (0.0, run.extent.first[1])
+    if step > 0 and not _begun_before(run, scene):
+        (sample, *_) = run.blocks(rows=1)
+        scene = scene_from(scene, dict(zip(run.channels, sample[0].tolist(), strict=True)))
+        notes.append(
+            f"the recording begins at t = {exact(time)} s: the simulation begins in the state of "
+            "its first sample, and does not know what friction held and filters remembered"
+        )
+        return _along(run, Drive(scene, commanded=True), COMMANDS, step, notes, progress)
+    if stepped and scene.profile is not None and _follows_profile(run, scene):
+        return _along(run, Drive(scene), PROFILE, 0.0, notes, progress)
+    first = 0.0 if stepped else time
+    drive = Drive(scene, commanded=True)
+    return _along(run, drive, COMMANDS, first, notes, progress, stepped)
+
+
+def _begun_before(run: StoredRun, scene: Scene) -> bool:
+    """Whether nothing had been commanded yet: then all is known from the run's start on."""
+    (sample, *_) = run.blocks(rows=1)
+    recorded = dict(zip(run.channels, sample[0].tolist(), strict=True))
+    drive, steps = Drive(scene, commanded=True), int(recorded["step"])
+    if recorded["command"] != scene.start.speed:
+        return False
+    reached = drive.advance(steps, every=steps)
+    return all(
+        reached[name][0].tobytes() == np.float64(recorded[name]).tobytes()
+        for name in drive.channels
+        if name in recorded
+    )
+
+
+def _follows_profile(run: StoredRun, scene: Scene) -> bool:
+    """Whether the commands are the scene's profile, to the bit, at the first samples."""
+    steps, commands = next(run.blocks(("step", "command"))).T
+    replay = Replay(Drive(scene), obeys=False)
+    return replay.at_steps(steps, commands)["command"].tobytes() == commands.tobytes()
+
+
+def _solved(run: StoredRun, scene: Scene) -> tuple[Scene, bool]:
+    """The scene with a solver, and whether it steps as the recording does."""
+    step, stepper = run.description.get("step"), run.description.get("stepper")
+    if not isinstance(step, float) or not isinstance(stepper, str):
+        if scene.accuracy is not None:
+            raise InputError(
+                f"{run.path}: does not say with which solver it was made, and the scene "
+                f"{scene.name} asks for an accuracy instead of one; give it a step with "
+                "--set accuracy= --set solver.step=..."
+            )
+        return scene, False
+    if scene.accuracy is not None:
+        return with_solver(scene, stepper, step), True
+    if step != scene.solver.step:
+        raise InputError(
+            f"{run.path}: was made with steps of {exact(step)} s, and the scene {scene.name} has "
+            f"solver.step = {exact(scene.solver.step)} s; compare with --set "
+            f"solver.step={exact(step)}"
+        )
+    return scene, True
+
+
+def _along(
+    run: StoredRun,
+    drive: Drive,
+    driven_by: str,
+    first: float,
+    notes: list[str],
+    progress: Callable[[int], None] | None,
+    stepped: bool = True,
+) -> Beside:
+    names = [name for name in run.channels if name in drive.channels and name not in ASKED]
+    if not names:
+        raise InputError(
+            f"{run.path}: has no channel in common with the scene {drive.scene.name}; it has "
+            f"{', '.join(run.channels)}"
+        )
+    extent, replay = run.extent, Replay(drive, first, obeys=driven_by == COMMANDS)
+    deviations = tuple(Deviation(name, unit_of(name)) for name in names)
+    recorded, simulated, differences = (Envelope(names, extent.rows) for _ in range(3))
+    done = 0
+    for block in run.blocks((*ASKED, *names)):
+        steps, time, commands = block[: extent.rows - done, :3].T
+        if len(time) == 0:
+            break
+        taken = replay.at_steps(steps, commands) if stepped else replay.at_times(time, commands)
+        theirs, ours = block[: len(time), 3:], np.column_stack([taken[name] for name in names])
+        for at, deviation in enumerate(deviations):
+            deviation.take(time, theirs[:, at], ours[:, at])
+        recorded.take(time, theirs)
+        simulated.take(time, ours)
+        differences.take(time, ours - theirs)
+        done += len(time)
+        if progress is not None:
+            progress(done)
+    step = exact(drive.step)
+    aligned = f"step by step, {step} s each"
+    if not stepped:
+        aligned = (
+            f"by time from the first sample on; the simulation, with steps of {step} s, is "
+            "interpolated at the recorded times"
+        )
+    duration = extent.last[1] - extent.first[1]
+    return Beside(
+        drive.scene, deviations, recorded, simulated, differences, driven_by, aligned, done,
+        duration, tuple(notes),
+    )  # fmt: skip

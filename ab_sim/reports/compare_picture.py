@@ -1,0 +1,67 @@
+"""A recording and a simulation in one picture, and what is between them."""
+
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ab_sim.reports.colours import BLACK, BLUE, ORANGE
+from ab_sim.reports.compare import Beside, Deviation
+
+MOST = 6
+"""Channels drawn, those that matter to people first."""
+FIRST = ("speed", "x", "y", "ball_0_angle", "ball_1_angle", "motor_torque", "ax", "ay")
+
+
+def compare_picture(found: Beside, recording: str, path: Path) -> None:
+    """Draw recorded and simulated channels, and beside each the difference.
+
+    Args:
+        found: a comparison.
+        recording: its name, for the title.
+        path: file to write; its ending says the format (png, svg, pdf).
+    """
+    shown = sorted(found.deviations, key=_place)[:MOST]
+    figure = Figure(figsize=(13, 1.2 + 2.1 * len(shown)), layout="constrained")
+    panels = figure.subplots(len(shown), 2, sharex=True, squeeze=False)
+    verdict = "the same to the bit" if found.same else f"driven by {found.driven_by}"
+    figure.suptitle(f"{recording} beside {found.scene.name}: {verdict}", fontsize=13)
+    for (left, right), deviation in zip(panels, shown, strict=True):
+        _draw(left, right, found, deviation)
+    panels[0][0].set_title("recorded and simulated", fontsize=10)
+    panels[0][1].set_title("simulated - recorded", fontsize=10)
+    for axes in panels[-1]:
+        axes.set_xlabel("time [s]")
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    figure.align_ylabels(panels[:, 0])
+    figure.savefig(path, dpi=110)
+
+
+def _place(deviation: Deviation) -> int:
+    return FIRST.index(deviation.channel) if deviation.channel in FIRST else len(FIRST)
+
+
+def _draw(left: Axes, right: Axes, found: Beside, deviation: Deviation) -> None:
+    name = deviation.channel
+    unit = "" if deviation.unit is None else f" [{deviation.unit}]"
+    left.plot(*found.recorded.curve(name), color=ORANGE, lw=3.0, label="recorded")
+    left.plot(*found.simulated.curve(name), color=BLACK, lw=0.9, label="simulated")
+    left.set_ylabel(f"{name}{unit}")
+    right.plot(*found.differences.curve(name), color=BLUE, lw=1.0)
+    if deviation.same:
+        right.set_ylim(-1.0, 1.0)
+        right.set_yticks([0.0])
+        text = "0, to the bit"
+    elif deviation.compared == 0:
+        text = "nothing to compare: not finite"
+    else:
+        share = deviation.relative(deviation.largest)
+        beside = "" if share is None else f" ({100 * share:.2g} % of the range)"
+        text = f"largest {deviation.largest:.3g}{unit}{beside} at {deviation.at:.4g} s"
+        # Room above the curve for the text.
+        low, high = right.get_ylim()
+        right.set_ylim(low, high + 0.25 * (high - low))
+    right.text(0.01, 0.97, text, transform=right.transAxes, va="top", fontsize=8)
+    for axes in (left, right):
+        axes.grid(alpha=0.3)

@@ -1,0 +1,242 @@
+"""What a report says of a recording, gathered a block at a time."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ab_sim.analysis import Merits, merits_of_pieces
+from ab_sim.analysis.merits import LAST
+from ab_sim.analysis.rest import Rest, rest_of
+from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.rows import channels_of
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.dynamics.assemble import system_of
+from ab_sim.errors import AbSimError, InputError
+from ab_sim.recording import StoredRun
+from ab_sim.reports.envelope import Envelope
+from ab_sim.reports.vibration import OncePerTurn, Spectrum, Waterfall
+from ab_sim.scene.load import check_scene
+from ab_sim.scene.model import Scene
+
+TURNS = 20
+"""Of the spindle, at the end of the run: drawn as the last orbit."""
+ORBIT = 4000
+"""Points of an orbit at most."""
+
+
+@dataclass(frozen=True)
+class RunData:
+    """A recording in few enough numbers to be drawn and told."""
+
+    run: StoredRun
+    name: str
+    scene: Scene | None
+    """None: what was run is not known, and it cannot be judged."""
+    merits: Merits | None
+    curves: Envelope
+    """Of speed, command, whirl, ball angles, ... [SI units], as far as there are such channels."""
+    orbit: np.ndarray
+    """Time, x, y [s, m] of some samples of the whole run, shape (points, 3)."""
+    last_orbit: np.ndarray
+    """The same of the last ``TURNS`` turns."""
+    vibrating: str
+    """What the vibration is of."""
+    vibration: OncePerTurn
+    """Of the last stretch."""
+    spectrum: Spectrum
+    """Of the last stretch."""
+    waterfall: Waterfall
+    notes: tuple[str, ...]
+
+    @property
+    def eccentricity(self) -> float:
+        """e [m]; 0 where it is not known."""
+        known = self.run.description.get("eccentricity")
+        return float(known) if isinstance(known, int | float) else 0.0
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values: see ``ab-sim report --help``."""
+        extent, factors = self.run.extent, self.real_time_factors
+        merits = None if self.merits is None else self.merits.report(self.eccentricity)
+        return {
+            "recording": str(self.run.path),
+            "scene": None if self.scene is None else self.scene.name,
+            "version": self.run.description.get("version"),
+            "begins": extent.first[1],
+            "duration": extent.last[1] - extent.first[1],
+            "samples": extent.rows,
+            "gaps": extent.gaps,
+            "missing": extent.missing,
+            "complete": self.run.complete,
+            "events": len(self.run.notes.events),
+            "merits": merits,
+            "vibration_of": self.vibrating,
+            "vibration_rms": self.vibration.rms,
+            "once_per_turn_share": self.vibration.share,
+            "real_time_factor": None
+            if len(factors) == 0
+            else {"mean": float(factors.mean()), "least": float(factors.min())},
+            "notes": list(self.notes),
+        }
+
+    @property
+    def real_time_factors(self) -> np.ndarray:
+        """Those that were recorded live; none of an offline run."""
+        return self.run.notes.scalars.get("real_time_factor", np.empty((0, 2)))[:, 1]
+
+
+def gather(
+    run: StoredRun, name: str, progress: Callable[[int, int], None] | None = None
+) -> RunData:
+    """Read a recording, three times, and keep what a report needs.
+
+    Args:
+        run: a recording.
+        name: what to call it.
+        progress: called with how many samples have been read, and of how many.
+
+    Raises:
+        InputError: it has no samples.
+        RecordingError: it cannot be read.
+    """
+    extent = run.extent
+    if extent.rows == 0:
+        raise InputError(f"{run.path}: the recording is empty: it has no samples to report on")
+    scene, why = _scene_of(run)
+    read = [0]
+    passes = 1 if scene is None else 3
+
+    def pieces() -> Iterator[Trajectory]:
+        left = extent.rows  # of one that is still being written, no more than at first
+        for block in run.blocks():
+            piece = Trajectory(run.channels, block[:left])
+            if len(piece) == 0:
+                return
+            left -= len(piece)
+            yield piece
+            read[0] += len(piece)
+            if progress is not None:
+                progress(read[0], passes * extent.rows)
+
+    merits = None if scene is None else merits_of_pieces(pieces, extent.rows, scene)
+    collected = _Collected(run, scene)
+    for piece in pieces():
+        collected.take(piece)
+    notes = [note for note in (run.torn, why) if note]
+    if not run.complete and not run.torn:
+        notes.append("was not closed: it is still being written, or its writer was killed")
+    if extent.missing:
+        notes.append(f"{extent.missing} steps are missing, at {extent.gaps} places")
+    return collected.result(name, merits, tuple(notes))
+
+
+def _scene_of(run: StoredRun) -> tuple[Scene | None, str | None]:
+    """What was run, or why it is not known."""
+    try:
+        scene = check_scene(run.description.get("scene") or {}, "the recording's scene")
+        channels = channels_of(scene, system_of(scene))
+    except AbSimError as error:
+        first = str(error).splitlines()[0]
+        return None, f"cannot be judged: what was run is not known ({first})"
+    if channels != run.channels:
+        return None, "cannot be judged: its channels are not those of its scene"
+    return scene, None
+
+
+class _Collected:
+    def __init__(self, run: StoredRun, scene: Scene | None) -> None:
+        self._run, self._scene = run, scene
+        self._rest = (
+            Rest(np.zeros(3), np.array([1.0, 0, 0, 0])) if scene is None else rest_of(scene)
+        )
+        extent = run.extent
+        self._count, self._done = extent.rows, 0
+        self._last = self._count - max(1, round(LAST * self._count))
+        balls = [n for n in run.channels if n.startswith("ball_") and n.endswith("_angle")]
+        self._plain = [n for n in ("speed", "command", "motor_torque", *balls) if n in run.channels]
+        names = list(self._plain)
+        names += ["whirl"] if {"x", "y"} <= set(run.channels) else []
+        names += ["alpha", "beta", "gamma"] if "qw" in run.channels else []
+        names += [f"force_{i}" for i in range(len(balls))] if scene is not None else []
+        self.curves = Envelope(names, self._count)
+        self._axes, self._vibrating = _vibrating(run)
+        begin, end = extent.first[1], extent.last[1]
+        rate = (self._count - 1) / (end - begin) if end > begin else 1.0
+        self._vibration, self._spectrum = OncePerTurn(), Spectrum(self._count - self._last)
+        self._waterfall = Waterfall(self._count, rate, _speeds(run))
+        self._every = max(1, self._count // ORBIT)
+        self._orbit: list[np.ndarray] = []
+        self._turning: list[np.ndarray] = []
+
+    def take(self, piece: Trajectory) -> None:
+        time, have = piece["time"], piece.channels
+        seen = self._rest.counted_from(piece)
+        columns = [piece[name] for name in self._plain]
+        if "whirl" in self.curves.channels:
+            columns.append(seen.whirl)
+            self._take_orbit(seen)
+        if piece.tilts:
+            columns += list((piece.tilt - self._rest.tilt).T)
+        if self._scene is not None and piece.balls:
+            columns += list(driving_forces(piece, self._scene).T)
+        self.curves.take(time, np.column_stack(columns) if columns else np.empty((len(time), 0)))
+        if self._axes:
+            axes = np.column_stack([piece[name] for name in self._axes])
+            step = piece["step"]
+            late = slice(max(self._last - self._done, 0), None)
+            self._spectrum.take(step[late], time[late], axes[late])
+            if "angle" in have and len(self._axes) > 1:
+                self._vibration.take(piece["angle"][late], axes[late])
+            if "speed" in have:
+                self._waterfall.take(step, time, np.abs(piece["speed"]), axes)
+        self._done += len(piece)
+
+    def _take_orbit(self, seen: Trajectory) -> None:
+        rows = np.column_stack([seen["time"], seen["x"], seen["y"]])
+        self._orbit.append(rows[(-self._done) % self._every :: self._every].copy())
+        if "angle" not in seen.channels:
+            return
+        self._turning.append(np.column_stack([rows, seen["angle"]]))
+        # Whole blocks that lie before the last turns are not needed any more.
+        end = self._turning[-1][-1, 3]
+        while len(self._turning) > 1 and _turns(end, self._turning[0][-1, 3]) > TURNS:
+            del self._turning[0]
+        if len(self._turning) > 100:  # it stands still: what is long ago is not drawn
+            del self._turning[:50]
+
+    def result(self, name: str, merits: Merits | None, notes: tuple[str, ...]) -> RunData:
+        last = np.empty((0, 3))
+        if self._turning:
+            turning = np.concatenate(self._turning)
+            turning = turning[_turns(turning[-1, 3], turning[:, 3]) <= TURNS]
+            last = turning[:: max(1, len(turning) // ORBIT), :3]
+        orbit = np.concatenate(self._orbit) if self._orbit else np.empty((0, 3))
+        return RunData(
+            self._run, name, self._scene, merits, self.curves, orbit, last, self._vibrating,
+            self._vibration, self._spectrum, self._waterfall, notes,
+        )  # fmt: skip
+
+
+def _turns(end: float, angle: Any) -> Any:
+    return np.abs(end - angle) / (2.0 * math.pi)
+
+
+def _vibrating(run: StoredRun) -> tuple[list[str], str]:
+    """Channels of the vibration across the shaft: the first sensor's, else the deck's."""
+    for sensor in run.description.get("sensors") or ():
+        axes = [f"{sensor}_{axis}" for axis in (1, 2)]
+        if set(axes) <= set(run.channels):
+            return axes, f"the sensor {sensor}"
+    return [name for name in ("ax", "ay") if name in run.channels], "the deck's acceleration"
+
+
+def _speeds(run: StoredRun) -> tuple[float, float]:
+    if "speed" not in run.channels:
+        return 0.0, 0.0
+    low, high = math.inf, -math.inf
+    for block in map(np.abs, run.blocks(("speed",))):
+        low, high = min(low, float(np.nanmin(block))), max(high, float(np.nanmax(block)))
+    return low, high

@@ -1,0 +1,227 @@
+"""What the pictures of a run show, whoever draws them."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ab_sim.reports.colours import BLACK, BLUE, CURVES, GREY, SKY, VERMILION
+from ab_sim.reports.gather import TURNS, RunData
+
+TIME = "time [s]"
+ORDERS = {1: VERMILION, 2: SKY}
+"""Times the spindle's speed, drawn as lines in these colours."""
+WATERFALL_DECADES = 4.0
+"""Below the largest amplitude; what is smaller is drawn alike."""
+COLUMNS = 300
+"""Of a waterfall at most."""
+Cells = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line."""
+
+    name: str
+    x: np.ndarray
+    y: np.ndarray
+    colour: str
+    width: float = 1.3
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Points whose colours are the time."""
+
+    x: np.ndarray
+    y: np.ndarray
+    time: np.ndarray
+
+
+@dataclass(frozen=True)
+class Heat:
+    """A map of values, NaN where there are none; x and y are the middles of its cells."""
+
+    x: np.ndarray
+    y: np.ndarray
+    values: np.ndarray
+    label: str
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One pair of axes. Those of several runs that have the same key have the same axes."""
+
+    key: str
+    title: str
+    across: str
+    up: str
+    height: float = 1.0
+    curves: tuple[Curve, ...] = ()
+    levels: tuple[tuple[float, str], ...] = ()
+    """Horizontal lines with their names."""
+    cloud: Cloud | None = None
+    heat: Heat | None = None
+    log: bool = False
+    equal: bool = False
+    """One unit is as long upwards as across."""
+    note: str = ""
+    """Why there is nothing to see."""
+
+
+def panels_of(data: RunData) -> list[Panel]:
+    """All that there is to show of a run, from above to below."""
+    return [panel for panel in _panels(data) if panel.curves or panel.cloud or panel.note]
+
+
+def _panels(data: RunData) -> Iterator[Panel]:
+    have = data.curves.channels
+    whirl, unit, scale = whirl_scale(data)
+    speeds = [
+        Curve("commanded", *data.curves.curve("command"), BLACK, 0.9, True)
+        if "command" in have
+        else None,
+        Curve("spindle", *data.curves.curve("speed"), BLUE, 1.8) if "speed" in have else None,
+    ]
+    critical = None if data.scene is None else data.scene.critical_speed
+    levels = () if critical is None else ((critical, "critical speed"),)
+    drawn = tuple(curve for curve in speeds if curve)
+    yield Panel("speed", "Spindle speed", TIME, "speed [rad/s]", 0.8, drawn, levels)
+    if "whirl" in have:
+        time, values = data.curves.curve("whirl")
+        values = np.maximum(values * scale, 1e-4 * max(float(values.max()) * scale, 1e-300))
+        curve = Curve(whirl, time, values, VERMILION)
+        title = "Whirl radius of the deck"
+        some = bool(values.max() > 1e-290)
+        yield Panel("whirl", title, TIME, f"{whirl} [{unit}]", 1.2, (curve,), log=some)
+    yield from _of_balls(data)
+    yield from _tilt(data)
+    if "motor_torque" in have:
+        curve = Curve("torque", *data.curves.curve("motor_torque"), BLUE)
+        yield Panel("torque", "Motor torque", TIME, "torque [N m]", 0.7, (curve,))
+    yield from _orbits(data)
+    yield from _spectra(data)
+
+
+def whirl_scale(data: RunData) -> tuple[str, str, float]:
+    """What a whirl is called, its unit, and by what m are multiplied."""
+    e = data.eccentricity
+    return ("W/e", "1", 1.0 / e) if e > 0 else ("W", "mm", 1e3)
+
+
+def _of_balls(data: RunData) -> Iterator[Panel]:
+    forces = [name for name in data.curves.channels if name.startswith("force_")]
+    angles = [name for name in data.curves.channels if name.startswith("ball_")]
+    if forces:
+        curves = _in_turn(data, forces, 1.0)
+        title = "Driving force on the balls"
+        yield Panel("force", title, TIME, "force [N]", 0.8, curves)
+    if angles:
+        curves = _in_turn(data, angles, 180.0 / math.pi)
+        least = min(float(curve.y.min()) for curve in curves if len(curve.y))
+        most = max(float(curve.y.max()) for curve in curves if len(curve.y))
+        turns = range(math.ceil((least - 210) / 360), math.floor((most - 150) / 360) + 1)
+        levels = tuple((180.0 + 360.0 * turn, "opposite the unbalance") for turn in turns)
+        title = "Balls, from the unbalance"
+        few = levels if len(levels) <= 6 else ()
+        yield Panel("angles", title, TIME, "ball angle [deg]", 1.0, curves, few)
+
+
+def _in_turn(data: RunData, names: list[str], scale: float) -> tuple[Curve, ...]:
+    """Later ones thinner, so that balls that move as one remain visible."""
+    widths = np.linspace(3.0, 1.0, len(names)) if len(names) > 1 else [1.6]
+    curves = []
+    for at, (name, width) in enumerate(zip(names, widths, strict=True)):
+        time, values = data.curves.curve(name)
+        colour = CURVES[at % len(CURVES)]
+        curves.append(Curve(f"ball {at}", time, values * scale, colour, float(width)))
+    return tuple(curves)
+
+
+def _tilt(data: RunData) -> Iterator[Panel]:
+    if "alpha" not in data.curves.channels:
+        return
+    names = {"alpha": "about x", "beta": "about y", "gamma": "about the shaft"}
+    curves = []
+    for (name, axis), colour in zip(names.items(), (VERMILION, BLUE, GREY), strict=True):
+        time, values = data.curves.curve(name)
+        curves.append(Curve(f"{name}, {axis}", time, 1e3 * values, colour))
+    yield Panel("tilt", "Tilt of the deck", TIME, "tilt [mrad]", 0.8, tuple(curves[::-1]))
+
+
+def _orbits(data: RunData) -> Iterator[Panel]:
+    if len(data.orbit):
+        time, x, y = data.orbit.T
+        cloud = Cloud(1e3 * x, 1e3 * y, time)
+        yield Panel(
+            "orbit", "Path of the deck, whole run", "x [mm]", "y [mm]", 1.8, cloud=cloud, equal=True
+        )
+    if len(data.last_orbit):
+        time, x, y = data.last_orbit.T
+        cloud = Cloud(1e3 * x, 1e3 * y, time)
+        title = f"Path of the deck, last {TURNS} turns of the spindle"
+        if time[0] == data.run.extent.first[1]:
+            title = f"Path of the deck; the spindle made less than {TURNS} turns"
+        yield Panel("last orbit", title, "x [mm]", "y [mm]", 1.8, cloud=cloud, equal=True)
+
+
+def _spectra(data: RunData) -> Iterator[Panel]:
+    title = f"Vibration, last tenth of the run: {data.vibrating}"
+    density, frequencies = data.spectrum.density, data.spectrum.frequencies
+    if len(density):
+        # At 0 there is nothing: what is constant was left out.
+        root = np.sqrt(density[1:])
+        root = np.maximum(root, 1e-6 * max(float(root.max()), 1e-300))
+        curve = Curve("spectrum", frequencies[1:], root, BLUE, 1.0)
+        up = "density [(m/s^2)/sqrt(Hz)]"
+        curves = (curve, *_orders_at(data, root))
+        yield Panel("spectrum", title, "frequency [Hz]", up, 1.0, curves, log=True)
+    else:
+        note = "too few samples for a spectrum"
+        yield Panel("spectrum", title, "frequency [Hz]", "", 1.0, note=note)
+    fall = data.waterfall
+    title = "Vibration over spindle speed, largest met"
+    across, up = "frequency [Hz]", "spindle speed [rad/s]"
+    low, high = fall.edges[[0, -1]]
+    if fall.amplitudes.size and high - low > 0.02 * high:
+        values = 20.0 * np.log10(np.maximum(fall.amplitudes, 1e-300))
+        values = np.maximum(values, np.nanmax(values) - 20.0 * WATERFALL_DECADES)
+        middles = 0.5 * (fall.edges[1:] + fall.edges[:-1])
+        top = min(fall.frequencies[-1], 8.0 * high / (2.0 * math.pi))
+        shown = fall.frequencies <= top
+        label = "amplitude [dB of 1 m/s^2]"
+        heat = Heat(*_pooled(fall.frequencies[shown], middles, values[:, shown]), label)
+        orders = []
+        for order, colour in ORDERS.items():
+            ends = np.array([low, min(high, 2.0 * math.pi * top / order)])
+            line = order * ends / (2.0 * math.pi)
+            orders.append(Curve(f"{order}x", line, ends, colour, 1.5, True))
+        yield Panel("waterfall", title, across, up, 1.4, tuple(orders), heat=heat)
+    else:
+        note = "the spindle's speed hardly changes, or there are too few samples"
+        yield Panel("waterfall", title, across, up, 0.6, note=note)
+
+
+def _orders_at(data: RunData, root: np.ndarray) -> Iterator[Curve]:
+    """Once and twice the speed at the end of the run."""
+    if "speed" not in data.curves.channels:
+        return
+    speed = abs(float(data.curves.curve("speed")[1][-1])) / (2.0 * math.pi)
+    ends = np.array([root.min(), root.max()])
+    for order, colour in ORDERS.items():
+        if 0 < order * speed < data.spectrum.frequencies[-1]:
+            line = np.full(2, order * speed)
+            yield Curve(f"{order}x, {order * speed:.4g} Hz", line, ends, colour, 1.5, True)
+
+
+def _pooled(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> Cells:
+    """The largest of neighbours, where there are more columns than can be seen."""
+    many = -(-len(x) // COLUMNS)
+    starts = np.arange(0, len(x), many)
+    return (
+        x[np.minimum(starts + many // 2, len(x) - 1)],
+        y,
+        np.fmax.reduceat(values, starts, axis=1),
+    )

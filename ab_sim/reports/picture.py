@@ -1,0 +1,81 @@
+"""A report as a picture: a column for each run, a row for each thing to see."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ab_sim.reports.colours import GREY, MAP
+from ab_sim.reports.grid import Grid
+from ab_sim.reports.panels import Panel
+
+MOST_NAMES = 8
+"""Curves beyond so many have no legend."""
+
+
+def report_picture(grid: Grid, path: Path) -> None:
+    """Draw runs side by side, and write them to a file.
+
+    Args:
+        grid: what to show.
+        path: file to write: .png.
+    """
+    heights = [max(p.height for p in row if p) for row in grid.rows]
+    columns = len(grid.names)
+    figure = Figure(figsize=(1.5 + 7.5 * columns, 0.8 + 2.9 * sum(heights)), layout="constrained")
+    axes = figure.subplots(len(heights), columns, squeeze=False, height_ratios=heights)
+    for at, name in enumerate(grid.names):
+        axes[0][at].annotate(
+            name, (0.5, 1.0), xycoords="axes fraction", xytext=(0, 26), fontsize=13,
+            textcoords="offset points", ha="center", fontweight="bold", annotation_clip=False,
+        )  # fmt: skip
+    for row, (panels, limits) in enumerate(zip(grid.rows, grid.limits, strict=True)):
+        for column, panel in enumerate(panels):
+            if panel is None:
+                axes[row][column].set_axis_off()
+            else:
+                _draw(figure, axes[row][column], panel, limits)
+    figure.savefig(path, dpi=100)
+
+
+def _draw(
+    figure: Figure, axes: Axes, panel: Panel, limits: tuple[Sequence[float], Sequence[float]]
+) -> None:
+    axes.set_title(panel.title, fontsize=10)
+    axes.set_xlabel(panel.across)
+    axes.set_ylabel(panel.up)
+    if panel.note:
+        axes.text(0.5, 0.5, panel.note, transform=axes.transAxes, ha="center", color=GREY)
+        axes.set_xticks([])
+        axes.set_yticks([])
+        return
+    if panel.heat is not None:
+        drawn = axes.pcolormesh(
+            panel.heat.x, panel.heat.y, np.ma.masked_invalid(panel.heat.values), cmap=MAP,
+            shading="nearest", rasterized=True,
+        )  # fmt: skip
+        figure.colorbar(drawn, ax=axes, label=panel.heat.label)
+    if panel.cloud is not None:
+        axes.plot(panel.cloud.x, panel.cloud.y, color="0.85", lw=0.4, zorder=1)
+        dots = axes.scatter(
+            panel.cloud.x, panel.cloud.y, c=panel.cloud.time, s=4, cmap=MAP, lw=0, zorder=2
+        )
+        figure.colorbar(dots, ax=axes, label="time [s]")
+    for curve in panel.curves:
+        axes.plot(
+            curve.x, curve.y, color=curve.colour, lw=curve.width, label=curve.name,
+            ls="--" if curve.dashed else "-",
+        )  # fmt: skip
+    for at, (value, name) in enumerate(panel.levels):
+        axes.axhline(value, color=GREY, lw=1.0, ls=":", label=name if at == 0 else None)
+    if panel.log:
+        axes.set_yscale("log")
+    if panel.equal:
+        axes.set_aspect("equal", adjustable="box")
+    axes.set_xlim(*limits[0])
+    axes.set_ylim(*limits[1])
+    axes.grid(alpha=0.3)
+    if 1 < len(panel.curves) + bool(panel.levels) <= MOST_NAMES + 1:
+        axes.legend(fontsize=8, loc="best" if panel.heat is None else "lower right")

@@ -1,0 +1,141 @@
+"""Recordings are read a block at a time, whatever happened to them."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rerun_cli
+
+from ab_sim.errors import RecordingError
+from ab_sim.recording import Recording, open_recording, read_recording
+from ab_sim.recording.stored import StoredRun, _Part
+from tests.recording.runs import describe, record, run
+
+
+def joined(stored: StoredRun) -> bytes:
+    return np.concatenate(list(stored.blocks())).tobytes()
+
+
+@pytest.mark.parametrize("rows", [1, 7, 1000, 10_000])
+def test_blocks_are_the_samples_bit_for_bit(tmp_path: Path, rows: int) -> None:
+    names, samples = run(2345)
+    record(tmp_path / "run.rrd", names, samples)
+    blocks = list(open_recording(tmp_path / "run.rrd").blocks(rows=rows))
+    assert [len(block) for block in blocks[:-1]] == [rows] * (2345 // rows - (2345 % rows == 0))
+    assert np.concatenate(blocks).tobytes() == samples.tobytes()
+
+
+def test_channels_are_given_in_the_order_asked_for(tmp_path: Path) -> None:
+    names, samples = run(50)
+    record(tmp_path / "run.rrd", names, samples)
+    stored = open_recording(tmp_path / "run.rrd")
+    for asked in (["ball_1_rate", "step", "x"], ["vy"], ["step"], ["y", "x", "time", "y"]):
+        (block,) = stored.blocks(asked)
+        np.testing.assert_array_equal(block, samples[:, [names.index(name) for name in asked]])
+    with pytest.raises(KeyError, match="no channel 'ball_1_rat'; did you mean 'ball_1_rate'"):
+        next(stored.blocks(["ball_1_rat"]))
+
+
+def test_what_waits_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of no entity there is ever more in memory than what was sent of it at once."""
+    names, samples = run(30_000)
+    record(tmp_path / "run.rrd", names, samples, block=30_000)
+    most = [0]
+    take = _Part.take
+
+    def watched(self: _Part, batch: object) -> None:
+        take(self, batch)
+        most[0] = max(most[0], len(self._steps))
+
+    monkeypatch.setattr(_Part, "take", watched)
+    seen = 0
+    for block in open_recording(tmp_path / "run.rrd").blocks():
+        seen += len(block)
+    assert seen == 30_000 and most[0] == 10_000
+
+
+def test_extent_counts_gaps_across_blocks(tmp_path: Path) -> None:
+    names, samples = run(30_000)
+    kept = np.delete(samples, [*range(1000, 1100), *range(9990, 10_020), 29_999], axis=0)
+    record(tmp_path / "run.rrd", names, kept, block=33)
+    extent = open_recording(tmp_path / "run.rrd").extent
+    assert (extent.rows, extent.gaps, extent.missing) == (len(kept), 2, 130)
+    assert extent.first == (0.0, 0.0) and extent.last == (29_998.0, 29.998)
+
+
+def test_a_decimated_recording_comes_back(tmp_path: Path) -> None:
+    names, samples = run(5000)
+    kept = np.concatenate([samples[:1000:10], samples[1000:1500], samples[1500::10]])
+    record(tmp_path / "run.rrd", names, kept, block=33)
+    assert joined(open_recording(tmp_path / "run.rrd")) == kept.tobytes()
+
+
+@pytest.mark.parametrize("index", [True, False])
+@pytest.mark.parametrize("lost", [1, 5, 15, 17, 40, 300, 2000, 30_000, 60_000])
+def test_all_before_a_torn_end_is_read(tmp_path: Path, index: bool, lost: int) -> None:
+    """As SIGKILL leaves a file: at any byte."""
+    names, samples = run(1000)
+    whole, torn = tmp_path / "run.rrd", tmp_path / "torn.rrd"
+    with Recording(whole, description=describe(), index=index) as recording:
+        for start in range(0, 1000, 100):
+            recording.block(names, samples[start : start + 100])
+            recording.flush()
+    torn.write_bytes(whole.read_bytes()[:-lost])
+    stored = open_recording(torn)
+    back = np.concatenate(list(stored.blocks()))
+    assert back.tobytes() == samples[: len(back)].tobytes()
+    if lost < 300 or index:  # an index is longer than all of these
+        assert len(back) == 1000
+    elif lost > 10_000:
+        assert stored.torn and len(back) < 1000 and not stored.complete
+    assert len(back) >= 1000 - 100 * (lost // 30_000 + 2)
+    assert read_recording(torn).samples.tobytes() == back.tobytes()
+
+
+def test_rows_that_not_all_entities_have_are_left_out(tmp_path: Path) -> None:
+    """Whichever channels are asked for: the rows are the same."""
+    names, samples = run(1000)
+    whole, torn = tmp_path / "run.rrd", tmp_path / "torn.rrd"
+    with Recording(whole, description=describe(), index=False) as recording:
+        for start in range(0, 1000, 100):
+            recording.block(names, samples[start : start + 100])
+            recording.flush()
+    content, counts = whole.read_bytes(), set()
+    for lost in range(1000, 60_000, 6000):
+        torn.write_bytes(content[:-lost])
+        stored = open_recording(torn)
+        rows = {sum(map(len, stored.blocks(asked))) for asked in (["time"], ["ball_1_rate"], None)}
+        assert rows == {stored.extent.rows}
+        counts |= rows
+    assert len(counts) > 1
+
+
+def test_an_optimised_file_is_read_alike(tmp_path: Path) -> None:
+    names, samples = run(50_000)
+    bare, indexed = tmp_path / "run.rrd", tmp_path / "indexed.rrd"
+    with Recording(bare, description=describe(), index=False) as recording:
+        recording.block(names, samples)
+    rerun = [str(Path(rerun_cli.__file__).with_name("rerun")), "rrd"]
+    subprocess.run([*rerun, "optimize", bare, "-o", indexed], check=True, capture_output=True)
+    stored = open_recording(indexed)
+    assert stored.complete and joined(stored) == samples.tobytes()
+
+
+def test_an_empty_recording_has_nothing(tmp_path: Path) -> None:
+    with Recording(tmp_path / "run.rrd", description=describe()):
+        pass
+    stored = open_recording(tmp_path / "run.rrd")
+    assert stored.channels == () and list(stored.blocks()) == []
+    assert stored.extent.rows == 0 and stored.complete
+
+
+def test_a_file_that_is_gone_between_two_passes_is_said(tmp_path: Path) -> None:
+    names, samples = run(50)
+    record(tmp_path / "run.rrd", names, samples)
+    stored = open_recording(tmp_path / "run.rrd")
+    (tmp_path / "run.rrd").unlink()
+    with pytest.raises(RecordingError, match=r"run\.rrd"):
+        list(stored.blocks())
