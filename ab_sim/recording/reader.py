@@ -16,7 +16,8 @@ from rerun.chunk import RrdReader
 
 from ab_sim.drive.trajectory import column_of
 from ab_sim.errors import RecordingError
-from ab_sim.recording.layout import CLOSED, Array, layout_of
+from ab_sim.recording.layout import CLOSED, LEFT_OUT, Array, layout_of
+from ab_sim.recording.thinning import gaps_of
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,9 @@ class RecordedRun:
     description: dict[str, Any]
     channels: tuple[str, ...]
     samples: Array  # (rows, channels), bit for bit, in the order of step
-    gaps: int  # places where step leaps by more than 1
+    gaps: int  # places where steps are missing
     missing: int  # steps that are not there because of them
+    left_out: int  # steps that are not there by intent, see `Recording`
     events: list[Event]  # in the order of time
     scalars: dict[str, Array]  # name: (n, 2), time [s] and value
     complete: bool  # False: the recording was never closed (still running, killed, disk full)
@@ -58,7 +60,8 @@ def read_recording(path: Path | str) -> RecordedRun:
     text = _column(static["/description"], "TextDocument:text")[0]
     names = tuple(_column(static["/channels"], "names")) if "/channels" in static else ()
     samples = _samples(names, moving)
-    leaps = np.diff(samples[:, 0]) if names else np.empty(0)
+    left_out = _left_out(moving, len(samples))
+    gaps, missing = gaps_of(samples[:, 0] if names else np.empty(0), left_out)
     components = ("TextLog:level", "source", "TextLog:text")
     noted = _notes(moving, "/events/", *components)
     events = [Event(*row) for _, times, values in noted for row in zip(times, *values, strict=True)]
@@ -67,8 +70,9 @@ def read_recording(path: Path | str) -> RecordedRun:
         description=json.loads(text.split("```json\n", 1)[1].rsplit("\n```", 1)[0]),
         channels=names,
         samples=samples,
-        gaps=int((leaps > 1).sum()),
-        missing=int((leaps - 1).sum()),
+        gaps=gaps,
+        missing=missing,
+        left_out=0 if left_out is None or not len(left_out) else int(left_out[-1]),
         events=sorted(events, key=lambda event: event.time),
         scalars={name: np.column_stack([times, *values]) for name, times, values in scalars},
         complete=CLOSED in static and _column(static[CLOSED], "rows")[0] == len(samples),
@@ -117,6 +121,15 @@ def _samples(names: Sequence[str], moving: Batches) -> Array:
         samples[:, columns] = values[order]
         samples[:, 0] = steps[entity][order]
     return samples
+
+
+def _left_out(moving: Batches, rows: int) -> Array | None:
+    """Steps left out by intent up to each row; None: all are kept."""
+    if LEFT_OUT not in moving:
+        return None
+    order = np.argsort(_column(moving[LEFT_OUT], "step"))
+    counts: Array = _column(moving[LEFT_OUT], "Scalars:scalars")[order][:rows]
+    return counts
 
 
 def _notes(moving: Batches, root: str, *names: str) -> Iterator[tuple[str, list[float], list[Any]]]:
