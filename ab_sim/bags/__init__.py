@@ -9,9 +9,9 @@ What is written is in the file at every `BagWriter.flush`. A bag whose writer wa
 not complete. For programs that want it mended there are ``mcap recover`` and ``ros2 bag reindex``.
 """
 
-from ab_sim.bags.exporting import export_bag
+from ab_sim.bags.exporting import STATE_RATE, export_bag
 from ab_sim.bags.importing import Imported, import_bag
 from ab_sim.bags.reader import Bag
 from ab_sim.bags.writer import BagWriter
 
-__all__ = ["Bag", "BagWriter", "Imported", "export_bag", "import_bag"]
+__all__ = ["STATE_RATE", "Bag", "BagWriter", "Imported", "export_bag", "import_bag"]

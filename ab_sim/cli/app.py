@@ -7,6 +7,7 @@ import typer
 
 import ab_sim
 from ab_sim.cli.analysis_commands import analysis_commands
+from ab_sim.cli.bag_commands import bag_commands
 from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
 
 app = typer.Typer(
@@ -203,3 +204,4 @@ def demo(
 
 
 app.add_typer(analysis_commands)
+app.add_typer(bag_commands)
