@@ -70,7 +70,7 @@ class Topic(NamedTuple):
         )
 
     def bytes_of(self, node: Node, callback: Any) -> Subscription[Any]:
-        """A subscription that hands on each message as it came, in CDR, and what is known of it."""
+        """A subscription that hands on each message as it came, in CDR."""
         return node.create_subscription(self.type, self.name, callback, self.qos, raw=True)
 
     def publishers(self, node: Node) -> int:

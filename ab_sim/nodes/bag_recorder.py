@@ -18,8 +18,8 @@ from ab_sim.nodes.inbox import Inbox
 class BagRecorder:
     """Listens in a node's callbacks, and writes when asked to, from another thread.
 
-    Messages stay the bytes that they came as; each is dated by when the middleware received it, on
-    the clock on the wall. Those that a slow disk leaves no room for give way, oldest first, as in
+    Messages stay the bytes that they came as; each is dated by when it was heard, on the clock on
+    the wall. Those that a slow disk leaves no room for give way, oldest first, as in
     `Inbox`.
 
     Args:
@@ -48,10 +48,7 @@ class BagRecorder:
 
     def write(self) -> None:
         """Write what has come, so that it is in the file."""
-        for received, topic, message in sorted(
-            ((received, topic, message) for topic, (received, message) in self._inbox.take()),
-            key=lambda entry: entry[0],
-        ):
+        for topic, (received, message) in self._inbox.take():
             self.bag.write(topic, received, message)
         self.bag.flush()
 
@@ -67,9 +64,10 @@ class BagRecorder:
             "bag messages dropped": self.dropped,
         }
 
-    def _put(self, topic: str, message: bytes, info: Any) -> None:
-        received = info.get("received_timestamp") or time.time_ns()
-        self._inbox.put(topic, (received, message))
+    def _put(self, topic: str, message: bytes) -> None:
+        # The middleware knows it more exactly, but of EventsExecutor no callback may ask for that:
+        # rclpy 9.1 then ends with a SystemError.
+        self._inbox.put(topic, (time.time_ns(), message))
 
 
 def _free(path: Path) -> Path:
