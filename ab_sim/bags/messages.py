@@ -1,4 +1,4 @@
-"""Messages of the contract in CDR, out of numbers; to the byte what `ab_msgs_py` and ROS make."""
+"""Messages of the contract in CDR, out of numbers; those that `ab_msgs_py` and ROS make, too."""
 
 from __future__ import annotations
 

@@ -73,6 +73,14 @@ def run(
         Path | None,
         typer.Option(metavar="FILE", help="Write a Rerun recording of every step: .rrd."),
     ] = None,
+    every: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            help="Keep one step of so many in the recording, and all of them where the command "
+            "begins or ceases to move.",
+        ),
+    ] = 1,
 ) -> None:
     """Run a scene without ROS, as fast as it goes.
 
@@ -100,7 +108,7 @@ def run(
         changes.append(f"solver.stepper={quoted(stepper)}")
     if step is not None:
         changes.append(f"solver.step={step!r}")
-    run_command(scene, changes, times, json, plot, rrd)
+    run_command(scene, changes, times, json, plot, rrd, every)
 
 
 @app.command()
