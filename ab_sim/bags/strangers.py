@@ -93,7 +93,7 @@ class Stranger(Ignored):
         longest = max(self._series.values(), key=lambda series: len(series.stamps))
         stamps = np.array(longest.stamps)
         self._zero = int(stamps[0]) if stamps[0] >= _WALL else 0
-        columns = [np.arange(len(stamps), dtype=np.float64), (stamps - self._zero) * 1e-9]
+        columns = [np.arange(len(stamps), dtype=np.float64), (stamps - self._zero) / 1e9]
         names = ["step", "time"]
         for series in [*self._series.values(), self._commands]:
             if not series.stamps:

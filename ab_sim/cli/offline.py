@@ -28,9 +28,11 @@ def run_command(
     json: str | None,
     plot: Path | None,
     rrd: Path | None,
-    every: int = 1,
+    every: int,
 ) -> None:
     """Load, run, and write what was asked for; outputs are tried before the run, not after."""
+    if every > 1 and rrd is None:
+        raise InputError(f"--every {every}: is of a recording; add --rrd FILE")
     scene = load_scene(scene_name, changes)
     wanted = parse_times(times)
     if not wanted and json is not None:
