@@ -123,8 +123,9 @@ def _kinds(bag: Bag, namespace: str) -> dict[str, Kind]:
         del wanted[contract.CLOCK.name]
         wanted[clock] = contract.CLOCK
     numbers = NUMBER.within(namespace)
-    for name in bag.topics:
-        if name.startswith(numbers):
+    for name, topic in bag.topics.items():
+        own = name.startswith(numbers) and name.removeprefix(numbers).isidentifier()
+        if own and topic.type == NUMBER.type:
             wanted[name] = NUMBER
     found = {name: kind for name, kind in wanted.items() if name in bag.topics}
     for name, kind in found.items():

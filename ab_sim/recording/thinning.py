@@ -46,6 +46,7 @@ class Thinning:
         self.left_out = 0  # rows, by intent
         self.refused = 0  # full-rate stretches
         self._waiting = np.empty((0, 0))
+        self._fresh: list[Array] = []  # that came after those
         self._noted: list[float] = []  # times of what happened and is not weighed yet
         self._stretches: list[tuple[float, float]] = []  # that rows may still fall into
         self._reach = -math.inf  # end of the last stretch
@@ -76,7 +77,10 @@ class Thinning:
             self._waiting = rows[:0]
         if command is not None:
             self._watch(rows[:, 1], rows[:, command])
-        self._waiting = np.concatenate([self._waiting, rows])
+        self._fresh.append(rows)
+        if 4 * sum(map(len, self._fresh)) < len(self._waiting):
+            return rows[:0], np.empty(0)  # few came: what waits is not copied for each of them
+        self._wait()
         newest = rows[-1, 1]
         self._weigh(newest - self._around)
         # In two steps, which round as the start of a stretch that is still to be weighed.
@@ -86,8 +90,11 @@ class Thinning:
 
     def rest(self) -> tuple[Array, Array]:
         """What is kept of the rows that wait, as `take`: no more will come."""
+        if not self._fresh and not len(self._waiting):
+            return self._waiting, np.empty(0)
         if not self._resting:
             self.note(self._moved)
+        self._wait()
         self._weigh(math.inf)
         return self._sift(len(self._waiting), last=True)
 
@@ -105,6 +112,11 @@ class Thinning:
             self.note(self._moved)
             self._resting = True
         self._command = float(commands[-1])
+
+    def _wait(self) -> None:
+        """Put what is fresh to what waits."""
+        self._waiting = np.concatenate([self._waiting, *self._fresh])
+        self._fresh.clear()
 
     def _weigh(self, until: float) -> None:
         """Decide on what happened before a time, in the order in which it happened."""
