@@ -69,6 +69,10 @@ class Topic(NamedTuple):
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
+    def bytes_of(self, node: Node, callback: Any) -> Subscription[Any]:
+        """A subscription that hands on each message as it came, in CDR."""
+        return node.create_subscription(self.type, self.name, callback, self.qos, raw=True)
+
     def publishers(self, node: Node) -> int:
         """How many publish it, under the name that the topic has for a node."""
         return node.count_publishers(node.resolve_topic_name(self.name))
@@ -120,3 +124,19 @@ DIAGNOSTICS = Topic("/diagnostics", DiagnosticArray, _STREAM)
 """Health of every node, once a second."""
 EVENTS = Topic("/rosout", Log, _LOG)
 """What every node logs."""
+
+ALL = (
+    COMMAND,
+    JOINT_STATES,
+    VIBRATION,
+    WHIRL,
+    DECK_POSE,
+    TF,
+    TF_STATIC,
+    BLOCK,
+    DESCRIPTION,
+    PROFILE_STATUS,
+    CLOCK,
+    DIAGNOSTICS,
+    EVENTS,
+)

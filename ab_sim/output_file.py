@@ -16,6 +16,7 @@ PARQUET = (".parquet",)
 CSV = (".csv",)
 PNG = (".png",)
 PAGE = (".html",)
+BAG_FILE = (".mcap", ".db3", ".bag")
 
 
 def check_ending(path: Path, endings: Sequence[str], said: str) -> None:
@@ -34,6 +35,23 @@ def check_ending(path: Path, endings: Sequence[str], said: str) -> None:
     if path.suffix.lower() not in endings:
         one_of = "one of " if len(endings) > 1 else ""
         raise InputError(f"{said} {path}: must end in {one_of}{', '.join(endings)}")
+
+
+def check_folder(path: Path, said: str) -> None:
+    """Refuse a bag's folder that is called like one of the files that will be in it.
+
+    Args:
+        path: of the folder.
+        said: what to call it in messages, e.g. ``--mcap``.
+
+    Raises:
+        InputError: names the path and one that would do.
+    """
+    if path.suffix.lower() in BAG_FILE:
+        raise InputError(
+            f"{said} {path}: a bag is a folder, with a file {path.stem}{path.suffix} in it; "
+            f"name the folder, e.g. {path.with_suffix('')}"
+        )
 
 
 def check_writable(path: Path, said: str, replaced: bool = True) -> None:

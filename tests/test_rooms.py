@@ -24,6 +24,7 @@ ORDER = (
     ("drive",),
     ("accuracy",),
     ("batch", "analysis", "recording"),
+    ("bags",),
     ("studies",),
     ("figures",),
     ("reports",),

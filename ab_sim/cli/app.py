@@ -7,6 +7,7 @@ import typer
 
 import ab_sim
 from ab_sim.cli.analysis_commands import analysis_commands
+from ab_sim.cli.bag_commands import bag_commands
 from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
 from ab_sim.cli.recording_commands import recording_commands
 
@@ -73,6 +74,14 @@ def run(
         Path | None,
         typer.Option(metavar="FILE", help="Write a Rerun recording of every step: .rrd."),
     ] = None,
+    every: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            help="Keep one step of so many in the recording, and all of them where the command "
+            "begins or ceases to move.",
+        ),
+    ] = 1,
 ) -> None:
     """Run a scene without ROS, as fast as it goes.
 
@@ -100,7 +109,7 @@ def run(
         changes.append(f"solver.stepper={quoted(stepper)}")
     if step is not None:
         changes.append(f"solver.step={step!r}")
-    run_command(scene, changes, times, json, plot, rrd)
+    run_command(scene, changes, times, json, plot, rrd, every)
 
 
 @app.command()
@@ -205,3 +214,4 @@ def demo(
 
 app.add_typer(analysis_commands)
 app.add_typer(recording_commands)
+app.add_typer(bag_commands)

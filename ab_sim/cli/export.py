@@ -16,7 +16,9 @@ def export_command(
     """Write what was asked for; outputs are tried first."""
     written = check_files((parquet, PARQUET, "--parquet"), (csv, CSV, "--csv"))
     if not written:
-        raise InputError("nothing to write: ask for a file with --parquet or --csv")
+        raise InputError(
+            "nothing to write: ask for a file with --parquet or --csv, or for a bag with --mcap"
+        )
     forms = {formats.PARQUET: parquet, formats.CSV: csv}
     files = {form: file for form, file in forms.items() if file is not None}
     run = open_recording(recording)

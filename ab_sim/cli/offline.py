@@ -28,8 +28,11 @@ def run_command(
     json: str | None,
     plot: Path | None,
     rrd: Path | None,
+    every: int,
 ) -> None:
     """Load, run, and write what was asked for; outputs are tried before the run, not after."""
+    if every > 1 and rrd is None:
+        raise InputError(f"--every {every}: is of a recording; add --rrd FILE")
     scene = load_scene(scene_name, changes)
     wanted = parse_times(times)
     if not wanted and json is not None:
@@ -47,7 +50,7 @@ def run_command(
 
         run_figure(result.trajectory, result.scene, plot, comparison, result.variable_speed_period)
     if rrd is not None:
-        _record(result, rrd)
+        _record(result, rrd, every)
     title = f"{result.scene.name}, {report['duration']:g} s"
     people.print(merits_table(title, result.scene, {"this run": result.merits}, comparison))
     people.print(_summary(result, report))
@@ -95,11 +98,11 @@ def _progress(scene: Scene) -> Iterator[Any]:
         yield update
 
 
-def _record(result: OfflineRun, path: Path) -> None:
+def _record(result: OfflineRun, path: Path, every: int) -> None:
     from ab_sim.recording import Recording
 
     accuracy = None if result.price is None else result.price.report()
-    with Recording(path, description=describe(result.scene, accuracy)) as recording:
+    with Recording(path, description=describe(result.scene, accuracy), every=every) as recording:
         samples = result.trajectory.samples
         for first in range(0, len(samples), 10_000):
             recording.block(result.trajectory.channels, samples[first : first + 10_000])

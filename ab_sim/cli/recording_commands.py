@@ -19,6 +19,9 @@ def export(
         Path | None, typer.Option(metavar="FILE", help="Write an Apache Parquet file: .parquet.")
     ] = None,
     csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a table: .csv.")] = None,
+    mcap: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Write a ROS 2 bag (rosbag2, MCAP).")
+    ] = None,
     begin: Annotated[
         float, typer.Option("--from", metavar="T", help="Samples from this time on [s].")
     ] = float("-inf"),
@@ -34,6 +37,16 @@ def export(
             metavar="NAME,NAME,...", help="Only these channels, in this order. Default: all."
         ),
     ] = None,
+    namespace: Annotated[
+        str, typer.Option(metavar="NAME", help="Of the drive in the bag, e.g. /left.")
+    ] = "/",
+    rate: Annotated[
+        float | None,
+        typer.Option(
+            help="Messages of the state a second in the bag; vibration/block has all samples "
+            "anyway. Default: 250, as a drive publishes."
+        ),
+    ] = None,
 ) -> None:
     """Write a recording's samples to other formats, in double precision to the bit.
 
@@ -41,12 +54,24 @@ def export(
     in the header, as `x [m]`. A Parquet file has what was run, JSON, in its own metadata as
     `ab_sim`. Recordings of any length are read in blocks; those that were not finished as far as
     they go.
+
+    A bag has the whole of it, as the messages that a live drive publishes, stamped with simulated
+    time: every sample in vibration/block, the state in joint_states, vibration, whirl and
+    deck_pose, commands, the profile controller's state, events on /rosout. Foxglove and PlotJuggler
+    open the .mcap file in the folder, `ros2 bag` the folder; `ab-sim import` makes the same
+    recording of it.
     """
     from ab_sim.cli.export import export_command
     from ab_sim.recording.export import Part
 
     names = None if channels is None else tuple(name.strip() for name in channels.split(","))
-    export_command(recording, parquet, csv, Part(begin, end, every, names))
+    part = Part(begin, end, every, names)
+    if mcap is not None:
+        from ab_sim.cli.bags import export_bag_command
+
+        export_bag_command(recording, mcap, namespace, rate, part)
+    if mcap is None or parquet is not None or csv is not None:
+        export_command(recording, parquet, csv, part)
 
 
 @recording_commands.command()

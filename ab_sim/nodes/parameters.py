@@ -1,5 +1,6 @@
 """Parameters with descriptors: meaning, unit, range, and whether they may change later."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ab_sim.errors import InputError, nearest
-from ab_sim.output_file import RECORDING, check_ending, check_writable
+from ab_sim.output_file import RECORDING, check_ending, check_folder, check_writable
 
 
 def declare(
@@ -105,6 +106,23 @@ def recording_file(path: str) -> Path:
         raise InputError(f"{said} {file}: its folder cannot be made: {error.strerror}") from error
     check_writable(file, said, replaced=False)
     return file
+
+
+def recording_folder(path: str) -> Path:
+    """The folder that the parameter ``bag`` of a recorder names; those above it are made.
+
+    Raises:
+        InputError: it cannot be written, or its name is that of a file.
+    """
+    folder, said = Path(path).expanduser(), "parameter bag ="
+    check_folder(folder, said)
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{said} {folder}: its folder cannot be made: {error.strerror}") from error
+    if not os.access(folder.parent, os.W_OK):
+        raise InputError(f"{said} {folder}: cannot be written; choose another place")
+    return folder
 
 
 def _kind(default: Any) -> str:

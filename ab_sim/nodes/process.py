@@ -4,7 +4,7 @@ import contextlib
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 import rclpy
@@ -25,7 +25,9 @@ SomeNode = TypeVar("SomeNode", bound=Node)
 
 
 def run_node(
-    make: Callable[[], SomeNode], loop: Callable[[SomeNode, threading.Event], None]
+    make: Callable[[], SomeNode],
+    loop: Callable[[SomeNode, threading.Event], None],
+    arguments: Sequence[str] | None = None,
 ) -> None:
     """Make a node, answer its callbacks in a thread, run ``loop``, and end the process.
 
@@ -37,12 +39,13 @@ def run_node(
         make: makes the node; rclpy is initialised by then, and must not be before.
         loop: runs in the main thread until the event it is given is set. ROS still works then,
             so that it can publish what is left.
+        arguments: the program and its arguments; default: those of the process.
     """
     interruption.watch()
     sys.setswitchinterval(TURN)
     code = 0
     try:
-        init_ros()
+        init_ros(arguments)
         node = make()
         with interruption.in_order() as stopping:
             try:

@@ -12,11 +12,12 @@ from rclpy.node import Node
 
 from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, topics
 from ab_msgs_py.samples import command_of, description_of, event_of, text_of
-from ab_sim.errors import RecordingError
+from ab_sim.errors import InputError, RecordingError
+from ab_sim.nodes.bag_recorder import BagRecorder
 from ab_sim.nodes.inbox import Inbox
-from ab_sim.nodes.parameters import declare, recording_file, refuse_undeclared
+from ab_sim.nodes.parameters import declare, recording_file, recording_folder, refuse_undeclared
 from ab_sim.nodes.process import run_node
-from ab_sim.recording import Recording
+from ab_sim.recording import AROUND, Recording
 from ab_sim.recording.drawing import Drawing
 
 WRITE_PERIOD = 0.2
@@ -40,17 +41,34 @@ class Recorder(Node):
         asked = declare(self, "path", "", ".rrd file; empty: recordings/<date>_<time>.rrd")
         now = datetime.datetime.now()
         self.path = recording_file(asked or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
+        bag = declare(self, "bag", "", "folder of a ROS 2 bag (MCAP) to write; empty: none")
+        self._keep = declare(
+            self, "keep", True, "whether to write the .rrd file; false: the bag only"
+        )
+        self._every = declare(
+            self, "every", 1, "keep one sample of so many in the .rrd file, but for what happens",
+            "1", (1, 1e9),
+        )  # fmt: skip
+        self._around = declare(
+            self, "around", AROUND,
+            "keep all samples so long before and after an event, or a turn of the command",
+            "s", (0.0, 60.0),
+        )  # fmt: skip
         length = declare(
             self, "queue", 10_000, "messages of each topic kept while the disk is slow", "1",
             (10, 1e6),
         )  # fmt: skip
         refuse_undeclared(self)
+        if not (bag or self._keep):
+            raise InputError(
+                "parameter keep = false: goes with a parameter bag; else nothing is written"
+            )
         self._recording: Recording | None = None
         self._description: dict[str, Any] | None = None
         self._files = 1
         self._time = 0.0
         self._levels: dict[str, Level] = {}
-        self._written = self._missing = 0  # in the files before this one
+        self._written = self._missing = self._left_out = 0  # in the files before this one
         self._malformed = 0
         self._ignored: dict[str, tuple[int, str]] = {}  # since the last report, by topic
 
@@ -67,6 +85,7 @@ class Recorder(Node):
         self._inbox = Inbox(self._write, length)
         for topic, _ in heard:
             topic.subscription(self, functools.partial(self._inbox.put, topic.name))
+        self._bag = BagRecorder(self, recording_folder(bag), length) if bag else None
         self.get_logger().info(f"recording to {self.path} as soon as a drive describes itself")
 
     def run(self, stopping: threading.Event) -> None:
@@ -81,7 +100,11 @@ class Recorder(Node):
             try:
                 self._write_until(stopping)
             finally:
-                self._close()
+                try:
+                    self._close()
+                finally:
+                    if self._bag is not None:
+                        self._bag.close()
             failed, text = False, ENDED
         except RecordingError as error:
             text = str(error)
@@ -97,7 +120,7 @@ class Recorder(Node):
             now = time.monotonic()
             if now - reported >= REPORT_PERIOD:
                 reported = now
-                self._report("recording" if self._recording else "waiting for a drive")
+                self._report(self._state())
             if self._description is None and not warned and now - began > SILENCE:
                 warned = True
                 self.get_logger().warning(
@@ -108,6 +131,8 @@ class Recorder(Node):
 
     def _write_all(self) -> None:
         """Write what has come so far."""
+        if self._bag is not None:
+            self._bag.write()
         for topic, message in self._inbox.take():
             try:
                 self._write[topic](message)
@@ -179,12 +204,16 @@ class Recorder(Node):
 
     def _open(self) -> None:
         assert self._description is not None
+        if not self._keep:
+            return
         path = self.path
         while path.exists():
             # Nothing that was recorded is ever overwritten.
             self._files += 1
             path = self.path.with_stem(f"{self.path.stem}-{self._files}")
-        self._recording = Recording(path, description=self._description, index=False)
+        self._recording = Recording(
+            path, description=self._description, index=False, every=self._every, around=self._around
+        )
         self.get_logger().info(f"recording to {path}")
 
     def _close(self) -> None:
@@ -199,17 +228,24 @@ class Recorder(Node):
         finally:
             self._recording = None
             self._written += recording.rows_written
+            self._left_out += recording.left_out
             self._missing += recording.missing
+
+    def _state(self) -> str:
+        return "recording" if self._description is not None else "waiting for a drive"
 
     def _report(self, text: str, failed: bool = False) -> None:
         now = self._recording
         dropped = {topic: count for topic, count in self._inbox.dropped.items() if count}
         missing = self._missing + (now.missing if now else 0)
-        lost = missing or dropped or self._malformed
+        bag = self._bag.values() if self._bag else {}
+        lost = missing or dropped or self._malformed or (self._bag and self._bag.dropped)
         values = {
             "file": str(now.path) if now else "",
             "samples written": self._written + (now.rows_written if now else 0),
             "samples missing": missing,
+            "samples left out by intent": self._left_out + (now.left_out if now else 0),
+            **bag,
             "messages dropped": sum(dropped.values()),
             **{f"messages dropped, {topic}": count for topic, count in dropped.items()},
             "messages malformed": self._malformed,

@@ -31,6 +31,8 @@ entity                      contents                                    shown as
                             its motion exaggerated                      3-D view
 ``/run/NAME``               what `Recording.scalar` is given            plot
 ``/events/SOURCE``          what `Recording.event` is given             text log
+``/thinned``                rule by which not every step is kept, and
+                            how many were left out up to each one
 ``/closed``                 how many samples there are, once all are
 ==========================  ==========================================  ===================
 
@@ -45,6 +47,7 @@ import os
 # Rerun reads this when it is imported. It would warn of every file without an index.
 os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
 
+from ab_sim.recording.plots import drawable  # noqa: E402
 from ab_sim.recording.reader import RecordedRun, read_recording  # noqa: E402
 from ab_sim.recording.stored import (  # noqa: E402
     BLOCK_ROWS,
@@ -53,9 +56,11 @@ from ab_sim.recording.stored import (  # noqa: E402
     StoredRun,
     open_recording,
 )
+from ab_sim.recording.thinning import AROUND  # noqa: E402
 from ab_sim.recording.writer import BATCH_ROWS, CHUNK_ROWS, Recording  # noqa: E402
 
 __all__ = [
+    "AROUND",
     "BATCH_ROWS",
     "BLOCK_ROWS",
     "CHUNK_ROWS",
@@ -65,5 +70,6 @@ __all__ = [
     "Recording",
     "StoredRun",
     "open_recording",
+    "drawable",
     "read_recording",
 ]

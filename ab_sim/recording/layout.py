@@ -14,6 +14,10 @@ Array = NDArray[np.float64]
 
 CLOSED = "/closed"
 """Where a recording says, last of all, how many rows it has."""
+THINNED = "/thinned"
+"""Where it says that it does not keep every step, and by which rule."""
+LEFT_OUT = "/thinned/left_out"
+"""Where each row then says how many were left out by intent up to it."""
 
 _GROUPS = {
     "/clock/time": ("time",),

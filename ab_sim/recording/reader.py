@@ -20,8 +20,9 @@ class RecordedRun:
     description: dict[str, Any]
     channels: tuple[str, ...]
     samples: Array  # (rows, channels), bit for bit, in the order of step
-    gaps: int  # places where step leaps by more than 1
+    gaps: int  # places where steps are missing
     missing: int  # steps that are not there because of them
+    left_out: int  # steps that are not there by intent, see `Recording`
     events: list[Event]  # in the order of time
     scalars: dict[str, Array]  # name: (n, 2), time [s] and value
     complete: bool  # False: the recording was never closed (still running, killed, disk full)
@@ -38,14 +39,14 @@ def read_recording(path: Path | str) -> RecordedRun:
     stored = open_recording(path)
     blocks = list(stored.blocks()) if stored.channels else []
     samples = np.concatenate([np.empty((0, len(stored.channels))), *blocks])
-    leaps = np.diff(samples[:, 0]) if len(samples) else np.empty(0)
-    notes = stored.notes
+    extent, notes = stored.extent, stored.notes
     return RecordedRun(
         description=stored.description,
         channels=stored.channels,
         samples=samples,
-        gaps=int((leaps > 1).sum()),
-        missing=int((leaps - 1).sum()),
+        gaps=extent.gaps,
+        missing=extent.missing,
+        left_out=extent.left_out,
         events=notes.events,
         scalars=notes.scalars,
         complete=notes.closed_with == len(samples),

@@ -17,7 +17,7 @@ from rerun.chunk import Chunk, RrdReader
 
 from ab_sim.drive.trajectory import column_of
 from ab_sim.errors import RecordingError
-from ab_sim.recording.layout import CLOSED, Array, layout_of
+from ab_sim.recording.layout import CLOSED, LEFT_OUT, THINNED, Array, layout_of
 from ab_sim.recording.torn_file import whole_part
 
 BLOCK_ROWS = 10_000
@@ -41,8 +41,9 @@ class Extent:
     rows: int
     first: tuple[float, float]  # step and time [s] of the first row; NaN if there is none
     last: tuple[float, float]  # of the last
-    gaps: int  # places where step leaps by more than 1
+    gaps: int  # places where steps are missing
     missing: int  # steps that are not there because of them
+    left_out: int  # steps that are not there by intent, see `Recording`
 
 
 @dataclass(frozen=True)
@@ -66,9 +67,9 @@ class StoredRun:
         self._size = -1
         found: dict[str, pa.RecordBatch] = {}
         for chunk in self._chunks(is_static=True):
-            if chunk.entity_path in ("/description", "/channels"):
+            if chunk.entity_path in ("/description", THINNED, "/channels"):
                 found[chunk.entity_path] = chunk.to_record_batch()
-                if len(found) == 2:
+                if chunk.entity_path == "/channels":
                     break
         if "/description" not in found:
             raise RecordingError(f"{self.path} is a Rerun file, but not a recording of ab_sim")
@@ -76,6 +77,7 @@ class StoredRun:
         self.description: dict[str, Any] = _description_in(text, self.path)
         named = _column(found["/channels"], "names") if "/channels" in found else ()
         self.channels: tuple[str, ...] = tuple(named)
+        self._thinned = THINNED in found
 
     def blocks(
         self, channels: Sequence[str] | None = None, rows: int = BLOCK_ROWS
@@ -103,15 +105,20 @@ class StoredRun:
     @cached_property
     def extent(self) -> Extent:
         """How much there is; takes a pass over the file."""
-        rows = gaps = missing = 0
+        rows = gaps = missing = left_out = 0
         first = last = (float("nan"), float("nan"))
-        for block in self.blocks(("step", "time")) if self.channels else ():
-            leaps = np.diff(block[:, 0], prepend=last[0] if rows else block[0, 0] - 1)
-            gaps += int((leaps > 1).sum())
-            missing += int((leaps - 1).sum())
+        counted = (LEFT_OUT,) if self._thinned else ()
+        for block in self._aligned(("step", "time", *counted)) if self.channels else ():
+            before = block[0, 0] - 1 if rows == 0 else last[0]
+            holes = np.diff(block[:, 0], prepend=before) - 1
+            if counted:
+                holes -= np.diff(block[:, 2], prepend=left_out)
+                left_out = int(block[-1, 2])
+            gaps += int((holes > 0).sum())
+            missing += int(holes.sum())
             first = first if rows else _pair(block[0])
             last, rows = _pair(block[-1]), rows + len(block)
-        return Extent(rows, first, last, gaps, missing)
+        return Extent(rows, first, last, gaps, missing, left_out)
 
     @cached_property
     def notes(self) -> Notes:
@@ -161,8 +168,15 @@ class StoredRun:
 
     def _aligned(self, names: Sequence[str]) -> Iterator[Array]:
         """Rows that all entities have, whichever channels are asked for, as they come."""
-        layout = layout_of(self.channels)
-        parts = {entity: _Part(entity, columns, self, names) for entity, columns in layout.items()}
+        layout = {
+            entity: [self.channels[column] for column in columns]
+            for entity, columns in layout_of(self.channels).items()
+        }
+        if self._thinned:
+            layout[LEFT_OUT] = [LEFT_OUT]
+        parts = {
+            entity: _Part(f"{self.path}: {entity}", own, names) for entity, own in layout.items()
+        }
         clock = [column for column, name in enumerate(names) if name == "step"]
         for chunk in self._chunks(is_static=False):
             if chunk.entity_path not in parts:
@@ -198,12 +212,8 @@ _EVENT = ("TextLog:level", "source", "TextLog:text")
 class _Part:
     """The rows of one entity that wait for those of the others."""
 
-    def __init__(
-        self, entity: str, columns: Sequence[int], run: StoredRun, names: Sequence[str]
-    ) -> None:
-        own = [run.channels[column] for column in columns]
-        self._series = len(own)
-        self._where = f"{run.path}: {entity}"
+    def __init__(self, where: str, own: Sequence[str], names: Sequence[str]) -> None:
+        self._series, self._where = len(own), where
         wanted = [(at, own.index(name)) for at, name in enumerate(names) if name in own]
         self.to = [at for at, _ in wanted]
         self._pick = [series for _, series in wanted]

@@ -15,6 +15,8 @@ from ab_sim.errors import RecordingError
 from ab_sim.recording.drawing import Drawing, lines
 from ab_sim.recording.layout import (
     CLOSED,
+    LEFT_OUT,
+    THINNED,
     Array,
     entity_path,
     index_columns,
@@ -23,13 +25,13 @@ from ab_sim.recording.layout import (
     size_entity,
 )
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
+from ab_sim.recording.plots import ALWAYS, Plots, needed_for
+from ab_sim.recording.thinning import AROUND, Thinning
 
 BATCH_ROWS = 1000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
-_NEEDED = ("step", "time", "angle", "x", "y")
 _TURN = ("qw", "qx", "qy", "qz")
-_IN_SPACE = ("z", *_TURN)  # what a deck in space needs besides
 _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
 
 
@@ -51,10 +53,23 @@ class Recording:
         then Rerun keeps an entry of 1 to 2 kB in memory for everything that is sent, some 300 MB
         an hour for a drive at 1 kHz, so recordings of unknown length go without; ``rerun rrd
         optimize`` adds it afterwards.
+    :param drawn: whether there is a drawing. Without one the description need not say anything of
+        the drive, nor the channels where anything is, and there are plots of what there is.
+    :param every: keep one step of so many, and all of them around events and the ends of a
+        command's moves (`ab_sim.recording.thinning`); 1 keeps all. Rows then wait for twice
+        ``around`` before they are sent.
+    :param around: what is kept at full rate before and after an event [s], if not all is.
     """
 
     def __init__(
-        self, path: Path | str, *, description: Mapping[str, Any], index: bool = True
+        self,
+        path: Path | str,
+        *,
+        description: Mapping[str, Any],
+        index: bool = True,
+        drawn: bool = True,
+        every: int = 1,
+        around: float = AROUND,
     ) -> None:
         self.path = Path(path)
         self.rows = 0  # rows taken by block()
@@ -66,18 +81,24 @@ class Recording:
         self._scalars: dict[str, list[tuple[float, float]]] = {}  # by name: time, value
         self._events: dict[str, list[tuple[float, str, str]]] = {}  # by source: time, text, level
         self._collected = 0  # rows, scalars and events not sent yet
+        self._sent = 0  # rows
         self._first_step = np.nan
         self._error: RecordingError | None = None
         self._closed = False
-        self._drawing = Drawing.of(description)
+        self._thinning = Thinning(every, around)
+        self._left_out: list[Array] = []  # beside blocks
+        self._drawing: Drawing | Plots = Drawing.of(description) if drawn else Plots()
         text = self._drawing.document(description)
         self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
         self._file = PipedFile(self.path, self._stream, index)
         self._stream.send_recording_name(self.path.stem)
         self._stream.send_blueprint(self._drawing.blueprint())
         self._static("/description", rr.TextDocument(text, media_type="text/markdown"))
-        for entity, archetype in self._drawing.scenery():
-            self._static(entity, archetype)
+        if isinstance(self._drawing, Drawing):
+            for entity, archetype in self._drawing.scenery():
+                self._static(entity, archetype)
+        if every > 1:
+            self._static(THINNED, rr.AnyValues(every=every, around=around))
         self.flush()
 
     def __enter__(self) -> Recording:
@@ -85,6 +106,16 @@ class Recording:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    @property
+    def left_out(self) -> int:
+        """Of the rows taken, how many are left out of the file by intent."""
+        return self._thinning.left_out
+
+    @property
+    def stretches_refused(self) -> int:
+        """How often what was around an event was not kept, because there were too many events."""
+        return self._thinning.refused
 
     def block(self, channels: Sequence[str], samples: ArrayLike) -> None:
         """Take samples.
@@ -109,10 +140,10 @@ class Recording:
         self._check_steps(rows)
         if np.isnan(self._first_step):
             self._first_step = rows[0, 0]
-        self._blocks.append(rows)
         self.last_step = rows[-1, 0]
         self.rows += len(rows)
-        self._collect(len(rows))
+        command = names.index("command") if "command" in names else None
+        self._collect(self._keep(*self._thinning.take(rows, command)))
 
     def scalar(self, name: str, time: float, value: float) -> None:
         """Note a number that is not in the samples, such as the real-time factor, at time [s].
@@ -135,6 +166,7 @@ class Recording:
         """Note what happened at time [s]; ``level`` as in Python's logging."""
         self._check_usable()
         level = _LEVELS.get(level.upper(), level.upper())
+        self._thinning.note(time)
         self._events.setdefault(source, []).append((time, text, level))
         self._collect(1)
 
@@ -147,7 +179,7 @@ class Recording:
             self._file.sync()
         except (RuntimeError, OSError) as error:
             raise self._fail(error) from error
-        self.rows_written = self.rows
+        self.rows_written = self._sent
         if self.rows:
             self.missing = int(self.last_step - self._first_step) + 1 - self.rows
 
@@ -155,8 +187,9 @@ class Recording:
         """Write the rest, and that this is all. Does nothing when closed, or after an error."""
         if self._closed or self._error:
             return
+        self._keep(*self._thinning.rest())
         self.flush()
-        self._static(CLOSED, rr.AnyValues(rows=self.rows))
+        self._static(CLOSED, rr.AnyValues(rows=self.rows_written))
         self._closed = True
         self._stream.disconnect()  # writes the index
         try:
@@ -171,15 +204,15 @@ class Recording:
             raise RecordingError(f"{self.path} is closed")
 
     def _begin(self, names: tuple[str, ...]) -> None:
-        needed = _NEEDED + (_IN_SPACE if self._drawing.space else ())
+        needed = needed_for(self._drawing)
         missing = [name for name in needed if name not in names]
-        if missing or names[:2] != _NEEDED[:2] or len(set(names)) < len(names):
+        if missing or names[:2] != ALWAYS or len(set(names)) < len(names):
             raise RecordingError(
                 f"{self.path}: channels must start with step, time, differ from each other and "
                 f"include {', '.join(needed)}; got {', '.join(names)}"
             )
         balls = len(layout_of(names).get("/balls/angle", ()))
-        if balls != self._drawing.balls:
+        if isinstance(self._drawing, Drawing) and balls != self._drawing.balls:
             raise RecordingError(
                 f"{self.path}: channels give the angles of {balls} balls, "
                 f"but the description says balls: {self._drawing.balls}"
@@ -188,6 +221,9 @@ class Recording:
         self._static("/channels", rr.AnyValues(names=list(names)))
         for entity, columns in layout_of(names).items():
             self._static(entity, lines([names[column] for column in columns]))
+        if isinstance(self._drawing, Plots):
+            self._drawing = Plots(list(layout_of(names)))
+            self._stream.send_blueprint(self._drawing.blueprint(list(self._scalars)))
 
     def _check_steps(self, rows: Array) -> None:
         steps = rows[:, 0]
@@ -199,6 +235,12 @@ class Recording:
                 f"came after {self.last_step:.0f}; after a reset, start a new recording"
             )
 
+    def _keep(self, rows: Array, left_out: Array) -> int:
+        if len(rows):
+            self._blocks.append(rows)
+            self._left_out.append(left_out)
+        return len(rows)
+
     def _collect(self, count: int) -> None:
         self._collected += count
         if self._collected >= BATCH_ROWS:
@@ -206,8 +248,14 @@ class Recording:
 
     def _send_collected(self) -> None:
         rows = np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
+        left_out = np.concatenate(self._left_out) if self._left_out else np.empty(0)
         for start in range(0, len(rows), CHUNK_ROWS):
-            self._send_rows(rows[start : start + CHUNK_ROWS])
+            part = slice(start, start + CHUNK_ROWS)
+            self._send_rows(rows[part])
+            if self._thinning.every > 1:
+                index = index_columns(rows[part, 1], rows[part, 0])
+                self._send(LEFT_OUT, index, scalar_columns(left_out[part, None]))
+        self._sent += len(rows)
         for name, noted in self._scalars.items():
             if noted:
                 times, values = zip(*noted, strict=True)
@@ -224,6 +272,7 @@ class Recording:
                     [*columns, *rr.AnyValues.columns(source=[source] * len(times))],
                 )
         self._blocks.clear()
+        self._left_out.clear()
         self._events.clear()
         self._collected = 0
 
@@ -237,11 +286,12 @@ class Recording:
         ends = rows[[0, -1]]
         one = scalar_columns(np.ones((2, 1)))
         self._send("/plot/real_time", index_columns(ends[:, 1], ends[:, 0]), one)
-        angle = rows[:, self._channels.index("angle")]
-        place, turn = (self._columns(rows, names) for names in (("x", "y", "z"), _TURN))
-        balls = rows[:, layout.get("/balls/angle", [])]
-        for entity, part in self._drawing.frames(angle, place, turn, balls):
-            self._send(entity, index, part)
+        if isinstance(self._drawing, Drawing):
+            angle = rows[:, self._channels.index("angle")]
+            place, turn = (self._columns(rows, names) for names in (("x", "y", "z"), _TURN))
+            balls = rows[:, layout.get("/balls/angle", [])]
+            for entity, part in self._drawing.frames(angle, place, turn, balls):
+                self._send(entity, index, part)
 
     def _columns(self, rows: Array, names: Sequence[str]) -> Array:
         return rows[:, [self._channels.index(name) for name in names if name in self._channels]]

@@ -1,0 +1,107 @@
+"""The topics of `ab_msgs_py` as a bag has them: names of types, and quality of service.
+
+`ab_msgs_py` needs ROS, and files do not; a test holds the two to each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+
+_FOREVER = QosTime(9223372036, 854775807)  # what ROS 2 means by no limit
+
+
+class Kind(NamedTuple):
+    """A topic of the contract; names that begin with a slash are outside of namespaces."""
+
+    name: str
+    type: str
+    latched: bool = False
+    depth: int = 10
+
+    @property
+    def qos(self) -> Qos:
+        """What its publisher offers."""
+        durability = QosDurability.TRANSIENT_LOCAL if self.latched else QosDurability.VOLATILE
+        return Qos(
+            QosHistory.KEEP_LAST,
+            self.depth,
+            QosReliability.RELIABLE,
+            durability,
+            _FOREVER,
+            _FOREVER,
+            QosLiveliness.AUTOMATIC,
+            _FOREVER,
+            False,
+        )
+
+    def within(self, namespace: str) -> str:
+        """Its full name for a drive in a namespace."""
+        return self.name if self.name.startswith("/") else f"{namespace.rstrip('/')}/{self.name}"
+
+
+COMMAND = Kind("spindle/command", "std_msgs/msg/Float64", depth=5000)
+JOINT_STATES = Kind("joint_states", "sensor_msgs/msg/JointState")
+VIBRATION = Kind("vibration", "geometry_msgs/msg/AccelStamped")
+WHIRL = Kind("whirl", "geometry_msgs/msg/PointStamped")
+DECK_POSE = Kind("deck_pose", "geometry_msgs/msg/PoseStamped")
+TF = Kind("/tf", "tf2_msgs/msg/TFMessage", depth=100)
+TF_STATIC = Kind("/tf_static", "tf2_msgs/msg/TFMessage", True, 1)
+BLOCK = Kind("vibration/block", "std_msgs/msg/Float64MultiArray", depth=1000)
+DESCRIPTION = Kind("drive_description", "std_msgs/msg/String", True, 1)
+PROFILE_STATUS = Kind("profile_controller/status", "std_msgs/msg/String", True, 1)
+CLOCK = Kind("/clock", "rosgraph_msgs/msg/Clock")
+DIAGNOSTICS = Kind("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+EVENTS = Kind("/rosout", "rcl_interfaces/msg/Log", True, 1000)
+
+KINDS = {
+    kind.name: kind
+    for kind in (
+        COMMAND,
+        JOINT_STATES,
+        VIBRATION,
+        WHIRL,
+        DECK_POSE,
+        TF,
+        TF_STATIC,
+        BLOCK,
+        DESCRIPTION,
+        PROFILE_STATUS,
+        CLOCK,
+        DIAGNOSTICS,
+        EVENTS,
+    )
+}
+OF_A_DRIVE = (DESCRIPTION, BLOCK, JOINT_STATES, VIBRATION, WHIRL)
+"""By these a drive is known to be in a bag."""
+
+NUMBER = Kind("recording/", "std_msgs/msg/Float64")
+"""Beside the contract: what `Recording.scalar` was given, each on a topic with its name."""
+NOTE = "recording."
+"""What `Recording.event` was given is a log entry of a node, or rather logger, that begins so."""
+
+
+def logger(namespace: str, name: str) -> str:
+    """The name of a node's logger, as log entries have it."""
+    return f"{namespace.strip('/').replace('/', '.')}.{name}".lstrip(".")
+
+
+def namespaces(topics: Iterable[tuple[str, str]]) -> list[str]:
+    """Where there are drives, by the topics' names and types."""
+    return sorted(
+        {
+            name.removesuffix(f"/{kind.name}") or "/"
+            for name, type_name in topics
+            for kind in OF_A_DRIVE
+            if name.endswith(f"/{kind.name}") and type_name == kind.type
+        }
+    )

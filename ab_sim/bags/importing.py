@@ -1,0 +1,147 @@
+"""From a bag to recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from ab_sim.bags import contract
+from ab_sim.bags.contract import BLOCK, DESCRIPTION, NUMBER, Kind
+from ab_sim.bags.drives import DriveLog
+from ab_sim.bags.reader import Bag
+from ab_sim.bags.strangers import Stranger
+from ab_sim.errors import InputError, RecordingError
+from ab_sim.recording import Recording
+
+_CHUNK = 1000  # rows
+
+
+class Imported(NamedTuple):
+    """What became of a bag."""
+
+    files: list[Path]
+    """More than one where the drive was reset, or another one described itself."""
+    rows: int
+    missing: int
+    """Steps that are not in the bag, though steps before and after them are."""
+    ignored: dict[str, tuple[int, str]]
+    """By topic: messages that could not be used, and what was wrong with the last one."""
+    complete: bool
+    """Whether the bag was finished; if not, it was read as far as it goes."""
+
+
+def import_bag(
+    path: Path | str,
+    out: Path,
+    namespace: str | None = None,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> Imported:
+    """Make recordings of a bag.
+
+    With ``vibration/block`` they are to the bit what a recorder that had listened would have
+    written; without, there is one with a row at every stamp of the topic that has most messages of
+    ``joint_states``, ``vibration`` and ``whirl``, and the channels of all of them and of the
+    commands, each as it was last heard of until then. Where positions are unknown nothing is drawn.
+
+    Args:
+        path: of the bag, see `Bag`.
+        out: the .rrd file, replaced if there is one; of several ones the first, and the others are
+            called ``-2`` and so on and replace nothing.
+        namespace: of the drive; None: of the only one there is.
+        progress: is told how many messages are done, of how many.
+
+    Raises:
+        InputError: the namespace is not that of a drive in the bag, or there are several.
+        RecordingError: the bag cannot be read, or has nothing of a drive, or a recording cannot be
+            written.
+    """
+    with Bag(path) as bag:
+        own = choose_namespace(bag, namespace)
+        kinds = _kinds(bag, own)
+        log = DriveLog(own, kinds, out)
+        messages = sum(bag.topics[name].messages for name in kinds)
+        if BLOCK.within(own) in kinds:
+            # A recorder that came later than the drive has it after some of the samples.
+            for first in islice(bag.messages({DESCRIPTION.within(own)}), 1):
+                log.write(first)
+            with log:
+                for done, message in enumerate(bag.messages(kinds)):
+                    log.write(message)
+                    if done % _CHUNK == 0:
+                        progress(done, messages)
+            if not log.rows:
+                raise RecordingError(
+                    f"{path}: {BLOCK.within(own)} has no samples that can be used{log.why}"
+                )
+            return Imported(log.files, log.rows, log.missing, log.ignored, bag.complete)
+        return _strange(bag, own, kinds, out)
+
+
+def choose_namespace(bag: Bag, wanted: str | None) -> str:
+    """The namespace of the drive that is meant.
+
+    Raises:
+        InputError: there is none of that name, or none was named and there are several.
+        RecordingError: the bag has none at all.
+    """
+    there = contract.namespaces((name, topic.type) for name, topic in bag.topics.items())
+    if wanted is None and len(there) == 1:
+        return there[0]
+    if wanted is not None and (named := "/" + wanted.strip("/")) in there:
+        return named
+    if not there:
+        raise RecordingError(
+            f"{bag.path} has nothing of a drive: none of "
+            + ", ".join(f"{kind.name} ({kind.type})" for kind in contract.OF_A_DRIVE)
+            + f", in any namespace; it has {_listed(bag)}"
+        )
+    if wanted is None:
+        raise InputError(
+            f"{bag.path} has several drives: choose one by --namespace, of {', '.join(there)}"
+        )
+    raise InputError(
+        f"--namespace {wanted}: {bag.path} has no drive there; it has drives in {', '.join(there)}"
+    )
+
+
+def _listed(bag: Bag) -> str:
+    topics = [f"{name} ({topic.type})" for name, topic in sorted(bag.topics.items())]
+    return ", ".join(topics[:20] + ["..."] * (len(topics) > 20)) or "no topics at all"
+
+
+def _kinds(bag: Bag, namespace: str) -> dict[str, Kind]:
+    """What to read, by full names.
+
+    Raises:
+        RecordingError: something else goes by one of our names.
+    """
+    wanted = {kind.within(namespace): kind for kind in contract.KINDS.values()}
+    clock = f"{namespace.rstrip('/')}/clock"
+    if clock in bag.topics:  # of two drives each has its own
+        del wanted[contract.CLOCK.name]
+        wanted[clock] = contract.CLOCK
+    numbers = NUMBER.within(namespace)
+    for name, topic in bag.topics.items():
+        own = name.startswith(numbers) and name.removeprefix(numbers).isidentifier()
+        if own and topic.type == NUMBER.type:
+            wanted[name] = NUMBER
+    found = {name: kind for name, kind in wanted.items() if name in bag.topics}
+    for name, kind in found.items():
+        if bag.topics[name].type != kind.type:
+            raise RecordingError(
+                f"{bag.path}: {name} is of type {bag.topics[name].type}; expected {kind.type}"
+            )
+    return found
+
+
+def _strange(bag: Bag, namespace: str, kinds: dict[str, Kind], out: Path) -> Imported:
+    """A recording of a bag that has no blocks."""
+    table = Stranger(bag, namespace, kinds)
+    if not len(table.samples):
+        raise RecordingError(f"{bag.path}: there is no message that can be used{table.why}")
+    with Recording(out, description=table.description, drawn=table.drawn, index=False) as recording:
+        for first in range(0, len(table.samples), _CHUNK):
+            recording.block(table.channels, table.samples[first : first + _CHUNK])
+    return Imported([out], recording.rows, recording.missing, table.ignored, bag.complete)

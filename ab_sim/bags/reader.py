@@ -1,0 +1,138 @@
+"""Reading a bag."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rosbags.interfaces import Qos
+from rosbags.rosbag2 import Reader
+from rosbags.rosbag2.storage_mcap import McapReader
+
+from ab_sim.bags.torn import MAGIC, Mended, has_end
+from ab_sim.errors import RecordingError
+
+METADATA = "metadata.yaml"
+
+
+class BagTopic(NamedTuple):
+    """What a bag says of a topic."""
+
+    type: str
+    messages: int
+    """How many."""
+    qos: Qos | None
+    """What its first publisher offered, if that is known."""
+
+
+class Message(NamedTuple):
+    """A message as it is in a bag."""
+
+    topic: str
+    time: int
+    """When it was received [ns]."""
+    data: bytes
+    """In CDR."""
+
+
+class Bag:
+    """A bag, open for reading: a folder of ``rosbag2`` (MCAP or SQLite), or a file of one.
+
+    Use it as a context. An unfinished bag is read as far as it goes.
+
+    Args:
+        path: of the folder or the file.
+
+    Raises:
+        RecordingError: there is no bag, or it cannot be read. So do the methods.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self.complete = True
+        """Whether whoever wrote it came to an end."""
+        self._reader: Any = self._open()
+        self.topics: dict[str, BagTopic] = {}
+        for connection in self._reader.connections:
+            qos = next(iter(connection.ext.offered_qos_profiles), None)
+            before = self.topics.get(connection.topic)
+            if before is not None and before.type != connection.msgtype:
+                raise RecordingError(
+                    f"{self.path}: {connection.topic} has two types, {before.type} and "
+                    f"{connection.msgtype}"
+                )
+            count = connection.msgcount + (before.messages if before else 0)
+            self.topics[connection.topic] = BagTopic(connection.msgtype, count, qos)
+
+    def __enter__(self) -> Bag:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._reader.close()
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """Times of the first and the last message [ns]; both 0 if there is none."""
+        held = self._held
+        return (held.start_time, held.end_time - 1) if held.message_count else (0, 0)
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Messages of some topics, in the order in which they were received."""
+        wanted = [each for each in self._reader.connections if each.topic in topics]
+        if not wanted:
+            return
+        messages = self._reader.messages(wanted)
+        while True:
+            try:
+                connection, time, data = next(messages)
+            except StopIteration:
+                return
+            except Exception as error:  # a file that is torn can make rosbags raise anything
+                raise RecordingError(f"the bag {self.path} is torn: {error}") from error
+            yield Message(connection.topic, time, data)
+
+    @property
+    def _held(self) -> Any:
+        reader = self._reader
+        return reader.metadata if isinstance(reader, McapReader) else reader
+
+    def _open(self) -> Any:
+        path = self._file()
+        try:
+            torn = path.suffix == ".mcap" and not has_end(path)
+            if path.suffix == ".mcap" and path.open("rb").read(len(MAGIC)) != MAGIC:
+                raise ValueError("it does not begin like MCAP")
+            reader: Any = McapReader(Mended(path)) if torn else Reader(path)  # type: ignore[arg-type]
+            self.complete = self.complete and not torn
+            reader.open()
+        except Exception as error:  # as above
+            raise RecordingError(
+                f"{self.path} is not a ROS 2 bag, or is damaged: {error}"
+            ) from error
+        return reader
+
+    def _file(self) -> Path:
+        """What to read: the folder, or the only file in one that was not finished."""
+        path, cannot = self.path, f"cannot read the bag {self.path}: "
+        if not path.exists():
+            raise RecordingError(cannot + "no such folder or file")
+        if path.is_file():
+            if path.suffix not in (".mcap", ".db3"):
+                raise RecordingError(
+                    f"{cannot}must be a folder that rosbag2 has made, or end in .mcap or .db3"
+                )
+            return path
+        if (path / METADATA).is_file():
+            return path
+        files = sorted([*path.glob("*.mcap"), *path.glob("*.db3")])
+        if not files:
+            raise RecordingError(cannot + f"the folder has no {METADATA}, no .mcap and no .db3")
+        if len(files) > 1:
+            raise RecordingError(
+                cannot
+                + f"it has no {METADATA} and several files; name one of "
+                + ", ".join(file.name for file in files)
+            )
+        self.complete = False
+        return files[0]

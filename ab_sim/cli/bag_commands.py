@@ -1,0 +1,57 @@
+"""Commands for ROS 2 bags: into recordings, and published again."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+bag_commands = typer.Typer()
+
+NamespaceOption = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Of the drive, where the bag has several, e.g. /left."),
+]
+BagArgument = Annotated[
+    Path, typer.Argument(help="Folder of a ROS 2 bag, or a .mcap or .db3 file.", metavar="BAG")
+]
+
+
+@bag_commands.command("import")
+def import_(
+    bag: BagArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The .rrd file. Default: the bag's name, here."),
+    ] = None,
+    namespace: NamespaceOption = None,
+) -> None:
+    """Make a recording of a ROS 2 bag.
+
+    With vibration/block it is to the bit what the recorder would have written. Without, it has what
+    there is of spindle/command, joint_states, vibration and whirl, with a row for each stamp of
+    the one that has most; where positions are unknown there are plots and no drawing. An unfinished
+    bag is read as far as it goes. Where a drive was reset there are several recordings, FILE,
+    FILE-2 and so on.
+    """
+    from ab_sim.cli.bags import import_command
+
+    import_command(bag, out, namespace)
+
+
+@bag_commands.command()
+def replay(
+    bag: BagArgument,
+    rate: Annotated[float, typer.Option(help="How many times as fast as it was.")] = 1.0,
+    namespace: NamespaceOption = None,
+    start_paused: Annotated[
+        bool, typer.Option("--start-paused", help="Wait for the service replay/pause, with false.")
+    ] = False,
+) -> None:
+    """Publish a ROS 2 bag again with its timing, and each topic with its quality of service.
+
+    Commands, too: whoever listens to spindle/command obeys them. drive_description is told first;
+    a recorder that listens records the same samples.
+    """
+    from ab_sim.cli.bags import replay_command
+
+    replay_command(bag, rate, namespace, start_paused)

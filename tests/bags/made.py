@@ -1,0 +1,50 @@
+"""Bags to read, and recordings to make them of."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from ab_sim.bags import BagWriter, export_bag
+from ab_sim.bags.contract import KINDS
+from ab_sim.recording import RecordedRun, Recording, read_recording
+
+
+def recorded(
+    description: dict[str, Any], channels: Iterable[str], samples: NDArray[Any], drawn: bool = True
+) -> RecordedRun:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "made.rrd")
+        with Recording(path, description=description, drawn=drawn) as recording:
+            recording.block(list(channels), samples)
+        return read_recording(path)
+
+
+def export_of(
+    path: Path,
+    description: dict[str, Any],
+    channels: Iterable[str],
+    samples: NDArray[Any],
+    namespace: str = "/",
+) -> RecordedRun:
+    run = recorded(description, channels, samples)
+    export_bag(run, path, namespace)
+    return run
+
+
+def bag_of(path: Path, messages: Iterable[tuple[str, int, bytes]], **types: str) -> Path:
+    """Of (topic, time [ns], CDR); types by the topics' names with _ for /, or the contract's."""
+    with BagWriter(path) as bag:
+        known = set()
+        for topic, time, message in messages:
+            if topic not in known:
+                known.add(topic)
+                kinds = [k for k in KINDS.values() if topic.endswith("/" + k.name.lstrip("/"))]
+                kind = max(kinds, key=lambda k: len(k.name)) if kinds else KINDS["whirl"]
+                bag.topic(topic, types.get(topic.strip("/").replace("/", "_"), kind.type), kind.qos)
+            bag.write(topic, time, message)
+    return path

@@ -1,0 +1,336 @@
+"""Bags of others, unfinished ones, and what is none."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from ab_sim.bags import Bag, BagWriter, import_bag, messages
+from ab_sim.bags.contract import BLOCK, DESCRIPTION
+from ab_sim.errors import AbSimError, InputError, RecordingError
+from ab_sim.recording import read_recording
+from tests.bags.made import bag_of, export_of
+from tests.recording.runs import describe, run
+from tests.recording.test_errors import files_limited_to
+
+CHANNELS, SAMPLES = run(600)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("bags") / "bag"
+    export_of(path, describe(), CHANNELS, SAMPLES)
+    return path
+
+
+def blocks(*ends: int, times: bool = True) -> list[tuple[str, int, bytes]]:
+    """Of the steps up to each end, dated by their ends [ms]."""
+    cut = [0, *ends]
+    return [
+        ("/vibration/block", b * 10**6, messages.block_message(CHANNELS, SAMPLES[a:b]))
+        for a, b in zip(cut[:-1], cut[1:], strict=True)
+    ]
+
+
+def described(**changes: Any) -> tuple[str, int, bytes]:
+    return "/drive_description", 0, messages.description_message(describe(**changes))
+
+
+def imported(bag: Path, **options: Any) -> Any:
+    out = bag.parent / "out.rrd"
+    return import_bag(bag, out, **options), read_recording(out)
+
+
+# --- unfinished ones -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("cut", [0.3, 0.7, 0.999])
+def test_one_that_was_cut_off_is_read_up_to_there(
+    finished: Path, tmp_path: Path, cut: float
+) -> None:
+    """Chunks are 1 MB here, so make them small: written as live, flushed now and then."""
+    with Bag(finished) as bag:
+        everything = list(bag.messages(bag.topics))
+        kinds = dict(bag.topics)
+    writer = BagWriter(tmp_path / "bag")
+    for name, topic in kinds.items():
+        assert topic.qos is not None
+        writer.topic(name, topic.type, topic.qos)
+    for count, message in enumerate(everything):
+        writer.write(*message)
+        if count % 50 == 0:
+            writer.flush()
+    file = tmp_path / "bag" / "bag.mcap"
+    data = file.read_bytes()  # as a killed writer would leave it, or the machine's end
+    file.write_bytes(data[: int(cut * len(data))])
+    with Bag(tmp_path / "bag") as bag:
+        there = list(bag.messages(bag.topics))
+        assert not bag.complete and there == everything[: len(there)]
+        assert len(there) > 0.9 * cut * len(everything) - 100
+        assert bag.span == (there[0].time, there[-1].time)
+    made, back = imported(tmp_path / "bag")
+    assert not made.complete and made.missing == 0
+    assert back.samples.tobytes() == SAMPLES[: len(back.samples)].tobytes()
+    writer.close()
+    assert (tmp_path / "bag" / "metadata.yaml").exists()
+
+
+def test_one_without_metadata_is_read_and_called_unfinished(finished: Path, tmp_path: Path) -> None:
+    shutil.copytree(finished, tmp_path / "bag")
+    (tmp_path / "bag" / "metadata.yaml").unlink()
+    made, back = imported(tmp_path / "bag")
+    assert not made.complete and back.samples.tobytes() == SAMPLES.tobytes()
+
+
+def test_the_file_alone_is_a_bag(finished: Path, tmp_path: Path) -> None:
+    file = shutil.copy(finished / "bag.mcap", tmp_path / "alone.mcap")
+    made, back = imported(Path(file))
+    assert made.complete and back.samples.tobytes() == SAMPLES.tobytes()
+
+
+def test_write_error_is_told_and_what_was_written_is_readable(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag")
+    writer.topic("/vibration/block", BLOCK.type, BLOCK.qos)
+    rng, sent = np.random.default_rng(0), 0
+    with (
+        files_limited_to(300_000),
+        pytest.raises(RecordingError, match=r"bag holds \d+ of \d+ messages.*File too large"),
+    ):
+        while True:
+            noise = np.column_stack([np.arange(99.0), np.arange(99.0), rng.normal(size=(99, 3))])
+            block = messages.block_message(("step", "time", "x", "y", "z"), noise)
+            writer.write("/vibration/block", sent, block)
+            sent += 1
+            writer.flush()
+    writer.close()  # was told already
+    with pytest.raises(RecordingError, match="cannot be written further"):
+        writer.flush()
+    with Bag(tmp_path / "bag") as bag:
+        there = list(bag.messages({"/vibration/block"}))
+    assert len(there) == writer.messages_written == sent - 1 > 10
+
+
+# --- of other makers -----------------------------------------------------------------------
+
+
+def test_sqlite_as_older_ros_wrote_it(finished: Path, tmp_path: Path) -> None:
+    with (
+        Bag(finished) as bag,
+        Writer(tmp_path / "old", version=8, storage_plugin=StoragePlugin.SQLITE3) as writer,
+    ):
+        known = {
+            name: writer.add_connection(name, topic.type, typestore=messages.TYPES)
+            for name, topic in bag.topics.items()
+        }
+        for message in bag.messages(bag.topics):
+            writer.write(known[message.topic], message.time, message.data)
+    _, back = imported(tmp_path / "old")
+    assert back.samples.tobytes() == SAMPLES.tobytes()
+    assert back.description == describe()
+
+
+def test_command_and_vibration_alone(tmp_path: Path) -> None:
+    """Of a rig whose clock hangs on the wall: there is what it said, and no drawing."""
+    start, rng = 1_700_000_000_000_000_000, np.random.default_rng(0)
+    felt = rng.normal(size=(50, 3))
+    said = [("/rig/spindle/command", start - 5, messages.number_message(7.0))]
+    for row in range(50):
+        time = start + row * 1_000_000
+        said.append(
+            ("/rig/vibration", time + 300, messages.vibration_message(time, "imu", felt[row]))
+        )
+        if row == 20:
+            said.append(("/rig/spindle/command", time + 400, messages.number_message(9.0)))
+    made, back = imported(bag_of(tmp_path / "rig", said))
+    assert (made.rows, made.missing, made.ignored) == (50, 0, {})
+    assert back.channels == ("step", "time", "imu_1", "imu_2", "imu_3", "command")
+    np.testing.assert_array_equal(back.samples[:, 2:5], felt)
+    np.testing.assert_allclose(back["time"], 1e-3 * np.arange(50), rtol=0, atol=1e-12)
+    assert back["command"].tolist() == [7.0] * 21 + [9.0] * 29
+    assert back.description["time_zero"] == start and back.description["namespace"] == "/rig"
+
+
+def test_joints_of_a_simulated_clock_and_a_slower_sensor(finished: Path, tmp_path: Path) -> None:
+    """The drive's own state topics, without its blocks: values are those of its samples."""
+    with Bag(finished) as bag:
+        wanted = {"/joint_states", "/whirl", "/vibration", "/drive_description"}
+        said = [tuple(m) for m in bag.messages(wanted)]
+    slow = [(t, n, d) for t, n, d in said if t != "/vibration" or n // 4_000_000 % 3 == 1]
+    _, back = imported(bag_of(tmp_path / "few", slow))
+    rows = np.searchsorted(SAMPLES[:, 1], back["time"] - 1e-6)
+    assert len(rows) == 150 and back["step"].tolist() == list(range(150))
+    for channel in ("angle", "speed", "ball_0_angle", "ball_1_rate", "x", "y"):
+        np.testing.assert_array_equal(back[channel], SAMPLES[rows, CHANNELS.index(channel)])
+    felt = SAMPLES[rows, CHANNELS.index("ax")]
+    heard = back["ax"]
+    fresh = heard == felt
+    assert 30 < fresh.sum() < 60, "one in three is new"
+    first = int(np.argmax(fresh))
+    assert np.isnan(heard[:first]).all(), "nothing was said before"
+    last = np.maximum.accumulate(np.where(fresh, np.arange(150), -1))[first:]
+    np.testing.assert_array_equal(heard[first:], felt[last], "and then what was said last")
+    assert back.description["race_radius"] == 0.01
+
+
+def test_a_reset_begins_another_recording(tmp_path: Path) -> None:
+    twice = [described(), *blocks(200, 400), *blocks(100, 300)]
+    made = import_bag(bag_of(tmp_path / "bag", twice), tmp_path / "r.rrd")
+    assert [file.name for file in made.files] == ["r.rrd", "r-2.rrd"]
+    for file, rows in zip(made.files, (400, 300), strict=True):
+        assert read_recording(file).samples.tobytes() == SAMPLES[:rows].tobytes()
+    assert (made.rows, made.missing) == (700, 0)
+    (tmp_path / "r-2.rrd").write_text("precious")
+    again = import_bag(tmp_path / "bag", tmp_path / "r.rrd")
+    assert [file.name for file in again.files] == ["r.rrd", "r-3.rrd"]
+    assert (tmp_path / "r-2.rrd").read_text() == "precious"
+
+
+def test_a_description_that_comes_late_is_that_of_what_was_before(tmp_path: Path) -> None:
+    late = [*blocks(100), ("/drive_description", 10**8, described()[2]), *blocks(100, 300)[1:]]
+    made, back = imported(bag_of(tmp_path / "bag", late))
+    assert len(made.files) == 1 and back.description == describe()
+    assert back.samples.tobytes() == SAMPLES[:300].tobytes()
+
+
+# --- several drives, and what is wrong -----------------------------------------------------
+
+
+def test_of_several_drives_one_must_be_chosen(tmp_path: Path) -> None:
+    both = [
+        (side + name, time, data)
+        for side in ("/left", "/right")
+        for name, time, data in [described(), *blocks(100 if side == "/left" else 200)]
+    ]
+    bag = bag_of(tmp_path / "bag", both)
+    with pytest.raises(InputError, match=r"several drives.*--namespace, of /left, /right"):
+        import_bag(bag, tmp_path / "r.rrd")
+    with pytest.raises(InputError, match=r"--namespace middle.*drives in /left, /right"):
+        import_bag(bag, tmp_path / "r.rrd", "middle")
+    assert not (tmp_path / "r.rrd").exists()
+    for name, rows in (("left", 100), ("/right/", 200)):
+        _, back = imported(bag, namespace=name)
+        assert len(back.samples) == rows
+
+
+def test_messages_that_cannot_be_used_are_counted_and_told(tmp_path: Path) -> None:
+    half, timeless, back = SAMPLES[:20].copy(), SAMPLES[20:40].copy(), SAMPLES[40:60].copy()
+    half[3, 0], timeless[3, 1], back[3, 1] = 3.5, np.nan, 0.0
+    bad = [messages.block_message(CHANNELS, rows) for rows in (half, timeless, back)]
+    bad.append(messages.block_message([*CHANNELS[:-1], "else"], SAMPLES[60:80]))
+    bad.append(messages.block_message(["step", "step"], SAMPLES[:5, :2]))
+    bad += [b"", b"\x00\x01\x00\x00garbage", bad[0][:-9]]
+    named = describe(channels=CHANNELS)
+    said = [("/drive_description", 0, messages.description_message(named))]
+    said += [("/vibration/block", 10**8, data) for data in bad]
+    said += [("/drive_description", 10**8, messages.text_message(text)) for text in ("{", "[]")]
+    made, run = imported(bag_of(tmp_path / "bag", [*said, *blocks(100, 300)[1:]]))
+    assert {topic: count for topic, (count, _) in made.ignored.items()} == {
+        "/vibration/block": len(bad),
+        "/drive_description": 2,
+    }
+    assert run.samples.tobytes() == SAMPLES[100:300].tobytes()
+    nothing = bag_of(tmp_path / "nothing", said)
+    with pytest.raises(RecordingError, match=r"no samples that can be used; ignored 8 messages"):
+        import_bag(nothing, tmp_path / "n.rrd")
+
+
+def vibrating(*stamps: int) -> list[tuple[str, int, bytes]]:
+    here = np.array([np.nan, 0.0, 1.0])
+    return [("/vibration", 5, messages.vibration_message(stamp, "", here)) for stamp in stamps]
+
+
+def test_stamps_that_go_back_and_values_that_are_no_numbers(tmp_path: Path) -> None:
+    made, back = imported(bag_of(tmp_path / "bag", vibrating(10, 20, 20, 5, 30)))
+    assert made.ignored["/vibration"][0] == 2 and "not later than" in made.ignored["/vibration"][1]
+    assert back["time"].tolist() == [1e-8, 2e-8, 3e-8] and np.isnan(back["ax"]).all()
+
+
+def _folder_of_text(path: Path) -> None:
+    path.mkdir()
+    (path / "notes.txt").write_text("no bag")
+
+
+def _of_text(path: Path) -> None:
+    path.mkdir()
+    (path / "metadata.yaml").write_text("rosbag2_bagfile_information: 7")
+
+
+def _file_missing(path: Path) -> None:
+    bag_of(path, vibrating(1))
+    (path / f"{path.name}.mcap").unlink()
+
+
+def _two_files(path: Path) -> None:
+    path.mkdir()
+    for name in ("a.mcap", "b.mcap"):
+        (path / name).touch()
+
+
+@pytest.mark.parametrize(
+    ("name", "make", "match"),
+    [
+        ("no", lambda path: None, "no such folder or file"),
+        ("bag", _folder_of_text, "no metadata.yaml, no .mcap"),
+        ("bag", _of_text, "not a ROS 2 bag, or is damaged"),
+        ("bag", _file_missing, "missing"),
+        ("bag", _two_files, "several files; name one of a.mcap, b.mcap"),
+        (
+            "run.rrd",
+            lambda path: path.write_text("x"),
+            "must be a folder .* or end in .mcap or .db3",
+        ),
+        ("run.mcap", lambda path: path.touch(), "not a ROS 2 bag, or is damaged"),
+        ("run.mcap", lambda path: path.write_text("text" * 99), "does not begin like MCAP"),
+        ("run.db3", lambda path: path.write_text("text" * 99), "not a ROS 2 bag, or is damaged"),
+        ("bag", lambda path: bag_of(path, []), "nothing of a drive.*no topics at all"),
+        (
+            "bag",
+            lambda path: bag_of(path, [("/chat", 1, messages.text_message("hi"))]),
+            r"nothing of a drive: none of drive_description.*it has /chat \(geometry_msgs",
+        ),
+        (
+            "bag",
+            lambda path: bag_of(path, vibrating(1), vibration="sensor_msgs/msg/Imu"),
+            r"nothing of a drive.*it has /vibration \(sensor_msgs/msg/Imu\)",
+        ),
+        (
+            "bag",
+            lambda path: bag_of(path, [described(), *vibrating(1)], vibration="std_msgs/msg/Bool"),
+            r"/vibration is of type std_msgs/msg/Bool; expected geometry_msgs/msg/AccelStamped",
+        ),
+        ("bag", lambda path: bag_of(path, [described()]), "no message that can be used"),
+    ],
+)
+def test_what_is_no_bag_of_a_drive(
+    tmp_path: Path, name: str, make: Callable[[Path], Any], match: str
+) -> None:
+    make(tmp_path / name)
+    with pytest.raises(AbSimError, match=match):
+        import_bag(tmp_path / name, tmp_path / "out.rrd")
+    assert not (tmp_path / "out.rrd").exists()
+
+
+def test_a_bag_that_is_there_and_a_folder_that_is_not(finished: Path, tmp_path: Path) -> None:
+    before = (finished / "bag.mcap").read_bytes()
+    with pytest.raises(RecordingError, match="is there already"):
+        BagWriter(finished)
+    assert (finished / "bag.mcap").read_bytes() == before
+    (tmp_path / "file").touch()
+    with pytest.raises(RecordingError, match=r"cannot write the bag .*Not a directory"):
+        BagWriter(tmp_path / "file" / "bag")
+
+
+def test_a_finished_bag_whose_data_is_damaged(finished: Path, tmp_path: Path) -> None:
+    shutil.copytree(finished, tmp_path / "bag")
+    file = tmp_path / "bag" / "bag.mcap"
+    data = bytearray(file.read_bytes())
+    data[5000:6000] = bytes(1000)
+    file.write_bytes(data)
+    with pytest.raises(RecordingError, match="is torn"), Bag(tmp_path / "bag") as bag:
+        list(bag.messages({"/" + BLOCK.name, "/" + DESCRIPTION.name}))

@@ -1,0 +1,95 @@
+"""`ab-sim export --mcap`, `import`, and what they say of bad input; `run --every`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from ab_sim.cli.bags import export_bag_command, import_command, replay_command
+from ab_sim.errors import InputError, RecordingError
+from ab_sim.recording import read_recording
+from ab_sim.recording.export import Part
+from tests.bags.made import export_of
+from tests.cli.tool import ab_sim
+from tests.recording.runs import describe, record, run
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a recording, to stand in."""
+    record(tmp_path / "run.rrd", *run(100))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_there_and_back(here: Path) -> None:
+    there = ab_sim("export", "run.rrd", "--mcap", "bag", "--namespace", "left", cwd=here)
+    assert there.returncode == 0 and "wrote bag" in there.stderr
+    back = ab_sim("import", "bag", cwd=here)
+    assert back.returncode == 0 and "100 samples\nwrote bag.rrd" in back.stderr
+    samples = read_recording(here / "bag.rrd").samples
+    assert samples.tobytes() == read_recording(here / "run.rrd").samples.tobytes()
+    with pytest.raises(InputError, match=r"bag.rrd is there already: say by --out bag.rrd"):
+        import_command(Path("bag"), None, None)
+    import_command(Path("bag"), Path("bag.rrd"), None)
+
+
+def test_what_cannot_be_exported(here: Path) -> None:
+    file, bag = Path("run.rrd"), Path("bag")
+    Path("there").mkdir()
+    for mcap, namespace, rate, match in (
+        (Path("bag.mcap"), "/", None, r"a bag is a folder, with a file bag.mcap in it.*e.g. bag"),
+        (Path("there"), "/", None, "is there already, and bags are not replaced"),
+        (Path("no/bag"), "/", None, "there is no folder no"),
+        (bag, "/", 0.0, "--rate 0: messages a second, must be more than 0"),
+        (bag, "/", float("nan"), "--rate nan"),
+        (bag, "a b", None, "--namespace a b: must be words between slashes"),
+    ):
+        with pytest.raises(InputError, match=match):
+            export_bag_command(file, mcap, namespace, rate, Part())
+    with pytest.raises(RecordingError, match="no such file"):
+        export_bag_command(Path("no.rrd"), bag, "/", None, Part())
+    with pytest.raises(InputError, match="a bag has the whole recording"):
+        export_bag_command(Path("run.rrd"), bag, "/", None, Part(every=2))
+    from ab_sim.recording import Recording
+
+    Recording("empty.rrd", description=describe()).close()
+    with pytest.raises(RecordingError, match="no samples: there is nothing to export"):
+        export_bag_command(Path("empty.rrd"), bag, "/", None, Part())
+    assert not bag.exists()
+
+
+def test_what_cannot_be_imported_or_replayed(here: Path) -> None:
+    names, samples = run(40)
+    export_of(here / "bag", describe(), names, samples)
+    for bag, out, match in (
+        ("no", None, "no such folder or file"),
+        ("run.rrd", None, "must be a folder that rosbag2 has made"),
+        ("bag", Path("out.mcap"), "--out out.mcap: must end in .rrd"),
+        ("bag", Path("no/out.rrd"), "there is no folder no"),
+    ):
+        with pytest.raises((InputError, RecordingError), match=match):
+            import_command(Path(bag), out, None)
+    with pytest.raises(InputError, match="--rate -1: how many times as fast"):
+        replay_command(Path("bag"), -1.0, None, False)
+
+
+def test_a_thinned_recording_of_an_offline_run(tmp_path: Path) -> None:
+    done = ab_sim(
+        "run",
+        "thesis-hold",
+        "--set",
+        "duration=2",
+        "--rrd",
+        "r.rrd",
+        "--every",
+        "100",
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    back = read_recording(tmp_path / "r.rrd")
+    assert back.missing == 0 and back.complete and back["step"][-1] == 2000
+    assert back.left_out + len(back.samples) == 2001 and back.left_out > 500
+    alone = ab_sim("run", "thesis-hold", "--every", "100", cwd=tmp_path)
+    assert alone.returncode == 2 and "--every 100: is of a recording; add --rrd" in alone.stderr
