@@ -39,8 +39,6 @@ class Recorder(Node):
     def __init__(self) -> None:
         super().__init__("recorder")
         asked = declare(self, "path", "", ".rrd file; empty: recordings/<date>_<time>.rrd")
-        now = datetime.datetime.now()
-        self.path = recording_file(asked or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
         bag = declare(self, "bag", "", "folder of a ROS 2 bag (MCAP) to write; empty: none")
         self._keep = declare(
             self, "keep", True, "whether to write the .rrd file; false: the bag only"
@@ -63,12 +61,19 @@ class Recorder(Node):
             raise InputError(
                 "parameter keep = false: goes with a parameter bag; else nothing is written"
             )
+        now = datetime.datetime.now()
+        self.path = (
+            recording_file(asked or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
+            if self._keep
+            else recording_folder(bag)
+        )
         self._recording: Recording | None = None
         self._description: dict[str, Any] | None = None
         self._files = 1
         self._time = 0.0
         self._levels: dict[str, Level] = {}
-        self._written = self._missing = self._left_out = 0  # in the files before this one
+        self._written = self._missing = 0  # in the files before this one
+        self._left_out = self._refused = 0  # there, too
         self._malformed = 0
         self._ignored: dict[str, tuple[int, str]] = {}  # since the last report, by topic
 
@@ -229,6 +234,7 @@ class Recorder(Node):
             self._recording = None
             self._written += recording.rows_written
             self._left_out += recording.left_out
+            self._refused += recording.stretches_refused
             self._missing += recording.missing
 
     def _state(self) -> str:
@@ -245,6 +251,7 @@ class Recorder(Node):
             "samples written": self._written + (now.rows_written if now else 0),
             "samples missing": missing,
             "samples left out by intent": self._left_out + (now.left_out if now else 0),
+            "full-rate stretches refused": self._refused + (now.stretches_refused if now else 0),
             **bag,
             "messages dropped": sum(dropped.values()),
             **{f"messages dropped, {topic}": count for topic, count in dropped.items()},

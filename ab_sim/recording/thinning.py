@@ -47,7 +47,7 @@ class Thinning:
         self.refused = 0  # full-rate stretches
         self._waiting = np.empty((0, 0))
         self._fresh: list[Array] = []  # that came after those
-        self._noted: list[float] = []  # times of what happened and is not weighed yet
+        self._noted: set[float] = set()  # times of what happened and is not weighed yet
         self._stretches: list[tuple[float, float]] = []  # that rows may still fall into
         self._reach = -math.inf  # end of the last stretch
         self._spent = 0.0  # s at full rate
@@ -59,7 +59,7 @@ class Thinning:
     def note(self, time: float) -> None:
         """Something happened at a time [s]."""
         if self.every > 1 and math.isfinite(time):
-            self._noted.append(time)
+            self._noted.add(time)
 
     def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
         """Take rows; returns those that are kept for certain, see `_sift`.
@@ -121,7 +121,7 @@ class Thinning:
     def _weigh(self, until: float) -> None:
         """Decide on what happened before a time, in the order in which it happened."""
         ripe = sorted(time for time in self._noted if time < until)
-        self._noted = [time for time in self._noted if time >= until]
+        self._noted.difference_update(ripe)
         for time in ripe:
             start, end = time - self._around, time + self._around
             more = end - max(start, self._reach)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +85,12 @@ def test_a_long_one_with_many_balls(tmp_path: Path) -> None:
     import_bag(tmp_path / "bag", tmp_path / "b.rrd")
     back = read_recording(tmp_path / "b.rrd")
     assert back.samples.tobytes() == run.samples.tobytes() == samples.tobytes()
+
+
+def test_files_need_no_ros() -> None:
+    said = "import sys, ab_sim.bags; print([m for m in ('rclpy', 'std_msgs') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
 
 
 def decoded_by_mcap(bag: Path) -> dict[str, list[tuple[int, str, Any]]]:
