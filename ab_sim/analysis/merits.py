@@ -7,6 +7,7 @@ import numpy as np
 
 from ab_sim.analysis.rest import from_rest, tilt_from_rest
 from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
+from ab_sim.drive.balance import resultant
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
 
@@ -131,7 +132,7 @@ def _residual_unbalance(angles: np.ndarray, scene: Scene) -> float | None:
     if unbalance == 0:
         return None
     moments = np.array(scene.balls.masses) * scene.race.radius
-    return rms(np.abs(1.0 + np.exp(1j * angles) @ moments / unbalance))
+    return rms(np.abs(1.0 + resultant(moments, angles) / unbalance))
 
 
 def _residual_couple(angles: np.ndarray, scene: Scene) -> float | None:
@@ -140,4 +141,4 @@ def _residual_couple(angles: np.ndarray, scene: Scene) -> float | None:
         return None
     heights = np.array([scene.race.heights[race] for race in scene.balls.races])
     moments = np.array(scene.balls.masses) * scene.race.radius * heights
-    return rms(np.abs(1.0 + np.exp(1j * angles) @ moments / couple))
+    return rms(np.abs(1.0 + resultant(moments, angles) / couple))

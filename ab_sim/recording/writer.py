@@ -12,7 +12,9 @@ import rerun as rr
 from numpy.typing import ArrayLike
 
 from ab_sim.errors import RecordingError
-from ab_sim.recording.drawing import Drawing, lines
+from ab_sim.recording.about import about
+from ab_sim.recording.blueprint import blueprint, style
+from ab_sim.recording.drawing import Drawing, description_text
 from ab_sim.recording.layout import (
     CLOSED,
     Array,
@@ -20,16 +22,15 @@ from ab_sim.recording.layout import (
     index_columns,
     layout_of,
     scalar_columns,
-    size_entity,
 )
+from ab_sim.recording.pictures import Pictures
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
+from ab_sim.recording.plots import lines
 
 BATCH_ROWS = 1000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
-_NEEDED = ("step", "time", "angle", "x", "y")
-_TURN = ("qw", "qx", "qy", "qz")
-_IN_SPACE = ("z", *_TURN)  # what a deck in space needs besides
+_FIRST = ("step", "time")
 _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
 
 
@@ -70,13 +71,15 @@ class Recording:
         self._error: RecordingError | None = None
         self._closed = False
         self._drawing = Drawing.of(description)
-        text = self._drawing.document(description)
+        self._pictures = Pictures(self._drawing, ())
+        text = description_text(description)
         self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
         self._file = PipedFile(self.path, self._stream, index)
         self._stream.send_recording_name(self.path.stem)
-        self._stream.send_blueprint(self._drawing.blueprint())
+        self._stream.send_blueprint(blueprint(self._drawing))
         self._static("/description", rr.TextDocument(text, media_type="text/markdown"))
-        for entity, archetype in self._drawing.scenery():
+        self._static("/about", rr.TextDocument(about(self._drawing), media_type="text/markdown"))
+        for entity, archetype in (*self._drawing.scenery(), *self._pictures.scenery()):
             self._static(entity, archetype)
         self.flush()
 
@@ -126,8 +129,8 @@ class Recording:
             )
         if name not in self._scalars:  # every name gets a plot; an empty one would only puzzle
             self._scalars[name] = []
-            self._static(entity_path("run", name), self._drawing.style(name))
-            self._stream.send_blueprint(self._drawing.blueprint(list(self._scalars)))
+            self._static(entity_path("run", name), style(name))
+            self._stream.send_blueprint(blueprint(self._drawing, list(self._scalars)))
         self._scalars[name].append((time, float(value)))
         self._collect(1)
 
@@ -171,9 +174,9 @@ class Recording:
             raise RecordingError(f"{self.path} is closed")
 
     def _begin(self, names: tuple[str, ...]) -> None:
-        needed = _NEEDED + (_IN_SPACE if self._drawing.space else ())
+        needed = (*_FIRST, *self._drawing.needs)
         missing = [name for name in needed if name not in names]
-        if missing or names[:2] != _NEEDED[:2] or len(set(names)) < len(names):
+        if missing or names[:2] != _FIRST or len(set(names)) < len(names):
             raise RecordingError(
                 f"{self.path}: channels must start with step, time, differ from each other and "
                 f"include {', '.join(needed)}; got {', '.join(names)}"
@@ -184,7 +187,7 @@ class Recording:
                 f"{self.path}: channels give the angles of {balls} balls, "
                 f"but the description says balls: {self._drawing.balls}"
             )
-        self._channels = names
+        self._channels, self._pictures = names, Pictures(self._drawing, names)
         self._static("/channels", rr.AnyValues(names=list(names)))
         for entity, columns in layout_of(names).items():
             self._static(entity, lines([names[column] for column in columns]))
@@ -231,20 +234,8 @@ class Recording:
         index, layout = index_columns(rows[:, 1], rows[:, 0]), layout_of(self._channels)
         for entity, columns in layout.items():
             self._send(entity, index, scalar_columns(rows[:, columns]))
-            if drawn := size_entity(entity):
-                sizes = np.linalg.norm(rows[:, columns], axis=1)
-                self._send(drawn, index, scalar_columns(sizes[:, None]))
-        ends = rows[[0, -1]]
-        one = scalar_columns(np.ones((2, 1)))
-        self._send("/plot/real_time", index_columns(ends[:, 1], ends[:, 0]), one)
-        angle = rows[:, self._channels.index("angle")]
-        place, turn = (self._columns(rows, names) for names in (("x", "y", "z"), _TURN))
-        balls = rows[:, layout.get("/balls/angle", [])]
-        for entity, part in self._drawing.frames(angle, place, turn, balls):
-            self._send(entity, index, part)
-
-    def _columns(self, rows: Array, names: Sequence[str]) -> Array:
-        return rows[:, [self._channels.index(name) for name in names if name in self._channels]]
+        for entity, when, part in self._pictures.of(rows):
+            self._send(entity, index_columns(when[:, 1], when[:, 0]), part)
 
     def _send(self, entity: str, index: list[rr.TimeColumn], columns: Any) -> None:
         rr.send_columns(entity, index, columns, recording=self._stream, strict=True)

@@ -1,0 +1,96 @@
+"""What the deck's vibration is made of, while it goes on: size, once per revolution, spectrum."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.recording.colours import ORANGE, SKY, UNBALANCE
+from ab_sim.recording.layout import Array, scalar_columns
+from ab_sim.recording.plots import lines
+from ab_sim.recording.signals import once_per_turn, rms, spectrum
+from ab_sim.recording.windows import Windows
+
+HOP, SPAN = 0.02, 0.25
+"""s: how often sizes are taken, and of how long a stretch."""
+SPECTRUM_HOP, SPECTRUM_SPAN = 0.25, 0.5
+"""s: the same for spectra; the longer stretch parts neighbouring frequencies."""
+ORDERS, MOST_LINES = 5.0, 500
+"""A spectrum goes to so many times the top speed, and has at most so many lines."""
+FEWEST = 4
+"""Rows of a window that tell a size."""
+
+Sent = tuple[str, Array, Any]  # entity, the rows that say when, columns
+
+
+class Vibration:
+    """Takes rows as they come, and keeps of them what the next ones need.
+
+    Args:
+        channels: of the rows; ``ax``, ``ay`` [m/s^2] among them, and in space ``az``.
+        top_speed: rad/s; None: not known.
+    """
+
+    def __init__(self, channels: tuple[str, ...], top_speed: float | None) -> None:
+        self._channels = channels
+        self._reach = ORDERS * top_speed / (2.0 * np.pi) if top_speed else np.inf
+        self._sizes = Windows(SPAN, HOP)
+        self._spectra = Windows(SPECTRUM_SPAN, SPECTRUM_HOP)
+
+    @staticmethod
+    def scenery() -> Iterator[tuple[str, Any]]:
+        """How curves look."""
+        yield (
+            "/plot/vibration/rms",
+            lines([f"r.m.s. of the last {SPAN:g} s"], [2.5], colors=[ORANGE]),
+        )
+        names = ["once per revolution", "all the rest"]
+        yield "/plot/orders", lines(names, [2.5, 2.0], colors=[UNBALANCE, SKY])
+
+    def of(self, rows: Array) -> Iterator[Sent]:
+        """What the next rows make complete."""
+        ends, sizes, turning, orders = [], [], [], []
+        for window in self._sizes.of(rows):
+            if len(window) < FEWEST:
+                continue
+            run = Trajectory(self._channels, window)
+            ends.append(window[-1])
+            sizes.append(rms(run["time"], run.acceleration))
+            if (parts := once_per_turn(run["angle"], run.acceleration)) is not None:
+                turning.append(window[-1])
+                orders.append(parts)
+        if ends:
+            yield "/plot/vibration/rms", np.array(ends), scalar_columns(np.array(sizes)[:, None])
+        if turning:
+            yield "/plot/orders", np.array(turning), scalar_columns(np.array(orders))
+        for window in self._spectra.of(rows):
+            yield from self._spectrum(window)
+
+    def _spectrum(self, window: Array) -> Iterator[Sent]:
+        steps = np.diff(window[:, 0])
+        if len(window) < FEWEST or np.any(steps != steps[0]):
+            return  # rows are missing, or were left out: no spectrum rather than a wrong one
+        run = Trajectory(self._channels, window)
+        length = run["time"][-1] - run["time"][0]
+        step = length / (len(window) - 1)
+        if length + 1.5 * step < SPECTRUM_SPAN or not np.isfinite(run.acceleration).all():
+            return
+        frequencies, sizes = spectrum(step, run.acceleration)
+        shown = min(int(np.searchsorted(frequencies, self._reach)) + 1, MOST_LINES)
+        turning = abs(run["angle"][-1] - run["angle"][0]) / (2.0 * np.pi * length)
+        near = np.abs(frequencies - turning) < 2.0 * frequencies[1]
+        at = window[-1:]
+        yield "/plot/spectrum/all", at, _bars(frequencies[:shown], sizes[:shown], SKY)
+        peak = np.array([sizes[near].max(initial=0.0)])
+        yield "/plot/spectrum/once", at, _bars(np.array([turning]), peak, UNBALANCE)
+
+
+def _bars(frequencies: Array, sizes: Array, color: Any) -> Any:
+    width = float(frequencies[1] - frequencies[0]) if len(frequencies) > 1 else 1.0
+    bars = rr.BarChart.columns(values=[sizes], abscissa=[frequencies], color=[color])
+    widths = rr.BarChart.columns(widths=[width] * len(sizes)).partition([len(sizes)])
+    return [*bars, *widths]
