@@ -87,22 +87,23 @@ def balance_of(unbalance: float, moments: Sequence[float]) -> Balance | None:
     if not moments:
         return None
     order = sorted(range(len(moments)), key=lambda ball: -moments[ball])
-    heaviest = moments[order[0]]
-    angles = np.full(len(moments), math.pi)
-    many = len(moments) > 2 or unbalance == 0.0
-    if not can_balance(unbalance, moments):
-        if heaviest > unbalance:
-            angles[order[1:]] = 0.0
-        left = abs(unbalance + complex(resultant(np.array(moments), angles)))
-        return Balance(tuple(angles.tolist()), left, unbalance == 0.0)
-    if len(moments) == 1:
-        return Balance((math.pi,), 0.0, False)
-    rest, sides = unbalance, []
+    heaviest, rest = moments[order[0]], unbalance
+    sides = []
     for ball in order[2:]:
         away = rest > heaviest
         rest += -moments[ball] if away else moments[ball]
         sides.append(math.pi if away else 0.0)
-    placed = completed(unbalance, [moments[ball] for ball in order], np.array(sides))
-    assert placed is not None, "a polygon that closes"
-    angles[order] = np.remainder(placed, 2.0 * math.pi)
-    return Balance(tuple(angles.tolist()), 0.0, many)
+    angles = np.full(len(moments), math.pi)
+    placed = None
+    if len(moments) > 1 and can_balance(unbalance, moments):
+        placed = completed(unbalance, [moments[ball] for ball in order], np.array(sides))
+    if placed is not None:
+        angles[order] = np.remainder(placed, 2.0 * math.pi)
+        residual = 0.0
+    else:
+        if heaviest > unbalance:
+            angles[order[1:]] = 0.0
+        residual = abs(unbalance + complex(resultant(np.array(moments), angles)))
+        residual *= residual > BALANCED * (unbalance + math.fsum(moments))
+    many = unbalance == 0.0 or (residual == 0.0 and len(moments) > 2)
+    return Balance(tuple(angles.tolist()), residual, many)

@@ -3,12 +3,16 @@
 import math
 from typing import Any
 
+import numpy as np
+
 from ab_sim.drive.alone import Alone
 from ab_sim.drive.balance import balance_of
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile
 
+_PEAK = 0.15
+"""A drawing need not show the whirl at the critical speed as large as the usual one."""
 _MOVES_THE_DECK = ("deck_force", "space_force")
 
 
@@ -52,10 +56,19 @@ def _motion(scene: Scene) -> float:
     # As far above all critical speeds, without balls: the unbalance pushes, the inertia gives way.
     whirl, deck = _unbalance(scene) / scene.total_mass, scene.deck
     if deck is None:
-        return whirl
+        return max(whirl, _PEAK * _peak(scene))
     tilt = 2.0 * abs(scene.couple_unbalance) / (deck.inertia[0] + deck.inertia[1])
     mounts = (math.hypot(*mount.position) for mount in scene.mounts)
     return whirl + tilt * max(mounts, default=scene.race.radius)
+
+
+def _peak(scene: Scene) -> float:
+    """Whirl at the critical speed without balls [m]; 0 if no closed form or no damping gives it."""
+    alone, top = _alone(scene), SpeedProfile.of_scene(scene).top_speed
+    if "left_out" in alone or not alone["damping"] > 0.0:
+        return 0.0
+    critical = math.sqrt(alone["stiffness"] / alone["mass"])
+    return float(Alone(**alone).whirl(np.array(min(critical, top))))
 
 
 def _balance(scene: Scene) -> dict[str, Any] | None:

@@ -14,13 +14,20 @@ def about(drawing: Drawing) -> str:
     parts = [
         f"**{_balls(drawing.balls)}** on a race of radius R = {drawing.race:g} mm; "
         f"eccentricity e = {drawing.eccentricity:g} mm.",
+        f"**In space**: {_moved(drawing)}; blue, the deck; dark, where it would be at rest.",
         *_balance(said),
         *_arrows(drawing),
         *_alone(said),
-        "**Vibration**: orange, what comes once per revolution (unbalance); blue, all the rest. "
-        "Its spectrum is on the next page.",
+        "**Vibration**: red, what comes once per revolution (unbalance); blue, the "
+        "rest; yellow, both. Its spectrum is on the next page.",
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _moved(drawing: Drawing) -> str:
+    what = "displacement and tilt" if drawing.tilts else "displacement"
+    times = drawing.space.factor
+    return f"{what} {'to scale' if times == 1.0 else f'{times:g} times as large as they are'}"
 
 
 def _balls(count: int) -> str:
@@ -29,11 +36,11 @@ def _balls(count: int) -> str:
 
 def _arrows(drawing: Drawing) -> list[str]:
     if drawing.top.arrows is None:
-        return ["Orange: the unbalance."]
+        return ["Red: the unbalance."]
     if not drawing.balls:
         return ["**Arrow**: the unbalance M0 e."]
     return [
-        "**Arrows**: orange, the rotor's unbalance M0 e; green, from its tip on, the balls' sum "
+        "**Arrows**: red, the rotor's unbalance M0 e; green, from its tip on, the balls' sum "
         "of m R; white, the *residual unbalance*, their sum: none when balanced. Balls in the same "
         "place are drawn in different sizes, in space on top of each other."
     ]
@@ -49,14 +56,15 @@ def _balance(said: Explained) -> list[str]:
     places = ", ".join(f"{angle:g}" for angle in angles) + " deg"
     if balance.residual > 0.0 and said.unbalance:
         share = 100.0 * balance.residual / said.unbalance
+        whose = "This ball" if len(balance.angles) == 1 else "These balls"
         return [
-            f"**These balls cannot balance it**: green rings mark the best they can do ({places}), "
-            f"which leaves {share:.3g} % of the unbalance."
+            f"**{whose} cannot balance it**: yellow rings mark the best place ({places}), which "
+            f"leaves {share:.3g} % of the unbalance."
         ]
     if balance.residual > 0.0:
-        return ["**A rotor without unbalance**: these balls can only make it worse."]
+        return ["**A rotor without unbalance**: a ball can only make it worse."]
     many = " This is one of many positions that balance." if balance.many else ""
-    return [f"**Green rings**: where the balls balance the rotor ({places}).{many}"]
+    return [f"**Yellow rings**: where the balls balance the rotor ({places}).{many}"]
 
 
 def _alone(said: Explained) -> list[str]:

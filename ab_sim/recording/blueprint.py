@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from ab_sim.recording.colours import SKY, WHITE
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.plots import lines, plot
-from ab_sim.recording.vibration import SPECTRUM_SPAN
+from ab_sim.recording.vibration import SPAN, SPECTRUM_SPAN
 
 _TITLES = {
     "real_time_factor": "Real-time factor [1]; 1 keeps up",
@@ -32,8 +32,8 @@ def style(scalar: str) -> Any:
     return _STYLES.get(scalar, lines([scalar]))
 
 
-def blueprint(drawing: Drawing, scalars: Sequence[str] = ()) -> rrb.Blueprint:
-    """Lay out the views, with one plot for each of the scalars."""
+def blueprint(drawing: Drawing, scalars: Sequence[str] = (), page: int = 0) -> rrb.Blueprint:
+    """Lay out the views, with one plot for each of the scalars, and show one of the pages."""
     pages = (
         _drive(drawing),
         _vibration(drawing),
@@ -41,7 +41,7 @@ def blueprint(drawing: Drawing, scalars: Sequence[str] = ()) -> rrb.Blueprint:
         rrb.TextDocumentView(origin="/description", name="Description"),
     )
     return rrb.Blueprint(
-        rrb.Tabs(*pages, active_tab=0),
+        rrb.Tabs(*pages, active_tab=page),
         rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="following"),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
@@ -54,7 +54,7 @@ def _drive(drawing: Drawing) -> rrb.Container:
     views: list[tuple[float, rrb.View]] = [
         (3, plot("Spindle speed [rad/s]", "/spindle/speed", "/plot/speed/**")),
         (
-            1,
+            1.3,
             rrb.StateTimelineView(
                 origin="/state",
                 name="What the spindle does",
@@ -65,10 +65,12 @@ def _drive(drawing: Drawing) -> rrb.Container:
     ]
     if drawing.balls:
         few = drawing.balls <= 8
-        views.append((3, plot("Ball angles from the unbalance [deg]", "/plot/balls", legend=few)))
+        views.append(
+            (3, plot("Ball angles from the unbalance [deg]", "/plot/balls", legend=few, top=True))
+        )
     if drawing.explained.driven is not None:
         name = "Driving force on the balls, forward positive [N]"
-        views.append((2, plot(name, "/plot/driving", legend=False)))
+        views.append((2.6, plot(name, "/plot/driving", legend=False)))
     if drawing.tilts:
         name = "Deck: tilt about x, y and the shaft [mrad]"
         views.append((2, plot(name, "/plot/tilt", top=True)))
@@ -77,7 +79,12 @@ def _drive(drawing: Drawing) -> rrb.Container:
     shares, plots = zip(*views, strict=True)
     said = rrb.Vertical(
         rrb.TextDocumentView(origin="/about", name="What is seen"),
-        plot("Vibration of the deck, r.m.s. [m/s²]", "/plot/orders"),
+        plot(
+            f"Vibration, r.m.s. of the last {SPAN:g} s [m/s²]",
+            "/plot/orders",
+            "/plot/vibration/rms",
+            top=True,
+        ),
         _events(),
         row_shares=[4, 3, 2],
     )
@@ -91,11 +98,14 @@ def _vibration(drawing: Drawing) -> rrb.Container:
     return rrb.Horizontal(
         rrb.Vertical(
             plot(f"Vibration |a|, {what} [m/s²]", "/plot/vibration"),
-            plot("Once per revolution, and the rest, r.m.s. [m/s²]", "/plot/orders"),
+            plot(
+                f"Once per revolution, and the rest, r.m.s. of the last {SPAN:g} s [m/s²]",
+                "/plot/orders",
+            ),
         ),
         rrb.BarChartView(
             name=f"Spectrum of the last {SPECTRUM_SPAN:g} s: r.m.s. [m/s²] over frequency [Hz]; "
-            "orange: the spindle's",
+            "red: the spindle's",
             origin="/plot/spectrum",
             plot_legend=rrb.PlotLegend(visible=False),
         ),

@@ -5,7 +5,7 @@ Colour = tuple[int, int, int]
 GREY: Colour = (150, 150, 150)
 DARK: Colour = (95, 95, 95)
 WHITE: Colour = (240, 240, 240)
-VERMILLION: Colour = (228, 100, 20)
+VERMILLION: Colour = (230, 85, 30)
 GREEN: Colour = (0, 180, 130)
 SKY: Colour = (86, 180, 233)
 ORANGE: Colour = (240, 165, 0)
@@ -13,10 +13,12 @@ PURPLE: Colour = (210, 130, 175)
 YELLOW: Colour = (240, 228, 66)
 BLUE: Colour = (60, 130, 215)
 
+SAND: Colour = (195, 165, 120)
+
 UNBALANCE, RESULTANT, RESIDUAL = VERMILLION, GREEN, WHITE
-BALANCED = GREEN
+BALANCED = YELLOW
 """Where balls balance."""
-HUES = (SKY, ORANGE, PURPLE, YELLOW, BLUE)
+HUES = (SKY, ORANGE, PURPLE, BLUE, SAND)
 """Of balls and of curves, in turn; none that has a meaning above."""
 
 

@@ -7,20 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import rerun as rr
 
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turns import tilt_of
-from ab_sim.recording.colours import BALANCED, GREY, UNBALANCE, WHITE, hue
+from ab_sim.recording.colours import BALANCED, DARK, GREY, UNBALANCE, WHITE, hue
 from ab_sim.recording.explained import Explained
-from ab_sim.recording.layout import scalar_columns
-from ab_sim.recording.plots import level, lines
+from ab_sim.recording.layout import Array, scalar_columns
+from ab_sim.recording.plots import lines
 
 Parts = Iterator[tuple[str, Any]]
 
 _BEYOND = 30.0
-"""Lines are drawn in the turn in which the first ball is, which ends so far beyond 0 [deg]: balls
-that rest at the unbalance are not to make them leap."""
+"""The turn that is plotted ends so far beyond 0 [deg]: balls at the unbalance are not to leap."""
 
 
 @dataclass(frozen=True)
@@ -35,12 +33,12 @@ class Curves:
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """Angles of the balanced positions in one turn, from -360 to 0 [deg]; none of many."""
+        """Angles of the balanced positions [deg]; none where there are many, or -180 is the one."""
         balance = self.explained.balance
         if balance is None or balance.many or balance.residual > 0.0:
             return ()
-        angles = {round(float(np.degrees(angle)) % 360.0, 9) - 360.0 for angle in balance.angles}
-        return tuple(sorted(angles - {-180.0}))
+        angles = in_one_turn(np.array(balance.angles))
+        return tuple(sorted({round(angle, 9) for angle in angles.tolist()} - {-180.0}))
 
     def scenery(self) -> Parts:
         """How they look."""
@@ -48,9 +46,11 @@ class Curves:
         whirl = whirl if self.tilts else whirl[:1]
         yield "/plot/whirl/now", lines(whirl, [2.0] * len(whirl), swings=self.tilts)
         if self.explained.alone is not None:
-            yield "/plot/whirl/alone", level("without balls, speed held", GREY)
-        if self.explained.critical_speed is not None:
-            yield "/plot/speed/critical", level("critical speed", UNBALANCE)
+            yield "/plot/whirl/alone", lines(["without balls, speed held"], colors=[GREY])
+        # Where there is no critical speed, its plot is to reach down to 0 at least.
+        known = self.explained.critical_speed is not None
+        name, color = ("critical speed", UNBALANCE) if known else ("standstill", DARK)
+        yield "/plot/speed/level", lines([name], colors=[color])
         if self.tilts:
             yield "/plot/tilt", lines(["alpha", "beta", "gamma"], swings=True)
         if self.balls:
@@ -59,14 +59,11 @@ class Curves:
             names = [f"ball {ball}" for ball in range(self.balls)]
             colors = [hue(ball) for ball in range(self.balls)]
             yield "/plot/balls/angles", lines(names, widths, colors=colors)
-            yield "/plot/balls/opposite", level("-180 (opposite)", WHITE)
-            if self.levels:
-                yield (
-                    "/plot/balls/balanced",
-                    rr.SeriesLines(
-                        names=["balanced"] * len(self.levels), colors=BALANCED, widths=1.5
-                    ),
-                )
+            names_of = ["opposite, -180", *["balanced"] * len(self.levels)]
+            yield (
+                "/plot/balls/levels",
+                lines(names_of, colors=[WHITE, *[BALANCED] * len(self.levels)]),
+            )
             if self.explained.driven is not None:
                 yield "/plot/driving", lines(names, widths, swings=True, colors=colors)
 
@@ -83,17 +80,18 @@ class Curves:
             yield "/plot/whirl/alone", scalar_columns(alone[:, None])
         if not self.balls:
             return
-        angles = np.degrees(run.ball_angles)
-        yield "/plot/balls/angles", scalar_columns(angles)
-        turn = 360.0 * np.ceil((angles[:, :1] - _BEYOND) / 360.0)
-        yield "/plot/balls/opposite", scalar_columns(turn - 180.0)
-        if self.levels:
-            yield "/plot/balls/balanced", scalar_columns(turn + np.array(self.levels))
+        yield "/plot/balls/angles", scalar_columns(in_one_turn(run.ball_angles))
         if self.explained.driven is not None:
             yield "/plot/driving", scalar_columns(self.explained.driven.forces(run))
 
-    def constant(self) -> Iterator[tuple[str, float]]:
-        """Entities that are lines at one height, and that height."""
-        if self.explained.critical_speed is not None:
-            yield "/plot/speed/critical", self.explained.critical_speed
-        yield "/plot/real_time", 1.0
+    def constant(self) -> Iterator[tuple[str, tuple[float, ...]]]:
+        """Entities that are lines at one height each, and these heights."""
+        yield "/plot/real_time", (1.0,)
+        yield "/plot/speed/level", (self.explained.critical_speed or 0.0,)
+        if self.balls:
+            yield "/plot/balls/levels", (-180.0, *self.levels)
+
+
+def in_one_turn(angles: Array) -> Array:
+    """Angles [rad] in deg, from beyond -330 to 30: the way from the unbalance to its opposite."""
+    return np.asarray(_BEYOND - np.remainder(_BEYOND - np.degrees(angles), 360.0))

@@ -58,8 +58,8 @@ class Pictures:
             sizes = np.linalg.norm(rows[:, columns], axis=1)
             yield entity, rows, scalar_columns(sizes[:, None])
         ends = rows[[0, -1]]
-        for entity, height in self._drawing.curves.constant():
-            yield entity, ends, scalar_columns(np.full((2, 1), height))
+        for entity, heights in self._drawing.curves.constant():
+            yield entity, ends, scalar_columns(np.tile(heights, (2, 1)))
         samples = np.column_stack([rows, np.full(len(rows), np.nan)])[:, self._columns]
         yield from self._vibration.of(samples)
         yield from self._phase.of(samples)

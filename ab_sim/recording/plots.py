@@ -51,8 +51,3 @@ def lines(
     return rr.SeriesLines(
         names=list(names), colors=list(colors), widths=list(widths), aggregation_policy=policy
     )
-
-
-def level(name: str, color: Colour) -> rr.SeriesLines:
-    """A line at one height, to compare with."""
-    return rr.SeriesLines(names=name, colors=color, widths=1.0)

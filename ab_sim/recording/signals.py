@@ -69,5 +69,4 @@ def spectrum(step: float, vectors: Array) -> tuple[Array, Array]:
     power[0] *= 0.5
     if rows % 2 == 0:
         power[-1] *= 0.5
-    frequencies: Array = np.fft.rfftfreq(rows, step)
-    return frequencies, np.asarray(np.sqrt(power))
+    return np.arange(len(power)) / (rows * step), np.asarray(np.sqrt(power))

@@ -96,6 +96,8 @@ class Space:
     def title(self) -> str:
         """Of the view."""
         what = "displacement and tilt" if self.tilts else "displacement"
+        if self.factor == 1.0:
+            return f"Drive in space: {what} to scale"
         return f"Drive in space: {what} drawn {self.factor:g} times as large"
 
     def scenery(self) -> Parts:
@@ -115,12 +117,12 @@ class Space:
         for i, height in enumerate(self.race_heights):
             ring = _circle(r + max(self.radii, default=0.0), height)
             yield f"/space/deck/races/{i}", rr.LineStrips3D([ring], colors=GREY, radii=1.5 * line)
-        disc = _disc(1.3 * r, self.rotor_height - 0.02 * r)
+        disc = _disc(1.3 * r, self.rotor_height - max(self.radii, default=0.02 * r))
         yield "/space/deck/rotor/disc", disc
         heavy = [[1.1 * r, 0.0, self.rotor_height]]
         yield (
             "/space/deck/rotor/unbalance",
-            rr.Points3D(heavy, colors=UNBALANCE, radii=0.07 * r, labels="unbalance"),
+            rr.Points3D(heavy, colors=UNBALANCE, radii=0.07 * r),
         )
         if self.ball_heights:
             colors = [hue(ball) for ball in range(len(self.radii))]
@@ -129,12 +131,7 @@ class Space:
         if self.arrows is not None:
             yield (
                 "/space/deck/rotor/vectors",
-                rr.Arrows3D.from_fields(
-                    colors=self.arrows.colors,
-                    radii=2.5 * line,
-                    labels=self.arrows.labels,
-                    show_labels=False,
-                ),
+                rr.Arrows3D.from_fields(colors=self.arrows.colors, radii=2.5 * line),
             )
 
     def frames(self, angle: Array, place: Array, turn: Array, balls: Array) -> Parts:
@@ -180,7 +177,7 @@ class Space:
         """The 3-D view."""
         low, high = self._plate()
         middle, size = 0.5 * (low + high), float(np.hypot(*(high - low)[:2]))
-        eye = middle + size * np.array([0.4, -1.0, 0.7])
+        eye = middle + size * np.array([0.33, -0.85, 0.6])
         return rrb.Spatial3DView(
             name=self.title,
             origin="/space",

@@ -56,7 +56,9 @@ class SpindlePhase:
         yield (
             "/state/spindle",
             rr.StateConfiguration(
-                values=list(PHASES), labels=list(PHASES), colors=list(PHASES.values())
+                values=list(PHASES),
+                labels=["variable" if name == PERIOD else name for name in PHASES],
+                colors=list(PHASES.values()),
             ),
         )
         if self._period is not None:

@@ -22,6 +22,9 @@ from ab_sim.recording.vectors import Arrows
 
 Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there
 
+_SIDE = 1.35
+"""Half the side of the picture, as a share of the race's radius."""
+
 
 @dataclass(frozen=True)
 class TopView:
@@ -61,10 +64,9 @@ class TopView:
         if self.arrows is not None:
             yield (
                 "/top/rotor/vectors",
-                rr.Arrows2D.from_fields(
-                    colors=self.arrows.colors, radii=0.018 * r, labels=self.arrows.labels
-                ),
+                rr.Arrows2D.from_fields(colors=self.arrows.colors, radii=0.018 * r),
             )
+            yield "/top/rotor/legend", self._legend(self.arrows)
 
     def frames(self, angle: Array, place: Array, balls: Array) -> Parts:
         """What moves: columns, one row per sample.
@@ -89,9 +91,21 @@ class TopView:
             arrows = rr.Arrows2D.columns(origins=_flat(begin), vectors=_flat(way))
             yield "/top/rotor/vectors", arrows.partition(np.full(rows, begin.shape[1]))
 
+    def _legend(self, arrows: Arrows) -> Any:
+        """What the arrows are, in a corner: at the arrows themselves the words would overlap."""
+        labels, colors = list(arrows.labels), list(arrows.colors)
+        if self.balance is not None:
+            labels.append("balanced" if self.balance.residual == 0.0 else "best place")
+            colors.append(BALANCED)
+        rows = (-_SIDE + 0.12 + 0.17 * np.arange(len(labels))) * self.race
+        places = np.column_stack([np.full(len(labels), -1.12 * self.race), rows])
+        return rr.Points2D(
+            places, colors=colors, radii=0.03 * self.race, labels=labels, show_labels=True
+        )
+
     def view(self) -> rrb.View:
         """The view."""
-        span = [-1.35 * self.race, 1.35 * self.race]
+        span = [-_SIDE * self.race, _SIDE * self.race]
         return rrb.Spatial2DView(
             name="From above, turning with the rotor, to scale",
             origin="/top/rotor",

@@ -38,7 +38,7 @@ class Arrows(NamedTuple):
     @property
     def labels(self) -> list[str]:
         """What each is."""
-        return ["M0 e", "balls", "residual"] if len(self.moments) else ["M0 e"]
+        return ["unbalance", "balls", "residual"] if len(self.moments) else ["unbalance"]
 
     @property
     def colors(self) -> list[tuple[int, int, int]]:

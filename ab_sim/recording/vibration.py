@@ -46,9 +46,9 @@ class Vibration:
         """How curves look."""
         yield (
             "/plot/vibration/rms",
-            lines([f"r.m.s. of the last {SPAN:g} s"], [2.5], colors=[ORANGE]),
+            lines(["all"], [2.5], colors=[ORANGE]),
         )
-        names = ["once per revolution", "all the rest"]
+        names = ["once per turn", "the rest"]
         yield "/plot/orders", lines(names, [2.5, 2.0], colors=[UNBALANCE, SKY])
 
     def of(self, rows: Array) -> Iterator[Sent]:
@@ -80,17 +80,16 @@ class Vibration:
         if length + 1.5 * step < SPECTRUM_SPAN or not np.isfinite(run.acceleration).all():
             return
         frequencies, sizes = spectrum(step, run.acceleration)
-        shown = min(int(np.searchsorted(frequencies, self._reach)) + 1, MOST_LINES)
+        shown = max(2, min(int(np.searchsorted(frequencies, self._reach)) + 1, MOST_LINES))
         turning = abs(run["angle"][-1] - run["angle"][0]) / (2.0 * np.pi * length)
-        near = np.abs(frequencies - turning) < 2.0 * frequencies[1]
-        at = window[-1:]
-        yield "/plot/spectrum/all", at, _bars(frequencies[:shown], sizes[:shown], SKY)
-        peak = np.array([sizes[near].max(initial=0.0)])
-        yield "/plot/spectrum/once", at, _bars(np.array([turning]), peak, UNBALANCE)
+        near = np.abs(frequencies - turning) < 2.0 * frequencies[1]  # as wide as Hann's window
+        for name, color, here in (("once", UNBALANCE, near), ("rest", SKY, ~near)):
+            drawn = np.where(here, sizes, 0.0)[:shown]
+            yield f"/plot/spectrum/{name}", window[-1:], _bars(frequencies[:shown], drawn, color)
 
 
 def _bars(frequencies: Array, sizes: Array, color: Any) -> Any:
-    width = float(frequencies[1] - frequencies[0]) if len(frequencies) > 1 else 1.0
+    width = float(frequencies[1] - frequencies[0])
     bars = rr.BarChart.columns(values=[sizes], abscissa=[frequencies], color=[color])
     widths = rr.BarChart.columns(widths=[width] * len(sizes)).partition([len(sizes)])
     return [*bars, *widths]
