@@ -89,7 +89,10 @@ class Vibration:
 
 
 def _bars(frequencies: Array, sizes: Array, color: Any) -> Any:
-    width = float(frequencies[1] - frequencies[0])
-    bars = rr.BarChart.columns(values=[sizes], abscissa=[frequencies], color=[color])
-    widths = rr.BarChart.columns(widths=[width] * len(sizes)).partition([len(sizes)])
-    return [*bars, *widths]
+    width = frequencies[1] - frequencies[0]
+    return rr.BarChart.columns(
+        values=[sizes],
+        abscissa=[frequencies],
+        widths=np.full((1, len(sizes)), width),
+        color=[color],
+    )

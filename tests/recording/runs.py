@@ -58,6 +58,6 @@ def still(path: Path, entity: str, component: str) -> list[Any]:
 def views(path: Path) -> list[str]:
     """Names of the views that the file lays out."""
     reader, names = RrdReader(path), "ViewBlueprint:display_name"
-    (blueprint,) = reader.blueprints()
+    blueprint = reader.blueprints()[-1]  # the last one that was sent
     batches = [c.to_record_batch() for c in reader.stream(store=blueprint).to_chunks()]
     return [b[names].to_pylist()[0][0] for b in batches if names in b.schema.names]

@@ -32,7 +32,7 @@ def test_top_view_is_to_scale_with_y_upwards(tmp_path: Path) -> None:
 def test_whirl_is_given_in_units_of_the_eccentricity(tmp_path: Path) -> None:
     names, samples = run(5)
     record(tmp_path / "run.rrd", names, samples)
-    whirl = np.array(cells(tmp_path / "run.rrd", "/plot/whirl", "Scalars:scalars"))[:, 0]
+    whirl = np.array(cells(tmp_path / "run.rrd", "/plot/whirl/now", "Scalars:scalars"))[:, 0]
     np.testing.assert_allclose(whirl, np.hypot(samples[:, 5], samples[:, 6]) / 1e-4, rtol=1e-12)
 
 
@@ -75,7 +75,7 @@ def test_a_balanced_rotor_has_no_division_by_zero(tmp_path: Path) -> None:
     names, samples = run(5)
     with Recording(tmp_path / "run.rrd", description=describe(eccentricity=0.0)) as recording:
         recording.block(names, samples)
-    whirl = np.array(cells(tmp_path / "run.rrd", "/plot/whirl", "Scalars:scalars"))[:, 0]
+    whirl = np.array(cells(tmp_path / "run.rrd", "/plot/whirl/now", "Scalars:scalars"))[:, 0]
     np.testing.assert_allclose(whirl, 1e3 * np.hypot(samples[:, 5], samples[:, 6]))
 
 
