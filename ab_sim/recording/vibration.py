@@ -15,7 +15,7 @@ from ab_sim.recording.plots import lines
 from ab_sim.recording.signals import once_per_turn, rms, spectrum
 from ab_sim.recording.windows import Windows
 
-HOP, SPAN = 0.02, 0.25
+HOP, SPAN = 0.05, 0.25
 """s: how often sizes are taken, and of how long a stretch."""
 SPECTRUM_HOP, SPECTRUM_SPAN = 0.25, 0.5
 """s: the same for spectra; the longer stretch parts neighbouring frequencies."""
@@ -39,7 +39,8 @@ class Vibration:
         self._channels = channels
         self._reach = ORDERS * top_speed / (2.0 * np.pi) if top_speed else np.inf
         self._sizes = Windows(SPAN, HOP)
-        self._spectra = Windows(SPECTRUM_SPAN, SPECTRUM_HOP)
+        self._spectrum_windows = Windows(SPECTRUM_SPAN, SPECTRUM_HOP)
+        self._frequencies = np.empty(0)
 
     @staticmethod
     def scenery() -> Iterator[tuple[str, Any]]:
@@ -67,32 +68,50 @@ class Vibration:
             yield "/plot/vibration/rms", np.array(ends), scalar_columns(np.array(sizes)[:, None])
         if turning:
             yield "/plot/orders", np.array(turning), scalar_columns(np.array(orders))
-        for window in self._spectra.of(rows):
-            yield from self._spectrum(window)
+        yield from self._spectra(rows)
 
-    def _spectrum(self, window: Array) -> Iterator[Sent]:
+    def _spectrum(self, window: Array) -> tuple[Array, float, Array] | None:
+        """Frequencies [Hz], the spindle's, and sizes; None where there is no spectrum to take."""
         steps = np.diff(window[:, 0])
         if len(window) < FEWEST or np.any(steps != steps[0]):
-            return  # rows are missing, or were left out: no spectrum rather than a wrong one
+            return None  # rows are missing, or were left out: none rather than a wrong one
         run = Trajectory(self._channels, window)
         length = run["time"][-1] - run["time"][0]
         step = length / (len(window) - 1)
         if length + 1.5 * step < SPECTRUM_SPAN or not np.isfinite(run.acceleration).all():
-            return
+            return None
         frequencies, sizes = spectrum(step, run.acceleration)
         shown = max(2, min(int(np.searchsorted(frequencies, self._reach)) + 1, MOST_LINES))
         turning = abs(run["angle"][-1] - run["angle"][0]) / (2.0 * np.pi * length)
-        near = np.abs(frequencies - turning) < 2.0 * frequencies[1]  # as wide as Hann's window
-        for name, color, here in (("once", UNBALANCE, near), ("rest", SKY, ~near)):
-            drawn = np.where(here, sizes, 0.0)[:shown]
-            yield f"/plot/spectrum/{name}", window[-1:], _bars(frequencies[:shown], drawn, color)
+        return frequencies[:shown], float(turning), sizes[:shown]
+
+    def _spectra(self, rows: Array) -> Iterator[Sent]:
+        taken = [(w[-1], self._spectrum(w)) for w in self._spectrum_windows.of(rows)]
+        found = [(end, parts) for end, parts in taken if parts is not None]
+        if not found:
+            return
+        ends = np.array([end for end, _ in found])
+        near = [
+            np.abs(frequencies - turning) < 2.0 * frequencies[1]  # as wide as Hann's window
+            for _, (frequencies, turning, _) in found
+        ]
+        for name, lit in (("once", near), ("rest", [~here for here in near])):
+            values = [
+                np.where(here, sizes, 0.0)
+                for here, (_, (_, _, sizes)) in zip(lit, found, strict=True)
+            ]
+            yield f"/plot/spectrum/{name}", ends, rr.BarChart.columns(values=values)
+        for end, (frequencies, _, _) in found:
+            if not np.array_equal(frequencies, self._frequencies):
+                self._frequencies = frequencies
+                for name, color in (("once", UNBALANCE), ("rest", SKY)):
+                    yield f"/plot/spectrum/{name}", end[None, :], _axis(frequencies, color)
 
 
-def _bars(frequencies: Array, sizes: Array, color: Any) -> Any:
-    width = frequencies[1] - frequencies[0]
-    return rr.BarChart.columns(
-        values=[sizes],
-        abscissa=[frequencies],
-        widths=np.full((1, len(sizes)), width),
-        color=[color],
+def _axis(frequencies: Array, color: Any) -> Any:
+    """All of a bar chart but its values: it stays until there is another one."""
+    width = np.full((1, len(frequencies)), frequencies[1] - frequencies[0])
+    whole = rr.BarChart.columns(
+        values=[frequencies], abscissa=[frequencies], widths=width, color=[color]
     )
+    return [c for c in whole if c.component_descriptor().component != "BarChart:values"]

@@ -27,7 +27,7 @@ from ab_sim.recording.pictures import Pictures
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
 from ab_sim.recording.plots import lines
 
-BATCH_ROWS = 1000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
+BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
 _FIRST = ("step", "time")
@@ -234,8 +234,11 @@ class Recording:
         index, layout = index_columns(rows[:, 1], rows[:, 0]), layout_of(self._channels)
         for entity, columns in layout.items():
             self._send(entity, index, scalar_columns(rows[:, columns]))
+        timed = rows
         for entity, when, part in self._pictures.of(rows):
-            self._send(entity, index_columns(when[:, 1], when[:, 0]), part)
+            if when is not timed:  # several in turn belong to the same rows
+                timed, index = when, index_columns(when[:, 1], when[:, 0])
+            self._send(entity, index, part)
 
     def _send(self, entity: str, index: list[rr.TimeColumn], columns: Any) -> None:
         rr.send_columns(entity, index, columns, recording=self._stream, strict=True)

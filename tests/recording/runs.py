@@ -43,6 +43,8 @@ def cells(path: Path, entity: str, component: str) -> list[Any]:
     for chunk in RrdReader(path).stream().to_chunks():
         if chunk.entity_path == entity and not chunk.is_static:
             batch = chunk.to_record_batch()
+            if component not in batch.schema.names:
+                continue
             rows += zip(batch["step"].to_pylist(), batch[component].to_pylist(), strict=True)
     return [cell for _, cell in sorted(rows, key=lambda row: row[0])]
 

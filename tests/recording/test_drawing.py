@@ -60,8 +60,8 @@ def test_plots_of_scalars_hold_something_of_the_whole_run(tmp_path: Path) -> Non
             if "ViewContents:query" in batch.schema.names:
                 contents[chunk.entity_path] = batch["ViewContents:query"].to_pylist()[0]
     beside = {query[1] for query in contents.values() if len(query) > 1} - {"/top/rest"}
-    assert beside == {"/plot/real_time", "/spindle/speed"}
-    for entity in beside:
+    assert beside >= {"/plot/real_time", "/spindle/speed"}
+    for entity in ("/plot/real_time", "/spindle/speed"):
         times = [
             time
             for chunk in reader.stream().to_chunks()

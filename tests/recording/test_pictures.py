@@ -150,7 +150,7 @@ def test_what_comes_once_per_turn_and_the_rest(file: Path, run: Trajectory) -> N
 
 def test_spectrum_is_scipys(file: Path, run: Trajectory) -> None:
     at = steps(file, "/plot/spectrum/rest")
-    assert at.tolist() == [749, 999, 1249, 1499]
+    assert np.unique(at).tolist() == [749, 999, 1249, 1499]
     parts = []
     for name in ("once", "rest"):
         values = cells(file, f"/plot/spectrum/{name}", "BarChart:values")
