@@ -86,26 +86,18 @@ class Vibration:
         return frequencies[:shown], float(turning), sizes[:shown]
 
     def _spectra(self, rows: Array) -> Iterator[Sent]:
-        taken = [(w[-1], self._spectrum(w)) for w in self._spectrum_windows.of(rows)]
-        found = [(end, parts) for end, parts in taken if parts is not None]
-        if not found:
-            return
-        ends = np.array([end for end, _ in found])
-        near = [
-            np.abs(frequencies - turning) < 2.0 * frequencies[1]  # as wide as Hann's window
-            for _, (frequencies, turning, _) in found
-        ]
-        for name, lit in (("once", near), ("rest", [~here for here in near])):
-            values = [
-                np.where(here, sizes, 0.0)
-                for here, (_, (_, _, sizes)) in zip(lit, found, strict=True)
-            ]
-            yield f"/plot/spectrum/{name}", ends, rr.BarChart.columns(values=values)
-        for end, (frequencies, _, _) in found:
-            if not np.array_equal(frequencies, self._frequencies):
-                self._frequencies = frequencies
-                for name, color in (("once", UNBALANCE), ("rest", SKY)):
-                    yield f"/plot/spectrum/{name}", end[None, :], _axis(frequencies, color)
+        for window in self._spectrum_windows.of(rows):
+            if (found := self._spectrum(window)) is None:
+                continue
+            frequencies, turning, sizes = found
+            near = np.abs(frequencies - turning) < 2.0 * frequencies[1]  # as wide as Hann's window
+            new = not np.array_equal(frequencies, self._frequencies)
+            self._frequencies = frequencies
+            for name, color, lit in (("once", UNBALANCE, near), ("rest", SKY, ~near)):
+                entity, drawn = f"/plot/spectrum/{name}", np.where(lit, sizes, 0.0)
+                if new:
+                    yield entity, window[-1:], _axis(frequencies, color)
+                yield entity, window[-1:], rr.BarChart.columns(values=[drawn])
 
 
 def _axis(frequencies: Array, color: Any) -> Any:

@@ -24,7 +24,7 @@ class Windows:
         self._kept = np.empty((0, 0))
 
     def of(self, rows: Array) -> Iterator[Array]:
-        """Every window that is complete now, in turn; none of times without rows.
+        """Every window that is complete now, in turn; none without rows, or where time runs back.
 
         Args:
             rows: the next ones; ``time`` [s] is their second column.
@@ -38,7 +38,9 @@ class Windows:
         first = np.searchsorted(time, (part + 1) * self._hop - self._span)
         self._kept = every[first[-1] :].copy()
         for end in over[over >= seen]:
-            yield every[first[end - 1] : end]
+            window = every[first[end - 1] : end]
+            if len(window) and np.all(np.diff(window[:, 1]) > 0.0):
+                yield window
 
 
 class Thinning:

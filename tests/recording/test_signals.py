@@ -46,6 +46,14 @@ def test_there_is_no_window_of_times_without_rows() -> None:
     assert all(np.ptp(window[:, 1]) < 0.25 for window in found)
 
 
+def test_there_is_no_window_where_time_runs_back() -> None:
+    table = rows(5000)
+    table[2000:, 1] -= 0.05
+    windows = Windows(0.25, 0.02)
+    found = [window for part in cut(table, [70]) for window in windows.of(part)]
+    assert found and all((np.diff(window[:, 1]) > 0.0).all() for window in found)
+
+
 @pytest.mark.parametrize("sizes", [[1, 2], [7, 1, 300], [10_000]])
 def test_thinning_keeps_the_first_row_of_each_period(sizes: list[int]) -> None:
     table, thinning = rows(3000), Thinning(1e-3)
