@@ -2,6 +2,8 @@
 
     .venv/bin/python tools/screenshot.py FILE.rrd PICTURE.png [TIME] [PAGE]
 
+docs/view.png is of a run by `ab-sim run balanced-start-up --rrd FILE.rrd`, at 1.35 s.
+
 TIME is in s, PAGE one of the viewer's pages, counted from 0. Needs Mesa's software renderer
 (Debian: mesa-vulkan-drivers).
 """
@@ -15,6 +17,7 @@ import time
 from pathlib import Path
 
 import rerun_cli
+from PIL import Image
 from rerun.experimental import ViewerClient
 
 from ab_sim.recording import read_recording
@@ -46,6 +49,10 @@ def main(file: str, picture: str, at: str = "0", page: str = "0") -> None:
             client.set_time("sim_time", duration=float(at), play_state="paused")
             time.sleep(4.0)
             client.save_screenshot(picture)
+            # Flat colours: a palette makes the file four times smaller.
+            with Image.open(picture) as image:
+                flat = image.convert("RGB").quantize(200, dither=Image.Dither.NONE)
+            flat.save(picture, optimize=True)
         finally:
             viewer.terminate()
             viewer.wait()

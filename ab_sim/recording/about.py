@@ -19,7 +19,7 @@ def about(drawing: Drawing) -> str:
         *_arrows(drawing),
         *_alone(said),
         "**Vibration**: red, what comes once per revolution (unbalance); blue, the "
-        "rest; yellow, both. Its spectrum is on the next page.",
+        "rest; orange, all. Its spectrum is on the next page.",
     ]
     return "\n\n".join(parts) + "\n"
 

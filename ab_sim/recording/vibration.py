@@ -47,7 +47,7 @@ class Vibration:
         """How curves look."""
         yield (
             "/plot/vibration/rms",
-            lines(["all"], [2.5], colors=[ORANGE]),
+            lines(["r.m.s. of all"], [2.5], colors=[ORANGE]),
         )
         names = ["once per turn", "the rest"]
         yield "/plot/orders", lines(names, [2.5, 2.0], colors=[UNBALANCE, SKY])
