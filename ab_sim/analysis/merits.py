@@ -8,6 +8,7 @@ import numpy as np
 
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
+from ab_sim.drive.balance import resultant
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
 
@@ -217,11 +218,11 @@ class _Tail:
         self.span = min(self.span[0], float(whirl.min())), max(self.span[1], float(whirl.max()))
         if piece.tilts:
             self.tilt.take(self._rest.tilt_from(piece))
-        turned = np.exp(1j * piece.ball_angles)
+        angles = piece.ball_angles
         if self._shares is not None:
-            self.unbalance.take(np.abs(1.0 + turned @ self._shares))
+            self.unbalance.take(np.abs(1.0 + resultant(self._shares, angles)))
         if self._tilting is not None:
-            self.couple.take(np.abs(1.0 + turned @ self._tilting))
+            self.couple.take(np.abs(1.0 + resultant(self._tilting, angles)))
 
 
 def _in_band_from(pieces: Iterable[Trajectory], final: float, band: float) -> tuple[int, float]:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import ab_sim
+from ab_sim.drive.explanation import explain
 from ab_sim.drive.rows import channels_of
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.integrate.choose import choose_stepper
@@ -36,22 +37,16 @@ def describe(scene: Scene, accuracy: Mapping[str, Any] | None = None) -> dict[st
         "balls": scene.balls.count,
         "ball_radii": None if any(map(math.isnan, radii)) else list(radii),
         "deck": None if scene.deck is None else _in_space(scene),
+        **explain(scene),
     }
 
 
 def _in_space(scene: Scene) -> dict[str, Any]:
-    """Of a deck in space: where its parts are on deck axes, and how large its motion is [m]."""
-    rotor, heights, deck = scene.rotor, scene.race.heights, scene.deck
-    assert deck is not None
-    mounts = [list(mount.position) for mount in scene.mounts]
-    # As far above all critical speeds, without balls: the unbalance pushes, the inertia gives way.
-    whirl = scene.eccentric_mass * rotor.eccentricity / scene.total_mass
-    tilt = 2.0 * abs(scene.couple_unbalance) / (deck.inertia[0] + deck.inertia[1])
-    reach = max((math.hypot(*place) for place in mounts), default=scene.race.radius)
+    """Of a deck in space: where its parts are on deck axes [m]."""
+    heights = scene.race.heights
     return {
-        "mounts": mounts,
+        "mounts": [list(mount.position) for mount in scene.mounts],
         "race_heights": list(heights),
         "ball_heights": [heights[race] for race in scene.balls.races],
-        "rotor_height": rotor.height,
-        "motion": whirl + tilt * reach,
+        "rotor_height": scene.rotor.height,
     }

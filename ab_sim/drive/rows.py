@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import SPINDLE_CHANNELS, Trajectory, channels_for
 from ab_sim.dynamics.assemble import start_state
@@ -33,6 +33,7 @@ class RowReader:
 
     def __init__(self, scene: Scene, system: System) -> None:
         self._scene, self._system, self._step = scene, system, scene.solver.step
+        self._driven = DrivenBalls.of(scene)
         self._carrier, self._layout = system.carrier, layout_of(system)
         self._motor, self._ways = bool(has_motor(system.effects)), type(system.carrier).WAYS
         self.pickups = {
@@ -115,7 +116,7 @@ class RowReader:
             theta=theta.copy(),
             theta_rate=rate.copy(),
             stuck=stuck,
-            driving_force=driving_forces(present, self._scene)[0],
+            driving_force=self._driven.forces(present)[0],
             motor_torque=float(present["motor_torque"][0]) if self._motor else math.nan,
             readings={name: pickup.reading for name, pickup in self.pickups.items()},
         )

@@ -25,10 +25,13 @@ entity                      contents                                    shown as
                             unbalance, unwrapped]
 ``/balls/rate``             ball_0_rate, ... [rad/s]
 ``/other/NAME``             any other channel
-``/plot``, ``/top``         derived: W/e, degrees, mrad, lengths of
-                            vectors; the drawing, in mm                 plots, two top views
-``/space``                  the drawing of a deck in space, in mm,
-                            its motion exaggerated                      3-D view
+``/plot``, ``/state``       derived: W/e, degrees, mrad, driving
+                            forces, lengths of vectors, r.m.s.,
+                            orders and spectra of the vibration; what
+                            the spindle does                            plots
+``/top``, ``/space``        derived: the drawings, in mm, at most 1000
+                            times a second                              top view, 3-D view
+``/about``                  what is seen                                text
 ``/run/NAME``               what `Recording.scalar` is given            plot
 ``/events/SOURCE``          what `Recording.event` is given             text log
 ``/thinned``                rule by which not every step is kept, and
@@ -47,8 +50,8 @@ import os
 # Rerun reads this when it is imported. It would warn of every file without an index.
 os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
 
-from ab_sim.recording.plots import drawable  # noqa: E402
 from ab_sim.recording.reader import RecordedRun, read_recording  # noqa: E402
+from ab_sim.recording.shown import drawable  # noqa: E402
 from ab_sim.recording.stored import (  # noqa: E402
     BLOCK_ROWS,
     Event,

@@ -1,4 +1,4 @@
-"""The picture of a deck that moves and tilts in space, in mm.
+"""The drive in space, in mm.
 
 Displacement and tilt are hundreds of times smaller than the deck, so the drawing exaggerates both
 by one factor, which its title says: the displacement of every point of the deck then is, to first
@@ -7,7 +7,7 @@ order, so many times what it was. The spindle and the balls turn as they do.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,24 +15,24 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from ab_sim.recording.apart import stacked
+from ab_sim.recording.colours import DARK, GREY, UNBALANCE, hue
 from ab_sim.recording.layout import Array
+from ab_sim.recording.vectors import Arrows
 
 Parts = Iterator[tuple[str, Any]]
 
-_DECK, _REST, _SPRING, _RACE, _RED = (
-    (110, 150, 190),
-    (90, 90, 90),
-    (190, 190, 120),
-    (190, 190, 190),
-    (235, 70, 60),
-)
+_DECK, _SPRING = (110, 150, 190), (190, 190, 120)
+_GLASS = (70, 75, 85)
 _SHOWN = 0.04
 """What the unbalance alone does to the deck is drawn about so large, as a share of its size."""
+_SIDE = 1.7
+"""Half the side of a plate whose mounts are not known, as a share of the race's radius."""
 
 
 @dataclass(frozen=True)
 class Space:
-    """What is drawn of a deck in space, and how."""
+    """What is drawn of a drive in space, and how."""
 
     mounts: Array
     """Where they hold the deck, on its axes [mm], shape (mounts, 3)."""
@@ -42,91 +42,110 @@ class Space:
     """mm."""
     race: float
     """Radius of the circle of the balls' centres [mm]."""
+    radii: tuple[float, ...]
+    """Of the balls [mm]."""
     factor: float
     """By which displacement and tilt are exaggerated."""
+    tilts: bool
+    """Whether the deck moves in space, and not in the plane of the disc only."""
+    arrows: Arrows | None
 
     @classmethod
-    def of(cls, deck: Mapping[str, Any], race: float) -> Space:
+    def of(
+        cls,
+        deck: Mapping[str, Any] | None,
+        race: float,
+        radii: tuple[float, ...],
+        motion: float,
+        arrows: Arrows | None,
+    ) -> Space:
         """Take from a description's ``deck`` what is drawn.
+
+        Args:
+            deck: None of one that moves in the plane of the disc: its plate is a square.
+            race: radius of the circle of the balls' centres [mm].
+            radii: of the balls [mm].
+            motion: how large the deck's motion is [mm].
+            arrows: to draw.
 
         Raises:
             KeyError, TypeError, ValueError: it is not there.
         """
-        mounts = 1e3 * np.array(deck["mounts"], dtype=float).reshape(-1, 3)
-        size = max([race, *np.hypot(mounts[:, 0], mounts[:, 1])])
-        motion = 1e3 * float(deck["motion"])
+        if deck is None:
+            flat = dict.fromkeys(("race_heights",), [0.0]) | {"rotor_height": 0.0}
+            corner = 1e-3 * _SIDE * race
+            mounts = [[x, y, 0.0] for x in (-corner, corner) for y in (-corner, corner)]
+            given: Mapping[str, Any] = flat | {"mounts": mounts, "ball_heights": [0.0] * len(radii)}
+        else:
+            given = deck
+        points = 1e3 * np.array(given["mounts"], dtype=float).reshape(-1, 3)
+        size = max([race, *np.hypot(points[:, 0], points[:, 1])])
         return cls(
-            mounts,
-            tuple(1e3 * float(height) for height in deck["race_heights"]),
-            tuple(1e3 * float(height) for height in deck["ball_heights"]),
-            1e3 * float(deck["rotor_height"]),
+            points,
+            tuple(1e3 * float(height) for height in given["race_heights"]),
+            tuple(1e3 * float(height) for height in given["ball_heights"]),
+            1e3 * float(given["rotor_height"]),
             race,
+            radii,
             _round_down(_SHOWN * size / motion) if motion > 0 else 1.0,
+            deck is not None,
+            arrows,
         )
 
     @property
     def title(self) -> str:
         """Of the view."""
-        return f"Deck in space: displacement and tilt drawn {self.factor:g} times as large"
+        what = "displacement and tilt" if self.tilts else "displacement"
+        if self.factor == 1.0:
+            return f"Drive in space: {what} to scale"
+        return f"Drive in space: {what} drawn {self.factor:g} times as large"
 
-    def scenery(self, colors: Sequence[Any], radii: Sequence[float]) -> Parts:
-        """What stays: archetypes, logged once.
-
-        Args:
-            colors: of the balls.
-            radii: of the balls [mm].
-        """
+    def scenery(self) -> Parts:
+        """What stays: archetypes, logged once."""
         r, (low, high) = self.race, self._plate()
         plate = _rectangle(low, high)
-        line, disc = 0.01 * r, 1.3 * r
+        line = 0.01 * r
+        axis = [0, 0, -0.5 * r], [0, 0, 1.2 * r]
         yield "/space", rr.ViewCoordinates.RIGHT_HAND_Z_UP
-        yield "/space/rest/plate", rr.LineStrips3D([plate], colors=_REST, radii=0.5 * line)
-        yield "/space/rest/axis", _line([0, 0, -0.5 * r], [0, 0, 1.2 * r], _REST, 0.5 * line)
-        yield "/space/rest/housing", rr.Points3D(self._anchors(), colors=_REST, radii=0.05 * r)
+        yield "/space/rest/plate", rr.LineStrips3D([plate], colors=DARK, radii=0.5 * line)
+        yield "/space/rest/axis", rr.LineStrips3D([axis], colors=DARK, radii=0.5 * line)
+        yield "/space/rest/housing", rr.Points3D(self._anchors(), colors=DARK, radii=0.05 * r)
         yield "/space/springs", rr.LineStrips3D.from_fields(colors=_SPRING, radii=1.5 * line)
         yield "/space/deck/plate", rr.LineStrips3D([plate], colors=_DECK, radii=1.5 * line)
-        yield (
-            "/space/deck/mounts",
-            rr.Points3D(self.mounts, colors=_SPRING, radii=0.05 * r),
-        )
-        yield "/space/deck/axis", _line([0, 0, -0.5 * r], [0, 0, 1.2 * r], _DECK, line)
+        yield "/space/deck/mounts", rr.Points3D(self.mounts, colors=_SPRING, radii=0.05 * r)
+        yield "/space/deck/axis", rr.LineStrips3D([axis], colors=_DECK, radii=line)
         for i, height in enumerate(self.race_heights):
-            ring = _circle(r + max(radii, default=0.0), height)
-            yield (
-                f"/space/deck/races/{i}",
-                rr.LineStrips3D([ring], colors=_RACE, radii=line),
-            )
-        yield (
-            "/space/deck/rotor/disc",
-            rr.LineStrips3D([_circle(disc, self.rotor_height)], colors=_REST, radii=line),
-        )
-        heavy = [[0.75 * r, 0.0, self.rotor_height]]
-        yield (
-            "/space/deck/rotor/arm",
-            rr.Arrows3D(
-                origins=[[0.0, 0.0, self.rotor_height]],
-                vectors=[[0.75 * r, 0.0, 0.0]],
-                colors=_RED,
-                radii=1.5 * line,
-            ),
-        )
+            ring = _circle(r + max(self.radii, default=0.0), height)
+            yield f"/space/deck/races/{i}", rr.LineStrips3D([ring], colors=GREY, radii=1.5 * line)
+        disc = _disc(1.3 * r, self.rotor_height - max(self.radii, default=0.02 * r))
+        yield "/space/deck/rotor/disc", disc
+        heavy = [[1.1 * r, 0.0, self.rotor_height]]
         yield (
             "/space/deck/rotor/unbalance",
-            rr.Points3D(heavy, colors=_RED, radii=0.06 * r, labels="unbalance"),
+            rr.Points3D(heavy, colors=UNBALANCE, radii=0.07 * r),
         )
         if self.ball_heights:
-            yield "/space/deck/rotor/balls", rr.Points3D.from_fields(colors=colors, radii=radii)
+            colors = [hue(ball) for ball in range(len(self.radii))]
+            balls = rr.Points3D.from_fields(colors=colors, radii=self.radii)
+            yield "/space/deck/rotor/balls", balls
+        if self.arrows is not None:
+            yield (
+                "/space/deck/rotor/vectors",
+                rr.Arrows3D.from_fields(colors=self.arrows.colors, radii=2.5 * line),
+            )
 
     def frames(self, angle: Array, place: Array, turn: Array, balls: Array) -> Parts:
         """What moves: columns, one row per sample.
 
         Args:
             angle: of the spindle [rad], shape (rows,).
-            place: of C [m], shape (rows, 3).
+            place: of the deck [m], shape (rows, 2), or 3 in space: of C.
             turn: quaternions (w, x, y, z), shape (rows, 4).
             balls: their angles from the unbalance [rad], shape (rows, balls).
         """
-        rows, moved, turned = len(angle), 1e3 * self.factor * place, _more(turn, self.factor)
+        rows, turned = len(angle), _more(turn, self.factor)
+        moved = np.zeros((rows, 3))
+        moved[:, : place.shape[1]] = 1e3 * self.factor * place
         yield (
             "/space/deck",
             rr.Transform3D.columns(translation=moved, quaternion=np.roll(turned, -1, axis=1)),
@@ -142,18 +161,23 @@ class Space:
             springs = rr.LineStrips3D.columns(strips=strips.astype(np.float32))
             yield "/space/springs", springs.partition(np.full(rows, len(self.mounts)))
         if self.ball_heights:
-            heights = np.broadcast_to(self.ball_heights, balls.shape)
+            heights = self.ball_heights + self._stacked(balls)
             places = np.stack(
                 [self.race * np.cos(balls), self.race * np.sin(balls), heights], axis=-1
             )
             points = rr.Points3D.columns(positions=places.reshape(-1, 3))
             yield "/space/deck/rotor/balls", points.partition(np.full(rows, balls.shape[1]))
+        if self.arrows is not None:
+            begin, way = self.arrows.drawn(balls)
+            above = self.rotor_height + 0.03 * self.race
+            arrows = rr.Arrows3D.columns(origins=_flat(begin, above), vectors=_flat(way, 0.0))
+            yield "/space/deck/rotor/vectors", arrows.partition(np.full(rows, begin.shape[1]))
 
     def view(self) -> rrb.View:
         """The 3-D view."""
         low, high = self._plate()
         middle, size = 0.5 * (low + high), float(np.hypot(*(high - low)[:2]))
-        eye = middle + size * np.array([0.4, -1.0, 0.7])
+        eye = middle + size * np.array([0.33, -0.85, 0.6])
         return rrb.Spatial3DView(
             name=self.title,
             origin="/space",
@@ -162,6 +186,12 @@ class Space:
                 kind=rrb.Eye3DKind.Orbital, position=eye, look_target=middle, eye_up=(0, 0, 1)
             ),
         )
+
+    def _stacked(self, balls: Array) -> Array:
+        """How far balls of one race are lifted to be seen; those of different ones are apart."""
+        if len({*self.ball_heights}) > 1:
+            return np.zeros_like(balls)
+        return stacked(balls, self.race, self.radii)
 
     def _plate(self) -> tuple[Array, Array]:
         """Corners of the rectangle that holds mounts and race, at the mounts' height."""
@@ -212,5 +242,21 @@ def _circle(radius: float, height: float) -> Array:
     )
 
 
-def _line(start: list[float], end: list[float], color: Any, radius: float) -> Any:
-    return rr.LineStrips3D([[start, end]], colors=color, radii=radius)
+def _disc(radius: float, height: float) -> Any:
+    """A plate, seen from both sides."""
+    rim = _circle(radius, height)[:-1]
+    count = len(rim)
+    corners = np.vstack([rim, [[0.0, 0.0, height]]])
+    near = np.arange(count)
+    faces = np.column_stack([near, (near + 1) % count, np.full(count, count)])
+    return rr.Mesh3D(
+        vertex_positions=corners,
+        triangle_indices=np.vstack([faces, faces[:, ::-1]]),
+        albedo_factor=_GLASS,
+    )
+
+
+def _flat(points: Array, height: float) -> Array:
+    """In a plane of the rotor."""
+    flat = points.ravel()
+    return np.column_stack([flat.real, flat.imag, np.full(len(flat), height)])

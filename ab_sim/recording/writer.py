@@ -12,7 +12,8 @@ import rerun as rr
 from numpy.typing import ArrayLike
 
 from ab_sim.errors import RecordingError
-from ab_sim.recording.drawing import Drawing, lines
+from ab_sim.recording.blueprint import style
+from ab_sim.recording.drawing import description_text
 from ab_sim.recording.layout import (
     CLOSED,
     LEFT_OUT,
@@ -22,16 +23,15 @@ from ab_sim.recording.layout import (
     index_columns,
     layout_of,
     scalar_columns,
-    size_entity,
 )
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
-from ab_sim.recording.plots import ALWAYS, Plots, needed_for
+from ab_sim.recording.plots import lines
+from ab_sim.recording.shown import ALWAYS, Drawn, Plain
 from ab_sim.recording.thinning import AROUND, Thinning
 
-BATCH_ROWS = 1000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
+BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
-_TURN = ("qw", "qx", "qy", "qz")
 _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
 
 
@@ -87,16 +87,15 @@ class Recording:
         self._closed = False
         self._thinning = Thinning(every, around)
         self._left_out: list[Array] = []  # beside blocks
-        self._drawing: Drawing | Plots = Drawing.of(description) if drawn else Plots()
-        text = self._drawing.document(description)
+        self._shown = Drawn(description) if drawn else Plain()
+        text = description_text(description)
         self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
         self._file = PipedFile(self.path, self._stream, index)
         self._stream.send_recording_name(self.path.stem)
-        self._stream.send_blueprint(self._drawing.blueprint())
+        self._stream.send_blueprint(self._shown.blueprint(()))
         self._static("/description", rr.TextDocument(text, media_type="text/markdown"))
-        if isinstance(self._drawing, Drawing):
-            for entity, archetype in self._drawing.scenery():
-                self._static(entity, archetype)
+        for entity, archetype in self._shown.statics():
+            self._static(entity, archetype)
         if every > 1:
             self._static(THINNED, rr.AnyValues(every=every, around=around))
         self.flush()
@@ -157,8 +156,8 @@ class Recording:
             )
         if name not in self._scalars:  # every name gets a plot; an empty one would only puzzle
             self._scalars[name] = []
-            self._static(entity_path("run", name), self._drawing.style(name))
-            self._stream.send_blueprint(self._drawing.blueprint(list(self._scalars)))
+            self._static(entity_path("run", name), style(name))
+            self._stream.send_blueprint(self._shown.blueprint(list(self._scalars)))
         self._scalars[name].append((time, float(value)))
         self._collect(1)
 
@@ -204,26 +203,22 @@ class Recording:
             raise RecordingError(f"{self.path} is closed")
 
     def _begin(self, names: tuple[str, ...]) -> None:
-        needed = needed_for(self._drawing)
+        needed = self._shown.needs
         missing = [name for name in needed if name not in names]
         if missing or names[:2] != ALWAYS or len(set(names)) < len(names):
             raise RecordingError(
                 f"{self.path}: channels must start with step, time, differ from each other and "
                 f"include {', '.join(needed)}; got {', '.join(names)}"
             )
-        balls = len(layout_of(names).get("/balls/angle", ()))
-        if isinstance(self._drawing, Drawing) and balls != self._drawing.balls:
-            raise RecordingError(
-                f"{self.path}: channels give the angles of {balls} balls, "
-                f"but the description says balls: {self._drawing.balls}"
-            )
+        try:
+            self._shown.begin(names)
+        except RecordingError as error:
+            raise RecordingError(f"{self.path}: {error}") from error
         self._channels = names
         self._static("/channels", rr.AnyValues(names=list(names)))
         for entity, columns in layout_of(names).items():
             self._static(entity, lines([names[column] for column in columns]))
-        if isinstance(self._drawing, Plots):
-            self._drawing = Plots(list(layout_of(names)))
-            self._stream.send_blueprint(self._drawing.blueprint(list(self._scalars)))
+        self._stream.send_blueprint(self._shown.blueprint(list(self._scalars)))
 
     def _check_steps(self, rows: Array) -> None:
         steps = rows[:, 0]
@@ -280,21 +275,11 @@ class Recording:
         index, layout = index_columns(rows[:, 1], rows[:, 0]), layout_of(self._channels)
         for entity, columns in layout.items():
             self._send(entity, index, scalar_columns(rows[:, columns]))
-            if drawn := size_entity(entity):
-                sizes = np.linalg.norm(rows[:, columns], axis=1)
-                self._send(drawn, index, scalar_columns(sizes[:, None]))
-        ends = rows[[0, -1]]
-        one = scalar_columns(np.ones((2, 1)))
-        self._send("/plot/real_time", index_columns(ends[:, 1], ends[:, 0]), one)
-        if isinstance(self._drawing, Drawing):
-            angle = rows[:, self._channels.index("angle")]
-            place, turn = (self._columns(rows, names) for names in (("x", "y", "z"), _TURN))
-            balls = rows[:, layout.get("/balls/angle", [])]
-            for entity, part in self._drawing.frames(angle, place, turn, balls):
-                self._send(entity, index, part)
-
-    def _columns(self, rows: Array, names: Sequence[str]) -> Array:
-        return rows[:, [self._channels.index(name) for name in names if name in self._channels]]
+        timed = rows
+        for entity, when, part in self._shown.of(rows):
+            if when is not timed:  # several in turn belong to the same rows
+                timed, index = when, index_columns(when[:, 1], when[:, 0])
+            self._send(entity, index, part)
 
     def _send(self, entity: str, index: list[rr.TimeColumn], columns: Any) -> None:
         rr.send_columns(entity, index, columns, recording=self._stream, strict=True)

@@ -43,6 +43,8 @@ def cells(path: Path, entity: str, component: str) -> list[Any]:
     for chunk in RrdReader(path).stream().to_chunks():
         if chunk.entity_path == entity and not chunk.is_static:
             batch = chunk.to_record_batch()
+            if component not in batch.schema.names:
+                continue
             rows += zip(batch["step"].to_pylist(), batch[component].to_pylist(), strict=True)
     return [cell for _, cell in sorted(rows, key=lambda row: row[0])]
 
@@ -56,8 +58,8 @@ def still(path: Path, entity: str, component: str) -> list[Any]:
 
 
 def views(path: Path) -> list[str]:
-    """Names of the views that the file lays out."""
+    """Names of the views that the file lays out, in all the layouts that it was given."""
     reader, names = RrdReader(path), "ViewBlueprint:display_name"
-    (blueprint,) = reader.blueprints()
-    batches = [c.to_record_batch() for c in reader.stream(store=blueprint).to_chunks()]
+    chunks = (c for store in reader.blueprints() for c in reader.stream(store=store).to_chunks())
+    batches = [chunk.to_record_batch() for chunk in chunks]
     return [b[names].to_pylist()[0][0] for b in batches if names in b.schema.names]

@@ -32,7 +32,7 @@ def test_top_view_is_to_scale_with_y_upwards(tmp_path: Path) -> None:
 def test_whirl_is_given_in_units_of_the_eccentricity(tmp_path: Path) -> None:
     names, samples = run(5)
     record(tmp_path / "run.rrd", names, samples)
-    whirl = np.array(cells(tmp_path / "run.rrd", "/plot/whirl", "Scalars:scalars"))[:, 0]
+    whirl = np.array(cells(tmp_path / "run.rrd", "/plot/whirl/now", "Scalars:scalars"))[:, 0]
     np.testing.assert_allclose(whirl, np.hypot(samples[:, 5], samples[:, 6]) / 1e-4, rtol=1e-12)
 
 
@@ -60,8 +60,8 @@ def test_plots_of_scalars_hold_something_of_the_whole_run(tmp_path: Path) -> Non
             if "ViewContents:query" in batch.schema.names:
                 contents[chunk.entity_path] = batch["ViewContents:query"].to_pylist()[0]
     beside = {query[1] for query in contents.values() if len(query) > 1} - {"/top/rest"}
-    assert beside == {"/plot/real_time", "/spindle/speed"}
-    for entity in beside:
+    assert beside >= {"/plot/real_time", "/spindle/speed"}
+    for entity in ("/plot/real_time", "/spindle/speed"):
         times = [
             time
             for chunk in reader.stream().to_chunks()
@@ -75,7 +75,7 @@ def test_a_balanced_rotor_has_no_division_by_zero(tmp_path: Path) -> None:
     names, samples = run(5)
     with Recording(tmp_path / "run.rrd", description=describe(eccentricity=0.0)) as recording:
         recording.block(names, samples)
-    whirl = np.array(cells(tmp_path / "run.rrd", "/plot/whirl", "Scalars:scalars"))[:, 0]
+    whirl = np.array(cells(tmp_path / "run.rrd", "/plot/whirl/now", "Scalars:scalars"))[:, 0]
     np.testing.assert_allclose(whirl, 1e3 * np.hypot(samples[:, 5], samples[:, 6]))
 
 

@@ -50,7 +50,7 @@ def test_write_error_is_reported_and_what_was_written_stays_readable(tmp_path: P
     path = tmp_path / "run.rrd"
     recording = Recording(path, description=describe())
     with (
-        files_limited_to(path.stat().st_size + 600_000),
+        files_limited_to(path.stat().st_size + 5_000_000),
         pytest.raises(RecordingError, match=r"run\.rrd.*File too large") as first,
     ):
         for start in range(0, len(samples), 20):

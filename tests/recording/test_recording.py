@@ -69,7 +69,10 @@ def test_motor_and_sensors_have_places_of_their_own(tmp_path: Path) -> None:
     others = np.array(cells(path, "/sensors/a_1", "Scalars:scalars"))
     assert np.array_equal(np.column_stack([torque, readings, others]), wide[:, -5:])
     record(tmp_path / "plain.rrd", names, samples)
-    assert set(views(path)) - set(views(tmp_path / "plain.rrd")) == {"Motor: torque [N m]"}
+    assert set(views(path)) - set(views(tmp_path / "plain.rrd")) == {
+        "Motor torque [N m]",
+        "Vibration |a|, deck and sensors [m/s²]",
+    }
     sizes = np.array(cells(path, "/plot/vibration/sensors/deck", "Scalars:scalars"))[:, 0]
     np.testing.assert_allclose(sizes, np.hypot(*readings.T))
 

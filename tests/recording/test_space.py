@@ -45,7 +45,7 @@ def file(scene: Scene, run: Trajectory, tmp_path_factory: pytest.TempPathFactory
 
 def factor(file: Path) -> float:
     """By which the title says that motion is exaggerated."""
-    (title,) = [name for name in views(file) if name.startswith("Deck in space")]
+    (title,) = [name for name in views(file) if name.startswith("Drive in space")]
     return float(title.removesuffix(" times as large").rpartition(" ")[2])
 
 
@@ -77,10 +77,10 @@ def test_channels_that_belong_together_are_in_one_entity(
 def test_the_views_are_named_and_say_the_exaggeration(file: Path) -> None:
     assert {
         "Deck: tilt about x, y and the shaft [mrad]",
-        "Top view, turning with the rotor",
+        "From above, turning with the rotor, to scale",
     } <= set(views(file))
     assert factor(file) > 1
-    text = still(file, "/description", "TextDocument:text")[0]
+    text = still(file, "/about", "TextDocument:text")[0]
     assert f"displacement and tilt {factor(file):g} times as large" in text
 
 
@@ -135,7 +135,7 @@ def test_tilt_and_height_are_plotted(file: Path, run: Trajectory, scene: Scene) 
     np.testing.assert_allclose(tilt, MM * run.tilt, atol=1e-12)
     policy = still(file, "/plot/tilt", "SeriesLines:aggregation_policy")
     assert policy == [rr.components.AggregationPolicy.MinMax.value], "a mean of swings is nothing"
-    whirl = np.array(cells(file, "/plot/whirl", "Scalars:scalars"))
+    whirl = np.array(cells(file, "/plot/whirl/now", "Scalars:scalars"))
     unit = scene.rotor.eccentricity
     np.testing.assert_allclose(whirl, np.column_stack([run.whirl, run["z"]]) / unit, atol=1e-12)
     sizes = np.array(cells(file, "/plot/vibration/deck", "Scalars:scalars"))[:, 0]

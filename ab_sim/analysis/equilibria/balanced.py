@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from ab_sim.analysis.equilibria.patterns import BALANCED
 from ab_sim.analysis.equilibria.resting import Rotor
+from ab_sim.drive import balance
 
 LEVELS = 17
 """Of rho, from its smallest to its largest."""
@@ -30,9 +30,7 @@ SCATTER = 48
 
 def can_balance(rotor: Rotor) -> bool:
     """Whether balls can cancel the unbalance: the vectors close to a polygon."""
-    sides = [rotor.unbalance, *rotor.moments]
-    longest = max(sides)
-    return longest <= (math.fsum(sides) - longest) * (1.0 + BALANCED)
+    return balance.can_balance(rotor.unbalance, rotor.moments)
 
 
 def symmetric(rotor: Rotor) -> np.ndarray | None:
@@ -47,37 +45,13 @@ def symmetric(rotor: Rotor) -> np.ndarray | None:
     if n == 1:
         return np.array([math.pi])
     odd = n % 2
-    beta = _acos((odd - need) / (n - odd))
+    beta = balance.acos_of((odd - need) / (n - odd))
     return np.array([-beta, beta] * (n // 2) + [math.pi] * odd)
 
 
 def completed(rotor: Rotor, given: np.ndarray) -> np.ndarray | None:
-    """Positions with the last n - 2 balls at given angles; None where no place is left.
-
-    Three-ball (27)-(34): the other two balance what rotor and given balls leave.
-
-    Args:
-        rotor: at least two balls.
-        given: angles [rad], shape (n - 2,).
-    """
-    one, two, *rest = rotor.moments
-    need = -rotor.unbalance - complex(np.array(rest) @ np.exp(1j * np.asarray(given, float)))
-    far = abs(need)
-    if not abs(one - two) <= far * (1.0 + BALANCED) or far > (one + two) * (1.0 + BALANCED):
-        return None
-    if far == 0.0:
-        return np.array([0.0, math.pi, *given])
-    middle = math.atan2(need.imag, need.real)
-    aside_1 = _acos((far * far + one * one - two * two) / (2.0 * far * one))
-    aside_2 = _acos((far * far + two * two - one * one) / (2.0 * far * two))
-    return np.array([middle - aside_1, middle + aside_2, *given])
-
-
-def _acos(x: float) -> float:
-    """Of a cosine that is 1 or -1 but for rounding, exactly 0 or pi."""
-    if 1.0 - abs(x) <= BALANCED:
-        return 0.0 if x > 0.0 else math.pi
-    return math.acos(x)
+    """``balance.completed``, of a rotor."""
+    return balance.completed(rotor.unbalance, rotor.moments, given)
 
 
 def positions(rotor: Rotor) -> np.ndarray:

@@ -19,12 +19,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.analysis.equilibria.resting import Rotor
+from ab_sim.drive.balance import BALANCED
 from ab_sim.errors import SceneError
 
 MOST_PATTERNS = 4096
 """Of signs, beyond which a scene is refused: 12 balls that all differ."""
-BALANCED = 1e-12
-"""|S| this near to M0 e, relative, is taken for equal: W is 0 and the state is a balanced one."""
 
 
 class Pattern(NamedTuple):

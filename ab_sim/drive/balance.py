@@ -1,0 +1,109 @@
+"""Where balls balance a rotor: closed forms, of the unbalance M0 e and the balls' m_i R alone.
+
+The sum of m_i R exp(i theta_i) is to be -M0 e: three-ball (25)-(36), relative-stability (23), (24).
+One or two balls have one way to do it, or two that mirror each other; n >= 3 have a manifold of
+dimension n - 2.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+BALANCED = 1e-12
+"""Sides of a polygon that are this near to closing it, relative, are taken to close it."""
+
+
+class Balance(NamedTuple):
+    """Where balls balance, or come nearest to it."""
+
+    angles: tuple[float, ...]
+    """theta_i [rad], from 0 to 2 pi."""
+    residual: float
+    """What is left of unbalance [kg m]; 0 where they balance."""
+    many: bool
+    """Whether it is one of a continuum of such positions."""
+
+
+def resultant(moments: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """The balls' part of the unbalance, sum m_i R exp(i theta_i) [kg m], complex.
+
+    Args:
+        moments: m_i R [kg m], shape (balls,).
+        angles: theta_i [rad], shape (..., balls).
+    """
+    return np.asarray(np.exp(1j * angles) @ moments)
+
+
+def can_balance(unbalance: float, moments: Sequence[float]) -> bool:
+    """Whether balls can cancel the unbalance: the vectors close to a polygon."""
+    sides = [unbalance, *moments]
+    longest = max(sides)
+    return longest <= (math.fsum(sides) - longest) * (1.0 + BALANCED)
+
+
+def completed(unbalance: float, moments: Sequence[float], given: np.ndarray) -> np.ndarray | None:
+    """Positions with the last n - 2 balls at given angles; None where no place is left.
+
+    Three-ball (27)-(34): the other two balance what rotor and given balls leave.
+
+    Args:
+        unbalance: M0 e [kg m].
+        moments: m_i R of at least two balls [kg m].
+        given: angles [rad], shape (n - 2,).
+    """
+    one, two, *rest = moments
+    need = -unbalance - complex(np.array(rest) @ np.exp(1j * np.asarray(given, float)))
+    far = abs(need)
+    if not abs(one - two) <= far * (1.0 + BALANCED) or far > (one + two) * (1.0 + BALANCED):
+        return None
+    if far == 0.0:
+        return np.array([0.0, math.pi, *given])
+    middle = math.atan2(need.imag, need.real)
+    aside_1 = acos_of((far * far + one * one - two * two) / (2.0 * far * one))
+    aside_2 = acos_of((far * far + two * two - one * one) / (2.0 * far * two))
+    return np.array([middle - aside_1, middle + aside_2, *given])
+
+
+def acos_of(x: float) -> float:
+    """Of a cosine that is 1 or -1 but for rounding, exactly 0 or pi."""
+    if 1.0 - abs(x) <= BALANCED:
+        return 0.0 if x > 0.0 else math.pi
+    return math.acos(x)
+
+
+def balance_of(unbalance: float, moments: Sequence[float]) -> Balance | None:
+    """Where balls balance the rotor, or leave the least unbalance; None without balls.
+
+    The two heaviest balls complete what the others, in line with the unbalance, leave: each is put
+    on the side that brings the rest nearer to the heaviest ball's m_1 R. The others being no
+    heavier than the second, the rest cannot leap over what those two can balance.
+
+    Args:
+        unbalance: M0 e [kg m], at least 0.
+        moments: m_i R of each ball [kg m], above 0.
+    """
+    if not moments:
+        return None
+    order = sorted(range(len(moments)), key=lambda ball: -moments[ball])
+    heaviest, rest = moments[order[0]], unbalance
+    sides = []
+    for ball in order[2:]:
+        away = rest > heaviest
+        rest += -moments[ball] if away else moments[ball]
+        sides.append(math.pi if away else 0.0)
+    angles = np.full(len(moments), math.pi)
+    placed = None
+    if len(moments) > 1 and can_balance(unbalance, moments):
+        placed = completed(unbalance, [moments[ball] for ball in order], np.array(sides))
+    if placed is not None:
+        angles[order] = np.remainder(placed, 2.0 * math.pi)
+        residual = 0.0
+    else:
+        if heaviest > unbalance:
+            angles[order[1:]] = 0.0
+        residual = abs(unbalance + complex(resultant(np.array(moments), angles)))
+        residual *= residual > BALANCED * (unbalance + math.fsum(moments))
+    many = unbalance == 0.0 or (residual == 0.0 and len(moments) > 2)
+    return Balance(tuple(angles.tolist()), residual, many)

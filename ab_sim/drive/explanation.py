@@ -1,0 +1,117 @@
+"""What pictures of a scene's run need to explain it, as JSON-able values."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ab_sim.drive.alone import Alone
+from ab_sim.drive.balance import balance_of
+from ab_sim.drive.driving_forces import DrivenBalls
+from ab_sim.scene.model import Scene
+from ab_sim.spindle import SpeedProfile
+
+_PEAK = 0.15
+"""A drawing need not show the whirl at the critical speed as large as the usual one."""
+_MOVES_THE_DECK = ("deck_force", "space_force")
+
+
+def explain(scene: Scene) -> dict[str, Any]:
+    """What pictures of a run explain it by; each is None where it has no meaning.
+
+    Returns:
+        ``motion``, how large the deck's motion is [m], to choose the scale of a drawing;
+        ``unbalance`` M0 e and ``moments`` m_i R [kg m]; ``balance`` with ``angles`` [rad],
+        ``residual`` [kg m] and ``many`` (`drive.balance.Balance`), or with ``left_out``, why there
+        is none; ``alone`` with the fields of `drive.alone.Alone`, or ``left_out``; ``driven`` with
+        those of `DrivenBalls`; ``critical_speed`` [rad/s]; ``top_speed`` of the profile [rad/s];
+        ``variable_speed_period`` with its ``start_speed``, ``end_speed`` [rad/s] and
+        ``acceleration``, and that ``around`` it [rad/s^2].
+    """
+    profile = SpeedProfile.of_scene(scene)
+    return {
+        "motion": _motion(scene),
+        "unbalance": _unbalance(scene),
+        "moments": [mass * scene.race.radius for mass in scene.balls.masses],
+        "balance": _balance(scene),
+        "alone": _alone(scene),
+        "driven": _listed(DrivenBalls.of(scene)) if scene.balls.count else None,
+        "critical_speed": scene.critical_speed if scene.deck is None else None,
+        "top_speed": profile.top_speed if scene.profile else scene.spindle.max_speed,
+        "variable_speed_period": _period(scene, profile),
+    }
+
+
+def _listed(values: Any) -> dict[str, Any]:
+    """A named tuple, and the tuples in it, as JSON has them."""
+    fields = values._asdict()
+    return {name: list(v) if isinstance(v, tuple) else v for name, v in fields.items()}
+
+
+def _unbalance(scene: Scene) -> float:
+    return scene.eccentric_mass * scene.rotor.eccentricity
+
+
+def _motion(scene: Scene) -> float:
+    # As far above all critical speeds, without balls: the unbalance pushes, the inertia gives way.
+    whirl, deck = _unbalance(scene) / scene.total_mass, scene.deck
+    if deck is None:
+        return max(whirl, _PEAK * _peak(scene))
+    tilt = 2.0 * abs(scene.couple_unbalance) / (deck.inertia[0] + deck.inertia[1])
+    mounts = (math.hypot(*mount.position) for mount in scene.mounts)
+    return whirl + tilt * max(mounts, default=scene.race.radius)
+
+
+def _peak(scene: Scene) -> float:
+    """Whirl at the critical speed without balls [m]; 0 if no closed form or no damping gives it."""
+    alone, top = _alone(scene), SpeedProfile.of_scene(scene).top_speed
+    if "left_out" in alone or not alone["damping"] > 0.0:
+        return 0.0
+    critical = math.sqrt(alone["stiffness"] / alone["mass"])
+    return float(Alone(**alone).whirl(np.array(min(critical, top))))
+
+
+def _balance(scene: Scene) -> dict[str, Any] | None:
+    if "race_runout" in scene.effects:
+        return {"left_out": "the race has a runout"}
+    if len({*scene.balls.races}) > 1:
+        return {"left_out": "the balls run in several planes"}
+    moments = [mass * scene.race.radius for mass in scene.balls.masses]
+    found = balance_of(_unbalance(scene), moments)
+    return None if found is None else _listed(found)
+
+
+def _alone(scene: Scene) -> dict[str, Any]:
+    """Of what else moves the deck, the closed form knows nothing."""
+    if scene.deck is not None:
+        return {"left_out": "the deck moves in space"}
+    others = {name: effect for name, effect in scene.effects.items() if name != "suspension"}
+    for name, effect in others.items():
+        pulls = name == "gravity" and any(effect.gravity())
+        if pulls or any(hasattr(effect, part) for part in _MOVES_THE_DECK):
+            return {"left_out": f"the scene has the effect {name}"}
+    suspension = scene.effects.get("suspension")
+    return _listed(
+        Alone(
+            scene.total_mass - scene.balls.total_mass,
+            _unbalance(scene),
+            0.0 if suspension is None else suspension.stiffness,
+            0.0 if suspension is None else suspension.damping,
+        )
+    )
+
+
+def _period(scene: Scene, profile: SpeedProfile) -> dict[str, float] | None:
+    asked, begins = scene.profile, profile.variable_speed_period
+    if begins is None or asked is None or asked.kind != "start_up":
+        return None
+    assert asked.variable_speed_period is not None
+    middle = begins + 0.5 * asked.variable_speed_period.duration
+    piece = profile.piece_at(middle)
+    start, end = (float(piece.segment.speed(t)) for t in (0.0, piece.end - piece.start))
+    return {
+        "start_speed": start,
+        "end_speed": end,
+        "acceleration": asked.variable_speed_period.acceleration,
+        "around": asked.acceleration,
+    }

@@ -1,0 +1,77 @@
+"""What is seen, in a few words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ab_sim.recording.drawing import Drawing
+from ab_sim.recording.explained import Explained
+
+
+def about(drawing: Drawing) -> str:
+    """The text beside the pictures, in Markdown."""
+    said = drawing.explained
+    parts = [
+        f"**{_balls(drawing.balls)}** on a race of radius R = {drawing.race:g} mm; "
+        f"eccentricity e = {drawing.eccentricity:g} mm.",
+        f"**In space**: {_moved(drawing)}; blue, the deck; dark, where it would be at rest.",
+        *_balance(said),
+        *_arrows(drawing),
+        *_alone(said),
+        "**Vibration**: red, what comes once per revolution (unbalance); blue, the "
+        "rest; orange, all. Its spectrum is on the next page.",
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _moved(drawing: Drawing) -> str:
+    what = "displacement and tilt" if drawing.tilts else "displacement"
+    times = drawing.space.factor
+    return f"{what} {'to scale' if times == 1.0 else f'{times:g} times as large as they are'}"
+
+
+def _balls(count: int) -> str:
+    return {0: "No balls", 1: "1 ball"}.get(count, f"{count} balls")
+
+
+def _arrows(drawing: Drawing) -> list[str]:
+    if drawing.top.arrows is None:
+        return ["Red: the unbalance."]
+    if not drawing.balls:
+        return ["**Arrow**: the unbalance M0 e."]
+    return [
+        "**Arrows**: red, the rotor's unbalance M0 e; green, from its tip on, the balls' sum "
+        "of m R; white, the *residual unbalance*, their sum: none when balanced. Balls in the same "
+        "place are drawn in different sizes, in space on top of each other."
+    ]
+
+
+def _balance(said: Explained) -> list[str]:
+    balance = said.balance
+    if balance is None:
+        why = said.left_out.get("balance")
+        return [f"No balanced positions are marked: {why}."] if why else []
+    turned = (-np.remainder(-np.degrees(balance.angles), 360.0)).tolist()
+    angles = sorted({round(angle, 1) for angle in turned})
+    places = ", ".join(f"{angle:g}" for angle in angles) + " deg"
+    if balance.residual > 0.0 and said.unbalance:
+        share = 100.0 * balance.residual / said.unbalance
+        whose = "This ball" if len(balance.angles) == 1 else "These balls"
+        return [
+            f"**{whose} cannot balance it**: yellow rings mark the best place ({places}), which "
+            f"leaves {share:.3g} % of the unbalance."
+        ]
+    if balance.residual > 0.0:
+        return ["**A rotor without unbalance**: a ball can only make it worse."]
+    many = " This is one of many positions that balance." if balance.many else ""
+    return [f"**Yellow rings**: where the balls balance the rotor ({places}).{many}"]
+
+
+def _alone(said: Explained) -> list[str]:
+    if said.alone is not None:
+        return [
+            "**Whirl**: grey, what it would be without balls if the speed were held; near the "
+            "critical speed a run-up does not get as far."
+        ]
+    why = said.left_out.get("alone")
+    return [f"Whirl without balls is not drawn: {why}."] if why else []

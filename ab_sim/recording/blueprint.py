@@ -1,0 +1,173 @@
+"""How the viewer is laid out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from ab_sim.recording.colours import SKY, WHITE
+from ab_sim.recording.drawing import Drawing
+from ab_sim.recording.plots import lines, plot
+from ab_sim.recording.vibration import SPAN, SPECTRUM_SPAN
+
+_TITLES = {
+    "real_time_factor": "Real-time factor [1]; 1 keeps up",
+    "commands_received": "Commands received, speed, command [rad/s]",
+}
+# Rerun links the time axes of plots only once one of them is zoomed; until then each spans its own
+# data. So every plot holds something of the whole run.
+_BESIDE = {"real_time_factor": "/plot/real_time", "commands_received": "/spindle/speed"}
+_RANGES = {"real_time_factor": (0.0, 1.25)}
+_STYLES: dict[str, Any] = {
+    "real_time_factor": rr.SeriesLines(names="measured", colors=SKY, widths=3.0),
+    "commands_received": rr.SeriesPoints(names="received", colors=WHITE, marker_sizes=1.5),
+}
+
+
+def style(scalar: str) -> Any:
+    """Archetype that says how a scalar is drawn."""
+    return _STYLES.get(scalar, lines([scalar]))
+
+
+def blueprint(drawing: Drawing, scalars: Sequence[str] = (), page: int = 0) -> rrb.Blueprint:
+    """Lay out the views, with one plot for each of the scalars, and show one of the pages."""
+    pages = (
+        _drive(drawing),
+        _vibration(drawing),
+        _health(scalars),
+        rrb.TextDocumentView(origin="/description", name="Description"),
+    )
+    return _pages(pages, page)
+
+
+def _drive(drawing: Drawing) -> rrb.Container:
+    """The page that explains the run."""
+    pictures = rrb.Vertical(drawing.space.view(), drawing.top.view())
+    views: list[tuple[float, rrb.View]] = [
+        (3, plot("Spindle speed [rad/s]", "/spindle/speed", "/plot/speed/**")),
+        (
+            1.3,
+            rrb.StateTimelineView(
+                origin="/state",
+                name="What the spindle does",
+                time_view=rrb.TimeAxis(link="LinkToGlobal"),
+            ),
+        ),
+        (3, plot(_whirl(drawing), "/plot/whirl", top=True)),
+    ]
+    if drawing.balls:
+        few = drawing.balls <= 8
+        views.append(
+            (3, plot("Ball angles from the unbalance [deg]", "/plot/balls", legend=few, top=True))
+        )
+    if drawing.explained.driven is not None:
+        name = "Driving force on the balls, forward positive [N]"
+        views.append((2.6, plot(name, "/plot/driving", legend=False)))
+    if drawing.tilts:
+        name = "Deck: tilt about x, y and the shaft [mrad]"
+        views.append((2, plot(name, "/plot/tilt", top=True)))
+    if drawing.motor:
+        views.append((2, plot("Motor torque [N m]", "/spindle/torque", legend=False)))
+    shares, plots = zip(*views, strict=True)
+    said = rrb.Vertical(
+        rrb.TextDocumentView(origin="/about", name="What is seen"),
+        plot(
+            f"Vibration, r.m.s. of the last {SPAN:g} s [m/s²]",
+            "/plot/orders",
+            "/plot/vibration/rms",
+            top=True,
+        ),
+        _events(),
+        row_shares=[4, 3, 2],
+    )
+    curves = rrb.Vertical(*plots, row_shares=shares)
+    return rrb.Horizontal(pictures, curves, said, column_shares=[4, 5, 3], name="Drive")
+
+
+def _vibration(drawing: Drawing) -> rrb.Container:
+    """The page of what a pick-up would feel."""
+    what = "deck and sensors" if drawing.sensors else "deck"
+    return rrb.Horizontal(
+        rrb.Vertical(
+            plot(f"Vibration |a|, {what} [m/s²]", "/plot/vibration"),
+            plot(
+                f"Once per revolution, and the rest, r.m.s. of the last {SPAN:g} s [m/s²]",
+                "/plot/orders",
+            ),
+        ),
+        rrb.BarChartView(
+            name=f"Spectrum of the last {SPECTRUM_SPAN:g} s: r.m.s. [m/s²] over frequency [Hz]; "
+            "red: the spindle's",
+            origin="/plot/spectrum",
+            plot_legend=rrb.PlotLegend(visible=False),
+        ),
+        name="Vibration",
+    )
+
+
+def _health(scalars: Sequence[str]) -> rrb.Container:
+    """The page of how the run itself goes."""
+    plots: list[rrb.View] = []
+    for scalar in scalars:
+        title = _TITLES.get(scalar, scalar.replace("_", " ").capitalize())
+        beside, span = _BESIDE.get(scalar), _RANGES.get(scalar)
+        near = [] if beside is None else [beside]
+        plots.append(plot(title, f"/run/{scalar}", *near, legend=bool(beside), span=span))
+    return (
+        rrb.Horizontal(rrb.Grid(*plots), _events(), name="Health")
+        if plots
+        else rrb.Horizontal(_events(), name="Health")
+    )
+
+
+def _events() -> rrb.View:
+    columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body", "EntityPath"])
+    return rrb.TextLogView(origin="/events", name="Events", columns=columns)
+
+
+def _whirl(drawing: Drawing) -> str:
+    if drawing.eccentricity:
+        what = "Whirl W/e and height z/e" if drawing.tilts else "Whirl W/e"
+        return f"{what} [1], e = {drawing.eccentricity:g} mm"
+    return "Whirl W and height z [mm]" if drawing.tilts else "Whirl W [mm]"
+
+
+_PLOTTED = {
+    "/spindle/angle": "Spindle: angle [rad]",
+    "/spindle/speed": "Spindle: speed and command [rad/s]",
+    "/spindle/torque": "Motor: torque [N m]",
+    "/deck/displacement": "Deck: displacement [m]",
+    "/deck/velocity": "Deck: velocity [m/s]",
+    "/deck/acceleration": "Deck: vibration [m/s²]",
+    "/deck/turn": "Deck: quaternion",
+    "/deck/angular_velocity": "Deck: angular velocity [rad/s]",
+    "/deck/angular_acceleration": "Deck: angular acceleration [rad/s²]",
+    "/balls/angle": "Balls: angle from the unbalance [rad]",
+    "/balls/rate": "Balls: rate [rad/s]",
+}
+_NOT_PLOTTED = ("/clock/time",)
+
+
+def plain_blueprint(entities: Sequence[str], scalars: Sequence[str] = ()) -> rrb.Blueprint:
+    """Lay out a plot of each entity, of a run of which positions are not known."""
+    shown = [entity for entity in entities if entity not in _NOT_PLOTTED]
+    plots: list[rrb.View] = [plot(_PLOTTED.get(entity, entity), entity) for entity in shown]
+    said = rrb.Vertical(
+        rrb.TextDocumentView(origin="/description", name="Not all positions are known: plots only"),
+        _events(),
+    )
+    columns = [rrb.Vertical(*part) for part in (plots[::2], plots[1::2]) if part]
+    page = rrb.Horizontal(*columns, said, column_shares=[4] * len(columns) + [3], name="Plots")
+    return _pages((page, _health(scalars)))
+
+
+def _pages(pages: Sequence[rrb.Container | rrb.View], page: int = 0) -> rrb.Blueprint:
+    return rrb.Blueprint(
+        rrb.Tabs(*pages, active_tab=page),
+        rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="following"),
+        rrb.BlueprintPanel(state="hidden"),
+        rrb.SelectionPanel(state="hidden"),
+    )

@@ -1,0 +1,27 @@
+"""Colours that people of all kinds of colour vision tell apart (Okabe and Ito), on dark ground."""
+
+Colour = tuple[int, int, int]
+
+GREY: Colour = (150, 150, 150)
+DARK: Colour = (95, 95, 95)
+WHITE: Colour = (240, 240, 240)
+VERMILLION: Colour = (230, 85, 30)
+GREEN: Colour = (0, 180, 130)
+SKY: Colour = (86, 180, 233)
+ORANGE: Colour = (240, 165, 0)
+PURPLE: Colour = (210, 130, 175)
+YELLOW: Colour = (240, 228, 66)
+BLUE: Colour = (60, 130, 215)
+
+SAND: Colour = (195, 165, 120)
+
+UNBALANCE, RESULTANT, RESIDUAL = VERMILLION, GREEN, WHITE
+BALANCED = YELLOW
+"""Where balls balance."""
+HUES = (SKY, ORANGE, PURPLE, BLUE, SAND)
+"""Of balls and of curves, in turn; none that has a meaning above."""
+
+
+def hue(number: int) -> Colour:
+    """Of the ball or curve of that number."""
+    return HUES[number % len(HUES)]

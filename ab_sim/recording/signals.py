@@ -1,0 +1,72 @@
+"""What a stretch of vibration is made of.
+
+Vectors are on axes fixed in space or on the deck, shape (rows, axes). Sizes are root mean squares
+of the whole vector, so that a vector of length A that goes round in a circle has the size A.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ab_sim.recording.layout import Array
+
+TURNS = 2
+"""Whole revolutions that are needed to tell what comes once per revolution."""
+
+
+def rms(time: Array, vectors: Array) -> float:
+    """Root mean square of the length, over time [s], whatever its spacing; at least two rows."""
+    return float(np.sqrt(np.average(np.sum(vectors**2, axis=1), weights=np.gradient(time))))
+
+
+def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:
+    """Size of what comes once per revolution, and that of the rest.
+
+    The last whole revolutions of the rows are taken, weighed by Hann's window over the *angle*,
+    so that neither a changing speed nor rows that do not fit the revolutions matter.
+
+    Args:
+        angle: of the rotor [rad], shape (rows,).
+        vectors: shape (rows, axes).
+
+    Returns:
+        None where there are less than `TURNS` revolutions, all in one sense, or less than two rows
+        in each of them.
+    """
+    if len(angle) < 2:
+        return None
+    behind = np.abs(angle - angle[-1])  # rad, from here to the end
+    steps = -np.diff(behind)
+    if not (steps.min() > 0.0 and steps.max() < np.pi):
+        return None
+    turns = np.floor(behind[0] / (2.0 * np.pi))
+    if turns < TURNS:
+        return None
+    share = behind / (2.0 * np.pi * turns)
+    weights = np.where(share < 1.0, 1.0 - np.cos(2.0 * np.pi * share), 0.0) * -np.gradient(behind)
+    weights /= weights.sum()
+    wave = np.exp(1j * angle)
+    parts = (weights * wave.conj()) @ vectors
+    rest = vectors - 2.0 * (wave[:, None] * parts).real
+    once = np.sqrt(2.0 * np.sum(np.abs(parts) ** 2))
+    return float(once), float(np.sqrt(weights @ np.sum(rest**2, axis=1)))
+
+
+def spectrum(step: float, vectors: Array) -> tuple[Array, Array]:
+    """Frequencies [Hz], and the size of the vibration at each.
+
+    Hann's window, the mean taken off; a sine on one axis of amplitude A, at one of the
+    frequencies, has there the size A / sqrt(2).
+
+    Args:
+        step: between rows [s], the same between all.
+        vectors: at least two rows.
+    """
+    rows = len(vectors)
+    window = 1.0 - np.cos(2.0 * np.pi * np.arange(rows) / rows)
+    lines = np.fft.rfft(window[:, None] * (vectors - vectors.mean(axis=0)), axis=0) / window.sum()
+    power = 2.0 * np.sum(np.abs(lines) ** 2, axis=1)
+    power[0] *= 0.5
+    if rows % 2 == 0:
+        power[-1] *= 0.5
+    return np.arange(len(power)) / (rows * step), np.asarray(np.sqrt(power))

@@ -1,0 +1,108 @@
+"""What the spindle is doing, seen from its speed: however it was told to, live or offline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.recording.colours import DARK, GREY, ORANGE, PURPLE, SKY, Colour
+from ab_sim.recording.layout import Array, scalar_columns
+from ab_sim.recording.windows import Windows
+
+HOP = 0.02
+"""s: how often the acceleration is taken, and over how long."""
+STILL, STEADY = 1e-3, 0.02
+"""Speeds that count as standstill, and changes within a second that count as none, as shares of
+the top speed."""
+PERIOD = "variable-speed period"
+PHASES: Mapping[str, Colour] = {
+    "standstill": DARK,
+    "speeding up": SKY,
+    PERIOD: ORANGE,
+    "steady": GREY,
+    "slowing down": PURPLE,
+}
+
+Sent = tuple[str, Array, Any]
+
+
+class SpindlePhase:
+    """Takes rows as they come.
+
+    Args:
+        channels: of the rows, ``speed`` [rad/s] among them.
+        top_speed: rad/s; None: not known.
+        period: of variable speed, as ``explain`` describes it. It is known by its speed and
+            acceleration, so that it need not be known when a live profile was started.
+    """
+
+    def __init__(
+        self,
+        channels: tuple[str, ...],
+        top_speed: float | None,
+        period: Mapping[str, float] | None,
+    ) -> None:
+        self._channels, self._period = channels, period
+        self._scale = top_speed or 1.0
+        self._windows = Windows(HOP, HOP)
+        self._phase = ""
+
+    def scenery(self) -> Iterator[tuple[str, Any]]:
+        """How it looks."""
+        yield (
+            "/state/spindle",
+            rr.StateConfiguration(
+                values=list(PHASES),
+                labels=["variable" if name == PERIOD else name for name in PHASES],
+                colors=list(PHASES.values()),
+            ),
+        )
+        if self._period is not None:
+            yield (
+                "/plot/speed/period",
+                rr.SeriesLines(names=PERIOD, colors=(*ORANGE, 110), widths=9.0),
+            )
+
+    def of(self, rows: Array) -> Iterator[Sent]:
+        """What the next rows make complete."""
+        changes, names, ends, within = [], [], [], []
+        for window in self._windows.of(rows):
+            if len(window) < 2:
+                continue
+            run = Trajectory(self._channels, window)
+            before, self._phase = self._phase, self.phase_of(run["time"], run["speed"])
+            if self._phase != before:
+                changes.append(window[0])
+                names.append(self._phase)
+            if PERIOD in (self._phase, before):
+                ends.append(window[-1])  # what is not a number ends the line
+                within.append(run["speed"][-1] if self._phase == PERIOD else np.nan)
+        if changes:
+            yield "/state/spindle", np.array(changes), rr.StateChange.columns(state=names)
+        if ends and self._period is not None:
+            yield "/plot/speed/period", np.array(ends), scalar_columns(np.array(within)[:, None])
+
+    def phase_of(self, time: Array, speed: Array) -> str:
+        """One of ``PHASES``, of a short stretch: times [s] and speeds [rad/s]."""
+        slope = (speed[-1] - speed[0]) / (time[-1] - time[0])
+        if np.max(np.abs(speed)) < STILL * self._scale:
+            return "standstill"
+        if self._period is not None and self._in_period(self._period, slope, speed):
+            return PERIOD
+        if not abs(slope) > STEADY * self._scale:
+            return "steady"
+        return "speeding up" if slope * speed[-1] > 0.0 else "slowing down"
+
+    def _in_period(self, period: Mapping[str, float], slope: float, speed: Array) -> bool:
+        apart = abs(period["around"] - period["acceleration"])
+        low, high = sorted((period["start_speed"], period["end_speed"]))
+        near = 2.0 * HOP * period["around"]
+        return bool(
+            abs(slope - period["acceleration"]) < 0.25 * apart
+            and speed.min() > low - near
+            and speed.max() < high + near
+        )

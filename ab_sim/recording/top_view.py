@@ -1,0 +1,127 @@
+"""The drive from above, to scale, in mm, turning with the rotor.
+
+Rerun's 2-D views have y downwards. The drawing negates y and all angles, so that on the screen y
+points upwards and angles grow anticlockwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from ab_sim.drive.balance import Balance
+from ab_sim.recording.apart import shrunk
+from ab_sim.recording.colours import BALANCED, GREY, UNBALANCE, WHITE, hue
+from ab_sim.recording.layout import Array
+from ab_sim.recording.vectors import Arrows
+
+Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there
+
+_SIDE = 1.35
+"""Half the side of the picture, as a share of the race's radius."""
+
+
+@dataclass(frozen=True)
+class TopView:
+    """What is drawn."""
+
+    race: float
+    """Radius of the circle on which the balls' centres run [mm]."""
+    radii: tuple[float, ...]
+    """Of the balls [mm]."""
+    arrows: Arrows | None
+    balance: Balance | None
+
+    def scenery(self) -> Parts:
+        """What stays: archetypes, logged once."""
+        r, widest = self.race, max(self.radii, default=0.0)
+        c, mark = 0.1 * r, 0.88 * r
+        cross = [[[-c, 0.0], [c, 0.0]], [[0.0, -c], [0.0, c]]]
+        yield "/top/rest", rr.LineStrips2D(cross, colors=WHITE, radii=0.006 * r)
+        yield "/top/rotor/race", _rings([0.0], [0.0], [r + widest], GREY, 0.012 * r)
+        unbalance = rr.Points2D([[mark, 0]], colors=UNBALANCE, radii=0.05 * r)
+        yield "/top/rotor/unbalance", unbalance
+        if self.radii:
+            colors = [hue(ball) for ball in range(len(self.radii))]
+            yield "/top/rotor/balls", rr.Points2D.from_fields(colors=colors)
+        if self.balance is not None:
+            angles = np.array(self.balance.angles)
+            yield (
+                "/top/rotor/balanced",
+                _rings(
+                    r * np.cos(angles),
+                    -r * np.sin(angles),
+                    1.25 * np.array(self.radii),
+                    BALANCED,
+                    0.014 * r,
+                ),
+            )
+        if self.arrows is not None:
+            yield (
+                "/top/rotor/vectors",
+                rr.Arrows2D.from_fields(colors=self.arrows.colors, radii=0.018 * r),
+            )
+            yield "/top/rotor/legend", self._legend(self.arrows)
+
+    def frames(self, angle: Array, place: Array, balls: Array) -> Parts:
+        """What moves: columns, one row per sample.
+
+        Args:
+            angle: of the spindle [rad], shape (rows,).
+            place: of the deck [mm], shape (rows, 2), or 3 in space.
+            balls: their angles [rad], shape (rows, balls).
+        """
+        rows, zero = len(angle), np.zeros_like(angle)
+        shaft = np.column_stack([place[:, 0], -place[:, 1], zero])
+        half = -0.5 * np.remainder(angle, 2 * np.pi)
+        spun = np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+        yield "/top/rotor", rr.Transform3D.columns(translation=shaft, quaternion=spun)
+        if self.radii:
+            places = self.race * np.stack([np.cos(balls), -np.sin(balls)], axis=-1)
+            drawn = shrunk(balls, self.race, self.radii)
+            points = rr.Points2D.columns(positions=places.reshape(-1, 2), radii=drawn.ravel())
+            yield "/top/rotor/balls", points.partition(np.full(rows, len(self.radii)))
+        if self.arrows is not None:
+            begin, way = self.arrows.drawn(balls)
+            arrows = rr.Arrows2D.columns(origins=_flat(begin), vectors=_flat(way))
+            yield "/top/rotor/vectors", arrows.partition(np.full(rows, begin.shape[1]))
+
+    def _legend(self, arrows: Arrows) -> Any:
+        """What the arrows are, in a corner: at the arrows themselves the words would overlap."""
+        labels, colors = list(arrows.labels), list(arrows.colors)
+        if self.balance is not None:
+            labels.append("balanced" if self.balance.residual == 0.0 else "best place")
+            colors.append(BALANCED)
+        rows = (-_SIDE + 0.12 + 0.17 * np.arange(len(labels))) * self.race
+        places = np.column_stack([np.full(len(labels), -1.12 * self.race), rows])
+        return rr.Points2D(
+            places, colors=colors, radii=0.03 * self.race, labels=labels, show_labels=True
+        )
+
+    def view(self) -> rrb.View:
+        """The view."""
+        span = [-_SIDE * self.race, _SIDE * self.race]
+        return rrb.Spatial2DView(
+            name="From above, turning with the rotor, to scale",
+            origin="/top/rotor",
+            contents=["$origin/**", "/top/rest"],
+            visual_bounds=rrb.VisualBounds2D(x_range=span, y_range=span),
+        )
+
+
+def _flat(points: Array) -> Array:
+    return np.column_stack([points.real.ravel(), -points.imag.ravel()])
+
+
+def _rings(x: Any, y: Any, radii: Any, color: Any, line: float) -> Any:
+    turn = np.linspace(0, 2 * np.pi, 121)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    rings = [
+        np.array([px, py]) + radius * circle for px, py, radius in zip(x, y, radii, strict=True)
+    ]
+    return rr.LineStrips2D(rings, colors=color, radii=line)

@@ -1,0 +1,62 @@
+"""The sum of unbalances as arrows: the rotor's, the balls' from its tip on, and what is left."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.drive.balance import resultant
+from ab_sim.recording.colours import RESIDUAL, RESULTANT, UNBALANCE
+from ab_sim.recording.explained import Explained
+from ab_sim.recording.layout import Array
+
+REACH = 0.62
+"""The longer one of the rotor's and the balls' greatest unbalance, as a share of the race's
+radius."""
+
+
+class Arrows(NamedTuple):
+    """The arrows of a drawing: M0 e, sum m_i R exp(i theta_i), and their sum."""
+
+    unbalance: float
+    """M0 e [kg m]."""
+    moments: Array
+    """m_i R [kg m], shape (balls,)."""
+    scale: float
+    """Length drawn per kg m."""
+
+    @classmethod
+    def of(cls, explained: Explained, race: float) -> Arrows | None:
+        """Those to draw in a race of that radius; None where there is no unbalance to speak of."""
+        if not explained.vectors:
+            return None
+        assert explained.unbalance is not None
+        longest = max(explained.unbalance, float(explained.moments.sum()))
+        return cls(explained.unbalance, explained.moments, REACH * race / longest)
+
+    @property
+    def labels(self) -> list[str]:
+        """What each is."""
+        return ["unbalance", "balls", "residual"] if len(self.moments) else ["unbalance"]
+
+    @property
+    def colors(self) -> list[tuple[int, int, int]]:
+        """One each."""
+        return [UNBALANCE, RESULTANT, RESIDUAL][: len(self.labels)]
+
+    def drawn(self, angles: Array) -> tuple[Array, Array]:
+        """Where the arrows begin, and what they are, on the rotor's axes, complex.
+
+        Args:
+            angles: of the balls from the unbalance [rad], shape (rows, balls).
+
+        Returns:
+            Two of shape (rows, arrows).
+        """
+        rotor = np.full(len(angles), self.scale * self.unbalance, dtype=complex)
+        none = np.zeros_like(rotor)
+        if not len(self.moments):
+            return none[:, None], rotor[:, None]
+        balls = self.scale * resultant(self.moments, angles)
+        return np.column_stack([none, rotor, none]), np.column_stack([rotor, balls, rotor + balls])

@@ -1,0 +1,109 @@
+"""What the deck's vibration is made of, while it goes on: size, once per revolution, spectrum."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.recording.colours import ORANGE, SKY, UNBALANCE
+from ab_sim.recording.layout import Array, scalar_columns
+from ab_sim.recording.plots import lines
+from ab_sim.recording.signals import once_per_turn, rms, spectrum
+from ab_sim.recording.windows import Windows
+
+HOP, SPAN = 0.05, 0.25
+"""s: how often sizes are taken, and of how long a stretch."""
+SPECTRUM_HOP, SPECTRUM_SPAN = 0.25, 0.5
+"""s: the same for spectra; the longer stretch parts neighbouring frequencies."""
+ORDERS, MOST_LINES = 5.0, 500
+"""A spectrum goes to so many times the top speed, and has at most so many lines."""
+FEWEST = 4
+"""Rows of a window that tell a size."""
+
+Sent = tuple[str, Array, Any]  # entity, the rows that say when, columns
+
+
+class Vibration:
+    """Takes rows as they come, and keeps of them what the next ones need.
+
+    Args:
+        channels: of the rows; ``ax``, ``ay`` [m/s^2] among them, and in space ``az``.
+        top_speed: rad/s; None: not known.
+    """
+
+    def __init__(self, channels: tuple[str, ...], top_speed: float | None) -> None:
+        self._channels = channels
+        self._reach = ORDERS * top_speed / (2.0 * np.pi) if top_speed else np.inf
+        self._sizes = Windows(SPAN, HOP)
+        self._spectrum_windows = Windows(SPECTRUM_SPAN, SPECTRUM_HOP)
+        self._frequencies = np.empty(0)
+
+    @staticmethod
+    def scenery() -> Iterator[tuple[str, Any]]:
+        """How curves look."""
+        yield (
+            "/plot/vibration/rms",
+            lines(["r.m.s. of all"], [2.5], colors=[ORANGE]),
+        )
+        names = ["once per turn", "the rest"]
+        yield "/plot/orders", lines(names, [2.5, 2.0], colors=[UNBALANCE, SKY])
+
+    def of(self, rows: Array) -> Iterator[Sent]:
+        """What the next rows make complete."""
+        ends, sizes, turning, orders = [], [], [], []
+        for window in self._sizes.of(rows):
+            if len(window) < FEWEST:
+                continue
+            run = Trajectory(self._channels, window)
+            ends.append(window[-1])
+            sizes.append(rms(run["time"], run.acceleration))
+            if (parts := once_per_turn(run["angle"], run.acceleration)) is not None:
+                turning.append(window[-1])
+                orders.append(parts)
+        if ends:
+            yield "/plot/vibration/rms", np.array(ends), scalar_columns(np.array(sizes)[:, None])
+        if turning:
+            yield "/plot/orders", np.array(turning), scalar_columns(np.array(orders))
+        yield from self._spectra(rows)
+
+    def _spectrum(self, window: Array) -> tuple[Array, float, Array] | None:
+        """Frequencies [Hz], the spindle's, and sizes; None where there is no spectrum to take."""
+        steps = np.diff(window[:, 0])
+        if len(window) < FEWEST or np.any(steps != steps[0]):
+            return None  # rows are missing, or were left out: none rather than a wrong one
+        run = Trajectory(self._channels, window)
+        length = run["time"][-1] - run["time"][0]
+        step = length / (len(window) - 1)
+        if length + 1.5 * step < SPECTRUM_SPAN or not np.isfinite(run.acceleration).all():
+            return None
+        frequencies, sizes = spectrum(step, run.acceleration)
+        shown = max(2, min(int(np.searchsorted(frequencies, self._reach)) + 1, MOST_LINES))
+        turning = abs(run["angle"][-1] - run["angle"][0]) / (2.0 * np.pi * length)
+        return frequencies[:shown], float(turning), sizes[:shown]
+
+    def _spectra(self, rows: Array) -> Iterator[Sent]:
+        for window in self._spectrum_windows.of(rows):
+            if (found := self._spectrum(window)) is None:
+                continue
+            frequencies, turning, sizes = found
+            near = np.abs(frequencies - turning) < 2.0 * frequencies[1]  # as wide as Hann's window
+            new = not np.array_equal(frequencies, self._frequencies)
+            self._frequencies = frequencies
+            for name, color, lit in (("once", UNBALANCE, near), ("rest", SKY, ~near)):
+                entity, drawn = f"/plot/spectrum/{name}", np.where(lit, sizes, 0.0)
+                if new:
+                    yield entity, window[-1:], _axis(frequencies, color)
+                yield entity, window[-1:], rr.BarChart.columns(values=[drawn])
+
+
+def _axis(frequencies: Array, color: Any) -> Any:
+    """All of a bar chart but its values: it stays until there is another one."""
+    width = np.full((1, len(frequencies)), frequencies[1] - frequencies[0])
+    whole = rr.BarChart.columns(
+        values=[frequencies], abscissa=[frequencies], widths=width, color=[color]
+    )
+    return [c for c in whole if c.component_descriptor().component != "BarChart:values"]

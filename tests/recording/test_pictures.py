@@ -1,0 +1,267 @@
+"""What the pictures of a run show, against the run itself."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from rerun.chunk import RrdReader
+from scipy.signal import periodogram
+
+from ab_sim.drive import Drive
+from ab_sim.drive.description import describe
+from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.recording import Recording, read_recording
+from ab_sim.recording.spindle_phase import PERIOD
+from ab_sim.scene import Scene, load_scene
+from tests.recording.runs import cells, still, views
+
+Array = NDArray[np.float64]
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """One that reaches, holds and leaves its critical speed within 1.5 s."""
+    return load_scene(
+        "thesis-hold",
+        [
+            "profile.acceleration=200",
+            "spindle.max_acceleration=200",
+            "profile.target_speed=150",
+            "profile.variable_speed_period.duration=0.4",
+            "start.ball_angles=[0.3, -0.4]",
+            "start.speed=10",
+        ],
+    )
+
+
+@pytest.fixture(scope="module")
+def run(scene: Scene) -> Trajectory:
+    return Drive(scene).advance(round(1.5 / scene.solver.step))
+
+
+@pytest.fixture(scope="module")
+def file(scene: Scene, run: Trajectory, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("pictures") / "run.rrd"
+    with Recording(path, description=describe(scene)) as recording:
+        recording.scalar("real_time_factor", 0.1, 1.0)
+        recording.block(run.channels, run.samples)
+    return path
+
+
+def curve(file: Path, entity: str) -> Array:
+    """Series of an entity, shape (rows, series)."""
+    return np.array(cells(file, entity, "Scalars:scalars"))
+
+
+def steps(file: Path, entity: str) -> Array:
+    found = [
+        chunk.to_record_batch()["step"].to_numpy()
+        for chunk in RrdReader(file).stream().to_chunks()
+        if chunk.entity_path == entity and not chunk.is_static
+    ]
+    return np.sort(np.concatenate(found))
+
+
+def test_channels_still_come_back_to_the_bit(file: Path, run: Trajectory) -> None:
+    back = read_recording(file)
+    assert back.channels == run.channels and back.complete
+    assert back.samples.tobytes() == run.samples.tobytes()
+
+
+def test_arrows_are_the_unbalances_and_their_sum(file: Path, run: Trajectory, scene: Scene) -> None:
+    """From above with y downwards; the ball's arrow begins at the tip of the rotor's."""
+    vectors = np.array(cells(file, "/top/rotor/vectors", "Arrows2D:vectors")) * [1.0, -1.0]
+    origins = np.array(cells(file, "/top/rotor/vectors", "Arrows2D:origins")) * [1.0, -1.0]
+    m, R = scene.balls.masses[0], scene.race.radius
+    rotor = scene.eccentric_mass * scene.rotor.eccentricity
+    theta = run.ball_angles
+    x, y = m * R * np.cos(theta).sum(axis=1), m * R * np.sin(theta).sum(axis=1)
+    scale = vectors[0, 0, 0] / rotor
+    np.testing.assert_allclose(vectors[:, 0], np.tile([scale * rotor, 0.0], (len(run), 1)))
+    np.testing.assert_allclose(vectors[:, 1], scale * np.column_stack([x, y]), atol=1e-5)
+    np.testing.assert_allclose(vectors[:, 2], vectors[:, 0] + vectors[:, 1], atol=1e-5)
+    np.testing.assert_allclose(origins[:, 1], vectors[:, 0], atol=1e-5)
+    assert not origins[:, [0, 2]].any()
+    space = np.array(cells(file, "/space/deck/rotor/vectors", "Arrows3D:vectors"))
+    np.testing.assert_allclose(space[..., :2], vectors, atol=1e-5)
+    assert not space[..., 2].any()
+
+
+def test_balls_on_the_rings_leave_no_unbalance(file: Path, scene: Scene) -> None:
+    rings = still(file, "/top/rotor/balanced", "LineStrips2D:strips")
+    centres = np.array([np.mean(ring[:-1], axis=0) for ring in rings]) * [1e-3, -1e-3]
+    assert np.hypot(*centres.T) == pytest.approx(scene.race.radius, rel=1e-6)
+    rotor = scene.eccentric_mass * scene.rotor.eccentricity
+    left = [rotor, 0.0] + np.array(scene.balls.masses) @ centres
+    np.testing.assert_allclose(left, 0.0, atol=1e-6 * rotor)
+    levels = curve(file, "/plot/balls/levels")
+    turned = np.sort(np.degrees(np.arctan2(centres[:, 1], centres[:, 0])) % 360.0) - 360.0
+    np.testing.assert_allclose(levels, np.tile([-180.0, *turned], (len(levels), 1)), atol=1e-4)
+
+
+def test_curves_of_each_sample(file: Path, run: Trajectory, scene: Scene) -> None:
+    forces = curve(file, "/plot/driving")
+    np.testing.assert_array_equal(forces, driving_forces(run, scene))
+    angles = curve(file, "/plot/balls/angles")
+    np.testing.assert_allclose(np.exp(1j * np.radians(angles)), np.exp(1j * run.ball_angles))
+    assert angles.min() >= -330.0 and angles.max() <= 30.0
+    M = scene.total_mass - scene.balls.total_mass
+    unbalance = scene.eccentric_mass * scene.rotor.eccentricity
+    k, c = scene.effects["suspension"]
+    w = run["speed"]
+    alone = np.abs(unbalance * w**2 / (k - M * w**2 + 1j * c * w)) / scene.rotor.eccentricity
+    np.testing.assert_allclose(curve(file, "/plot/whirl/alone")[:, 0], alone, rtol=1e-12)
+    assert set(curve(file, "/plot/speed/level")[:, 0]) == {scene.critical_speed}
+
+
+def test_running_rms_is_that_of_the_samples_before(file: Path, run: Trajectory) -> None:
+    found, at = curve(file, "/plot/vibration/rms")[:, 0], steps(file, "/plot/vibration/rms")
+    assert len(found) == 30
+    square = np.sum(run.acceleration**2, axis=1)
+    for step, value in zip(at, found, strict=True):
+        last = square[(run["step"] <= step) & (run["time"] > (step + 1) * 1e-3 - 0.2501)]
+        assert value == pytest.approx(np.sqrt(last.mean()), rel=2e-2)
+
+
+def test_what_comes_once_per_turn_and_the_rest(file: Path, run: Trajectory) -> None:
+    """By least squares, over all revolutions of the window: sines of the angle, and what is left.
+
+    While the whirl still grows the two weigh it differently; the window is the last one, at speed.
+    """
+    found, at = curve(file, "/plot/orders"), steps(file, "/plot/orders")
+    assert at[0] > 100, "none before there are two turns"
+    chosen = (run["step"] <= at[-1]) & (run["step"] > at[-1] - 250)
+    angle, vibration = run["angle"][chosen], run.acceleration[chosen]
+    turns = np.floor((angle[-1] - angle[0]) / (2 * np.pi))
+    share = (angle[-1] - angle) / (2 * np.pi * turns)
+    weight = np.sqrt(np.where(share < 1, 1 - np.cos(2 * np.pi * share), 0.0))
+    waves = np.column_stack([np.cos(angle), np.sin(angle)])
+    fit = np.linalg.lstsq(waves * weight[:, None], vibration * weight[:, None], rcond=None)[0]
+    once = np.sqrt(np.sum(fit**2) / 2)
+    rest = np.sum((vibration - waves @ fit) ** 2, axis=1)
+    np.testing.assert_allclose(found[-1, 0], once, rtol=2e-2)
+    np.testing.assert_allclose(
+        found[-1, 1], np.sqrt(np.average(rest, weights=weight**2)), rtol=5e-2
+    )
+
+
+def test_spectrum_is_scipys(file: Path, run: Trajectory) -> None:
+    at = steps(file, "/plot/spectrum/rest")
+    assert np.unique(at).tolist() == [749, 999, 1249, 1499]
+    parts = []
+    for name in ("once", "rest"):
+        values = cells(file, f"/plot/spectrum/{name}", "BarChart:values")
+        parts.append(np.array([cell[0]["buffer"] for cell in values], dtype=float))
+    (first,) = cells(file, "/plot/spectrum/rest", "BarChart:abscissa")[0]
+    frequencies, power = periodogram(
+        run.acceleration[(run["step"] > 499) & (run["step"] <= 999)],
+        fs=1e3, window="hann", scaling="spectrum", detrend="constant", axis=0,
+    )  # fmt: skip
+    shown = len(first["buffer"])
+    np.testing.assert_allclose(first["buffer"], frequencies[:shown], atol=1e-9)
+    whole = sum(parts)[1]
+    np.testing.assert_allclose(whole, np.sqrt(power.sum(axis=1))[:shown], rtol=1e-6, atol=1e-9)
+    assert frequencies[shown - 1] >= 5 * 150 / (2 * np.pi) > frequencies[shown - 3]
+    lit = frequencies[:shown][parts[0][1] > 0]
+    turning = (run["angle"][999] - run["angle"][500]) / (2 * np.pi * 0.499)
+    assert 3 <= len(lit) <= 4 and np.abs(lit - turning).max() < 4.0
+
+
+def test_the_spindle_s_phases_are_named(file: Path, run: Trajectory) -> None:
+    names = [cell[0] for cell in cells(file, "/state/spindle", "StateChange:state")]
+    assert names == ["speeding up", PERIOD, "speeding up", "steady"]
+    begins = steps(file, "/state/spindle") * 1e-3
+    np.testing.assert_allclose(begins, [0.0, 0.45, 0.85, 1.1], atol=0.03)
+    marked = curve(file, "/plot/speed/period")[:, 0]
+    np.testing.assert_allclose(marked[:-1], 100.0, atol=4.0)
+    assert np.isnan(marked[-1]), "the line ends"
+
+
+def moving(file: Path) -> dict[tuple[str, str], list[tuple[int, object]]]:
+    """Every cell that a file has, by entity and component, in order of step."""
+    found: dict[tuple[str, str], list[tuple[int, object]]] = {}
+    for chunk in RrdReader(file).stream().to_chunks():
+        if chunk.is_static:
+            continue
+        batch = chunk.to_record_batch()
+        when = "step" if "step" in batch.schema.names else "sim_time"
+        for name in batch.schema.names:
+            if ":" in name:
+                rows = zip(batch[when].to_pylist(), batch[name].to_pylist(), strict=True)
+                found.setdefault((chunk.entity_path, name), []).extend(rows)
+    return {key: sorted(rows, key=lambda row: row[0]) for key, rows in found.items()}
+
+
+@pytest.mark.parametrize("sizes", [[1, 190, 7]])
+def test_pictures_do_not_depend_on_how_samples_come_in(
+    scene: Scene, run: Trajectory, sizes: list[int], tmp_path: Path
+) -> None:
+    """To the bit, but for lines at one height, which reach from end to end, and rounding in sums.
+
+    In what order numpy adds depends on where in memory the numbers lie.
+    """
+    ends = np.cumsum(np.resize(sizes, len(run)))
+    for name, stops in (("whole", []), ("cut", ends[ends < len(run)])):
+        with Recording(tmp_path / name, description=describe(scene)) as recording:
+            for part in np.split(run.samples, stops):
+                recording.block(run.channels, part)
+                recording.flush()
+    whole, cut = moving(tmp_path / "whole"), moving(tmp_path / "cut")
+    assert whole.keys() == cut.keys() and len(whole) > 30
+    summed = ("/plot/vibration/rms", "/plot/orders", "/plot/spectrum/")
+    for key, rows in whole.items():
+        if key[0].startswith(summed):
+            assert [step for step, _ in cut[key]] == [step for step, _ in rows], key
+            for (_, one), (_, other) in zip(cut[key], rows, strict=True):
+                one, other = numbers(one), numbers(other)
+                np.testing.assert_allclose(one, other, rtol=0, atol=1e-13 * max(map(abs, other)))
+        elif not key[0].endswith(("/level", "/levels", "/real_time")):
+            # repr: what is no number is not equal to itself
+            assert repr(cut[key]) == repr(rows), key
+
+
+def numbers(cell: Any) -> list[float]:
+    """All that are in a cell."""
+    first = cell[0]
+    return list(first["buffer"]) if isinstance(first, dict) else cell
+
+
+def test_every_view_is_there_and_every_entity_in_it(file: Path) -> None:
+    """None of the views of the layout looks at what the file does not have."""
+    assert set(views(file)) >= {
+        "Drive in space: displacement to scale",
+        "From above, turning with the rotor, to scale",
+        "Spindle speed [rad/s]",
+        "What the spindle does",
+        "Whirl W/e [1], e = 0.1 mm",
+        "Ball angles from the unbalance [deg]",
+        "Driving force on the balls, forward positive [N]",
+        "Vibration, r.m.s. of the last 0.25 s [m/s²]",
+        "Vibration |a|, deck [m/s²]",
+        "Real-time factor [1]; 1 keeps up",
+        "What is seen",
+    }
+    reader = RrdReader(file)
+    entities = {chunk.entity_path for chunk in reader.stream().to_chunks()}
+    layouts = [reader.stream(store=store).to_chunks() for store in reader.blueprints()]
+    seen = 0
+    for chunk in (chunk for layout in layouts for chunk in layout):
+        batch = chunk.to_record_batch()
+        names = batch.schema.names
+        if "ViewBlueprint:space_origin" in names:
+            (origin,) = batch["ViewBlueprint:space_origin"].to_pylist()[-1]
+            seen += 1
+            if origin != "/events":  # this run has none
+                assert any((e + "/").startswith(origin + "/") for e in entities), origin
+        if "ViewContents:query" in names:
+            for query in batch["ViewContents:query"].to_pylist()[-1]:
+                wanted = query.removesuffix("/**")
+                if not wanted.startswith("$origin"):
+                    assert any((e + "/").startswith(wanted + "/") for e in entities), query
+    assert seen >= 12
+    styled = {e for e in entities if e.startswith("/plot/")}
+    moved = {entity for entity, _ in moving(file)}
+    assert styled <= moved, "what has a colour has values"

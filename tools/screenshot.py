@@ -1,0 +1,62 @@
+"""Take a picture of a recording, as Rerun's viewer shows it, on a machine without a screen.
+
+    .venv/bin/python tools/screenshot.py FILE.rrd PICTURE.png [TIME] [PAGE]
+
+docs/view.png is of a run by `ab-sim run balanced-start-up --rrd FILE.rrd`, at 1.35 s.
+
+TIME is in s, PAGE one of the viewer's pages, counted from 0. Needs Mesa's software renderer
+(Debian: mesa-vulkan-drivers).
+"""
+
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import rerun_cli
+from PIL import Image
+from rerun.experimental import ViewerClient
+
+from ab_sim.recording import read_recording
+from ab_sim.recording.blueprint import blueprint
+from ab_sim.recording.drawing import Drawing
+
+RENDERER = "/usr/share/vulkan/icd.d/lvp_icd.x86_64.json"
+SIZE = "1600x1000"
+
+
+def main(file: str, picture: str, at: str = "0", page: str = "0") -> None:
+    """Open a viewer, let it load, move it, take the picture."""
+    run = read_recording(file)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with tempfile.TemporaryDirectory() as folder:
+        layout = Path(folder) / "page.rbl"
+        wanted = blueprint(Drawing.of(run.description), list(run.scalars), page=int(page))
+        wanted.save("ab_sim", str(layout))
+        command = [str(Path(rerun_cli.__file__).parent / "rerun"), "--headless"]
+        command += ["--bind", "127.0.0.1", "--port", str(port), "--window-size", SIZE]
+        viewer = subprocess.Popen(
+            [*command, file, str(layout)], env=os.environ | {"VK_ICD_FILENAMES": RENDERER}
+        )
+        try:
+            time.sleep(8.0)
+            client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+            client.set_time("sim_time", duration=float(at), play_state="paused")
+            time.sleep(4.0)
+            client.save_screenshot(picture)
+            # Flat colours: a palette makes the file four times smaller.
+            with Image.open(picture) as image:
+                flat = image.convert("RGB").quantize(200, dither=Image.Dither.NONE)
+            flat.save(picture, optimize=True)
+        finally:
+            viewer.terminate()
+            viewer.wait()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
