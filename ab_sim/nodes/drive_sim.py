@@ -3,6 +3,7 @@
 import contextlib
 import threading
 import time
+import uuid
 from collections.abc import Iterator
 from typing import Any
 
@@ -112,7 +113,9 @@ class DriveSim(Node):
         self._warm_up()
         # Latched, and only now: who has read it knows that the drive is ready.
         accuracy = None if price is None else price.report()
-        self._description.publish(description_message(describe(scene, accuracy)))
+        # By its number, one that was started again is told from one that was heard of again.
+        run = {"run": uuid.uuid4().hex}
+        self._description.publish(description_message(describe(scene, accuracy) | run))
         chosen = scene.solver.stepper == AUTO or price is not None
         reason = f" ({self._health.stepper_chosen})" if chosen else ""
         what = ", ".join([f"{scene.balls.count} balls", *scene.effects, *scene.sensors])

@@ -1,30 +1,35 @@
 """`recorder`: streams every topic of a drive into a Rerun recording."""
 
+import contextlib
 import datetime
 import functools
 import math
+import tempfile
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rclpy.node import Node
 
 from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, topics
 from ab_msgs_py.samples import command_of, description_of, event_of, text_of
-from ab_sim.errors import RecordingError
+from ab_sim.errors import InputError, RecordingError
 from ab_sim.nodes.inbox import Inbox
 from ab_sim.nodes.parameters import declare, recording_file, refuse_undeclared
 from ab_sim.nodes.process import run_node
-from ab_sim.recording import Recording
+from ab_sim.nodes.recorded_files import RecordedFiles
 from ab_sim.recording.drawing import Drawing
+from ab_sim.viewing import Viewer
 
-WRITE_PERIOD = 0.2
+WRITE_PERIOD = 0.1
 """s between two batches; a recording that is killed or looked at is not older than this."""
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
 SILENCE = 5.0
 """s without a drive before the recorder says so."""
+NONE = "none"
+"""To the parameter ``view``: nobody watches."""
 
 
 class Recorder(Node):
@@ -32,25 +37,34 @@ class Recorder(Node):
 
     Between the two is an inbox of bounded length: a disk that is too slow costs the oldest
     messages, which are counted, and never the simulation its time. What is written, too, leaves
-    nothing in memory, so that a recording may go on for days.
+    nothing in memory, so that a recording may go on for days. A viewer is fed from the file, by
+    others, and is nothing that this one could wait for.
     """
 
     def __init__(self) -> None:
         super().__init__("recorder")
-        asked = declare(self, "path", "", ".rrd file; empty: recordings/<date>_<time>.rrd")
-        now = datetime.datetime.now()
-        self.path = recording_file(asked or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
+        path = declare(self, "path", "", ".rrd file; empty: recordings/<date>_<time>.rrd")
+        view = declare(
+            self, "view", NONE,
+            "where to watch: none, web, native, or a viewer that runs: rerun+http://HOST:PORT/proxy",
+        )  # fmt: skip
+        port = declare(
+            self, "web_port", 0, "of the web viewer's page; 0: any free", "1", (0, 65535)
+        )
+        keep = declare(self, "keep", True, "whether the file stays; false: only to watch")
         length = declare(
             self, "queue", 10_000, "messages of each topic kept while the disk is slow", "1",
             (10, 1e6),
         )  # fmt: skip
         refuse_undeclared(self)
-        self._recording: Recording | None = None
+        kept = self._kept_file(path, view, keep)
+        self._viewer = self._start_viewer(view, port)
+        self._for_now = contextlib.ExitStack()
+        file = kept or self._file_for_now()
+        self._files = RecordedFiles(file, self._viewer, self.get_logger())
         self._description: dict[str, Any] | None = None
-        self._files = 1
         self._time = 0.0
         self._levels: dict[str, Level] = {}
-        self._written = self._missing = 0  # in the files before this one
         self._malformed = 0
         self._ignored: dict[str, tuple[int, str]] = {}  # since the last report, by topic
 
@@ -67,27 +81,54 @@ class Recorder(Node):
         self._inbox = Inbox(self._write, length)
         for topic, _ in heard:
             topic.subscription(self, functools.partial(self._inbox.put, topic.name))
-        self.get_logger().info(f"recording to {self.path} as soon as a drive describes itself")
+        self.get_logger().info(f"recording to {file} as soon as a drive describes itself")
 
     def run(self, stopping: threading.Event) -> None:
         """Write what comes in until told to stop, then what is left.
 
         Raises:
-            RecordingError: the file cannot be written further; says how much it holds, which is
-                what the last diagnostics say, too.
+            RecordingError: samples came that are in no file; says how many, which is what the last
+                diagnostics say, too.
         """
         failed, text = True, "ended by an error"
         try:
             try:
                 self._write_until(stopping)
             finally:
-                self._close()
+                self._files.close()
             failed, text = False, ENDED
-        except RecordingError as error:
-            text = str(error)
-            raise
+            if self._files.lost:
+                failed, text = True, f"{self._files.lost} samples lost: {self._files.why_lost}"
+                raise RecordingError(text)
         finally:
             self._report(text, failed)
+            if self._viewer is not None:
+                self._viewer.close(leave_window=True)
+            self._for_now.close()
+
+    def _kept_file(self, path: str, view: str, keep: bool) -> Path | None:
+        if keep:
+            now = datetime.datetime.now()
+            return recording_file(path or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
+        if view == NONE:
+            raise InputError("parameter keep = False: goes with a parameter view other than none")
+        if path:
+            raise InputError(f"parameter path = {path!r}: nothing is kept; leave it out, or keep")
+        return None
+
+    def _file_for_now(self) -> Path:
+        folder = tempfile.TemporaryDirectory(prefix="ab_sim-live-")
+        return Path(self._for_now.enter_context(folder), "live.rrd")
+
+    def _start_viewer(self, view: str, port: int) -> Viewer | None:
+        if view == NONE:
+            return None
+        try:
+            viewer = Viewer(view, port)
+        except InputError as error:
+            raise InputError(f"parameter view = {view!r}: {error}") from error
+        self.get_logger().info(f"watch at {viewer.address}")
+        return viewer
 
     def _write_until(self, stopping: threading.Event) -> None:
         began = reported = time.monotonic()
@@ -97,7 +138,7 @@ class Recorder(Node):
             now = time.monotonic()
             if now - reported >= REPORT_PERIOD:
                 reported = now
-                self._report("recording" if self._recording else "waiting for a drive")
+                self._report("recording" if self._files.path else "waiting for a drive")
             if self._description is None and not warned and now - began > SILENCE:
                 warned = True
                 self.get_logger().warning(
@@ -114,8 +155,7 @@ class Recorder(Node):
             except MalformedMessage as error:
                 self._malformed += 1
                 self._ignored[topic] = self._ignored.get(topic, (0, ""))[0] + 1, str(error)
-        if self._recording is not None:
-            self._recording.flush()
+        self._files.flush()
 
     def _write_description(self, message: Any) -> None:
         description = description_of(message)
@@ -124,42 +164,32 @@ class Recorder(Node):
         except RecordingError as error:
             raise MalformedMessage(str(error)) from error
         if description != self._description:
-            self._close()
             self._description = description
-            self._open()
+            self._files.begin(description)
 
     def _write_block(self, message: Any) -> None:
         block = Block.of(message)
-        if self._recording is None or len(block.samples) == 0:
+        if self._description is None or len(block.samples) == 0:
             return
-        if self._description is not None and list(block.channels) != self._description.get(
-            "channels"
-        ):
+        if list(block.channels) != self._description.get("channels"):
             raise MalformedMessage(f"vibration/block has the channels {block.channels}")
-        if not np.isfinite(block.samples[:, 1]).all():
-            raise MalformedMessage("vibration/block: time must be finite")
-        if block.samples[0, 0] <= self._recording.last_step:
-            # The drive was reset; a recording's steps only grow, so begin another one.
-            self._close()
-            self._open()
-        self._recording.block(block.channels, block.samples)
+        self._files.block(block.channels, block.samples)
         self._time = block.samples[-1, 1]
 
     def _write_command(self, message: Any) -> None:
-        if self._recording is not None:
-            self._recording.scalar("commands_received", self._time, command_of(message))
+        self._files.scalar("commands_received", self._time, command_of(message))
 
     def _write_health(self, message: Any) -> None:
         for health in Health.all_of(message):
             if health.namespace != self.get_namespace():
                 continue
             factor = _number(health.values.get("real-time factor", "nan"))
-            if self._recording is not None and math.isfinite(factor):
-                self._recording.scalar("real_time_factor", self._time, factor)
+            if math.isfinite(factor):
+                self._files.scalar("real_time_factor", self._time, factor)
             changed = self._levels.get(health.node, Level.OK) is not health.level
             self._levels[health.node] = health.level
-            if self._recording is not None and changed:
-                self._recording.event(
+            if changed:
+                self._files.event(
                     self._time,
                     f"{health.node}: {health.message}",
                     "INFO" if health.level is Level.OK else health.level.name,
@@ -167,57 +197,45 @@ class Recorder(Node):
                 )
 
     def _write_status(self, message: Any) -> None:
-        if self._recording is not None:
-            self._recording.event(self._time, f"profile: {text_of(message)}", "INFO", "profile")
+        self._files.event(self._time, f"profile: {text_of(message)}", "INFO", "profile")
 
     def _write_event(self, message: Any) -> None:
-        if self._recording is not None:
-            _, level, node, text = event_of(message)
-            if "/" + node.rpartition(".")[0].replace(".", "/") != self.get_namespace():
-                return
-            self._recording.event(self._time, f"{node}: {text}", level, "log")
-
-    def _open(self) -> None:
-        assert self._description is not None
-        path = self.path
-        while path.exists():
-            # Nothing that was recorded is ever overwritten.
-            self._files += 1
-            path = self.path.with_stem(f"{self.path.stem}-{self._files}")
-        self._recording = Recording(path, description=self._description, index=False)
-        self.get_logger().info(f"recording to {path}")
-
-    def _close(self) -> None:
-        if (recording := self._recording) is None:
+        _, level, node, text = event_of(message)
+        if "/" + node.rpartition(".")[0].replace(".", "/") != self.get_namespace():
             return
-        try:
-            recording.close()
-            self.get_logger().info(
-                f"wrote {recording.path}: {recording.rows_written} samples, "
-                f"{recording.missing} missing"
-            )
-        finally:
-            self._recording = None
-            self._written += recording.rows_written
-            self._missing += recording.missing
+        self._files.event(self._time, f"{node}: {text}", level, "log")
 
     def _report(self, text: str, failed: bool = False) -> None:
-        now = self._recording
+        files, viewer = self._files, self._viewer
         dropped = {topic: count for topic, count in self._inbox.dropped.items() if count}
-        missing = self._missing + (now.missing if now else 0)
-        lost = missing or dropped or self._malformed
         values = {
-            "file": str(now.path) if now else "",
-            "samples written": self._written + (now.rows_written if now else 0),
-            "samples missing": missing,
+            "file": files.path,
+            "samples written": files.written,
+            "samples missing": files.missing,
+            "samples lost": files.lost,
             "messages dropped": sum(dropped.values()),
             **{f"messages dropped, {topic}": count for topic, count in dropped.items()},
             "messages malformed": self._malformed,
             "messages waiting": len(self._inbox),
         }
+        level = Level.OK
+        if files.missing or files.lost or dropped or self._malformed:
+            level = Level.WARN
+        if viewer is not None:
+            values |= {
+                "viewer": viewer.address,
+                "viewer state": viewer.state,
+                "viewer restarts": viewer.restarts,
+                "viewer process": viewer.process or "",
+                "bytes not viewed yet": viewer.waiting,
+            }
+            if viewer.trouble:
+                level, text = Level.WARN, f"{text}; viewer {viewer.state}"
+        if failed or files.trouble:
+            level, text = Level.ERROR, files.trouble if files.trouble and not failed else text
         health = Health(
             self.get_fully_qualified_name(),
-            Level.ERROR if failed else Level.WARN if lost else Level.OK,
+            level,
             text,
             {key: str(value) for key, value in values.items()},
         )

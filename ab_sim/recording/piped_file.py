@@ -81,6 +81,12 @@ class PipedFile:
         with contextlib.suppress(OSError):  # a device, say
             self._file.truncate(self._whole)
 
+    def remove(self) -> None:
+        """Of a file in which nothing came to be: take it away."""
+        with contextlib.suppress(OSError):
+            if stat.S_ISREG(os.fstat(self._file.fileno()).st_mode) and not self._loss():
+                self._path.unlink()
+
     def _pump(self) -> None:
         poll = select.poll()
         poll.register(self._pipe)

@@ -38,7 +38,8 @@ class Recording:
 
     An existing file is replaced. Use it from one thread at a time. Every method raises
     `RecordingError`. After a write error (disk full, file gone) all but `close` raise it again,
-    and the file is cut back to the last batch that was written whole, so that it stays readable.
+    and the file is cut back to the last batch that was written whole, so that it stays readable;
+    one that would hold no samples is removed.
     What is given is collected until there are `BATCH_ROWS` of it, or until `flush`: who records
     live calls that now and then, and what comes in between is what a killed recording loses.
 
@@ -70,6 +71,7 @@ class Recording:
         self._error: RecordingError | None = None
         self._closed = False
         self._drawing = Drawing.of(description)
+        self._step = _positive(description.get("step"))
         text = self._drawing.document(description)
         self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
         self._file = PipedFile(self.path, self._stream, index)
@@ -79,6 +81,11 @@ class Recording:
         for entity, archetype in self._drawing.scenery():
             self._static(entity, archetype)
         self.flush()
+
+    @property
+    def failed(self) -> bool:
+        """Whether it cannot be written further."""
+        return self._error is not None
 
     def __enter__(self) -> Recording:
         return self
@@ -212,7 +219,7 @@ class Recording:
             if noted:
                 times, values = zip(*noted, strict=True)
                 columns = rr.Scalars.columns(scalars=values)
-                self._send(entity_path("run", name), index_columns(times), columns)
+                self._send(entity_path("run", name), self._index(times), columns)
                 noted.clear()
         for source, happened in self._events.items():
             if happened:
@@ -220,7 +227,7 @@ class Recording:
                 columns = rr.TextLog.columns(text=texts, level=levels)
                 self._send(
                     entity_path("events", source),
-                    index_columns(times),
+                    self._index(times),
                     [*columns, *rr.AnyValues.columns(source=[source] * len(times))],
                 )
         self._blocks.clear()
@@ -243,6 +250,12 @@ class Recording:
         for entity, part in self._drawing.frames(angle, place, turn, balls):
             self._send(entity, index, part)
 
+    def _index(self, times: Sequence[float]) -> list[rr.TimeColumn]:
+        """The timelines for what has a time, and the step that it fell into."""
+        if self._step is None:
+            return index_columns(times)
+        return index_columns(times, np.rint(np.asarray(times) / self._step))
+
     def _columns(self, rows: Array, names: Sequence[str]) -> Array:
         return rows[:, [self._channels.index(name) for name in names if name in self._channels]]
 
@@ -259,8 +272,15 @@ class Recording:
             self._file.cut()
         if isinstance(reason, OSError):  # otherwise the disk hangs, and so would this
             self._stream.disconnect()
+            if not self.rows_written:
+                self._file.remove()
         self._error = RecordingError(
             f"recording stopped: {self.path} holds {self.rows_written} of {self.rows} rows and "
             f"cannot be written further: {reason}"
         )
         return self._error
+
+
+def _positive(value: object) -> float | None:
+    """The value, if it is a number above 0."""
+    return float(value) if isinstance(value, (int, float)) and 0.0 < value < np.inf else None

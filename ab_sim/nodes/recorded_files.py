@@ -1,0 +1,169 @@
+"""The files of a recorder, one after the other, and what is missing in them."""
+
+import contextlib
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.impl.rcutils_logger import RcutilsLogger
+
+from ab_msgs_py import MalformedMessage
+from ab_sim.errors import RecordingError
+from ab_sim.recording import Recording
+from ab_sim.viewing import Viewer
+
+RETRY = 1.0
+"""s between two attempts to begin a file."""
+
+
+class RecordedFiles:
+    """What a recorder writes, shown while it grows.
+
+    A file ends, and another begins, when the drive is reset or started again, and when the file
+    cannot be written further.
+
+    Args:
+        path: of the first file; those after it get numbers, and so does the first one if there is
+            a file already: nothing that was recorded is ever overwritten.
+        viewer: shown the files as they grow.
+        logger: told of files.
+    """
+
+    def __init__(self, path: Path, viewer: Viewer | None, logger: RcutilsLogger) -> None:
+        self._path, self._viewer, self._logger = path, viewer, logger
+        self._number = 1
+        self._description: Mapping[str, Any] | None = None
+        self._recording: Recording | None = None
+        self._next: int | None = None  # step; None: none was heard
+        self._restarted = False  # and no block was heard since
+        self._tried = 0.0
+        self._written = self._lost = 0  # in the files before this one
+        self.missing = 0
+        """Steps that nobody brought: between two that were, and from 0 on after a reset."""
+        self.trouble = ""
+        """Why nothing is written, if so."""
+        self.why_lost = ""
+        """The last reason for which something was not."""
+
+    @property
+    def path(self) -> str:
+        """Of the file that is written, or nothing."""
+        return "" if self._recording is None else str(self._recording.path)
+
+    @property
+    def written(self) -> int:
+        """Samples that are in files."""
+        return self._written + (self._recording.rows_written if self._recording else 0)
+
+    @property
+    def lost(self) -> int:
+        """Samples that came and are in no file, nor will be."""
+        return self._lost
+
+    def begin(self, description: Mapping[str, Any]) -> None:
+        """A drive describes itself, for the first time or after it was started again."""
+        self.close()
+        self._restarted = self._description is not None
+        self._description = description
+        self._open()
+
+    def block(self, channels: Sequence[str], samples: NDArray[np.float64]) -> None:
+        """Take samples, of which there are some.
+
+        Raises:
+            MalformedMessage: steps are not whole, or do not grow, or a time is not finite.
+        """
+        if self._description is None:
+            return
+        steps = samples[:, 0]
+        if not np.isfinite(samples[:, :2]).all():
+            raise MalformedMessage("vibration/block: step and time must be finite")
+        if (steps != np.rint(steps)).any() or (np.diff(steps) <= 0).any() or steps[0] < 0:
+            raise MalformedMessage("vibration/block: steps must be whole and grow from row to row")
+        first, last = int(steps[0]), int(steps[-1])
+        expected = first if self._next is None else self._next
+        if self._restarted and first != expected:  # blocks may overtake the description
+            expected = 0
+        elif first < expected:
+            # The drive was reset; a recording's steps only grow.
+            self.close()
+            self._open()
+            expected = 0
+        self._restarted = False
+        self.missing += last + 1 - expected - len(samples)
+        self._next = last + 1
+        if self._recording is None:
+            self._lost += len(samples)
+        else:
+            self._write(lambda recording: recording.block(channels, samples))
+
+    def scalar(self, name: str, time: float, value: float) -> None:
+        """Note a number, as `Recording.scalar`."""
+        self._write(lambda recording: recording.scalar(name, time, value))
+
+    def event(self, time: float, text: str, level: str, source: str) -> None:
+        """Note what happened, as `Recording.event`."""
+        self._write(lambda recording: recording.event(time, text, level, source))
+
+    def flush(self) -> None:
+        """Write what was taken; where nothing can be written, try another file now and then."""
+        self._write(lambda recording: recording.flush())
+        waiting = self._description is not None and self._recording is None
+        if waiting and time.monotonic() - self._tried >= RETRY:
+            self._open()
+
+    def close(self) -> None:
+        """End the file, if there is one."""
+        self._write(lambda recording: recording.close())
+        if (recording := self._recording) is not None:
+            self._leave(recording)
+
+    def _open(self) -> None:
+        assert self._description is not None
+        self._tried = time.monotonic()
+        path = self._path
+        while path.exists():
+            self._number += 1
+            path = self._path.with_stem(f"{self._path.stem}-{self._number}")
+        with contextlib.suppress(OSError):  # the next line will say it
+            path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            self._recording = Recording(path, description=self._description, index=False)
+        except RecordingError as error:
+            self._complain(str(error))
+            return
+        self.trouble = ""
+        self._logger.info(f"recording to {path}")
+        if self._viewer is not None:
+            self._viewer.feed(path)
+
+    def _write(self, write: Callable[[Recording], None]) -> None:
+        if (recording := self._recording) is None:
+            return
+        try:
+            write(recording)
+        except RecordingError as error:
+            if not recording.failed:
+                raise
+            self._complain(str(error))
+            self._leave(recording)
+
+    def _leave(self, recording: Recording) -> None:
+        self._recording = None
+        self._written += recording.rows_written
+        lost = recording.rows - recording.rows_written
+        self._lost += lost
+        self._logger.info(
+            f"wrote {recording.path}: {recording.rows_written} samples, {recording.missing} missing"
+            + (f", {lost} lost" if lost else "")
+        )
+        if self._viewer is not None:
+            self._viewer.finish(recording.path)
+
+    def _complain(self, trouble: str) -> None:
+        if trouble != self.trouble:
+            self._logger.error(f"{trouble}; trying another file every {RETRY:g} s")
+        self.trouble = self.why_lost = trouble
