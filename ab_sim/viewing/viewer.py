@@ -66,16 +66,16 @@ class Viewer:
         self._native = view == NATIVE
         self._command: list[str] | None = None  # None: somebody else's
         if view in (WEB, NATIVE):
-            self._proxy = Proxy(LOOPBACK, free_port())
-            self._command = ["--bind", LOOPBACK, "--port", str(self._proxy.port)]
+            self.proxy = Proxy(LOOPBACK, free_port())
+            self._command = ["--bind", LOOPBACK, "--port", str(self.proxy.port)]
             self._command += ["--memory-limit", memory, "--server-memory-limit", memory]
         else:
-            self._proxy = Proxy.of(view)
-        self.address = self._proxy.url
+            self.proxy = Proxy.of(view)
+        self.address = self.proxy.url
         if view == WEB and self._command:
             page = free_port(port)
             self._command += ["--serve-web", "--web-viewer-port", str(page)]
-            self.address = self._proxy.page(page)
+            self.address = self.proxy.page(page)
         self._program = Program()
         self._server: Started | None = None
         self._state, self._shown, self._gone = STARTED, False, False
@@ -157,7 +157,7 @@ class Viewer:
         if self._command and (self._server is None or self._server.process.poll() is not None):
             self._start()
             return
-        answer = self._proxy.ask()
+        answer = self.proxy.ask()
         if answer is Answer.HERE:
             self._shown = self._came_up = True
             self._state = "showing"
@@ -204,7 +204,7 @@ class Viewer:
                     feed.stop()
                     feed = None
                 if feed is None:
-                    self._files[path] = Feed(path, *self._proxy, self._program)
+                    self._files[path] = Feed(path, *self.proxy, self._program)
 
     def _unplug(self) -> None:
         with self._lock:
