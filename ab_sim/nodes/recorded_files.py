@@ -121,13 +121,16 @@ class RecordedFiles:
         if (recording := self._recording) is not None:
             self._leave(recording)
 
+    @property
+    def _numbered(self) -> Path:
+        number = f"-{self._number}" if self._number > 1 else ""
+        return self._path.with_stem(f"{self._path.stem}{number}")
+
     def _open(self) -> None:
         assert self._description is not None
         self._tried = time.monotonic()
-        path = self._path
-        while path.exists():
+        while (path := self._numbered).exists():
             self._number += 1
-            path = self._path.with_stem(f"{self._path.stem}-{self._number}")
         with contextlib.suppress(OSError):  # the next line will say it
             path.parent.mkdir(parents=True, exist_ok=True)
         try:

@@ -82,9 +82,10 @@ class PipedFile:
             self._file.truncate(self._whole)
 
     def remove(self) -> None:
-        """Of a file in which nothing came to be: take it away."""
+        """Take the file away, if it is still there and a file."""
         with contextlib.suppress(OSError):
-            if stat.S_ISREG(os.fstat(self._file.fileno()).st_mode) and not self._loss():
+            file = os.fstat(self._file.fileno())
+            if stat.S_ISREG(file.st_mode) and os.path.samestat(self._path.stat(), file):
                 self._path.unlink()
 
     def _pump(self) -> None:

@@ -15,6 +15,8 @@ from ab_sim.recording import read_recording
 from tests.recording.runs import describe, run
 
 if TYPE_CHECKING:
+    from subprocess import Popen
+
     from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros
@@ -35,6 +37,15 @@ def wait_for_samples(fleet: "Fleet", more: int = 100) -> None:
     fleet.until(lambda: number(fleet, "samples written") >= goal, f"{more} more samples")
 
 
+def start(fleet: "Fleet", **parameters: object) -> "Popen[bytes]":
+    """A recorder, and a drive that begins when it is heard; the recorder's process."""
+    recorder = fleet.start("recorder", **parameters)
+    fleet.start("drive_sim", scene="thesis-hold", start_paused=True)
+    fleet.until(lambda: fleet.value("recorder", "file"), "the recorder has a drive")
+    assert fleet.call("drive_sim/pause", False)[0]
+    return recorder
+
+
 # --- the viewer -----------------------------------------------------------------------------
 
 
@@ -44,8 +55,7 @@ def test_viewer_stopped_killed_and_shown_again(fleet: "Fleet", tmp_path: Path) -
     def viewer() -> str:
         return fleet.value("recorder", "viewer state")
 
-    fleet.start("recorder", path=file, view="web")
-    fleet.start("drive_sim", scene="thesis-hold")
+    start(fleet, path=file, view="web")
     fleet.until(lambda: viewer() == "showing", "a viewer")
     assert fleet.value("recorder", "viewer") in fleet.log("recorder")
     first = number(fleet, "viewer process")
@@ -96,8 +106,7 @@ def test_no_screen_no_viewer_there_and_no_file_kept(
 def test_disk_full_and_room_again(fleet: "Fleet", tmp_path: Path) -> None:
     """A real write error: the kernel lets its files grow no further, and later again."""
     file = tmp_path / "run.rrd"
-    process = fleet.start("recorder", path=file)
-    fleet.start("drive_sim", scene="thesis-hold")
+    process = start(fleet, path=file)
     wait_for_samples(fleet)
     unlimited = resource.prlimit(process.pid, resource.RLIMIT_FSIZE)
     resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1000, unlimited[1]))
@@ -121,8 +130,7 @@ def test_disk_full_and_room_again(fleet: "Fleet", tmp_path: Path) -> None:
 
 def test_file_deleted_with_its_folder(fleet: "Fleet", tmp_path: Path) -> None:
     file = tmp_path / "runs" / "run.rrd"
-    fleet.start("recorder", path=file)
-    fleet.start("drive_sim", scene="thesis-hold")
+    start(fleet, path=file)
     wait_for_samples(fleet)
     file.unlink()
     file.parent.rmdir()
@@ -138,8 +146,7 @@ def test_file_deleted_with_its_folder(fleet: "Fleet", tmp_path: Path) -> None:
 
 def test_killed_recorder_leaves_what_it_said_was_written(fleet: "Fleet", tmp_path: Path) -> None:
     file = tmp_path / "run.rrd"
-    fleet.start("recorder", path=file, view="web")
-    fleet.start("drive_sim", scene="thesis-hold")
+    start(fleet, path=file, view="web")
     wait_for_samples(fleet, 1000)
     fleet.until(lambda: fleet.value("recorder", "viewer process"), "a viewer")
     viewer = Path("/proc", fleet.value("recorder", "viewer process"))
