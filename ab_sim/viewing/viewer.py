@@ -17,7 +17,7 @@ TURN = 0.25
 """s between two looks at the viewer."""
 STARTING = 30.0
 """s for a viewer to come up; on a busy machine with a slow disk."""
-STARTED = "starting"
+STARTED, CLOSED = "starting", "closed by its user"
 SETTLED = 2.0
 """s; what ends before it was up for so long would only end again."""
 ENDING = 2.0
@@ -96,12 +96,17 @@ class Viewer:
     @property
     def trouble(self) -> bool:
         """Whether it should show what it is fed, and does not."""
-        return not self._shown and self._state != STARTED
+        return not self._shown and self._state not in (STARTED, CLOSED)
 
     @property
     def gone(self) -> bool:
         """Whether it has ended and will not be started again."""
         return self._gone
+
+    @property
+    def closed_by_user(self) -> bool:
+        """Whether it has gone because its window was closed."""
+        return self._state == CLOSED
 
     @property
     def waiting(self) -> int:
@@ -175,7 +180,7 @@ class Viewer:
             self._unplug()
             code, complaint = self._server.process.returncode, self._server.complaint
             if self._native and code == 0:
-                self._give_up("closed by its user")
+                self._give_up(CLOSED)
                 return
             if time.monotonic() - self._began < SETTLED:
                 self._give_up(f"could not start: {complaint or f'exit code {code}'}")
