@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ab_sim.errors import InputError
 from ab_sim.viewing.feed import Feed
+from ab_sim.viewing.page import Page
 from ab_sim.viewing.program import Program, Started, screens
 from ab_sim.viewing.proxy import LOOPBACK, Answer, Proxy, free_port
 
@@ -72,10 +73,12 @@ class Viewer:
         else:
             self.proxy = Proxy.of(view)
         self.address = self.proxy.url
+        self._page: Page | None = None
         if view == WEB and self._command:
-            page = free_port(port)
-            self._command += ["--serve-web", "--web-viewer-port", str(page)]
-            self.address = self.proxy.page(page)
+            behind = free_port()
+            self._command += ["--serve-web", "--web-viewer-port", str(behind)]
+            self._page = Page(free_port(port), behind, f"http://{LOOPBACK}:{self.proxy.port}")
+            self.address = self.proxy.page(self._page.port)
         self._program = Program()
         self._server: Started | None = None
         self._state, self._shown, self._gone = STARTED, False, False
@@ -142,6 +145,8 @@ class Viewer:
         self._closing.set()
         self._thread.join()
         self._program.close()
+        if self._page is not None:
+            self._page.close()
 
     def _watch(self) -> None:
         # What is started is tied to this thread, so it is started and ended here.
