@@ -63,7 +63,7 @@ def until(condition: Callable[[], bool], what: str) -> None:
 def drawn(screen: Screen) -> bool:
     """Whether balls, unbalance and curves are there, in the colours in which they are drawn."""
     pixels = screen.pixels()
-    return all(like(pixels, color).sum() > 40 for color in (*_HUES[:2], _RED))
+    return all(like(pixels, color).sum() > 20 for color in (*_HUES[:2], _RED))
 
 
 def test_shows_the_views_of_a_drive_that_runs(running: str) -> None:
