@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -124,7 +125,9 @@ class Client:
         with tempfile.NamedTemporaryFile(suffix=".rrd") as copy:
             copy.write(part)
             copy.flush()
-            chunks = RrdReader(copy.name).stream().to_chunks()
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # it warns of every file without an index
+                chunks = RrdReader(copy.name).stream().to_chunks()
         times = [
             chunk.to_record_batch()["sim_time"].to_numpy(zero_copy_only=False).astype(float).max()
             for chunk in chunks
@@ -165,6 +168,7 @@ def resident(process: subprocess.Popen[bytes]) -> float:
 
 def measure(watch: Watch, folder: Path, seconds: float) -> dict[str, Any]:
     """The recorder beside a drive that runs, with a viewer."""
+    print(f"recording for {seconds:g} s ...", file=sys.stderr)
     recorder = start("recorder", {"path": str(folder / "run.rrd"), "view": "web"})
     mine = lambda: watch.values.get("recorder", {})  # noqa: E731
     watch.until(lambda: mine().get("viewer state") == "showing" and mine()["file"], "a viewer")
@@ -204,6 +208,7 @@ def compare(watch: Watch, folder: Path, rounds: int) -> dict[str, list[dict[str,
     found: dict[str, list[dict[str, float]]] = {"without": [], "with": []}
     for number in range(rounds):
         for kind in found:
+            print(f"{kind} recorder, {number + 1} of {rounds} ...", file=sys.stderr)
             recorder = None
             if kind == "with":
                 watch.values.pop("recorder", None)

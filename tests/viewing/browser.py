@@ -48,7 +48,7 @@ def like(pixels: NDArray[np.float64], color: tuple[int, int, int]) -> NDArray[np
 
 
 @contextmanager
-def browser(width: int = 800, height: int = 520) -> Iterator[Screen]:
+def browser(width: int = 640, height: int = 420) -> Iterator[Screen]:
     """A browser that is closed in the end."""
     found = shutil.which("chromium") or shutil.which("chromium-browser")
     assert found, f"Chromium is missing: run {Path('tools/install-browser')}"

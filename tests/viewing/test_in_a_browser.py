@@ -25,6 +25,7 @@ def running() -> Iterator[str]:
     """The address of the viewer of a drive that runs."""
     pytest.importorskip("rclpy", reason="needs ROS 2")
     command = [sys.executable, "-m", "ab_sim", "live", "balanced-start-up", "--view", "web"]
+    command += ["--set", "solver.step=0.004"]  # a picture drawn by software leaves little time
     live = subprocess.Popen(
         [*command, "--for", "3600"],
         stdout=subprocess.PIPE,
@@ -58,6 +59,7 @@ def until(condition: Callable[[], bool], what: str) -> None:
     end = time.monotonic() + DEADLINE
     while not condition():
         assert time.monotonic() < end, what
+        time.sleep(1.0)
 
 
 def drawn(screen: Screen) -> bool:
