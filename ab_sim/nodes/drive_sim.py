@@ -24,7 +24,7 @@ from ab_sim.nodes.commands import Commands
 from ab_sim.nodes.drive_health import DriveHealth, Tolerance
 from ab_sim.nodes.observed import Observed
 from ab_sim.nodes.pacing import Pacer
-from ab_sim.nodes.parameters import declare, refuse_undeclared, whole_ratio
+from ab_sim.nodes.parameters import close_parameters, declare, whole_ratio
 from ab_sim.nodes.process import run_node
 from ab_sim.scene import load_scene
 
@@ -76,7 +76,7 @@ class DriveSim(Node):
             (0.0, 0.5),
         )
         self._paused = declare(self, "start_paused", False, "wait for ~/pause with false")
-        refuse_undeclared(self)
+        close_parameters(self)
 
         scene = load_scene(name, filter(None, changes))
         if scene.accuracy is not None:

@@ -40,6 +40,9 @@ class RecordedFiles:
         self._next: int | None = None  # step; None: none was heard
         self._restarted = False  # and no block was heard since
         self._tried = 0.0
+        self._time = 0.0  # of the newest sample [s]
+        self._states: dict[str, str] = {}
+        self._standing: dict[tuple[str, str], str] = {}  # by source and what it is about: text
         self._written = self._lost = 0  # in the files before this one
         self.missing = 0
         """Steps that nobody brought: between two that were, and from 0 on after a reset."""
@@ -89,12 +92,13 @@ class RecordedFiles:
             expected = 0
         elif first < expected:
             # The drive was reset; a recording's steps only grow.
+            self._time = samples[0, 1]
             self.close()
             self._open()
             expected = 0
         self._restarted = False
         self.missing += last + 1 - expected - len(samples)
-        self._next = last + 1
+        self._next, self._time = last + 1, samples[-1, 1]
         if self._recording is None:
             self._lost += len(samples)
         else:
@@ -107,6 +111,17 @@ class RecordedFiles:
     def event(self, time: float, text: str, level: str, source: str) -> None:
         """Note what happened, as `Recording.event`."""
         self._write(lambda recording: recording.event(time, text, level, source))
+
+    def state(self, name: str, time: float, state: str) -> None:
+        """Note a state, as `Recording.state`, and again at the beginning of every further file."""
+        if self._states.get(name) != state:
+            self._states[name] = state
+            self._write(lambda recording: recording.state(name, time, state))
+
+    def standing(self, about: str, time: float, text: str, source: str) -> None:
+        """Note what holds for long, in this file and at the beginning of every further one."""
+        self._standing[source, about] = text
+        self.event(time, text, "INFO", source)
 
     def flush(self) -> None:
         """Write what was taken; where nothing can be written, try another file now and then."""
@@ -139,6 +154,10 @@ class RecordedFiles:
             self._complain(str(error))
             return
         self.trouble = ""
+        for name, state in self._states.items():
+            self._recording.state(name, self._time, state)
+        for (source, _), text in self._standing.items():
+            self._recording.event(self._time, text, "INFO", source)
         self._logger.info(f"recording to {path}")
         if self._viewer is not None:
             self._viewer.feed(path)

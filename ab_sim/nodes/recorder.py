@@ -16,7 +16,7 @@ from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, topics
 from ab_msgs_py.samples import command_of, description_of, event_of, text_of
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.nodes.inbox import Inbox
-from ab_sim.nodes.parameters import declare, recording_file, refuse_undeclared
+from ab_sim.nodes.parameters import PARAMETERS, close_parameters, declare, recording_file
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.recorded_files import RecordedFiles
 from ab_sim.recording.drawing import Drawing
@@ -56,7 +56,7 @@ class Recorder(Node):
             self, "queue", 10_000, "messages of each topic kept while the disk is slow", "1",
             (10, 1e6),
         )  # fmt: skip
-        refuse_undeclared(self)
+        close_parameters(self)
         kept = self._kept_file(path, view, keep)
         self._viewer = self._start_viewer(view, port)
         self._for_now = contextlib.ExitStack()
@@ -186,6 +186,7 @@ class Recorder(Node):
             factor = _number(health.values.get("real-time factor", "nan"))
             if math.isfinite(factor):
                 self._files.scalar("real_time_factor", self._time, factor)
+            self._files.state(health.node.rpartition("/")[2], self._time, health.level.name)
             changed = self._levels.get(health.node, Level.OK) is not health.level
             self._levels[health.node] = health.level
             if changed:
@@ -197,13 +198,18 @@ class Recorder(Node):
                 )
 
     def _write_status(self, message: Any) -> None:
-        self._files.event(self._time, f"profile: {text_of(message)}", "INFO", "profile")
+        status = text_of(message)
+        self._files.state("profile", self._time, status)
+        self._files.event(self._time, f"profile: {status}", "INFO", "profile")
 
     def _write_event(self, message: Any) -> None:
         _, level, node, text = event_of(message)
         if "/" + node.rpartition(".")[0].replace(".", "/") != self.get_namespace():
             return
-        self._files.event(self._time, f"{node}: {text}", level, "log")
+        if text.startswith(PARAMETERS):
+            self._files.standing(node, self._time, f"{node}: {text}", "parameters")
+        else:
+            self._files.event(self._time, f"{node}: {text}", level, "log")
 
     def _report(self, text: str, failed: bool = False) -> None:
         files, viewer = self._files, self._viewer

@@ -30,6 +30,7 @@ entity                      contents                                    shown as
                             its motion exaggerated                      3-D view
 ``/run/NAME``               what `Recording.scalar` is given            plot
 ``/events/SOURCE``          what `Recording.event` is given             text log
+``/state/NAME``             what `Recording.state` is given
 ``/closed``                 how many samples there are, once all are
 ==========================  ==========================================  ===================
 

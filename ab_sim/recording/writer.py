@@ -65,6 +65,7 @@ class Recording:
         self._channels: tuple[str, ...] = ()
         self._blocks: list[Array] = []
         self._scalars: dict[str, list[tuple[float, float]]] = {}  # by name: time, value
+        self._states: dict[str, list[tuple[float, str]]] = {}  # by name: time, state
         self._events: dict[str, list[tuple[float, str, str]]] = {}  # by source: time, text, level
         self._collected = 0  # rows, scalars and events not sent yet
         self._first_step = np.nan
@@ -143,6 +144,12 @@ class Recording:
         self._check_usable()
         level = _LEVELS.get(level.upper(), level.upper())
         self._events.setdefault(source, []).append((time, text, level))
+        self._collect(1)
+
+    def state(self, name: str, time: float, state: str) -> None:
+        """Note that something is in another state from time [s] on, such as a profile: done."""
+        self._check_usable()
+        self._states.setdefault(name, []).append((time, state))
         self._collect(1)
 
     def flush(self) -> None:
@@ -230,8 +237,13 @@ class Recording:
                     self._index(times),
                     [*columns, *rr.AnyValues.columns(source=[source] * len(times))],
                 )
+        for name, changes in self._states.items():
+            times, states = zip(*changes, strict=True)
+            columns = rr.StateChange.columns(state=states)
+            self._send(entity_path("state", name), self._index(times), columns)
         self._blocks.clear()
         self._events.clear()
+        self._states.clear()
         self._collected = 0
 
     def _send_rows(self, rows: Array) -> None:

@@ -13,6 +13,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.recording import read_recording
 from ab_sim.scene import check_scene, find_scene
 from tests.nodes.fleet import Fleet
+from tests.recording.runs import cells
 
 pytestmark = pytest.mark.ros
 
@@ -65,6 +66,10 @@ def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_
     texts = [event.text for event in recorded.events]
     assert any("profile: running" in text for text in texts)
     assert any("profile: done" in text for text in texts)
+    for parameter in ("drive_sim: parameters: ", "start_paused = True", "command_rate = 200.0"):
+        assert any(parameter in text for text in texts), parameter
+    assert cells(file, "/state/profile", "StateChange:state")[-1] == ["done"]
+    assert {"OK"} <= {state for [state] in cells(file, "/state/drive_sim", "StateChange:state")}
     factors = recorded.scalars["real_time_factor"][:, 1]
     assert len(factors) > 0 and factors.min() > 0.0, "while it stood still there was none"
 
