@@ -23,7 +23,7 @@ ORDER = (
     ("sensing",),
     ("drive",),
     ("accuracy",),
-    ("batch", "analysis", "recording"),
+    ("batch", "analysis", "recording", "viewing"),
     ("bags",),
     ("studies",),
     ("figures",),

@@ -8,7 +8,7 @@ import typer
 import ab_sim
 from ab_sim.cli.analysis_commands import analysis_commands
 from ab_sim.cli.bag_commands import bag_commands
-from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+from ab_sim.cli.options import JsonOption, SceneArgument, SetOption, ViewOption
 from ab_sim.cli.recording_commands import recording_commands
 
 app = typer.Typer(
@@ -201,6 +201,7 @@ def demo(
     out: Annotated[Path, typer.Option(help="Folder for startup.rrd and startup.png.")] = Path(
         "out"
     ),
+    view: ViewOption = "none",
 ) -> None:
     """Run a start-up that gets balanced live: three ROS 2 nodes, recorded by Rerun, then judged.
 
@@ -209,7 +210,56 @@ def demo(
     """
     from ab_sim.cli.demo import run_demo
 
-    run_demo(out)
+    run_demo(out, view)
+
+
+@app.command()
+def live(
+    scene: SceneArgument,
+    change: SetOption = None,
+    view: ViewOption = "none",
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Keep a Rerun recording: .rrd. A file that is there is not overwritten, "
+            "another is made beside it.",
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--for", metavar="SECONDS", help="How long, in simulated time. Default: the scene's."
+        ),
+    ] = None,
+) -> None:
+    """Run a scene in real time, over ROS 2: drive_sim, profile_controller and recorder in one.
+
+    Ctrl-C ends it in order, a second one at once. A viewer's window stays until you close it; the
+    web viewer's page keeps what it has got, and `ab-sim view FILE` shows a recording again.
+    """
+    from ab_sim.cli.live import run_live
+
+    run_live(scene, change or [], view, record, seconds)
+
+
+@app.command()
+def view(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Recordings: .rrd.")],
+    web: Annotated[
+        bool, typer.Option("--web", help="In a browser, at the address that is printed.")
+    ] = False,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Of the page with --web; 0: any that is free.")
+    ] = 0,
+) -> None:
+    """Show recordings in Rerun's viewer, side by side; what still grows is followed.
+
+    Until the window is closed, or Ctrl-C. Nothing is sent to anybody.
+    """
+    from ab_sim.cli.view import run_view
+
+    run_view(files, web, port)
 
 
 app.add_typer(analysis_commands)

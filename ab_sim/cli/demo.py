@@ -1,40 +1,36 @@
 """`ab-sim demo`: a start-up that gets balanced, live over ROS 2, recorded, judged and drawn."""
 
-import contextlib
 import importlib
-import math
 import threading
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 
+from ab_sim.cli.live import check_wish, recorder_parameters, require_ros, say_where
 from ab_sim.errors import InputError
 from ab_sim.output_file import check_writable
-from ab_sim.scene import Scene, load_scene
+from ab_sim.scene import load_scene
 
 SCENE = "balanced-start-up"
 REPORT = "ab_sim.cli.startup_report"
 console = Console()
 
 
-def run_demo(out: Path) -> None:
+def run_demo(out: Path, view: str) -> None:
     """Run it; write ``startup.rrd`` and ``startup.png`` into ``out``.
+
+    Args:
+        out: folder, made if it is not there.
+        view: where to watch it: ``none``, ``web``, ``native`` or the address of a viewer.
 
     Raises:
         InputError: ROS 2 is missing, the folder cannot be written, another drive is running.
         AbSimError: a node failed; its log is named.
     """
-    try:
-        import rclpy  # noqa: F401
-    except ImportError as error:
-        raise InputError(
-            f"ROS 2 is needed for the demo, and rclpy cannot be imported ({error}); "
-            "install it with `pip install 'ab_sim[ros]'`, or source your ROS 2 installation"
-        ) from error
-    from ab_sim.cli.live import LiveRun
+    check_wish(view)
+    require_ros()
+    from ab_sim.cli.live_display import live_display
+    from ab_sim.cli.live_run import LiveRun
 
     logs = out / "log"
     try:
@@ -48,50 +44,18 @@ def run_demo(out: Path) -> None:
 
     scene = load_scene(SCENE)
     console.print(f"Start-up of [bold]{scene.name}[/] in real time: {scene.description}")
-    with LiveRun(scene, recording, logs) as live:
+    with LiveRun(scene, SCENE, (), recorder_parameters(recording, view), logs) as live:
         live.wait_until_ready()
         console.print("three nodes are up: drive_sim, profile_controller, recorder")
+        say_where(live.health("recorder"))
         live.start()
         # Slow to import, and there is nothing to do but watch.
         reporting = threading.Thread(target=importlib.import_module, args=[REPORT], daemon=True)
         reporting.start()
-        with _progress(scene) as show:
+        with live_display(console, scene, scene.duration) as show:
             while live.elapsed < scene.duration:
                 live.spin(0.1)
                 show(live)
         figures = live.stop()
     reporting.join()
     importlib.import_module(REPORT).report_startup(scene, recording, picture, figures)
-
-
-@contextlib.contextmanager
-def _progress(scene: Scene) -> Iterator[Any]:
-    def state(live: Any) -> str:
-        text = (
-            f"{live.speed:6.1f} rad/s   W/e {live.whirl / scene.rotor.eccentricity:5.1f}   balls "
-        )
-        return text + " ".join(f"{math.degrees(a):7.1f}" for a in live.ball_angles) + " deg"
-
-    if not console.is_terminal:
-        printed = [-1]
-
-        def show_line(live: Any) -> None:
-            if int(live.elapsed) > printed[0]:
-                printed[0] = int(live.elapsed)
-                done = min(live.elapsed, scene.duration)
-                console.print(f"{done:5.1f} of {scene.duration:g} s   {state(live)}")
-
-        yield show_line
-        return
-    columns = (
-        BarColumn(),
-        TextColumn("{task.completed:5.2f} of {task.total:g} s"),
-        TextColumn("{task.fields[state]}"),
-    )
-    with Progress(*columns, console=console) as bar:
-        task = bar.add_task("", total=scene.duration, state="")
-
-        def show(live: Any) -> None:
-            bar.update(task, completed=min(live.elapsed, scene.duration), state=state(live))
-
-        yield show

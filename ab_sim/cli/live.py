@@ -1,297 +1,117 @@
-"""Three nodes in processes of their own, started, watched and stopped by the demo."""
+"""`ab-sim live`: a scene in real time, in one terminal, and in a viewer if wanted."""
 
 import contextlib
-import ctypes
 import math
-import os
-import signal
-import subprocess
-import sys
-import time
-from collections.abc import Callable
+import shutil
+import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import Any
 
-import rclpy
-from rclpy.client import Client
-from rclpy.executors import SingleThreadedExecutor
-from std_srvs.srv import SetBool, Trigger
+from rich.console import Console
 
-from ab_msgs_py import ENDED, Health, JointSample, MalformedMessage, WhirlSample, topics
-from ab_msgs_py.services import answer_of, switch_request, trigger_request
-from ab_sim import interruption
-from ab_sim.errors import AbSimError, InputError, Interrupted
-from ab_sim.nodes.arguments import init_ros
-from ab_sim.scene import Scene
+from ab_sim.errors import InputError, Interrupted
+from ab_sim.output_file import RECORDING, check_ending, check_writable
+from ab_sim.scene import load_scene
+from ab_sim.viewing import check_view
 
-READY = 90.0
-"""s for the nodes to come up; the first time, the kernel is compiled meanwhile."""
-ANSWER = 10.0
-"""s for a service to answer, and for a node to end."""
-SILENCE = 10.0
-"""s without a word from the drive before the run is given up."""
+NOWHERE = "none"
+"""To ``--view``: nobody watches."""
+console = Console()
 
 
-class LiveRun:
-    """A live run of a scene: use it as a context, which ends the nodes whatever happens.
+def require_ros() -> None:
+    """Refuse to go on without ROS 2.
 
-    Within it Ctrl-C raises ``Interrupted`` from whatever waits for the nodes.
+    Raises:
+        InputError: says how to get it.
+    """
+    try:
+        import rclpy  # noqa: F401
+    except ImportError as error:
+        raise InputError(
+            f"ROS 2 is needed for a live run, and rclpy cannot be imported ({error}); "
+            "install it with `pip install 'ab_sim[ros]'`, or source your ROS 2 installation"
+        ) from error
+
+
+def check_wish(view: str) -> None:
+    """Refuse a ``--view`` that nothing can be shown in.
+
+    Raises:
+        InputError: says what is allowed.
+    """
+    if view == NOWHERE:
+        return
+    try:
+        check_view(view, screen=True)
+    except InputError as error:
+        raise InputError(f"--view {error}; or {NOWHERE}") from error
+
+
+def run_live(
+    source: str,
+    changes: Sequence[str],
+    view: str,
+    record: Path | None,
+    seconds: float | None,
+) -> None:
+    """Run a scene live until its duration is over or Ctrl-C asks for the end.
 
     Args:
-        scene: its name is handed to the nodes.
-        recording: .rrd file that the recorder writes.
-        logs: folder for what the nodes print.
+        source: name of a scene, or its file.
+        changes: to the scene, each ``key=value``.
+        view: ``none``, ``web``, ``native`` or the address of a viewer that runs.
+        record: .rrd file to keep; one that is there is not overwritten, another is made beside it.
+        seconds: of simulated time, instead of the scene's duration.
+
+    Raises:
+        InputError: ROS 2 is missing, an argument is wrong, another drive is running.
+        AbSimError: a node failed; its last words are given.
     """
+    check_wish(view)
+    scene = load_scene(source, changes)
+    duration = scene.duration if seconds is None else seconds
+    if not (math.isfinite(duration) and duration > 0.0):
+        raise InputError(f"--for {duration:g}: must be above 0 s")
+    if record is not None:
+        check_ending(record, RECORDING, "--record")
+        check_writable(record, "--record", replaced=False)
+    require_ros()
+    from ab_sim.cli.live_display import live_display
+    from ab_sim.cli.live_run import LiveRun
 
-    def __init__(self, scene: Scene, recording: Path, logs: Path) -> None:
-        self._scene, self._recording, self._logs = scene, recording, logs
-        self._processes: dict[str, subprocess.Popen[bytes]] = {}
-        self._context = contextlib.ExitStack()
-        self._health: dict[str, Health] = {}
-        self._heard = time.monotonic()
-        self._began: float | None = None
-        self._wall = [0.0, 0.0]
-        self.time = self.speed = self.whirl = 0.0
-        self.ball_angles: tuple[float, ...] = ()
-
-    def __enter__(self) -> "LiveRun":
-        try:
-            self._stopping = self._context.enter_context(interruption.in_order())
-            # Before there are busy threads: the new processes run a line of ours at first.
-            self._start_processes()
-            init_ros(["ab-sim"])
-            self._watch()
-        except BaseException:
-            self._end()
-            raise
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._end()
-
-    @property
-    def elapsed(self) -> float:
-        """Simulated time since the profile started [s]."""
-        return 0.0 if self._began is None else self.time - self._began
-
-    def wait_until_ready(self) -> None:
-        """Until drive and recorder are up and the services answer.
-
-        Raises:
-            AbSimError: they do not come up, or one of them has ended.
-            InputError: another simulator is running on this domain.
-        """
-
-        def ready() -> bool:
-            self._refuse_company()
-            recorder, controller = (
-                self._health_of("recorder"),
-                self._health_of("profile_controller"),
-            )
-            return (
-                recorder.get("file", "") != ""
-                and self._health_of("drive_sim").get("sources of commands", "0") != "0"
-                # The drive and the recorder: no command is to be lost because nobody listens yet.
-                and int(controller.get("listeners", 0)) >= 2
-                and self._start_profile.service_is_ready()
-                and self._pause_drive.service_is_ready()
-            )
-
-        if not self._spin_until(ready, READY):
-            raise AbSimError(f"the nodes did not come up within {READY:g} s; see {self._logs}")
-
-    def start(self) -> None:
-        """Start the profile, and let the drive run."""
-        self._ask(self._start_profile, trigger_request())
-        self._ask(self._pause_drive, switch_request(False))
-        self._began = self.time
-        self._heard = time.monotonic()
-
-    def spin(self, seconds: float) -> None:
-        """Listen to the nodes for a while.
-
-        Raises:
-            AbSimError: one of them has ended, or the drive has fallen silent.
-            Interrupted: asked to end.
-        """
-        until = time.monotonic() + seconds
-        while (left := until - time.monotonic()) > 0:
-            self._listen(left)
-        for name, process in self._processes.items():
-            if process.poll() is not None:
-                raise AbSimError(
-                    f"{name} ended with exit code {process.returncode}:\n{self._log_of(name)}"
-                )
-        if self._began is not None and time.monotonic() - self._heard > SILENCE:
-            raise AbSimError(f"nothing heard from drive_sim for {SILENCE:g} s; see {self._logs}")
-
-    def stop(self) -> dict[str, str]:
-        """End the nodes, the recorder last; returns figures of the run, ready to print.
-
-        Raises:
-            AbSimError: a node did not end cleanly.
-        """
-        wall = self._wall[1] - self._wall[0]
-        factor = self.elapsed / wall if wall > 0 else math.nan
-        # First who sends, last who writes down: what is under way then still arrives.
-        for name in ("profile_controller", "drive_sim", "recorder"):
-            self._ask_to_end(name)
-        for name in list(self._processes):
-            try:
-                code = self._processes[name].wait(timeout=ANSWER)
-            except subprocess.TimeoutExpired as error:
-                raise AbSimError(f"{name} did not end; see {self._logs}") from error
-            del self._processes[name]
-            if code != 0:
-                raise AbSimError(f"{name} ended with exit code {code}:\n{self._log_of(name)}")
-        drive, recorder, controller = (
-            self._health_of(name) for name in ("drive_sim", "recorder", "profile_controller")
-        )
-        if not (drive and recorder and controller):
-            raise AbSimError(f"a node sent no diagnostics; see {self._logs}")
-        obeyed = int(drive["commands accepted"]) + int(drive["commands rejected"])
-        return {
-            "real-time factor": f"{factor:.4f}",
-            "worst lateness": f"{1e3 * float(drive['worst lateness [s]']):.2f} ms",
-            "steps dropped": drive["steps dropped"],
-            "commands rejected": drive["commands rejected"],
-            "commands lost": str(int(controller["commands published"]) - obeyed),
-            "messages dropped by the recorder": recorder["messages dropped"],
-        }
-
-    def _health_of(self, node: str) -> dict[str, str]:
-        health = self._health.get(f"/{node}")
-        return {} if health is None else health.values
-
-    def _watch(self) -> None:
-        self._node = rclpy.create_node("demo")
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self._node)
-        topics.JOINT_STATES.subscription(self._node, self._hear_joints)
-        topics.WHIRL.subscription(self._node, self._hear_whirl)
-        topics.DIAGNOSTICS.subscription(self._node, self._hear_health)
-        self._start_profile: Client[Any, Any] = self._node.create_client(
-            Trigger, "profile_controller/start"
-        )
-        self._pause_drive: Client[Any, Any] = self._node.create_client(SetBool, "drive_sim/pause")
-
-    def _hear_joints(self, message: Any) -> None:
-        with contextlib.suppress(MalformedMessage):  # another robot's
-            sample = JointSample.of(message)
-            self.time, self.speed = sample.time * 1e-9, sample.spindle_speed
-            self.ball_angles = sample.ball_angles
-            self._heard = time.monotonic()
-            if self._began is not None:
-                self._wall[1] = self._heard
-                self._wall[0] = self._wall[0] or self._heard - self.elapsed
-
-    def _hear_whirl(self, message: Any) -> None:
-        x, y, _ = WhirlSample.of(message).place
-        self.whirl = math.hypot(x, y)
-
-    def _hear_health(self, message: Any) -> None:
-        for health in Health.all_of(message):
-            self._health[health.node] = health
-
-    def _start_processes(self) -> None:
-        scene = self._scene.name
-        parameters = {
-            "drive_sim": {"scene": scene, "start_paused": "true"},
-            "profile_controller": {"profile": scene, "use_sim_time": "true"},
-            "recorder": {"path": str(self._recording)},
-        }
-        for name, values in parameters.items():
-            settings = [part for k, v in values.items() for part in ("-p", f"{k}:={v}")]
-            command = [sys.executable, "-m", f"ab_sim.nodes.{name}", "--ros-args", *settings]
-            with (self._logs / f"{name}.log").open("wb") as log:
-                self._processes[name] = subprocess.Popen(
-                    command,
-                    stdout=log,
-                    stderr=subprocess.STDOUT,
-                    # Ctrl-C is for this process, which then ends them in order.
-                    start_new_session=True,
-                    preexec_fn=_end_with_parent,
-                )
-
-    def _refuse_company(self) -> None:
-        if topics.CLOCK.publishers(self._node) > 1:
-            domain = os.environ.get("ROS_DOMAIN_ID", "0")
-            raise InputError(
-                f"another simulator publishes /clock on ROS_DOMAIN_ID {domain}; "
-                "stop it, or run the demo on another domain: ROS_DOMAIN_ID=17 make demo"
-            )
-
-    def _listen(self, seconds: float) -> None:
-        """Until something is heard, at most so long."""
-        if self._stopping.is_set():
-            raise Interrupted("interrupted")
-        self._executor.spin_once(timeout_sec=seconds)
-
-    def _spin_until(self, condition: Callable[[], bool], deadline: float) -> bool:
-        end = time.monotonic() + deadline
-        while not condition():
-            if time.monotonic() > end:
-                return False
-            self.spin(0.02)
-        return True
-
-    def _ask(self, client: Client[Any, Any], request: Any) -> None:
-        service = client.srv_name
-        # Nodes discover each other in their own time: what is refused now may soon be granted.
-        end = time.monotonic() + ANSWER
-        while True:
-            future = client.call_async(request)
-            if not self._spin_until(future.done, ANSWER):
-                raise AbSimError(f"the service {service} did not answer within {ANSWER:g} s")
-            done, text = answer_of(future.result())
-            if done:
-                return
-            if time.monotonic() > end:
-                raise AbSimError(f"the service {service} refused: {text}")
-            self.spin(0.05)
-
-    def _ask_to_end(self, name: str) -> None:
-        """Ask a node to end, and hear its last words, if it has any."""
-        process = self._processes[name]
-        process.send_signal(signal.SIGINT)
-        end = time.monotonic() + ANSWER
-        while (health := self._health.get(f"/{name}")) is None or health.message != ENDED:
-            if process.poll() is not None and end > time.monotonic() + 0.5:
-                end = time.monotonic() + 0.5  # what it said may still be on its way
-            if time.monotonic() > end:
-                return
-            self._listen(0.02)
-
-    def _log_of(self, name: str) -> str:
-        text = (self._logs / f"{name}.log").read_text(errors="replace")
-        return "\n".join(text.splitlines()[-15:])
-
-    def _end(self) -> None:
-        # Whatever happens now, no node is left running: no ROS here, and if there is not even time
-        # for this, they are told when this process has gone.
-        for process in self._processes.values():
-            process.send_signal(signal.SIGINT)
-        for process in self._processes.values():
-            try:
-                process.wait(timeout=ANSWER)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-        self._processes.clear()
-        if rclpy.ok():
-            self._executor.shutdown()
-            self._node.destroy_node()
-            rclpy.try_shutdown()
-        self._context.close()
+    logs = Path(tempfile.mkdtemp(prefix="ab_sim-log-"))
+    with LiveRun(scene, source, changes, recorder_parameters(record, view), logs) as live:
+        live.wait_until_ready()
+        say_where(live.health("recorder"))
+        live.start()
+        with (
+            contextlib.suppress(Interrupted),
+            live_display(console, scene, duration) as show,
+        ):
+            while live.elapsed < duration:
+                live.spin(0.1)
+                show(live)
+        file = live.health("recorder").get("file", "")
+        figures = live.stop()
+    shutil.rmtree(logs)  # of a run that failed they are what there is to read
+    console.print(", ".join(f"{label} {value}" for label, value in figures.items()))
+    if record is not None:
+        console.print(f"wrote {file}   (look at it: ab-sim view {file})", soft_wrap=True)
 
 
-def _end_with_parent() -> None:
-    """In the new process: be told to end when the demo dies, even of SIGKILL (Linux)."""
-    set_parent_death_signal = 1
-    ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGINT)
+def recorder_parameters(record: Path | None, view: str) -> dict[str, str] | None:
+    """What the recorder is to be told; None: none is needed."""
+    if record is None and view == NOWHERE:
+        return None
+    return (
+        {"keep": "false", "view": view} if record is None else {"path": str(record), "view": view}
+    )
+
+
+def say_where(recorder: dict[str, str]) -> None:
+    """Say where to watch, or why that is not possible."""
+    if "viewer" in recorder:
+        state = recorder["viewer state"]
+        what = "watch it at" if state == "showing" else f"cannot be watched, {state}:"
+        console.print(f"{what} {recorder['viewer']}", soft_wrap=True)

@@ -22,3 +22,11 @@ JsonOption = Annotated[
     str | None,
     typer.Option(metavar="FILE|-", help="Write the result as JSON, or to standard output."),
 ]
+ViewOption = Annotated[
+    str,
+    typer.Option(
+        metavar="none|web|native|URL",
+        help="Watch it in Rerun's viewer: in a browser, at the address that is printed; in a "
+        "window; or in a viewer that runs already, rerun+http://HOST:PORT/proxy.",
+    ),
+]

@@ -52,9 +52,9 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
     console.print(table)
     title = f"Start-up of {scene.name}, live over ROS 2 topics"
     run_figure(live, scene, picture, comparison, starts, title)
-    viewer = Path(sys.executable).with_name("rerun")
-    viewer = viewer.relative_to(Path.cwd()) if viewer.is_relative_to(Path.cwd()) else viewer
-    console.print(f"wrote {recording}   (look at it: {viewer} {recording})")
+    command = Path(sys.executable).with_name("ab-sim")
+    command = command.relative_to(Path.cwd()) if command.is_relative_to(Path.cwd()) else command
+    console.print(f"wrote {recording}   (look at it: {command} view {recording})")
     console.print(f"wrote {picture}")
 
 

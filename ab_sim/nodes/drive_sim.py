@@ -3,6 +3,7 @@
 import contextlib
 import threading
 import time
+import uuid
 from collections.abc import Iterator
 from typing import Any
 
@@ -23,7 +24,7 @@ from ab_sim.nodes.commands import Commands
 from ab_sim.nodes.drive_health import DriveHealth, Tolerance
 from ab_sim.nodes.observed import Observed
 from ab_sim.nodes.pacing import Pacer
-from ab_sim.nodes.parameters import declare, refuse_undeclared, whole_ratio
+from ab_sim.nodes.parameters import close_parameters, declare, whole_ratio
 from ab_sim.nodes.process import run_node
 from ab_sim.scene import load_scene
 
@@ -75,7 +76,7 @@ class DriveSim(Node):
             (0.0, 0.5),
         )
         self._paused = declare(self, "start_paused", False, "wait for ~/pause with false")
-        refuse_undeclared(self)
+        close_parameters(self)
 
         scene = load_scene(name, filter(None, changes))
         if scene.accuracy is not None:
@@ -112,7 +113,9 @@ class DriveSim(Node):
         self._warm_up()
         # Latched, and only now: who has read it knows that the drive is ready.
         accuracy = None if price is None else price.report()
-        self._description.publish(description_message(describe(scene, accuracy)))
+        # By its number, one that was started again is told from one that was heard of again.
+        run = {"run": uuid.uuid4().hex}
+        self._description.publish(description_message(describe(scene, accuracy) | run))
         chosen = scene.solver.stepper == AUTO or price is not None
         reason = f" ({self._health.stepper_chosen})" if chosen else ""
         what = ", ".join([f"{scene.balls.count} balls", *scene.effects, *scene.sensors])

@@ -58,8 +58,14 @@ def declare(
     return value
 
 
-def refuse_undeclared(node: Node) -> None:
-    """To be called when all parameters are declared: refuse a value for any other.
+PARAMETERS = "parameters: "
+"""What a node's log entry with its parameters begins with."""
+
+
+def close_parameters(node: Node) -> None:
+    """To be called when all parameters are declared: refuse a value for any other, log them.
+
+    The log is latched: whoever records a node learns its parameters, even later.
 
     ROS drops such a value without a word. What a file says of other nodes, under their names, never
     gets here. Overrides of a topic's quality of service are declared with the topic: they pass.
@@ -75,6 +81,8 @@ def refuse_undeclared(node: Node) -> None:
                 f"{nearest(name, known)}; it has {', '.join(known)}; one that is for other nodes "
                 "goes into a file, under their names"
             )
+    told = (f"{name} = {node.get_parameter(name).value!r}" for name in sorted(known))
+    node.get_logger().info(PARAMETERS + ", ".join(told))
 
 
 def whole_ratio(long: float, short: float, meaning: str) -> int:

@@ -10,7 +10,7 @@ from ab_msgs_py import ENDED, Health, Level, topics
 from ab_msgs_py.samples import command_message, text_message
 from ab_msgs_py.services import ABORT, START, Answer, serve_trigger
 from ab_sim.errors import InputError
-from ab_sim.nodes.parameters import declare, refuse_undeclared
+from ab_sim.nodes.parameters import close_parameters, declare
 from ab_sim.nodes.process import run_node
 from ab_sim.scene import load_scene
 from ab_sim.spindle import SpeedProfile
@@ -38,10 +38,11 @@ class ProfileController(Node):
         name = declare(
             self, "profile", "thesis-hold", "name or YAML file of the scene whose profile to run"
         )
+        changes = declare(self, "changes", [""], "changes to the scene, each key=value")
         rate = declare(self, "command_rate", 200.0, "commands", "1/s", (1.0, 1000.0))
         auto_start = declare(self, "auto_start", False, "start as soon as a drive listens")
-        refuse_undeclared(self)
-        scene = load_scene(name)
+        close_parameters(self)
+        scene = load_scene(name, filter(None, changes))
         if scene.profile is None:
             raise InputError(f"parameter profile = {name}: that scene has no profile to run")
         self.profile = SpeedProfile.of_scene(scene)

@@ -1,13 +1,15 @@
 """`recorder`: streams every topic of a drive into a Rerun recording."""
 
+import contextlib
 import datetime
 import functools
 import math
+import tempfile
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rclpy.node import Node
 
 from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, topics
@@ -15,17 +17,27 @@ from ab_msgs_py.samples import command_of, description_of, event_of, text_of
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.nodes.bag_recorder import BagRecorder
 from ab_sim.nodes.inbox import Inbox
-from ab_sim.nodes.parameters import declare, recording_file, recording_folder, refuse_undeclared
+from ab_sim.nodes.parameters import (
+    PARAMETERS,
+    close_parameters,
+    declare,
+    recording_file,
+    recording_folder,
+)
 from ab_sim.nodes.process import run_node
-from ab_sim.recording import AROUND, Recording
+from ab_sim.nodes.recorded_files import RecordedFiles
+from ab_sim.recording import AROUND
 from ab_sim.recording.drawing import Drawing
+from ab_sim.viewing import Viewer
 
-WRITE_PERIOD = 0.2
+WRITE_PERIOD = 0.1
 """s between two batches; a recording that is killed or looked at is not older than this."""
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
 SILENCE = 5.0
 """s without a drive before the recorder says so."""
+NONE = "none"
+"""To the parameter ``view``: nobody watches."""
 
 
 class Recorder(Node):
@@ -33,21 +45,29 @@ class Recorder(Node):
 
     Between the two is an inbox of bounded length: a disk that is too slow costs the oldest
     messages, which are counted, and never the simulation its time. What is written, too, leaves
-    nothing in memory, so that a recording may go on for days.
+    nothing in memory, so that a recording may go on for days. A viewer is fed from the file, by
+    others, and is nothing that this one could wait for.
     """
 
     def __init__(self) -> None:
         super().__init__("recorder")
-        asked = declare(self, "path", "", ".rrd file; empty: recordings/<date>_<time>.rrd")
-        bag = declare(self, "bag", "", "folder of a ROS 2 bag (MCAP) to write; empty: none")
-        self._keep = declare(
-            self, "keep", True, "whether to write the .rrd file; false: the bag only"
+        path = declare(self, "path", "", ".rrd file; empty: recordings/<date>_<time>.rrd")
+        view = declare(
+            self, "view", NONE,
+            "where to watch: none, web, native, or a viewer that runs: rerun+http://HOST:PORT/proxy",
+        )  # fmt: skip
+        port = declare(
+            self, "web_port", 0, "of the web viewer's page; 0: any free", "1", (0, 65535)
         )
-        self._every = declare(
+        bag = declare(self, "bag", "", "folder of a ROS 2 bag (MCAP) to write; empty: none")
+        keep = declare(
+            self, "keep", True, "whether an .rrd file stays; false: only to watch, or beside a bag"
+        )
+        every = declare(
             self, "every", 1, "keep one sample of so many in the .rrd file, but for what happens",
             "1", (1, 1e9),
         )  # fmt: skip
-        self._around = declare(
+        around = declare(
             self, "around", AROUND,
             "keep all samples so long before and after an event, or a turn of the command",
             "s", (0.0, 60.0),
@@ -56,24 +76,16 @@ class Recorder(Node):
             self, "queue", 10_000, "messages of each topic kept while the disk is slow", "1",
             (10, 1e6),
         )  # fmt: skip
-        refuse_undeclared(self)
-        if not (bag or self._keep):
-            raise InputError(
-                "parameter keep = false: goes with a parameter bag; else nothing is written"
-            )
-        now = datetime.datetime.now()
-        self.path = (
-            recording_file(asked or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
-            if self._keep
-            else recording_folder(bag)
-        )
-        self._recording: Recording | None = None
+        close_parameters(self)
+        kept = self._kept_file(path, view, bag, keep)
+        self._viewer = self._start_viewer(view, port)
+        self._for_now = contextlib.ExitStack()
+        file = kept or (None if self._viewer is None else self._file_for_now())
+        thinned = {"every": every, "around": around}
+        self._files = RecordedFiles(file, self._viewer, self.get_logger(), thinned)
         self._description: dict[str, Any] | None = None
-        self._files = 1
         self._time = 0.0
         self._levels: dict[str, Level] = {}
-        self._written = self._missing = 0  # in the files before this one
-        self._left_out = self._refused = 0  # there, too
         self._malformed = 0
         self._ignored: dict[str, tuple[int, str]] = {}  # since the last report, by topic
 
@@ -91,14 +103,15 @@ class Recorder(Node):
         for topic, _ in heard:
             topic.subscription(self, functools.partial(self._inbox.put, topic.name))
         self._bag = BagRecorder(self, recording_folder(bag), length) if bag else None
-        self.get_logger().info(f"recording to {self.path} as soon as a drive describes itself")
+        told = file if file is not None else bag
+        self.get_logger().info(f"recording to {told} as soon as a drive describes itself")
 
     def run(self, stopping: threading.Event) -> None:
         """Write what comes in until told to stop, then what is left.
 
         Raises:
-            RecordingError: the file cannot be written further; says how much it holds, which is
-                what the last diagnostics say, too.
+            RecordingError: samples came that are in no file; says how many, which is what the last
+                diagnostics say, too.
         """
         failed, text = True, "ended by an error"
         try:
@@ -106,16 +119,46 @@ class Recorder(Node):
                 self._write_until(stopping)
             finally:
                 try:
-                    self._close()
+                    self._files.close()
                 finally:
                     if self._bag is not None:
                         self._bag.close()
             failed, text = False, ENDED
-        except RecordingError as error:
-            text = str(error)
-            raise
+            if self._files.lost:
+                failed, text = True, f"{self._files.lost} samples lost: {self._files.why_lost}"
+                raise RecordingError(text)
         finally:
             self._report(text, failed)
+            if self._viewer is not None:
+                self._viewer.close(leave_window=True)
+            self._for_now.close()
+
+    def _kept_file(self, path: str, view: str, bag: str, keep: bool) -> Path | None:
+        if keep:
+            now = datetime.datetime.now()
+            return recording_file(path or f"recordings/{now:%Y-%m-%d_%H-%M-%S}.rrd")
+        if view == NONE and not bag:
+            raise InputError(
+                "parameter keep = False: goes with a parameter bag, or view other than none; else "
+                "nothing is written"
+            )
+        if path:
+            raise InputError(f"parameter path = {path!r}: nothing is kept; leave it out, or keep")
+        return None
+
+    def _file_for_now(self) -> Path:
+        folder = tempfile.TemporaryDirectory(prefix="ab_sim-live-")
+        return Path(self._for_now.enter_context(folder), "live.rrd")
+
+    def _start_viewer(self, view: str, port: int) -> Viewer | None:
+        if view == NONE:
+            return None
+        try:
+            viewer = Viewer(view, port)
+        except InputError as error:
+            raise InputError(f"parameter view = {view!r}: {error}") from error
+        self.get_logger().info(f"watch at {viewer.address}")
+        return viewer
 
     def _write_until(self, stopping: threading.Event) -> None:
         began = reported = time.monotonic()
@@ -144,8 +187,7 @@ class Recorder(Node):
             except MalformedMessage as error:
                 self._malformed += 1
                 self._ignored[topic] = self._ignored.get(topic, (0, ""))[0] + 1, str(error)
-        if self._recording is not None:
-            self._recording.flush()
+        self._files.flush()
 
     def _write_description(self, message: Any) -> None:
         description = description_of(message)
@@ -154,42 +196,33 @@ class Recorder(Node):
         except RecordingError as error:
             raise MalformedMessage(str(error)) from error
         if description != self._description:
-            self._close()
             self._description = description
-            self._open()
+            self._files.begin(description)
 
     def _write_block(self, message: Any) -> None:
         block = Block.of(message)
-        if self._recording is None or len(block.samples) == 0:
+        if self._description is None or len(block.samples) == 0:
             return
-        if self._description is not None and list(block.channels) != self._description.get(
-            "channels"
-        ):
+        if list(block.channels) != self._description.get("channels"):
             raise MalformedMessage(f"vibration/block has the channels {block.channels}")
-        if not np.isfinite(block.samples[:, 1]).all():
-            raise MalformedMessage("vibration/block: time must be finite")
-        if block.samples[0, 0] <= self._recording.last_step:
-            # The drive was reset; a recording's steps only grow, so begin another one.
-            self._close()
-            self._open()
-        self._recording.block(block.channels, block.samples)
+        self._files.block(block.channels, block.samples)
         self._time = block.samples[-1, 1]
 
     def _write_command(self, message: Any) -> None:
-        if self._recording is not None:
-            self._recording.scalar("commands_received", self._time, command_of(message))
+        self._files.scalar("commands_received", self._time, command_of(message))
 
     def _write_health(self, message: Any) -> None:
         for health in Health.all_of(message):
             if health.namespace != self.get_namespace():
                 continue
             factor = _number(health.values.get("real-time factor", "nan"))
-            if self._recording is not None and math.isfinite(factor):
-                self._recording.scalar("real_time_factor", self._time, factor)
+            if math.isfinite(factor):
+                self._files.scalar("real_time_factor", self._time, factor)
+            self._files.state(health.node.rpartition("/")[2], self._time, health.level.name)
             changed = self._levels.get(health.node, Level.OK) is not health.level
             self._levels[health.node] = health.level
-            if self._recording is not None and changed:
-                self._recording.event(
+            if changed:
+                self._files.event(
                     self._time,
                     f"{health.node}: {health.message}",
                     "INFO" if health.level is Level.OK else health.level.name,
@@ -197,70 +230,57 @@ class Recorder(Node):
                 )
 
     def _write_status(self, message: Any) -> None:
-        if self._recording is not None:
-            self._recording.event(self._time, f"profile: {text_of(message)}", "INFO", "profile")
+        status = text_of(message)
+        self._files.state("profile", self._time, status)
+        self._files.event(self._time, f"profile: {status}", "INFO", "profile")
 
     def _write_event(self, message: Any) -> None:
-        if self._recording is not None:
-            _, level, node, text = event_of(message)
-            if "/" + node.rpartition(".")[0].replace(".", "/") != self.get_namespace():
-                return
-            self._recording.event(self._time, f"{node}: {text}", level, "log")
-
-    def _open(self) -> None:
-        assert self._description is not None
-        if not self._keep:
+        _, level, node, text = event_of(message)
+        if "/" + node.rpartition(".")[0].replace(".", "/") != self.get_namespace():
             return
-        path = self.path
-        while path.exists():
-            # Nothing that was recorded is ever overwritten.
-            self._files += 1
-            path = self.path.with_stem(f"{self.path.stem}-{self._files}")
-        self._recording = Recording(
-            path, description=self._description, index=False, every=self._every, around=self._around
-        )
-        self.get_logger().info(f"recording to {path}")
-
-    def _close(self) -> None:
-        if (recording := self._recording) is None:
-            return
-        try:
-            recording.close()
-            self.get_logger().info(
-                f"wrote {recording.path}: {recording.rows_written} samples, "
-                f"{recording.missing} missing"
-            )
-        finally:
-            self._recording = None
-            self._written += recording.rows_written
-            self._left_out += recording.left_out
-            self._refused += recording.stretches_refused
-            self._missing += recording.missing
+        if text.startswith(PARAMETERS):
+            self._files.standing(node, self._time, f"{node}: {text}", "parameters")
+        else:
+            self._files.event(self._time, f"{node}: {text}", level, "log")
 
     def _state(self) -> str:
         return "recording" if self._description is not None else "waiting for a drive"
 
     def _report(self, text: str, failed: bool = False) -> None:
-        now = self._recording
+        files, viewer = self._files, self._viewer
         dropped = {topic: count for topic, count in self._inbox.dropped.items() if count}
-        missing = self._missing + (now.missing if now else 0)
-        bag = self._bag.values() if self._bag else {}
-        lost = missing or dropped or self._malformed or (self._bag and self._bag.dropped)
         values = {
-            "file": str(now.path) if now else "",
-            "samples written": self._written + (now.rows_written if now else 0),
-            "samples missing": missing,
-            "samples left out by intent": self._left_out + (now.left_out if now else 0),
-            "full-rate stretches refused": self._refused + (now.stretches_refused if now else 0),
-            **bag,
+            "file": files.path,
+            "samples written": files.written,
+            "samples missing": files.missing,
+            "samples lost": files.lost,
+            "samples left out by intent": files.left_out,
+            "full-rate stretches refused": files.refused,
+            **({} if self._bag is None else self._bag.values()),
             "messages dropped": sum(dropped.values()),
             **{f"messages dropped, {topic}": count for topic, count in dropped.items()},
             "messages malformed": self._malformed,
             "messages waiting": len(self._inbox),
         }
+        level = Level.OK
+        slow_bag = self._bag is not None and self._bag.dropped
+        if files.missing or files.lost or dropped or self._malformed or slow_bag:
+            level = Level.WARN
+        if viewer is not None:
+            values |= {
+                "viewer": viewer.address,
+                "viewer state": viewer.state,
+                "viewer restarts": viewer.restarts,
+                "viewer process": viewer.process or "",
+                "bytes not viewed yet": viewer.waiting,
+            }
+            if viewer.trouble:
+                level, text = Level.WARN, f"{text}; viewer {viewer.state}"
+        if failed or files.trouble:
+            level, text = Level.ERROR, files.trouble if files.trouble and not failed else text
         health = Health(
             self.get_fully_qualified_name(),
-            Level.ERROR if failed else Level.WARN if lost else Level.OK,
+            level,
             text,
             {key: str(value) for key, value in values.items()},
         )

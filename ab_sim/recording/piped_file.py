@@ -81,6 +81,13 @@ class PipedFile:
         with contextlib.suppress(OSError):  # a device, say
             self._file.truncate(self._whole)
 
+    def remove(self) -> None:
+        """Take the file away, if it is still there and a file."""
+        with contextlib.suppress(OSError):
+            file = os.fstat(self._file.fileno())
+            if stat.S_ISREG(file.st_mode) and os.path.samestat(self._path.stat(), file):
+                self._path.unlink()
+
     def _pump(self) -> None:
         poll = select.poll()
         poll.register(self._pipe)

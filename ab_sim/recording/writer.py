@@ -40,7 +40,8 @@ class Recording:
 
     An existing file is replaced. Use it from one thread at a time. Every method raises
     `RecordingError`. After a write error (disk full, file gone) all but `close` raise it again,
-    and the file is cut back to the last batch that was written whole, so that it stays readable.
+    and the file is cut back to the last batch that was written whole, so that it stays readable;
+    one that would hold no samples is removed.
     What is given is collected until there are `BATCH_ROWS` of it, or until `flush`: who records
     live calls that now and then, and what comes in between is what a killed recording loses.
 
@@ -79,6 +80,7 @@ class Recording:
         self._channels: tuple[str, ...] = ()
         self._blocks: list[Array] = []
         self._scalars: dict[str, list[tuple[float, float]]] = {}  # by name: time, value
+        self._states: dict[str, list[tuple[float, str]]] = {}  # by name: time, state
         self._events: dict[str, list[tuple[float, str, str]]] = {}  # by source: time, text, level
         self._collected = 0  # rows, scalars and events not sent yet
         self._sent = 0  # rows
@@ -88,6 +90,7 @@ class Recording:
         self._thinning = Thinning(every, around)
         self._left_out: list[Array] = []  # beside blocks
         self._shown = Drawn(description) if drawn else Plain()
+        self._step = _positive(description.get("step"))
         text = description_text(description)
         self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
         self._file = PipedFile(self.path, self._stream, index)
@@ -99,6 +102,11 @@ class Recording:
         if every > 1:
             self._static(THINNED, rr.AnyValues(every=every, around=around))
         self.flush()
+
+    @property
+    def failed(self) -> bool:
+        """Whether it cannot be written further."""
+        return self._error is not None
 
     def __enter__(self) -> Recording:
         return self
@@ -167,6 +175,12 @@ class Recording:
         level = _LEVELS.get(level.upper(), level.upper())
         self._thinning.note(time)
         self._events.setdefault(source, []).append((time, text, level))
+        self._collect(1)
+
+    def state(self, name: str, time: float, state: str) -> None:
+        """Note that something is in another state from time [s] on, such as a profile: done."""
+        self._check_usable()
+        self._states.setdefault(name, []).append((time, state))
         self._collect(1)
 
     def flush(self) -> None:
@@ -255,7 +269,7 @@ class Recording:
             if noted:
                 times, values = zip(*noted, strict=True)
                 columns = rr.Scalars.columns(scalars=values)
-                self._send(entity_path("run", name), index_columns(times), columns)
+                self._send(entity_path("run", name), self._index(times), columns)
                 noted.clear()
         for source, happened in self._events.items():
             if happened:
@@ -263,12 +277,17 @@ class Recording:
                 columns = rr.TextLog.columns(text=texts, level=levels)
                 self._send(
                     entity_path("events", source),
-                    index_columns(times),
+                    self._index(times),
                     [*columns, *rr.AnyValues.columns(source=[source] * len(times))],
                 )
+        for name, changes in self._states.items():
+            times, states = zip(*changes, strict=True)
+            columns = rr.StateChange.columns(state=states)
+            self._send(entity_path("state", name), self._index(times), columns)
         self._blocks.clear()
         self._left_out.clear()
         self._events.clear()
+        self._states.clear()
         self._collected = 0
 
     def _send_rows(self, rows: Array) -> None:
@@ -280,6 +299,12 @@ class Recording:
             if when is not timed:  # several in turn belong to the same rows
                 timed, index = when, index_columns(when[:, 1], when[:, 0])
             self._send(entity, index, part)
+
+    def _index(self, times: Sequence[float]) -> list[rr.TimeColumn]:
+        """The timelines for what has a time, and the step that it fell into."""
+        if self._step is None:
+            return index_columns(times)
+        return index_columns(times, np.rint(np.asarray(times) / self._step))
 
     def _send(self, entity: str, index: list[rr.TimeColumn], columns: Any) -> None:
         rr.send_columns(entity, index, columns, recording=self._stream, strict=True)
@@ -294,8 +319,15 @@ class Recording:
             self._file.cut()
         if isinstance(reason, OSError):  # otherwise the disk hangs, and so would this
             self._stream.disconnect()
+            if not self.rows_written:
+                self._file.remove()
         self._error = RecordingError(
             f"recording stopped: {self.path} holds {self.rows_written} of {self.rows} rows and "
             f"cannot be written further: {reason}"
         )
         return self._error
+
+
+def _positive(value: object) -> float | None:
+    """The value, if it is a number above 0."""
+    return float(value) if isinstance(value, (int, float)) and 0.0 < value < np.inf else None

@@ -23,7 +23,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     out = tmp_path_factory.mktemp("demo")
     root = Path(__file__).resolve().parents[2]
     done = subprocess.run(
-        [sys.executable, "-m", "ab_sim", "demo", "--out", str(out / "out")],
+        [sys.executable, "-m", "ab_sim", "demo", "--view", "web", "--out", str(out / "out")],
         capture_output=True,
         text=True,
         cwd=root,
@@ -44,6 +44,7 @@ def test_says_what_it_did(finished: tuple[Path, str]) -> None:
         "peak W/e", "final W/e", "residual unbalance", "... / without balls",
         "period", "final ball angles", "real-time factor", "worst lateness",
         "steps dropped", "messages lost", "startup.rrd", "startup.png", "of 9 s",
+        "watch it at http://127.0.0.1:",
     ):  # fmt: skip
         assert words in text
 

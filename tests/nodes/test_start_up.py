@@ -1,7 +1,6 @@
 """The three nodes together: a start-up, recorded, read back, and run again offline."""
 
 import math
-import resource
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +10,10 @@ from ab_msgs_py import Block, Health, Level, topics
 from ab_msgs_py.samples import description_message, text_of
 from ab_sim.analysis import replay
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import RecordingError
 from ab_sim.recording import read_recording
 from ab_sim.scene import check_scene, find_scene
 from tests.nodes.fleet import Fleet
+from tests.recording.runs import cells
 
 pytestmark = pytest.mark.ros
 
@@ -67,6 +66,10 @@ def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_
     texts = [event.text for event in recorded.events]
     assert any("profile: running" in text for text in texts)
     assert any("profile: done" in text for text in texts)
+    for parameter in ("drive_sim: parameters: ", "start_paused = True", "command_rate = 200.0"):
+        assert any(parameter in text for text in texts), parameter
+    assert cells(file, "/state/profile", "StateChange:state")[-1] == ["done"]
+    assert {"OK"} <= {state for [state] in cells(file, "/state/drive_sim", "StateChange:state")}
     factors = recorded.scalars["real_time_factor"][:, 1]
     assert len(factors) > 0 and factors.min() > 0.0, "while it stood still there was none"
 
@@ -131,26 +134,6 @@ def test_recorder_survives_malformed_messages(fleet: Fleet, tmp_path: Path) -> N
         assert fleet.stop(node) == 0
     recorded = read_recording(file)
     assert recorded.complete and recorded.missing == 0
-
-
-def test_recorder_whose_disk_is_full_says_what_the_file_holds(fleet: Fleet, tmp_path: Path) -> None:
-    """A real write error: the kernel lets its files grow no further."""
-    file = tmp_path / "run.rrd"
-    process = fleet.start("recorder", path=file)
-    fleet.start("drive_sim", scene="thesis-hold")
-    fleet.until(lambda: int(fleet.value("recorder", "samples written") or 0) > 100, "samples")
-    size = file.stat().st_size + 300_000
-    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (size, size))
-    assert fleet.ended("recorder") == RecordingError.exit_code
-    fleet.until(lambda: fleet.health("recorder").level is Level.ERROR, "its last diagnostics")
-    recorded = read_recording(file)
-    assert not recorded.complete and len(recorded.samples) > 100
-    log, last = fleet.log("recorder"), fleet.health("recorder")
-    assert f"run.rrd holds {len(recorded.samples)} of " in last.message
-    assert last.message in log and "File too large" in last.message
-    assert int(last.values["samples written"]) == len(recorded.samples)
-    assert int(last.values["samples missing"]) == recorded.missing == 0
-    assert f"{file}: {len(recorded.samples)} samples, 0 missing" in log
 
 
 def test_a_flood_of_commands_costs_no_samples(fleet: Fleet, tmp_path: Path) -> None:

@@ -1,0 +1,324 @@
+"""The nodes in processes of their own, started, watched and stopped by one command."""
+
+import contextlib
+import ctypes
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from rclpy.client import Client
+from rclpy.executors import SingleThreadedExecutor
+from std_srvs.srv import SetBool, Trigger
+
+from ab_msgs_py import ENDED, Health, JointSample, MalformedMessage, WhirlSample, topics
+from ab_msgs_py.services import answer_of, switch_request, trigger_request
+from ab_sim import interruption
+from ab_sim.errors import AbSimError, InputError, Interrupted
+from ab_sim.nodes.arguments import init_ros
+from ab_sim.scene import Scene
+from ab_sim.viewing import STARTED
+
+READY = 90.0
+"""s for the nodes to come up; the first time, the kernel is compiled meanwhile."""
+CONTROLLER = "profile_controller"
+ANSWER = 10.0
+"""s for a service to answer, and for a node to end."""
+SILENCE = 10.0
+"""s without a word from the drive before the run is given up."""
+
+
+class LiveRun:
+    """A live run of a scene: use it as a context, which ends the nodes whatever happens.
+
+    Within it Ctrl-C raises ``Interrupted`` from whatever waits for the nodes.
+
+    Without a profile in the scene there is no profile controller.
+
+    Args:
+        scene: what is run.
+        source: name or file that the nodes read it from.
+        changes: made to it, each ``key=value``.
+        recorder: parameters of the recorder; None: there is none.
+        logs: folder for what the nodes print.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        source: str,
+        changes: Sequence[str],
+        recorder: Mapping[str, str] | None,
+        logs: Path,
+    ) -> None:
+        what = {"changes": json.dumps([*changes] or [""])}
+        self._nodes: dict[str, Mapping[str, str]] = {}
+        if scene.profile is not None:
+            controller = {"profile": source, "use_sim_time": "true", **what}
+            self._nodes[CONTROLLER] = controller
+        self._nodes["drive_sim"] = {"scene": source, "start_paused": "true", **what}
+        if recorder is not None:
+            self._nodes["recorder"] = recorder
+        self._logs = logs
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._context = contextlib.ExitStack()
+        self._health: dict[str, Health] = {}
+        self._heard = time.monotonic()
+        self._began: float | None = None
+        self._wall = [0.0, 0.0]
+        self.time = self.speed = self.whirl = 0.0
+        self.ball_angles: tuple[float, ...] = ()
+
+    def __enter__(self) -> "LiveRun":
+        try:
+            self._stopping = self._context.enter_context(interruption.in_order())
+            # Before there are busy threads: the new processes run a line of ours at first.
+            self._start_processes()
+            init_ros(["ab-sim"])
+            self._watch()
+        except BaseException:
+            self._end()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._end()
+
+    @property
+    def elapsed(self) -> float:
+        """Simulated time since the profile started [s]."""
+        return 0.0 if self._began is None else self.time - self._began
+
+    def wait_until_ready(self) -> None:
+        """Until all nodes and the viewer, if there is one, are up and the services answer.
+
+        Raises:
+            AbSimError: they do not come up, or one of them has ended.
+            InputError: another simulator is running on this domain.
+        """
+
+        def ready() -> bool:
+            self._refuse_company()
+            recorder, controller = self.health("recorder"), self.health(CONTROLLER)
+            # No command is to be lost because nobody listens yet: drive and recorder.
+            listeners = len(self._nodes.keys() & {"drive_sim", "recorder"})
+            return (
+                self._pause_drive.service_is_ready()
+                and bool(self.health("drive_sim"))
+                and (
+                    "recorder" not in self._nodes
+                    or (recorder.get("file", "") != "" and recorder.get("viewer state") != STARTED)
+                )
+                and (
+                    CONTROLLER not in self._nodes
+                    or (
+                        self.health("drive_sim").get("sources of commands", "0") != "0"
+                        and int(controller.get("listeners", 0)) >= listeners
+                        and self._start_profile.service_is_ready()
+                    )
+                )
+            )
+
+        if not self._spin_until(ready, READY):
+            raise AbSimError(f"the nodes did not come up within {READY:g} s; see {self._logs}")
+
+    def start(self) -> None:
+        """Start the profile, if there is one, and let the drive run."""
+        if CONTROLLER in self._nodes:
+            self._ask(self._start_profile, trigger_request())
+        self._ask(self._pause_drive, switch_request(False))
+        self._began = self.time
+        self._heard = time.monotonic()
+
+    def spin(self, seconds: float) -> None:
+        """Listen to the nodes for a while.
+
+        Raises:
+            AbSimError: one of them has ended, or the drive has fallen silent.
+            Interrupted: asked to end.
+        """
+        until = time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0:
+            self._listen(left)
+        for name, process in self._processes.items():
+            if process.poll() is not None:
+                raise AbSimError(
+                    f"{name} ended with exit code {process.returncode}:\n{self._log_of(name)}"
+                )
+        if self._began is not None and time.monotonic() - self._heard > SILENCE:
+            raise AbSimError(f"nothing heard from drive_sim for {SILENCE:g} s; see {self._logs}")
+
+    def stop(self) -> dict[str, str]:
+        """End the nodes, the recorder last; returns figures of the run, ready to print.
+
+        Raises:
+            AbSimError: a node did not end cleanly.
+        """
+        self._stopping.clear()  # now it is done in order; asked again, it is done at once
+        wall = self._wall[1] - self._wall[0]
+        factor = self.elapsed / wall if wall > 0 else math.nan
+        # First who sends, last who writes down: what is under way then still arrives.
+        for name in self._nodes:
+            self._ask_to_end(name)
+        for name in list(self._processes):
+            try:
+                code = self._processes[name].wait(timeout=ANSWER)
+            except subprocess.TimeoutExpired as error:
+                raise AbSimError(f"{name} did not end; see {self._logs}") from error
+            del self._processes[name]
+            if code != 0:
+                raise AbSimError(f"{name} ended with exit code {code}:\n{self._log_of(name)}")
+        if not all(self.health(name) for name in self._nodes):
+            raise AbSimError(f"a node sent no diagnostics; see {self._logs}")
+        drive, recorder, controller = map(self.health, ("drive_sim", "recorder", CONTROLLER))
+        figures = {
+            "real-time factor": f"{factor:.4f}",
+            "worst lateness": f"{1e3 * float(drive['worst lateness [s]']):.2f} ms",
+            "steps dropped": drive["steps dropped"],
+            "commands rejected": drive["commands rejected"],
+        }
+        if controller:
+            obeyed = int(drive["commands accepted"]) + int(drive["commands rejected"])
+            figures["commands lost"] = str(int(controller["commands published"]) - obeyed)
+        if recorder:
+            figures["messages dropped by the recorder"] = recorder["messages dropped"]
+        return figures
+
+    def health(self, node: str) -> dict[str, str]:
+        """What a node says of itself, nothing before it does."""
+        health = self._health.get(f"/{node}")
+        return {} if health is None else health.values
+
+    def _watch(self) -> None:
+        self._node = rclpy.create_node("ab_sim")
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._node)
+        topics.JOINT_STATES.subscription(self._node, self._hear_joints)
+        topics.WHIRL.subscription(self._node, self._hear_whirl)
+        topics.DIAGNOSTICS.subscription(self._node, self._hear_health)
+        self._start_profile: Client[Any, Any] = self._node.create_client(
+            Trigger, "profile_controller/start"
+        )
+        self._pause_drive: Client[Any, Any] = self._node.create_client(SetBool, "drive_sim/pause")
+
+    def _hear_joints(self, message: Any) -> None:
+        with contextlib.suppress(MalformedMessage):  # another robot's
+            sample = JointSample.of(message)
+            self.time, self.speed = sample.time * 1e-9, sample.spindle_speed
+            self.ball_angles = sample.ball_angles
+            self._heard = time.monotonic()
+            if self._began is not None:
+                self._wall[1] = self._heard
+                self._wall[0] = self._wall[0] or self._heard - self.elapsed
+
+    def _hear_whirl(self, message: Any) -> None:
+        x, y, _ = WhirlSample.of(message).place
+        self.whirl = math.hypot(x, y)
+
+    def _hear_health(self, message: Any) -> None:
+        for health in Health.all_of(message):
+            self._health[health.node] = health
+
+    def _start_processes(self) -> None:
+        for name, values in self._nodes.items():
+            settings = [part for k, v in values.items() for part in ("-p", f"{k}:={v}")]
+            command = [sys.executable, "-m", f"ab_sim.nodes.{name}", "--ros-args", *settings]
+            with (self._logs / f"{name}.log").open("wb") as log:
+                self._processes[name] = subprocess.Popen(
+                    command,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    # Ctrl-C is for this process, which then ends them in order.
+                    start_new_session=True,
+                    preexec_fn=_end_with_parent,
+                )
+
+    def _refuse_company(self) -> None:
+        if topics.CLOCK.publishers(self._node) > 1:
+            domain = os.environ.get("ROS_DOMAIN_ID", "0")
+            raise InputError(
+                f"another simulator publishes /clock on ROS_DOMAIN_ID {domain}; "
+                "stop it, or use another domain: ROS_DOMAIN_ID=17 make demo"
+            )
+
+    def _listen(self, seconds: float) -> None:
+        """Until something is heard, at most so long."""
+        if self._stopping.is_set():
+            raise Interrupted("interrupted")
+        self._executor.spin_once(timeout_sec=seconds)
+
+    def _spin_until(self, condition: Callable[[], bool], deadline: float) -> bool:
+        end = time.monotonic() + deadline
+        while not condition():
+            if time.monotonic() > end:
+                return False
+            self.spin(0.02)
+        return True
+
+    def _ask(self, client: Client[Any, Any], request: Any) -> None:
+        service = client.srv_name
+        # Nodes discover each other in their own time: what is refused now may soon be granted.
+        end = time.monotonic() + ANSWER
+        while True:
+            future = client.call_async(request)
+            if not self._spin_until(future.done, ANSWER):
+                raise AbSimError(f"the service {service} did not answer within {ANSWER:g} s")
+            done, text = answer_of(future.result())
+            if done:
+                return
+            if time.monotonic() > end:
+                raise AbSimError(f"the service {service} refused: {text}")
+            self.spin(0.05)
+
+    def _ask_to_end(self, name: str) -> None:
+        """Ask a node to end, and hear its last words, if it has any."""
+        process = self._processes[name]
+        process.send_signal(signal.SIGINT)
+        end = time.monotonic() + ANSWER
+        while (health := self._health.get(f"/{name}")) is None or health.message != ENDED:
+            if process.poll() is not None and end > time.monotonic() + 0.5:
+                end = time.monotonic() + 0.5  # what it said may still be on its way
+            if time.monotonic() > end:
+                return
+            self._listen(0.02)
+
+    def _log_of(self, name: str) -> str:
+        text = (self._logs / f"{name}.log").read_text(errors="replace")
+        return "\n".join(text.splitlines()[-15:])
+
+    def _end(self) -> None:
+        # Whatever happens now, no node is left running: no ROS here, and if there is not even time
+        # for this, they are told when this process has gone.
+        for process in self._processes.values():
+            process.send_signal(signal.SIGINT)
+        for process in self._processes.values():
+            try:
+                process.wait(timeout=ANSWER)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._processes.clear()
+        if rclpy.ok():
+            self._executor.shutdown()
+            self._node.destroy_node()
+            rclpy.try_shutdown()
+        self._context.close()
+
+
+def _end_with_parent() -> None:
+    """In the new process: be told to end when the command dies, even of SIGKILL (Linux)."""
+    set_parent_death_signal = 1
+    ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGINT)

@@ -1,0 +1,51 @@
+"""`ab-sim view`: recordings in Rerun's viewer, finished ones and such as still grow."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from ab_sim import interruption
+from ab_sim.errors import AbSimError, InputError
+from ab_sim.output_file import RECORDING, check_ending
+from ab_sim.viewing import NATIVE, WEB, Viewer, check_view
+
+MEMORY = "50%"
+"""Of this machine's: nothing of a long recording is to be left out."""
+console = Console()
+
+
+def run_view(files: Sequence[Path], web: bool, port: int) -> None:
+    """Show recordings until Ctrl-C, or until the window is closed.
+
+    Args:
+        files: to be shown side by side, and followed as they grow.
+        web: in a browser, instead of a window.
+        port: where the page for the browser is; 0: any that is free.
+
+    Raises:
+        InputError: a file is not there, there is no screen, the port is taken.
+        AbSimError: the viewer has failed.
+    """
+    for file in files:
+        check_ending(file, RECORDING, "FILE")
+        if not file.is_file():
+            raise InputError(f"{file}: no such file")
+    view = WEB if web else NATIVE
+    if not web:
+        try:
+            check_view(view, screen=True)
+        except InputError as error:
+            raise InputError(f"{error}: --web") from error
+    with interruption.in_order() as stopping:
+        viewer = Viewer(view, port, MEMORY)
+        try:
+            for file in files:
+                viewer.feed(file)
+            console.print(f"watch at {viewer.address}   (Ctrl-C ends it)", soft_wrap=True)
+            while not viewer.gone and not stopping.wait(0.1):
+                pass
+            if viewer.gone and not viewer.closed_by_user:
+                raise AbSimError(f"the viewer {viewer.state}")
+        finally:
+            viewer.close()

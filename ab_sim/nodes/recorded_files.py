@@ -1,0 +1,216 @@
+"""The files of a recorder, one after the other, and what is missing in them."""
+
+import contextlib
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.impl.rcutils_logger import RcutilsLogger
+
+from ab_msgs_py import MalformedMessage
+from ab_sim.errors import RecordingError
+from ab_sim.recording import Recording
+from ab_sim.viewing import Viewer
+
+RETRY = 1.0
+"""s between two attempts to begin a file."""
+
+
+class RecordedFiles:
+    """What a recorder writes, shown while it grows.
+
+    A file ends, and another begins, when the drive is reset or started again, and when the file
+    cannot be written further.
+
+    Args:
+        path: of the first file; those after it get numbers, and so does the first one if there is
+            a file already: nothing that was recorded is ever overwritten. None: no files.
+        viewer: shown the files as they grow.
+        logger: told of files.
+        thinned: which samples are kept, as `Recording` takes it.
+    """
+
+    def __init__(
+        self,
+        path: Path | None,
+        viewer: Viewer | None,
+        logger: RcutilsLogger,
+        thinned: Mapping[str, Any],
+    ) -> None:
+        self._path, self._viewer, self._logger, self._thinned = path, viewer, logger, thinned
+        self._number = 1
+        self._description: Mapping[str, Any] | None = None
+        self._recording: Recording | None = None
+        self._next: int | None = None  # step; None: none was heard
+        self._restarted = False  # and no block was heard since
+        self._tried = 0.0
+        self._time = 0.0  # of the newest sample [s]
+        self._states: dict[str, str] = {}
+        self._standing: dict[tuple[str, str], str] = {}  # by source and what it is about: text
+        self._written = self._lost = 0  # in the files before this one
+        self._left_out = self._refused = 0  # there, too
+        self.missing = 0
+        """Steps that nobody brought: between two that were, and from 0 on after a reset."""
+        self.trouble = ""
+        """Why nothing is written, if so."""
+        self.why_lost = ""
+        """The last reason for which something was not."""
+
+    @property
+    def path(self) -> str:
+        """Of the file that is written, or nothing."""
+        return "" if self._recording is None else str(self._recording.path)
+
+    @property
+    def written(self) -> int:
+        """Samples that are in files."""
+        return self._written + (self._recording.rows_written if self._recording else 0)
+
+    @property
+    def lost(self) -> int:
+        """Samples that came and are in no file, nor will be."""
+        return self._lost
+
+    @property
+    def left_out(self) -> int:
+        """Samples that are in no file by intent."""
+        return self._left_out + (self._recording.left_out if self._recording else 0)
+
+    @property
+    def refused(self) -> int:
+        """Stretches around events that were thinned like the rest, for there were too many."""
+        return self._refused + (self._recording.stretches_refused if self._recording else 0)
+
+    def begin(self, description: Mapping[str, Any]) -> None:
+        """A drive describes itself, for the first time or after it was started again."""
+        if self._path is None:
+            return
+        self.close()
+        self._restarted = self._description is not None
+        self._description = description
+        self._open()
+
+    def block(self, channels: Sequence[str], samples: NDArray[np.float64]) -> None:
+        """Take samples, of which there are some.
+
+        Raises:
+            MalformedMessage: steps are not whole, or do not grow, or a time is not finite.
+        """
+        if self._description is None:
+            return
+        steps = samples[:, 0]
+        if not np.isfinite(samples[:, :2]).all():
+            raise MalformedMessage("vibration/block: step and time must be finite")
+        if (steps != np.rint(steps)).any() or (np.diff(steps) <= 0).any() or steps[0] < 0:
+            raise MalformedMessage("vibration/block: steps must be whole and grow from row to row")
+        first, last = int(steps[0]), int(steps[-1])
+        expected = first if self._next is None else self._next
+        if self._restarted and first != expected:  # blocks may overtake the description
+            expected = 0
+        elif first < expected:
+            # The drive was reset; a recording's steps only grow.
+            self._time = samples[0, 1]
+            self.close()
+            self._open()
+            expected = 0
+        self._restarted = False
+        self.missing += last + 1 - expected - len(samples)
+        self._next, self._time = last + 1, samples[-1, 1]
+        if self._recording is None:
+            self._lost += len(samples)
+        else:
+            self._write(lambda recording: recording.block(channels, samples))
+
+    def scalar(self, name: str, time: float, value: float) -> None:
+        """Note a number, as `Recording.scalar`."""
+        self._write(lambda recording: recording.scalar(name, time, value))
+
+    def event(self, time: float, text: str, level: str, source: str) -> None:
+        """Note what happened, as `Recording.event`."""
+        self._write(lambda recording: recording.event(time, text, level, source))
+
+    def state(self, name: str, time: float, state: str) -> None:
+        """Note a state, as `Recording.state`, and again at the beginning of every further file."""
+        if self._states.get(name) != state:
+            self._states[name] = state
+            self._write(lambda recording: recording.state(name, time, state))
+
+    def standing(self, about: str, time: float, text: str, source: str) -> None:
+        """Note what holds for long, in this file and at the beginning of every further one."""
+        self._standing[source, about] = text
+        self.event(time, text, "INFO", source)
+
+    def flush(self) -> None:
+        """Write what was taken; where nothing can be written, try another file now and then."""
+        self._write(lambda recording: recording.flush())
+        waiting = self._description is not None and self._recording is None
+        if waiting and time.monotonic() - self._tried >= RETRY:
+            self._open()
+
+    def close(self) -> None:
+        """End the file, if there is one."""
+        self._write(lambda recording: recording.close())
+        if (recording := self._recording) is not None:
+            self._leave(recording)
+
+    @property
+    def _numbered(self) -> Path:
+        assert self._path is not None
+        number = f"-{self._number}" if self._number > 1 else ""
+        return self._path.with_stem(f"{self._path.stem}{number}")
+
+    def _open(self) -> None:
+        assert self._description is not None
+        self._tried = time.monotonic()
+        while (path := self._numbered).exists():
+            self._number += 1
+        with contextlib.suppress(OSError):  # the next line will say it
+            path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            self._recording = Recording(
+                path, description=self._description, index=False, **self._thinned
+            )
+        except RecordingError as error:
+            self._complain(str(error))
+            return
+        self.trouble = ""
+        for name, state in self._states.items():
+            self._recording.state(name, self._time, state)
+        for (source, _), text in self._standing.items():
+            self._recording.event(self._time, text, "INFO", source)
+        self._logger.info(f"recording to {path}")
+        if self._viewer is not None:
+            self._viewer.feed(path)
+
+    def _write(self, write: Callable[[Recording], None]) -> None:
+        if (recording := self._recording) is None:
+            return
+        try:
+            write(recording)
+        except RecordingError as error:
+            if not recording.failed:
+                raise
+            self._complain(str(error))
+            self._leave(recording)
+
+    def _leave(self, recording: Recording) -> None:
+        self._recording = None
+        self._written += recording.rows_written
+        self._left_out += recording.left_out
+        self._refused += recording.stretches_refused
+        lost = recording.rows - recording.rows_written - recording.left_out
+        self._lost += lost
+        self._logger.info(
+            f"wrote {recording.path}: {recording.rows_written} samples, {recording.missing} missing"
+            + (f", {lost} lost" if lost else "")
+        )
+        if self._viewer is not None:
+            self._viewer.finish(recording.path)
+
+    def _complain(self, trouble: str) -> None:
+        if trouble != self.trouble:
+            self._logger.error(f"{trouble}; trying another file every {RETRY:g} s")
+        self.trouble = self.why_lost = trouble

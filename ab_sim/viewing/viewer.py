@@ -1,0 +1,225 @@
+"""A viewer, watched by a thread, which starts it, feeds it and says how it is."""
+
+import threading
+import time
+from pathlib import Path
+
+from ab_sim.errors import InputError
+from ab_sim.viewing.feed import Feed
+from ab_sim.viewing.page import Page
+from ab_sim.viewing.program import Program, Started, screens
+from ab_sim.viewing.proxy import LOOPBACK, Answer, Proxy, free_port
+
+WEB, NATIVE = "web", "native"
+NO_SCREEN = "there is no screen (neither DISPLAY nor WAYLAND_DISPLAY is set); web needs none"
+MEMORY = "2GiB"
+"""What a viewer, and its server, may hold; of more, Rerun drops the oldest."""
+TURN = 0.25
+"""s between two looks at the viewer."""
+STARTING = 30.0
+"""s for a viewer to come up; on a busy machine with a slow disk."""
+STARTED, CLOSED = "starting", "closed by its user"
+SETTLED = 2.0
+"""s; what ends before it was up for so long would only end again."""
+ENDING = 2.0
+"""s for what is under way to arrive when a viewer is closed, and for it to end."""
+
+
+def check_view(view: str, screen: bool = False) -> None:
+    """Refuse what no viewer can be made of.
+
+    Args:
+        view: what a user asks for, as of `Viewer`.
+        screen: also refuse a window where there is no screen.
+
+    Raises:
+        InputError: it is none of these.
+    """
+    if screen and view == NATIVE and not screens():
+        raise InputError(f"{view}: {NO_SCREEN}")
+    if view not in (WEB, NATIVE):
+        try:
+            Proxy.of(view)
+        except InputError as error:
+            raise InputError(f"{view!r}: must be {WEB}, {NATIVE}, or the address of a viewer that "
+                             f"runs already; {error}") from error  # fmt: skip
+
+
+class Viewer:
+    """Shows recordings as they grow; takes no time of whoever calls it.
+
+    A viewer that is killed is started again, at the same address, and shown again what still grows;
+    a window that its user closes stays closed. One that somebody else runs is waited for.
+
+    Args:
+        view: ``web``, served on loopback; ``native``, a window; or the address of one that runs
+            already, ``rerun+http://HOST:PORT/proxy``.
+        port: where the web viewer's page is; 0: any that is free.
+        memory: what the viewer may hold, as Rerun takes it.
+
+    Raises:
+        InputError: the address cannot be one, the port is taken, Rerun's program is not there.
+    """
+
+    def __init__(self, view: str, port: int = 0, memory: str = MEMORY) -> None:
+        check_view(view)
+        self.restarts = 0
+        self._native = view == NATIVE
+        self._command: list[str] | None = None  # None: somebody else's
+        if view in (WEB, NATIVE):
+            self.proxy = Proxy(LOOPBACK, free_port())
+            self._command = ["--bind", LOOPBACK, "--port", str(self.proxy.port)]
+            self._command += ["--memory-limit", memory, "--server-memory-limit", memory]
+        else:
+            self.proxy = Proxy.of(view)
+        self.address = self.proxy.url
+        self._page: Page | None = None
+        if view == WEB and self._command:
+            behind = free_port()
+            self._command += ["--serve-web", "--web-viewer-port", str(behind)]
+            self._page = Page(free_port(port), behind, f"http://{LOOPBACK}:{self.proxy.port}")
+            self.address = self.proxy.page(self._page.port)
+        self._program = Program()
+        self._server: Started | None = None
+        self._state, self._shown, self._gone = STARTED, False, False
+        self._came_up = self._leave = False
+        self._lock = threading.Lock()
+        self._files: dict[Path, Feed | None] = {}  # those that may grow
+        self._last: list[Feed] = []  # of files that do not grow any more
+        self._closing = threading.Event()
+        self._began = time.monotonic()
+        self._thread = threading.Thread(target=self._watch, name="viewer", daemon=True)
+        self._thread.start()
+
+    @property
+    def state(self) -> str:
+        """``showing``, ``starting``, or what is wrong, for people."""
+        return self._state
+
+    @property
+    def trouble(self) -> bool:
+        """Whether it should show what it is fed, and does not."""
+        return not self._shown and self._state not in (STARTED, CLOSED)
+
+    @property
+    def gone(self) -> bool:
+        """Whether it has ended and will not be started again."""
+        return self._gone
+
+    @property
+    def closed_by_user(self) -> bool:
+        """Whether it has gone because its window was closed."""
+        return self._state == CLOSED
+
+    @property
+    def waiting(self) -> int:
+        """Bytes that were recorded and not handed on yet."""
+        with self._lock:
+            return sum(feed.waiting for feed in self._files.values() if feed)
+
+    @property
+    def process(self) -> int | None:
+        """Of the viewer, if it was started by us and runs."""
+        server = self._server
+        return server.process.pid if server and server.process.poll() is None else None
+
+    def feed(self, path: Path) -> None:
+        """Show a file, and go on as it grows."""
+        with self._lock:
+            self._files.setdefault(path, None)
+
+    def finish(self, path: Path) -> None:
+        """The file will not grow any more: show its rest, and forget it."""
+        with self._lock:
+            if feed := self._files.pop(path, None):
+                feed.finish()
+                self._last.append(feed)
+
+    def close(self, leave_window: bool = False) -> None:
+        """Show the rest of the files, and end the viewer, if it is ours.
+
+        Args:
+            leave_window: a native viewer stays until its user closes it.
+        """
+        self._leave = leave_window and self._native
+        self._closing.set()
+        self._thread.join()
+        self._program.close()
+        if self._page is not None:
+            self._page.close()
+
+    def _watch(self) -> None:
+        # What is started is tied to this thread, so it is started and ended here.
+        while not self._gone:
+            self._look()
+            if self._closing.wait(TURN):
+                break
+        for path in list(self._files):
+            self.finish(path)
+        end = time.monotonic() + (ENDING if self._shown else 0.0)
+        for feed in self._last:
+            if not feed.wait(max(end - time.monotonic(), 0.0)):
+                feed.stop()
+        if self._server is not None and not self._leave:
+            self._server.end(ENDING)
+
+    def _look(self) -> None:
+        if self._command and (self._server is None or self._server.process.poll() is not None):
+            self._start()
+            return
+        answer = self.proxy.ask()
+        if answer is Answer.HERE:
+            self._shown = self._came_up = True
+            self._state = "showing"
+            self._feed()
+            return
+        early = self._command and not self._came_up and time.monotonic() - self._began < STARTING
+        self._shown = False
+        self._state = STARTED if early else f"{answer.value} at {self.address}"
+        if answer is Answer.NOBODY:
+            self._unplug()
+
+    def _start(self) -> None:
+        assert self._command is not None
+        if self._server is not None:
+            self._unplug()
+            code, complaint = self._server.process.returncode, self._server.complaint
+            if self._native and code == 0:
+                self._give_up(CLOSED)
+                return
+            if time.monotonic() - self._began < SETTLED:
+                self._give_up(f"could not start: {complaint or f'exit code {code}'}")
+                return
+            self.restarts += 1
+        elif self._native and not screens():
+            self._give_up(f"could not start: {NO_SCREEN}")
+            return
+        self._shown, self._state, self._began = False, STARTED, time.monotonic()
+        self._came_up = False
+        try:
+            self._server = self._program.start(
+                self._command, tied=not self._native, screen=self._native
+            )
+        except OSError as error:
+            self._give_up(f"could not start: {error}")
+
+    def _give_up(self, state: str) -> None:
+        self._shown, self._state, self._gone = False, state, True
+
+    def _feed(self) -> None:
+        with self._lock:
+            self._last = [feed for feed in self._last if not feed.over]
+            for path, feed in self._files.items():
+                if feed is not None and feed.broken:
+                    feed.stop()
+                    feed = None
+                if feed is None:
+                    self._files[path] = Feed(path, *self.proxy, self._program)
+
+    def _unplug(self) -> None:
+        with self._lock:
+            for feed in (*self._last, *self._files.values()):
+                if feed is not None:
+                    feed.stop()
+            self._last.clear()
+            self._files = dict.fromkeys(self._files)

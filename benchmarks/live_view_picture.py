@@ -1,0 +1,59 @@
+"""Draws docs/live-view.png: the web viewer, in a real browser, of a drive that runs.
+
+    python benchmarks/live_view_picture.py [--scene balanced-start-up] [--at 4] [--out FILE.png]
+
+The picture is taken once the viewer has drawn the drive, at the earliest after so many seconds of
+the run. Needs Chromium (tools/install-browser); where it is drawn by software, on a busy machine,
+that takes minutes.
+"""
+
+import argparse
+import io
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from PIL import Image  # noqa: E402
+
+from tests.viewing.browser import browser  # noqa: E402
+from tests.viewing.test_in_a_browser import drawn  # noqa: E402
+
+SIZE = (1200, 760)
+COLORS = 64
+"""Keeps the file small; the viewer uses few."""
+
+
+def main() -> None:
+    """Entry point."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    docs = Path(__file__).resolve().parents[1] / "docs"
+    parser.add_argument("--scene", default="balanced-start-up", help="name or file")
+    parser.add_argument("--at", type=float, default=4.0, help="s of the run")
+    parser.add_argument("--out", type=Path, default=docs / "live-view.png")
+    given = parser.parse_args()
+    command = [sys.executable, "-u", "-m", "ab_sim", "live", given.scene, "--view", "web"]
+    live = subprocess.Popen([*command, "--for", "3600"], stdout=subprocess.PIPE, text=True)
+    assert live.stdout is not None
+    try:
+        address = next(line.split()[-1] for line in live.stdout if line.startswith("watch it at"))
+        with browser(*SIZE) as screen:
+            screen.open(address)
+            began = time.monotonic()
+            while not drawn(screen) or time.monotonic() - began < given.at:
+                time.sleep(1.0)
+            picture = Image.open(io.BytesIO(screen.png())).convert("RGB")
+    finally:
+        live.send_signal(signal.SIGINT)
+        live.communicate()
+    picture.quantize(COLORS).save(given.out, optimize=True)
+    print(f"wrote {given.out}, {given.out.stat().st_size / 1e3:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,242 @@
+"""What befalls viewer, disk, drive, wire and recorder: it is said, counted, and recovered from."""
+
+import os
+import resource
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from ab_sim.errors import RecordingError
+from ab_sim.recording import read_recording
+from tests.recording.runs import describe, run
+
+if TYPE_CHECKING:
+    from subprocess import Popen
+
+    from tests.nodes.fleet import Fleet
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def number(fleet: "Fleet", key: str) -> int:
+    return int(fleet.value("recorder", key) or 0)
+
+
+def wait_for_samples(fleet: "Fleet", more: int = 100) -> None:
+    goal = number(fleet, "samples written") + more
+    fleet.until(lambda: number(fleet, "samples written") >= goal, f"{more} more samples")
+
+
+def start(fleet: "Fleet", **parameters: object) -> "Popen[bytes]":
+    """A recorder, and a drive that begins when it is heard; the recorder's process."""
+    recorder = fleet.start("recorder", **parameters)
+    fleet.start("drive_sim", scene="thesis-hold", start_paused=True)
+    fleet.until(lambda: fleet.value("recorder", "file"), "the recorder has a drive")
+    assert fleet.call("drive_sim/pause", False)[0]
+    return recorder
+
+
+# --- the viewer -----------------------------------------------------------------------------
+
+
+def test_viewer_stopped_killed_and_shown_again(fleet: "Fleet", tmp_path: Path) -> None:
+    file = tmp_path / "run.rrd"
+
+    def viewer() -> str:
+        return fleet.value("recorder", "viewer state")
+
+    start(fleet, path=file, view="web")
+    fleet.until(lambda: viewer() == "showing", "a viewer")
+    assert fleet.value("recorder", "viewer") in fleet.log("recorder")
+    first = number(fleet, "viewer process")
+    os.kill(first, signal.SIGSTOP)
+    fleet.until(lambda: viewer().startswith("does not answer"), "that is noticed")
+    assert "viewer does not answer" in fleet.health("recorder").message
+    wait_for_samples(fleet)
+    os.kill(first, signal.SIGKILL)
+    fleet.until(lambda: number(fleet, "viewer restarts") == 1, "it is started again")
+    fleet.until(lambda: viewer() == "showing", "and shows again")
+    wait_for_samples(fleet)
+    second = number(fleet, "viewer process")
+    assert fleet.stop("drive_sim") == 0 and fleet.stop("recorder") == 0
+    assert not Path(f"/proc/{second}").exists()
+    assert fleet.value("drive_sim", "steps dropped") == "0"
+    recorded = read_recording(file)
+    assert recorded.complete and recorded.missing == 0 and recorded.samples[0, 0] == 0
+
+
+def test_no_screen_no_viewer_there_and_no_file_kept(
+    no_screen: None, fleet: "Fleet", tmp_path: Path
+) -> None:
+    fleet.start("drive_sim", scene="thesis-hold")
+    for view, words in (
+        ("native", "could not start: there is no screen"),
+        ("rerun+http://127.0.0.1:9/proxy", "nobody is there at rerun+http://127.0.0.1:9/proxy"),
+    ):
+        fleet.heard["/diagnostics"].clear()
+        file = tmp_path / f"{len(view)}.rrd"
+        fleet.start("recorder", path=file, view=view)
+        fleet.until(lambda want=words: want in fleet.value("recorder", "viewer state"), words)
+        wait_for_samples(fleet)
+        assert fleet.health("recorder").level.name == "WARN"
+        assert fleet.stop("recorder") == 0
+        assert read_recording(file).complete
+    fleet.heard["/diagnostics"].clear()
+    fleet.start("recorder", view="web", keep=False)
+    wait_for_samples(fleet)
+    file = Path(fleet.value("recorder", "file"))
+    assert file.exists()
+    assert fleet.stop("recorder") == 0
+    assert not file.parent.exists()
+
+
+# --- the disk -------------------------------------------------------------------------------
+
+
+def test_disk_full_and_room_again(fleet: "Fleet", tmp_path: Path) -> None:
+    """A real write error: the kernel lets its files grow no further, and later again."""
+    file = tmp_path / "run.rrd"
+    process = start(fleet, path=file)
+    wait_for_samples(fleet)
+    unlimited = resource.prlimit(process.pid, resource.RLIMIT_FSIZE)
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1000, unlimited[1]))
+    fleet.until(lambda: fleet.health("recorder").level.name == "ERROR", "it is said")
+    assert "File too large" in fleet.health("recorder").message
+    fleet.until(lambda: number(fleet, "samples lost") > 0, "and counted")
+    assert os.listdir(tmp_path).count("run-2.rrd") == 0, "what holds nothing is not left"
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, unlimited)
+    fleet.until(lambda: fleet.value("recorder", "file").endswith("run-2.rrd"), "another file")
+    wait_for_samples(fleet)
+    assert fleet.health("recorder").level.name == "WARN"
+    assert fleet.stop("drive_sim") == 0
+    assert fleet.stop("recorder") == RecordingError.exit_code
+    first, second = read_recording(file), read_recording(tmp_path / "run-2.rrd")
+    assert not first.complete and second.complete
+    assert len(first.samples) + len(second.samples) == number(fleet, "samples written")
+    lost = int(second.samples[0, 0] - first.samples[-1, 0]) - 1
+    assert lost == number(fleet, "samples lost") and number(fleet, "samples missing") == 0
+    assert f"{lost} samples lost: " in fleet.log("recorder")
+
+
+def test_file_deleted_with_its_folder(fleet: "Fleet", tmp_path: Path) -> None:
+    file = tmp_path / "runs" / "run.rrd"
+    start(fleet, path=file)
+    wait_for_samples(fleet)
+    file.unlink()
+    file.parent.rmdir()
+    fleet.until(lambda: number(fleet, "samples lost") >= 100, "that is noticed")
+    fleet.until(lambda: fleet.value("recorder", "file"), "another file")
+    assert "deleted or renamed" in fleet.log("recorder")
+    wait_for_samples(fleet)
+    assert fleet.stop("drive_sim") == 0
+    assert fleet.stop("recorder") == RecordingError.exit_code
+    back = read_recording(file)
+    assert back.complete and back.samples[0, 0] == number(fleet, "samples lost")
+
+
+def test_killed_recorder_leaves_what_it_said_was_written(fleet: "Fleet", tmp_path: Path) -> None:
+    file = tmp_path / "run.rrd"
+    start(fleet, path=file, view="web")
+    wait_for_samples(fleet, 1000)
+    fleet.until(lambda: fleet.value("recorder", "viewer process"), "a viewer")
+    viewer = Path("/proc", fleet.value("recorder", "viewer process"))
+    written = number(fleet, "samples written")
+    assert fleet.stop("recorder", signal.SIGKILL) == -signal.SIGKILL
+    fleet.until(lambda: not viewer.exists(), "its viewer does not outlive it")
+    recorded = read_recording(file)
+    assert not recorded.complete and recorded.missing == 0
+    assert len(recorded.samples) >= written
+    np.testing.assert_array_equal(recorded.samples[:, 0], np.arange(len(recorded.samples)))
+
+
+# --- the drive and the wire -----------------------------------------------------------------
+
+NAMES, SAMPLES = run(200)
+
+
+class FakeDrive:
+    """Publishes blocks as a drive does, and leaves out what a test wants to be lost."""
+
+    def __init__(self, fleet: "Fleet") -> None:
+        from ab_msgs_py import topics
+
+        self._fleet, self._lives = fleet, 0
+        self._description = topics.DESCRIPTION.publisher(fleet.node)
+        self._blocks = topics.BLOCK.publisher(fleet.node)
+        fleet.until(lambda: self._blocks.get_subscription_count(), "the recorder listens")
+
+    def start(self) -> None:
+        from ab_msgs_py.samples import description_message
+
+        self._lives += 1
+        what = describe(channels=NAMES, run=f"life {self._lives}", effects=[])
+        self._description.publish(description_message(what))
+        self._fleet.until(
+            lambda: self._fleet.log("recorder").count("recording to /") > self._lives - 1,
+            "the recorder has heard of it",
+        )
+
+    def block(self, first: int, last: int) -> None:
+        from ab_msgs_py import Block
+
+        written = number(self._fleet, "samples written")
+        self._blocks.publish(Block(tuple(NAMES), SAMPLES[first:last]).message())
+        self._fleet.until(
+            lambda: number(self._fleet, "samples written") == written + last - first, "it is there"
+        )
+
+
+@pytest.fixture
+def drive(fleet: "Fleet", tmp_path: Path) -> Iterator[FakeDrive]:
+    fleet.start("recorder", path=tmp_path / "run.rrd")
+    yield FakeDrive(fleet)
+
+
+def test_what_is_lost_on_the_wire_is_counted(
+    fleet: "Fleet", drive: FakeDrive, tmp_path: Path
+) -> None:
+    drive.start()
+    drive.block(30, 50)  # who joins a drive under way has lost nothing
+    drive.block(57, 60)
+    assert number(fleet, "samples missing") == 7
+    drive.block(4, 10)  # a reset, of which the first four steps never came
+    assert number(fleet, "samples missing") == 11
+    drive.start()  # started again: nobody goes back, and yet nothing is a hole but the start
+    drive.block(20, 30)
+    assert number(fleet, "samples missing") == 31
+    drive.block(30, 40)
+    assert number(fleet, "messages dropped") == number(fleet, "messages malformed") == 0
+    assert fleet.health("recorder").level.name == "WARN"
+    assert fleet.stop("recorder") == 0
+    firsts = [30, 4, 20]
+    for first, name in zip(firsts, ("run.rrd", "run-2.rrd", "run-3.rrd"), strict=True):
+        recorded = read_recording(tmp_path / name)
+        assert recorded.complete and recorded.samples[0, 0] == first
+        assert recorded.missing == (7 if first == 30 else 0)
+        steps = recorded.samples[:, 0].astype(int)
+        assert recorded.samples.tobytes() == SAMPLES[steps].tobytes()
+
+
+def test_simulator_started_again(fleet: "Fleet", tmp_path: Path) -> None:
+    fleet.start("recorder", path=tmp_path / "run.rrd")
+    for name in ("run.rrd", "run-2.rrd"):
+        fleet.start("drive_sim", scene="thesis-hold", start_paused=True)
+        fleet.until(lambda want=name: fleet.value("recorder", "file").endswith(want), name)
+        assert fleet.call("drive_sim/pause", False)[0]
+        wait_for_samples(fleet)
+        assert fleet.stop("drive_sim") == 0
+    assert fleet.stop("recorder") == 0
+    for name in ("run.rrd", "run-2.rrd"):
+        recorded = read_recording(tmp_path / name)
+        assert recorded.complete and recorded.missing == 0
+    assert int(fleet.value("recorder", "samples missing")) == int(recorded.samples[0, 0])

@@ -1,0 +1,63 @@
+"""A real browser, Debian's Chromium without a window, and what is on its screen."""
+
+import io
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from matplotlib import image
+from numpy.typing import NDArray
+from playwright.sync_api import Page, sync_playwright
+
+DRAWN_BY_SOFTWARE = (
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+    "--no-sandbox",  # as root there is none
+)
+PATIENCE = 240e3
+"""ms; a picture takes a second of a machine at rest."""
+
+
+class Screen:
+    """A page, and whom it has got answers from."""
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self.answered: set[str] = set()
+        page.on("response", lambda response: self.answered.add(response.url))
+
+    def open(self, url: str) -> None:
+        self._page.goto(url, timeout=PATIENCE)
+
+    def png(self) -> bytes:
+        return self._page.screenshot(timeout=PATIENCE)
+
+    def pixels(self) -> NDArray[np.float64]:
+        """The picture now: rows, columns, red, green and blue from 0 to 255."""
+        picture = np.asarray(image.imread(io.BytesIO(self.png()), format="png"), dtype=float)
+        return 255.0 * picture[..., :3]
+
+
+def like(pixels: NDArray[np.float64], color: tuple[int, int, int]) -> NDArray[np.bool_]:
+    """Where a picture has a colour, but for how lines are smoothed."""
+    return np.abs(pixels - color).max(axis=-1) <= 24.0
+
+
+@contextmanager
+def browser(width: int = 640, height: int = 420) -> Iterator[Screen]:
+    """A browser that is closed in the end."""
+    found = shutil.which("chromium") or shutil.which("chromium-browser")
+    assert found, f"Chromium is missing: run {Path('tools/install-browser')}"
+    with sync_playwright() as play:
+        chromium = play.chromium.launch(executable_path=found, args=list(DRAWN_BY_SOFTWARE))
+        try:
+            page = chromium.new_page(
+                viewport={"width": width, "height": height}, color_scheme="dark"
+            )
+            yield Screen(page)
+        finally:
+            chromium.close()
