@@ -71,12 +71,11 @@ def test_one_that_began_before_any_command_is_the_same(
 def test_one_that_begins_in_the_middle_goes_on_from_its_first_sample(
     tmp_path: Path, scene: Scene, live: Trajectory
 ) -> None:
-    found = beside(tmp_path / "r.rrd", scene, part(live, slice(1000, None)))
-    assert "begins at t = 1 s" in found.notes[0]
+    found = beside(tmp_path / "r.rrd", scene, part(live, slice(1300, None)))
+    assert "begins at t = 1.3 s" in found.notes[0]
     for each in found.deviations:
         share = each.relative(each.largest)
-        print(each.channel, share, each.at)
-        assert share is not None and share < 1e-3, each
+        assert share is None or share < 1e-6, each
 
 
 def test_decimated_where_nothing_is_commanded_is_the_same(
