@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ab_sim.reports.panels import Panel
+from ab_sim.reports.panels import KEYS, TIME, Panel
 
 Limits = tuple[tuple[float, float], tuple[float, float]]
 """From and to, across and up."""
@@ -28,14 +28,19 @@ def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:
         names: of the runs.
         runs: the panels of each.
     """
-    longest = max(runs, key=len)
-    keys = [panel.key for panel in longest]
-    keys += [p.key for panels in runs for p in panels if p.key not in keys]
-    keys = list(dict.fromkeys(keys))
+    keys = [key for key in KEYS if any(p.key == key for panels in runs for p in panels)]
     by_key = [{panel.key: panel for panel in panels} for panels in runs]
     rows = tuple(tuple(panels.get(key) for panels in by_key) for key in keys)
-    limits = tuple(_limits([panel for panel in row if panel is not None]) for row in rows)
-    return Grid(tuple(names), rows, limits)
+    drawn = [[panel for panel in row if panel is not None and not panel.note] for row in rows]
+    limits = [_limits(row) for row in drawn]
+    timed = [row and row[0].across == TIME for row in drawn]
+    times = [
+        edge for (across, _), over in zip(limits, timed, strict=True) if over for edge in across
+    ]
+    for at, over in enumerate(timed):
+        if over:
+            limits[at] = (min(times), max(times)), limits[at][1]
+    return Grid(tuple(names), rows, tuple(limits))
 
 
 def _limits(panels: Sequence[Panel]) -> Limits:
@@ -47,8 +52,9 @@ def _limits(panels: Sequence[Panel]) -> Limits:
                 up.append(part.y)
         up.append(np.array([value for value, _ in panel.levels]))
     log = any(panel.log for panel in panels)
-    x, y = _span(across, 0.0 if not panels[0].equal else 0.05, False), _span(up, 0.05, log)
-    if any(panel.equal for panel in panels):
+    equal = any(panel.equal for panel in panels)
+    x, y = _span(across, 0.05 if equal else 0.0, False), _span(up, 0.05, log)
+    if equal:
         most = max(map(abs, (*x, *y)))
         return (-most, most), (-most, most)
     return x, y

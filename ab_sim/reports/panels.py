@@ -9,11 +9,18 @@ import numpy as np
 from ab_sim.reports.colours import BLACK, BLUE, CURVES, GREY, SKY, VERMILION
 from ab_sim.reports.gather import TURNS, RunData
 
+KEYS = (
+    "speed", "whirl", "force", "angles", "tilt", "torque", "orbit", "last orbit", "spectrum",
+    "waterfall",
+)  # fmt: skip
+"""Of panels, from above to below."""
 TIME = "time [s]"
 ORDERS = {1: VERMILION, 2: SKY}
 """Times the spindle's speed, drawn as lines in these colours."""
 WATERFALL_DECADES = 4.0
 """Below the largest amplitude; what is smaller is drawn alike."""
+LEAST = 1e-4
+"""Whirl smaller than this share of its peak is drawn as large as that."""
 COLUMNS = 300
 """Of a waterfall at most."""
 Cells = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -91,11 +98,14 @@ def _panels(data: RunData) -> Iterator[Panel]:
     yield Panel("speed", "Spindle speed", TIME, "speed [rad/s]", 0.8, drawn, levels)
     if "whirl" in have:
         time, values = data.curves.curve("whirl")
-        values = np.maximum(values * scale, 1e-4 * max(float(values.max()) * scale, 1e-300))
-        curve = Curve(whirl, time, values, VERMILION)
-        title = "Whirl radius of the deck"
-        some = bool(values.max() > 1e-290)
-        yield Panel("whirl", title, TIME, f"{whirl} [{unit}]", 1.2, (curve,), log=some)
+        values = values * scale
+        most = float(values.max(initial=0.0))
+        title, up = "Whirl radius of the deck", f"{whirl} [{unit}]"
+        if most > 0:
+            curve = Curve(whirl, time, np.maximum(values, LEAST * most), VERMILION)
+            yield Panel("whirl", title, TIME, up, 1.2, (curve,), log=True)
+        else:
+            yield Panel("whirl", title, TIME, up, 1.2, note="the deck does not move")
     yield from _of_balls(data)
     yield from _tilt(data)
     if "motor_torque" in have:

@@ -79,7 +79,7 @@ def test_once_per_turn_is_a_share_of_the_power() -> None:
     """Amplitude 3 with the spindle, 1 against it, 2 at another frequency, on a constant 7."""
     time = np.arange(10_000) / RATE
     angle = 2 * math.pi * 30 * time
-    z = 3 * np.exp(1j * angle) + np.exp(-1j * angle + 1) + 2 * np.exp(2j * math.pi * 77 * time)
+    z = 3 * np.exp(1j * angle) + np.exp(1j * (1 - angle)) + 2 * np.exp(2j * math.pi * 77 * time)
     axes = np.column_stack([z.real + 7, z.imag])
     found = OncePerTurn()
     for part in blocks(np.column_stack([angle, axes])):

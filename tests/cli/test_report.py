@@ -1,0 +1,91 @@
+"""`ab-sim report` and `ab-sim compare` as a user runs them."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from ab_sim.cli.app import app
+from ab_sim.drive import Drive
+from ab_sim.drive.description import describe
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import AbSimError
+from ab_sim.recording import Recording
+from ab_sim.scene import load_scene
+from tests.cli.tool import PNG, ab_sim
+from tests.recording.runs import record, run
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of a second, the same without balls, one of a stranger, one torn, one empty."""
+    folder = tmp_path_factory.mktemp("report")
+    bare = ["balls.count=0", "start.ball_angles=[]", "balls.mass="]
+    for name, changes in (("run", []), ("bare", bare)):
+        drive = Drive(load_scene("balanced-start-up", ["duration=1", *changes]))
+        samples = Trajectory.join([drive.present(), drive.advance(1000)])
+        with Recording(folder / f"{name}.rrd", description=describe(drive.scene)) as recording:
+            for first in range(0, 1001, 100):
+                rows = samples.samples[first : first + 100]
+                recording.block(samples.channels, rows)
+                recording.flush()
+    record(folder / "stranger.rrd", *run(500))
+    whole = (folder / "run.rrd").read_bytes()
+    (folder / "torn.rrd").write_bytes(whole[: len(whole) // 2])
+    with Recording(folder / "empty.rrd", description=describe(load_scene("no-ball"))):
+        pass
+    return folder
+
+
+def test_reports_stand_side_by_side(folder: Path, tmp_path: Path) -> None:
+    runs = [str(folder / f"{name}.rrd") for name in ("run", "bare", "stranger", "torn")]
+    done = ab_sim(
+        "report", *runs, "--png", "r.png", "--html", "r.html", "--json", "r.json", cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    for words in ("peak W", "residual unbalance", "once per turn", "torn: torn: its last"):
+        assert words in done.stdout, words
+    assert "stranger: cannot be judged" in done.stdout
+    assert (tmp_path / "r.png").read_bytes().startswith(PNG)
+    page = (tmp_path / "r.html").read_text()
+    assert len(page) < 10_000_000 and page.count("plotly-graph-div") > 20
+    assert not re.search(r'<(script|link|img)[^>]*(src|href)="', page), "nothing from elsewhere"
+    whole, bare, stranger, torn = json.loads((tmp_path / "r.json").read_text())["runs"]
+    assert whole["samples"] == 1001 and whole["complete"] and whole["merits"]["peak_time"] <= 1.0
+    assert bare["merits"]["final_ball_angles"] == []
+    assert stranger["merits"] is None and not torn["complete"] and 0 < torn["samples"] < 1001
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("report", "no.rrd"), "no.rrd: no such file"),
+        (("report", "empty.rrd"), "the recording is empty"),
+        (("report", "run.rrd", "--png", "r.jpg"), "--png r.jpg: must end in .png"),
+        (("report", "run.rrd", "--html", "no/r.html"), "there is no folder no"),
+        (("report", *["run.rrd"] * 9), "at most 8 side by side"),
+        (("compare", "run.rrd", "nothing"), "nothing"),
+        (("compare", "empty.rrd", "no-ball"), "cannot be compared: it is empty"),
+        (("compare", "run.rrd", "no-ball", "--plot", "p.bmp"), "must end in one of"),
+    ],
+)
+def test_bad_input_is_refused(
+    arguments: tuple[str, ...], words: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    before = sorted(folder.iterdir())
+    with pytest.raises(AbSimError, match=re.escape(words)):
+        app(list(arguments), standalone_mode=False)
+    assert sorted(folder.iterdir()) == before
+
+
+def test_compare_says_to_the_bit(folder: Path, tmp_path: Path) -> None:
+    done = ab_sim(
+        "compare", str(folder / "run.rrd"), "balanced-start-up", "--json", "-", "--plot", "p.png",
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["same_to_the_bit"] is True
+    assert "0, to the bit" in done.stderr
+    assert (tmp_path / "p.png").read_bytes().startswith(PNG)

@@ -1,0 +1,157 @@
+"""Recordings beside the scene that they are of, and beside others."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_sim.drive import Drive
+from ab_sim.drive.description import describe
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError
+from ab_sim.recording import Recording, open_recording
+from ab_sim.reports.compare import COMMANDS, PROFILE, Beside, compare_with
+from ab_sim.reports.gather import gather
+from ab_sim.scene import Scene, load_scene
+from ab_sim.scene.load import changed_scene
+
+NAME = "balanced-start-up"
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return load_scene(NAME, ["duration=1.5"])
+
+
+@pytest.fixture(scope="module")
+def live(scene: Scene) -> Trajectory:
+    """Commanded every 7 steps, after a while of none."""
+    drive = Drive(scene, commanded=True)
+    parts = [drive.present(), drive.advance(50)]
+    for k in range(200):
+        drive.command(min(0.7 * k, 110.0))
+        parts.append(drive.advance(7))
+    return Trajectory.join(parts)
+
+
+def beside(path: Path, scene: Scene, run: Trajectory, told: dict[str, Any] | None = None) -> Beside:
+    with Recording(path, description=told or describe(scene)) as recording:
+        recording.block(run.channels, run.samples)
+    return compare_with(open_recording(path), scene)
+
+
+def part(run: Trajectory, rows: Any) -> Trajectory:
+    return Trajectory(run.channels, run.samples[rows])
+
+
+def test_a_live_run_is_the_same_to_the_bit(tmp_path: Path, scene: Scene, live: Trajectory) -> None:
+    found = beside(tmp_path / "r.rrd", scene, live)
+    assert found.same and found.driven_by == COMMANDS and not found.notes
+    assert [each.channel for each in found.deviations] == list(
+        live.channels[2:4] + live.channels[5:]
+    )
+    assert all(each.largest == each.rms == 0.0 for each in found.deviations)
+
+
+def test_an_offline_run_is_the_same_to_the_bit(tmp_path: Path, scene: Scene) -> None:
+    drive = Drive(scene)
+    found = beside(
+        tmp_path / "r.rrd", scene, Trajectory.join([drive.present(), drive.advance(1500)])
+    )
+    assert found.same and found.driven_by == PROFILE
+
+
+def test_one_that_began_before_any_command_is_the_same(
+    tmp_path: Path, scene: Scene, live: Trajectory
+) -> None:
+    assert beside(tmp_path / "r.rrd", scene, part(live, slice(30, None))).same
+
+
+def test_one_that_begins_in_the_middle_goes_on_from_its_first_sample(
+    tmp_path: Path, scene: Scene, live: Trajectory
+) -> None:
+    found = beside(tmp_path / "r.rrd", scene, part(live, slice(1300, None)))
+    assert "begins at t = 1.3 s" in found.notes[0]
+    for each in found.deviations:
+        share = each.relative(each.largest)
+        assert share is None or share < 1e-6, each
+
+
+def test_decimated_where_nothing_is_commanded_is_the_same(
+    tmp_path: Path, scene: Scene, live: Trajectory
+) -> None:
+    found = beside(tmp_path / "r.rrd", scene, part(live, np.r_[0:50:10, 50 : len(live)]))
+    assert found.same and "steps are missing" in found.notes[0]
+
+
+def test_another_scene_is_as_far_as_it_is(tmp_path: Path, scene: Scene, live: Trajectory) -> None:
+    other = changed_scene(scene, {"balls.mass": 0.0006}, "test")
+    with Recording(tmp_path / "r.rrd", description=describe(scene)) as recording:
+        recording.block(live.channels, live.samples)
+    found = compare_with(open_recording(tmp_path / "r.rrd"), other)
+    drive = Drive(other, commanded=True)
+    parts = [drive.present(), drive.advance(50)]
+    for k in range(200):
+        drive.command(min(0.7 * k, 110.0))
+        parts.append(drive.advance(7))
+    off = np.abs(Trajectory.join(parts)["x"] - live["x"])
+    (x,) = [each for each in found.deviations if each.channel == "x"]
+    assert x.largest == off.max() and x.at == live["time"][off.argmax()]
+    assert x.rms == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-12)
+    assert x.relative(x.largest) == pytest.approx(off.max() / np.ptp(live["x"]))
+    assert not found.same and found.report()["same_to_the_bit"] is False
+
+
+def test_a_strangers_recording_is_aligned_by_time(
+    tmp_path: Path, scene: Scene, live: Trajectory
+) -> None:
+    """At times of its own, from another start, at another rate: what a sample shows is met."""
+    told = {key: value for key, value in describe(scene).items() if key not in ("step", "stepper")}
+    samples = live.samples[::3].copy()
+    samples[:, 0] = np.arange(len(samples))
+    samples[:, 1] += 1000.0
+    found = beside(tmp_path / "r.rrd", scene, Trajectory(live.channels, samples), told)
+    assert found.aligned.startswith("by time")
+    (speed,) = [each for each in found.deviations if each.channel == "speed"]
+    # A command is seen up to 3 steps after it was given.
+    assert speed.largest <= 3 * 1e-3 * scene.spindle.max_acceleration
+    assert speed.compared == len(samples)
+
+
+def test_what_cannot_be_compared_says_why(tmp_path: Path, scene: Scene, live: Trajectory) -> None:
+    path = tmp_path / "r.rrd"
+    with Recording(path, description=describe(scene)) as recording:
+        recording.block(live.channels, live.samples)
+    with pytest.raises(InputError, match=r"steps of 0\.001 s.*solver\.step = 0\.0005 s"):
+        compare_with(open_recording(path), changed_scene(scene, {"solver.step": 5e-4}, "test"))
+    with Recording(path, description=describe(scene)):
+        pass
+    with pytest.raises(InputError, match="cannot be compared: it is empty"):
+        compare_with(open_recording(path), scene)
+    with pytest.raises(InputError, match="is empty: it has no samples"):
+        gather(open_recording(path), "r")
+    names = [name for name in live.channels if name != "command"]
+    columns = [live.channels.index(name) for name in names]
+    with Recording(path, description=describe(scene)) as recording:
+        recording.block(names, live.samples[:, columns])
+    with pytest.raises(InputError, match="it has no channel command"):
+        compare_with(open_recording(path), scene)
+
+
+def test_what_is_gathered_is_what_the_run_is_judged_by(
+    tmp_path: Path, scene: Scene, live: Trajectory
+) -> None:
+    from ab_sim.analysis import merits_of
+
+    path = tmp_path / "r.rrd"
+    with Recording(path, description=describe(scene)) as recording:
+        recording.block(live.channels, live.samples)
+        recording.scalar("real_time_factor", 0.5, 0.9)
+    data = gather(open_recording(path), "r")
+    assert data.merits is not None and data.scene is not None
+    assert data.merits == merits_of(live, scene)
+    assert data.report()["real_time_factor"] == {"mean": 0.9, "least": 0.9}
+    time, angle = data.curves.curve("ball_0_angle")
+    np.testing.assert_array_equal(angle, live["ball_0_angle"])
+    np.testing.assert_array_equal(time, live["time"])
