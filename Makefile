@@ -29,7 +29,7 @@ demo: $(VENV)/run.stamp
 
 # Most of the time goes into compiling kernels, which two processes share; what runs in real time
 # comes alone.
-test: lint
+test: lint $(VENV)/cyclonedds.stamp
 	$(BIN)/python -m pytest -m 'not ros' -n 2 --dist loadfile
 	$(BIN)/python -m pytest -m ros
 
@@ -54,6 +54,10 @@ $(VENV)/dev.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
 	@$(PIP_INSTALL) setuptools
 	@$(PIP_INSTALL) --no-build-isolation --editable '.[ros,dev]'
 	@touch $(VENV)/run.stamp $@
+
+$(VENV)/cyclonedds.stamp: tools/install-cyclonedds | $(VENV)/venv.stamp
+	@tools/install-cyclonedds
+	@touch $@
 
 $(VENV)/venv.stamp:
 	@tools/make-venv $(PYTHON) $(VENV)
