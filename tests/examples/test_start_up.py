@@ -66,7 +66,7 @@ class Bench:
         return float(np.mean(whirl)) / SCENE.rotor.eccentricity
 
 
-@pytest.mark.parametrize("angles", [(0.0, 2.0), (2.06, -0.57), (0.31, -2.97)])
+@pytest.mark.parametrize("angles", [(0.0, 2.0), (0.31, -2.97)])
 def test_the_hold_that_it_ends_by_itself_balances(angles: tuple[float, float]) -> None:
     said: list[str] = []
     start = SCENE.start.model_copy(update={"ball_angles": angles})
@@ -135,15 +135,14 @@ def test_failures_end_in_standstill_and_c_decides_the_same(
     heard_in_c: list[str] = []
     python = StartUp(Settings(), heard.append)
     bench = Bench([python, InC(library, heard_in_c.append)])
-    bench.run(6.5, **conditions)
     if not conditions:
-        bench.run(4.0)
+        bench.run(1.0)
         for one in bench.firmware:
             one.stop()
-        bench.run(2.0)
-    else:
-        assert python.failed
-        bench.run(6.0, **conditions)
+    while python.state != "off":
+        assert len(bench.commands) * PERIOD < 15.0, heard
+        bench.run(0.5, **conditions)
+    assert python.failed == bool(conditions)
     assert any(line.startswith(said) for line in heard), heard
     assert python.state == "off" and heard[-1].startswith("off: ")
     assert heard_in_c == heard
