@@ -64,6 +64,7 @@ def _node(name: str, given: dict[str, str], parameters: dict[str, Any], **more: 
     return Node(
         package="ab_sim",
         executable=name,
+        name=name,  # so that arguments go before what a file says of this very name
         namespace=namespace,
         # Its name is absolute, and two drives on one domain need a clock each.
         remappings=[("/clock", "clock")] if namespace else None,
