@@ -29,7 +29,7 @@ demo: $(VENV)/run.stamp
 
 # Most of the time goes into compiling kernels, which two processes share; what runs in real time
 # comes alone.
-test: lint $(VENV)/browser.stamp
+test: lint $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
 	$(BIN)/python -m pytest -m 'not ros' -n 2 --dist loadfile
 	$(BIN)/python -m pytest -m ros
 
@@ -57,6 +57,10 @@ $(VENV)/dev.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
 
 $(VENV)/browser.stamp: | $(VENV)/venv.stamp
 	@tools/install-browser
+	@touch $@
+
+$(VENV)/cyclonedds.stamp: tools/install-cyclonedds | $(VENV)/venv.stamp
+	@tools/install-cyclonedds
 	@touch $@
 
 $(VENV)/venv.stamp:

@@ -156,7 +156,9 @@ def plain_blueprint(entities: Sequence[str], scalars: Sequence[str] = ()) -> rrb
     shown = [entity for entity in entities if entity not in _NOT_PLOTTED]
     plots: list[rrb.View] = [plot(_PLOTTED.get(entity, entity), entity) for entity in shown]
     said = rrb.Vertical(
-        rrb.TextDocumentView(origin="/description", name="Not all positions are known: plots only"),
+        rrb.TextDocumentView(
+            origin="/description", name="This run: plots only, for not all positions are known"
+        ),
         _events(),
     )
     columns = [rrb.Vertical(*part) for part in (plots[::2], plots[1::2]) if part]

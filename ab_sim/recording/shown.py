@@ -33,8 +33,8 @@ class Drawn:
         yield from self._drawing.scenery()
         yield from self._pictures.scenery()
 
-    def begin(self, channels: Sequence[str]) -> None:
-        """Now the channels are known."""
+    def begin(self, channels: Sequence[str]) -> bool:
+        """Now the channels are known; returns whether the viewer is laid out anew by that."""
         balls = len(layout_of(channels).get("/balls/angle", ()))
         if balls != self._drawing.balls:
             raise RecordingError(
@@ -42,6 +42,7 @@ class Drawn:
                 f"{self._drawing.balls}"
             )
         self._pictures = Pictures(self._drawing, channels)
+        return False
 
     def of(self, rows: Array) -> Iterator[Sent]:
         """What the next rows add to the pictures."""
@@ -64,9 +65,10 @@ class Plain:
         """Nothing stays."""
         return iter(())
 
-    def begin(self, channels: Sequence[str]) -> None:
-        """Now the channels are known."""
+    def begin(self, channels: Sequence[str]) -> bool:
+        """Now the channels are known; returns whether the viewer is laid out anew by that."""
         self._entities = list(layout_of(channels))
+        return True
 
     def of(self, rows: Array) -> Iterator[Sent]:
         """Nothing is added to them."""

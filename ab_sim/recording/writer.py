@@ -225,14 +225,15 @@ class Recording:
                 f"include {', '.join(needed)}; got {', '.join(names)}"
             )
         try:
-            self._shown.begin(names)
+            anew = self._shown.begin(names)
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from error
         self._channels = names
         self._static("/channels", rr.AnyValues(names=list(names)))
         for entity, columns in layout_of(names).items():
             self._static(entity, lines([names[column] for column in columns]))
-        self._stream.send_blueprint(self._shown.blueprint(list(self._scalars)))
+        if anew:
+            self._stream.send_blueprint(self._shown.blueprint(list(self._scalars)))
 
     def _check_steps(self, rows: Array) -> None:
         steps = rows[:, 0]

@@ -60,14 +60,16 @@ class Fleet:
         namespace, _, executable = node.rpartition("/")
         if namespace:
             settings += ["-r", f"__ns:=/{namespace}", "-r", "/clock:=clock"]
-        with self._log_file(node).open("wb") as log:
-            self.processes[node] = subprocess.Popen(
-                [sys.executable, "-m", f"ab_sim.nodes.{executable}", "--ros-args", *settings],
-                env=self._environment,
-                stdout=log,
-                stderr=subprocess.STDOUT,
+        module = f"ab_sim.nodes.{executable}"
+        return self.start_process(node, sys.executable, "-m", module, "--ros-args", *settings)
+
+    def start_process(self, name: str, *command: str | Path) -> subprocess.Popen[bytes]:
+        """Start any program on the fleet's domain; it is watched and ended like a node."""
+        with self._log_file(name).open("wb") as log:
+            self.processes[name] = subprocess.Popen(
+                command, env=self._environment, stdout=log, stderr=subprocess.STDOUT
             )
-        return self.processes[node]
+        return self.processes[name]
 
     def log(self, node: str) -> str:
         """What a node has printed so far."""

@@ -89,7 +89,7 @@ def test_all_before_a_torn_end_is_read(tmp_path: Path, index: bool, lost: int) -
     assert back.tobytes() == samples[: len(back)].tobytes()
     if lost < 300 or index:  # an index is longer than all of these
         assert len(back) == 1000
-    elif lost > 10_000:
+    elif lost > 50_000:  # more than the last of what is drawn
         assert stored.torn and len(back) < 1000 and not stored.complete
     assert len(back) >= 1000 - 100 * (lost // 30_000 + 2)
     assert read_recording(torn).samples.tobytes() == back.tobytes()

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ab_sim.recording.drawing import _HUES, _RED
+from ab_sim.recording.colours import UNBALANCE, hue
 from tests.viewing.browser import Screen, browser, like
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(600)]
@@ -65,7 +65,7 @@ def until(condition: Callable[[], bool], what: str) -> None:
 def drawn(screen: Screen) -> bool:
     """Whether balls, unbalance and curves are there, in the colours in which they are drawn."""
     pixels = screen.pixels()
-    return all(like(pixels, color).sum() > 20 for color in (*_HUES[:2], _RED))
+    return all(like(pixels, color).sum() > 20 for color in (hue(0), hue(1), UNBALANCE))
 
 
 def test_shows_the_views_of_a_drive_that_runs(running: str) -> None:

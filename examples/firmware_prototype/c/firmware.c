@@ -1,0 +1,189 @@
+/* A start-up firmware without ROS: the same as ../firmware.py, against Eclipse Cyclone DDS alone.
+
+   What a DDS client must know of ROS is all here: "rt/" before a topic's name, the types of
+   messages.idl, and the quality of service. docs/topics.md says the rest. */
+#define _POSIX_C_SOURCE 200809L
+#include <dds/dds.h>
+#include <errno.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "messages.h"
+#include "start_up.h"
+
+#define PERIOD_NS 5000000 /* between two commands */
+#define DEPTH 10
+#define AT_ONCE 32 /* samples taken from a reader at a tick */
+
+/* As ROS 2 with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, which sends no multicast: ask the ports
+   of this machine's participants, one after the other. CYCLONEDDS_URI, if set, goes first. */
+static const char LOOPBACK[] =
+    "<General><AllowMulticast>false</AllowMulticast></General>"
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+    "<Peers><Peer Address=\"localhost\"/></Peers></Discovery>";
+
+static volatile sig_atomic_t interrupted;
+
+static void interrupt(int number)
+{
+    interrupted = 1;
+    signal(number, SIG_DFL); /* a second Ctrl-C ends it with the spindle turning */
+}
+
+static void say(const char *line)
+{
+    puts(line);
+    fflush(stdout);
+}
+
+static dds_entity_t checked(dds_entity_t entity, const char *what)
+{
+    if (entity < 0) {
+        fprintf(stderr, "firmware: %s: %s\n", what, dds_strretcode(entity));
+        exit(2);
+    }
+    return entity;
+}
+
+static dds_entity_t topic_of(dds_entity_t participant, const char *prefix, const char *name,
+                             const dds_topic_descriptor_t *type)
+{
+    char full[200];
+    snprintf(full, sizeof full, "rt/%s%s%s", prefix, *prefix ? "/" : "", name);
+    return checked(dds_create_topic(participant, type, full, NULL, NULL), full);
+}
+
+static double seconds(const builtin_interfaces_msg_dds__Time_ *stamp)
+{
+    return stamp->sec_ + 1e-9 * stamp->nanosec_;
+}
+
+static void hear_spindle(dds_entity_t reader, struct start_up *start_up)
+{
+    void *samples[AT_ONCE] = {NULL}; /* none of ours: the reader lends its own */
+    dds_sample_info_t infos[AT_ONCE];
+    int count = dds_take(reader, samples, infos, AT_ONCE, AT_ONCE);
+    for (int k = 0; k < count; k++) {
+        const sensor_msgs_msg_dds__JointState_ *joints = samples[k];
+        if (!infos[k].valid_data)
+            continue;
+        for (uint32_t i = 0; i < joints->name_._length; i++)
+            if (!strcmp(joints->name_._buffer[i], "spindle") && i < joints->position_._length &&
+                i < joints->velocity_._length)
+                start_up_spindle(start_up, seconds(&joints->header_.stamp_),
+                                 joints->position_._buffer[i], joints->velocity_._buffer[i]);
+    }
+    if (count > 0)
+        dds_return_loan(reader, samples, count);
+}
+
+static void hear_vibration(dds_entity_t reader, struct start_up *start_up)
+{
+    /* Several accelerometers share the topic; this firmware listens to the first it hears. */
+    static char sensor[100];
+    void *samples[AT_ONCE] = {NULL};
+    dds_sample_info_t infos[AT_ONCE];
+    int count = dds_take(reader, samples, infos, AT_ONCE, AT_ONCE);
+    for (int k = 0; k < count; k++) {
+        const geometry_msgs_msg_dds__AccelStamped_ *accel = samples[k];
+        if (!infos[k].valid_data)
+            continue;
+        if (!*sensor)
+            snprintf(sensor, sizeof sensor, "%s", accel->header_.frame_id_);
+        if (!strncmp(sensor, accel->header_.frame_id_, sizeof sensor - 1))
+            start_up_vibration(start_up, seconds(&accel->header_.stamp_),
+                               accel->accel_.linear_.x_, accel->accel_.linear_.y_);
+    }
+    if (count > 0)
+        dds_return_loan(reader, samples, count);
+}
+
+/* Sleep until the next deadline, which then is the one after; how many periods that took. */
+static int next_tick(struct timespec *deadline)
+{
+    struct timespec now;
+    int periods = 0;
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, deadline, NULL) == EINTR)
+        ;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    /* A tick that comes periods too late stands for all of them. */
+    do {
+        periods++;
+        deadline->tv_nsec += PERIOD_NS;
+        if (deadline->tv_nsec >= 1000000000) {
+            deadline->tv_nsec -= 1000000000;
+            deadline->tv_sec++;
+        }
+    } while (deadline->tv_sec < now.tv_sec ||
+             (deadline->tv_sec == now.tv_sec && deadline->tv_nsec <= now.tv_nsec));
+    return periods;
+}
+
+/* The domain as ROS has it: ROS_DOMAIN_ID, or 0. */
+static dds_domainid_t domain_of_ros(void)
+{
+    const char *text = getenv("ROS_DOMAIN_ID");
+    char *end;
+    unsigned long domain;
+    if (text == NULL || !*text)
+        return 0;
+    domain = strtoul(text, &end, 10);
+    if (*end || domain > 232) {
+        fprintf(stderr, "firmware: ROS_DOMAIN_ID = %s: must be a number from 0 to 232\n", text);
+        exit(2);
+    }
+    return (dds_domainid_t)domain;
+}
+
+int main(int count, char **arguments)
+{
+    const char *prefix = count > 1 ? arguments[1] : "";
+    struct start_up start_up;
+    struct timespec deadline;
+    dds_entity_t participant, command, joints, vibration;
+    dds_qos_t *qos;
+
+    if (count > 2 || *prefix == '-' || *prefix == '/') {
+        fprintf(stderr, "usage: firmware [NAMESPACE]    (of the drive's topics, as in: left)\n");
+        return 2;
+    }
+    setenv("CYCLONEDDS_URI", LOOPBACK, 0);
+    participant = checked(dds_create_participant(domain_of_ros(), NULL, NULL), "participant");
+    qos = dds_create_qos();
+    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
+    dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, DEPTH);
+    dds_entity_t command_topic = topic_of(participant, prefix, "spindle/command",
+                                          &std_msgs_msg_dds__Float64__desc);
+    dds_entity_t joints_topic = topic_of(participant, prefix, "joint_states",
+                                         &sensor_msgs_msg_dds__JointState__desc);
+    dds_entity_t vibration_topic = topic_of(participant, prefix, "vibration",
+                                            &geometry_msgs_msg_dds__AccelStamped__desc);
+    command = checked(dds_create_writer(participant, command_topic, qos, NULL), "writer");
+    joints = checked(dds_create_reader(participant, joints_topic, qos, NULL), "reader");
+    vibration = checked(dds_create_reader(participant, vibration_topic, qos, NULL), "reader");
+    dds_delete_qos(qos);
+
+    start_up_init(&start_up, &default_settings, say);
+    signal(SIGINT, interrupt);
+    signal(SIGTERM, interrupt);
+    say("waiting: for a drive");
+    clock_gettime(CLOCK_MONOTONIC, &deadline);
+    while (start_up.state != OFF) {
+        double passed = 1e-9 * PERIOD_NS * next_tick(&deadline);
+        std_msgs_msg_dds__Float64_ message;
+        if (interrupted)
+            start_up_stop(&start_up);
+        hear_spindle(joints, &start_up);
+        hear_vibration(vibration, &start_up);
+        message.data_ = start_up_tick(&start_up, passed);
+        if (start_up.state != WAITING)
+            dds_write(command, &message);
+    }
+    dds_delete(participant);
+    return start_up.failed;
+}

@@ -1,0 +1,84 @@
+"""A start-up, live: a drive, the profile controller and, if wanted, the recorder.
+
+ros2 launch ab_sim startup.launch.py scene:=balanced-start-up record:=true
+"""
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+SWITCH = ("true", "false")
+ARGUMENTS = {
+    "scene": ("", "name of a scene (`ab-sim scenes`) or path of a YAML file"),
+    "changes": ("", "changes to the scene: balls.mass=0.002, or a YAML list of such"),
+    "profile": ("", "scene whose profile to run; empty: the same scene"),
+    "auto_start": ("true", "start the profile as soon as the drive listens; else by ~/start"),
+    "record": ("false", "whether to record; with a path it does in any case"),
+    "path": ("", ".rrd file to record to; empty: recordings/<date>_<time>.rrd"),
+    "namespace": ("", "of all nodes, and then of their clock, too"),
+    "params_file": ("", "YAML file of parameters, which yield to what is given here"),
+}
+
+
+def generate_launch_description() -> LaunchDescription:
+    """The nodes have the parameter files of the package, then yours, then the arguments."""
+    declared = [
+        DeclareLaunchArgument(
+            name,
+            default_value=default,
+            description=meaning,
+            choices=SWITCH if default in SWITCH else None,
+        )
+        for name, (default, meaning) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*declared, OpaqueFunction(function=_nodes)])
+
+
+def _nodes(context: LaunchContext) -> list[Node]:
+    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    scene, path = given["scene"], given["path"]
+    drive: dict[str, Any] = _texts(scene=scene)
+    if given["changes"]:
+        drive["changes"] = _list_of(given["changes"])
+    controller = _texts(profile=given["profile"] or scene)
+    controller["auto_start"] = given["auto_start"] == "true"
+    nodes = [
+        _node("drive_sim", given, drive, on_exit=Shutdown()),
+        _node("profile_controller", given, controller),
+    ]
+    if path or given["record"] == "true":
+        nodes.append(_node("recorder", given, _texts(path=path)))
+    return nodes
+
+
+def _node(name: str, given: dict[str, str], parameters: dict[str, Any], **more: Any) -> Node:
+    config = Path(get_package_share_directory("ab_sim"), "config", "nodes", f"{name}.yaml")
+    namespace, own = given["namespace"], given["params_file"]
+    return Node(
+        package="ab_sim",
+        executable=name,
+        name=name,  # so that arguments go before what a file says of this very name
+        namespace=namespace,
+        # Its name is absolute, and two drives on one domain need a clock each.
+        remappings=[("/clock", "clock")] if namespace else None,
+        parameters=[str(config), *([own] if own else []), *([parameters] if parameters else [])],
+        output="screen",
+        **more,
+    )
+
+
+def _texts(**given: str) -> dict[str, Any]:
+    """As texts, whatever they look like; an empty one is left to the parameter files."""
+    return {name: ParameterValue(text, value_type=str) for name, text in given.items() if text}
+
+
+def _list_of(changes: str) -> list[str]:
+    read = yaml.safe_load(changes)
+    return [str(change) for change in read] if isinstance(read, list) else [changes]

@@ -1,0 +1,110 @@
+"""The launch files under ROS's own launch, where there is one: PyPI has no wheel of it."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("launch_ros", reason="needs the launch of a distribution's ROS 2")
+
+from ab_msgs_py import JointSample, topics  # noqa: E402
+from ab_sim.recording import read_recording  # noqa: E402
+from tests.nodes.conftest import domain, fleet  # noqa: E402
+from tests.nodes.fleet import Fleet  # noqa: E402
+
+__all__ = ["domain", "fleet"]
+pytestmark = pytest.mark.ros
+
+ROOT = Path(__file__).parents[2]
+RUN = """
+import sys
+from launch import LaunchDescription, LaunchService
+from launch.actions import IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+
+file, *given = sys.argv[1:]
+arguments = [tuple(argument.split(":=", 1)) for argument in given]
+source = PythonLaunchDescriptionSource(file)
+service = LaunchService()
+included = IncludeLaunchDescription(source, launch_arguments=arguments)
+service.include_launch_description(LaunchDescription([included]))
+sys.exit(service.run())
+"""
+
+
+@pytest.fixture
+def prefix(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """This tree, where launch looks for a package; before the fleet, which hands it on."""
+    prefix = tmp_path / "prefix"
+    index = prefix / "share/ament_index/resource_index/packages"
+    index.mkdir(parents=True)
+    (index / "ab_sim").touch()
+    (prefix / "lib").mkdir()
+    (prefix / "lib/ab_sim").symlink_to(ROOT / "scripts")
+    (prefix / "share/ab_sim").symlink_to(ROOT)
+    for name, first in (("AMENT_PREFIX_PATH", prefix), ("PATH", Path(sys.executable).parent)):
+        known = filter(None, [str(first), os.environ.get(name, "")])
+        monkeypatch.setenv(name, os.pathsep.join(known))
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "log"))
+    return prefix
+
+
+def launch(fleet: Fleet, name: str, *arguments: str) -> None:
+    file = ROOT / "launch" / name
+    fleet.start_process("launch", sys.executable, "-c", RUN, file, *arguments)
+
+
+def fast(messages: list[Any], speed: float) -> bool:
+    return bool(messages) and JointSample.of(messages[-1]).spindle_speed > speed
+
+
+def test_a_start_up_with_all_arguments(prefix: Path, fleet: Fleet, tmp_path: Path) -> None:
+    parameters = tmp_path / "mine.yaml"
+    parameters.write_text("/**/drive_sim:\n  ros__parameters: {wake_rate: 100.0, scene: no-ball}\n")
+    joints = fleet.listen(topics.JOINT_STATES._replace(name="left/joint_states"))
+    file = tmp_path / "run.rrd"
+    launch(
+        fleet,
+        "startup.launch.py",
+        "scene:=thesis-hold",
+        "profile:=balanced-start-up",
+        "changes:=['balls.mass=0.002', 'rotor.eccentricity=1e-4']",
+        f"params_file:={parameters}",
+        f"path:={file}",
+        "namespace:=left",
+    )
+    fleet.until(lambda: fast(joints, 20.0), "it starts up by itself")
+    assert fleet.value("left/drive_sim", "scene") == "thesis-hold", "arguments go first"
+    stamps = [JointSample.of(message).time for message in joints]
+    assert 10_000_000 in np.diff(stamps), "the file's wake_rate"
+    fleet.stop("launch")
+    recorded = read_recording(file)
+    assert recorded.complete and recorded.description["scene"]["balls"]["mass"] == 0.002
+
+
+def test_two_drives(prefix: Path, fleet: Fleet) -> None:
+    sides = ("left", "right")
+    joints = {
+        side: fleet.listen(topics.JOINT_STATES._replace(name=f"{side}/joint_states"))
+        for side in sides
+    }
+    launch(fleet, "two_drives.launch.py", "right:=no-ball")
+    fleet.until(lambda: all(fast(joints[side], 2.0) for side in sides), "both start up")
+    assert [len(joints[side][-1].name) for side in sides] == [3, 1], "a scene each"
+    fleet.stop("launch")
+
+
+@pytest.mark.parametrize(
+    ("argument", "words"),
+    [("scene:=nowhere", "no such scene"), ("changes:=balls.mas=1", "did you mean")],
+)
+def test_a_drive_that_fails_ends_the_launch(
+    prefix: Path, fleet: Fleet, argument: str, words: str
+) -> None:
+    launch(fleet, "startup.launch.py", "profile:=thesis-hold", argument)
+    fleet.ended("launch")
+    assert words in fleet.log("launch")
+    assert "drive_sim-1] was required" in fleet.log("launch")
