@@ -10,8 +10,8 @@ import enum
 import math
 import random
 from collections import deque
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from ab_sim.spindle import SpeedServo
 
@@ -76,22 +76,39 @@ class CommandPath:
     """
 
     def __init__(self, scene_limits: SpeedServo, step: float, rules: Rules, seed: int = 0) -> None:
-        self._scene_limits, self._step, self._seed = scene_limits, step, seed
-        self.accepted = self.rejected = self.ignored = self.silences = 0
+        self._seed = seed
+        self.accepted = self.rejected = self.ignored = self.dropped = self.silences = 0
         self.last_rejected = math.nan
         self.acted: list[int] = []
         """Stamps of the commands that have come out of the bus; for whoever takes them away."""
         self.rules = rules
+        self.lead(scene_limits, step)
+
+    @property
+    def heard(self) -> int:
+        """How many commands have come."""
+        return self.accepted + self.rejected + self.ignored
+
+    def lead(self, scene_limits: SpeedServo, step: float) -> None:
+        """Lead another drive from now on; see ``reset``."""
+        self._scene_limits, self._step = scene_limits, step
         self.reset()
 
     def reset(self) -> None:
         """Forget all commands, and why not to follow them; what has been counted remains."""
         self._bus: deque[OnBus] = deque()
-        self._random = random.Random(self._seed)
+        self._random, self._draws = random.Random(self._seed), 0
         self._last: int | None = None
         self._target: float | None = None
         self.silent = self.stopped = False
         self._told: Order | None = None
+
+    def count_from(self, now: int, then: int) -> None:
+        """What was step ``now`` is step ``then``."""
+        by = then - now
+        self._bus = deque(command._replace(due=command.due + by) for command in self._bus)
+        if self._last is not None:
+            self._last += by
 
     @property
     def limits(self) -> SpeedServo:
@@ -113,7 +130,7 @@ class CommandPath:
             rules, before = self.rules, self._bus[-1].due if self._bus else now
             late = rules.delay
             if rules.jitter:
-                late += rules.jitter * self._random.random()
+                late += rules.jitter * self._draw()
             # A bus is a queue: nobody overtakes.
             due = max(now + math.ceil(late / self._step - 1e-9), before)
             self._bus.append(OnBus(due, float(speed), stamp))
@@ -124,7 +141,7 @@ class CommandPath:
 
     def emergency_stop(self) -> None:
         """To standstill as fast as the spindle can; commands are ignored until it is released."""
-        self.ignored += len(self._bus)
+        self.dropped += len(self._bus)
         self._bus.clear()
         self.stopped, self._target = True, 0.0
 
@@ -132,6 +149,28 @@ class CommandPath:
         """End an emergency stop: the spindle stays at standstill until the next command."""
         self.stopped = self.silent = False
         self._last = None
+
+    def state(self) -> dict[str, Any]:
+        """What to keep for going back to this instant, as JSON-able values; no counts."""
+        return {
+            "bus": [[command.due, command.speed] for command in self._bus],
+            "draws": self._draws,
+            "last": self._last,
+            "target": self._target,
+            "silent": self.silent,
+            "stopped": self.stopped,
+            "told": self._told,
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go back to what was kept."""
+        self.reset()
+        self._bus.extend(OnBus(due, speed, 0) for due, speed in state["bus"])
+        while self._draws < state["draws"]:
+            self._draw()
+        self._last, self._target = state["last"], state["target"]
+        self.silent, self.stopped = state["silent"], state["stopped"]
+        self._told = None if state["told"] is None else Order(*state["told"])
 
     def order(self, now: int, speed: Callable[[], float]) -> Order | None:
         """What is new for the spindle at a step.
@@ -165,6 +204,10 @@ class CommandPath:
             ),
             now + 1,
         )
+
+    def _draw(self) -> float:
+        self._draws += 1
+        return self._random.random()
 
     def _trip(self) -> int | None:
         """Step at which the watchdog will act, if it is not done."""

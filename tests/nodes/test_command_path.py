@@ -85,7 +85,8 @@ def test_an_emergency_stop_outlasts_commands() -> None:
     p.emergency_stop()
     assert told(p, 16) == (0.0, 100.0), "as fast as the scene's spindle can"
     p.hear(300.0, 20)
-    assert p.ignored == 2 and told(p, 500) is None, "neither on the bus nor new, nor the watchdog"
+    assert (p.dropped, p.ignored, p.heard) == (1, 1, 3)
+    assert told(p, 500) is None, "neither on the bus nor new, nor the watchdog"
     p.release()
     assert told(p, 600) == (0.0, 50.0) and p.next(600) == math.inf
     p.hear(30.0, 700)
@@ -183,3 +184,62 @@ def test_steps_may_be_grouped_in_any_way(
 ) -> None:
     whole, parts = play(happening), play(happening, grouping)
     assert whole.samples.tobytes() == parts.samples.tobytes()
+
+
+def led_drive() -> Commanded:
+    DRIVE.reset()
+    rules = Rules(delay=0.02, jitter=0.01, age_limit=0.5, silence=Silence.COAST, coast=20.0)
+    led = Commanded(DRIVE, CommandPath(DRIVE.servo, DRIVE.step, rules, seed=5))
+    for speed in (50.0, 55.0, 60.0):
+        led.path.hear(speed, DRIVE.steps)
+        list(led.advance(40))
+    return led
+
+
+def test_time_begins_anew_and_nothing_else_does() -> None:
+    led = led_drive()
+    led.path.hear(70.0, DRIVE.steps)
+    before, age = DRIVE.observe(), led.path.age(DRIVE.steps)
+    led.reset_time()
+    after = DRIVE.observe()
+    assert (after.time, after.steps) == (0.0, 0)
+    assert after.omega == pytest.approx(before.omega, rel=1e-12)
+    assert after.psi == pytest.approx(before.psi, rel=1e-12)
+    assert after.theta.tolist() == before.theta.tolist()
+    assert led.path.age(0) == age
+    list(led.advance(40))
+    assert DRIVE.observe().command == 70.0, "what was on the bus comes out"
+    list(led.advance(600))
+    assert led.path.silent, "and so does the watchdog's time go on"
+
+
+def test_the_state_begins_anew_and_time_does_not() -> None:
+    led = led_drive()
+    steps = DRIVE.steps
+    led.reset_state()
+    now = DRIVE.observe()
+    assert (now.steps, now.omega, now.command) == (steps, 0.0, 0.0)
+    assert now.theta.tolist() == [0.0, 1.0]
+    list(led.advance(100))
+    assert DRIVE.observe().omega == 0.0, "commands are forgotten"
+    led.path.hear(20.0, DRIVE.steps)
+    samples = Trajectory.join(list(led.advance(200)))
+    assert samples["time"][0] == pytest.approx((steps + 101) * DRIVE.step)
+    assert samples["speed"][-1] > 0.0
+
+
+def test_a_path_goes_on_from_what_was_kept() -> None:
+    led = led_drive()
+    led.path.hear(33.0, DRIVE.steps)
+    kept, path = DRIVE.snapshot(), led.path.state()
+
+    def on() -> bytes:
+        samples = list(led.advance(10))
+        led.path.hear(44.0, DRIVE.steps)
+        return Trajectory.join([*samples, *led.advance(700)]).samples.tobytes()
+
+    first = on()
+    assert led.path.silent
+    led.leap(kept)
+    led.path.restore(path)
+    assert on() == first
