@@ -1,13 +1,16 @@
-"""What can be changed of a running `drive_sim`, and what that means for its parts."""
+"""The parameters of `drive_sim`, and what they mean for its parts."""
 
 import enum
 import math
+from typing import Any, NamedTuple
 
 from rclpy.node import Node
 
 from ab_sim.nodes.command_path import Rules, Silence
 from ab_sim.nodes.drive_health import Tolerance
-from ab_sim.nodes.parameters import Wanted
+from ab_sim.nodes.parameters import Wanted, declare
+from ab_sim.nodes.prepared import Rates
+from ab_sim.nodes.realtime import Hardening
 from ab_sim.nodes.settings import Settings, Values
 
 
@@ -22,8 +25,48 @@ class TimeMode(enum.Enum):
     """Requests."""
 
 
+class Fixed(NamedTuple):
+    """What stays as it is while the node lives."""
+
+    rates: Rates
+    paused: bool
+    """To begin with."""
+    seed: int
+    """Of the bus' jitter."""
+    clock: bool
+    """Whether simulated time is published."""
+    hardening: Hardening
+
+
+def fixed_settings(node: Node) -> Fixed:
+    """Declare it."""
+
+    def number(name: str, default: Any, meaning: str, unit: str, low: float, high: float) -> Any:
+        return declare(node, name, default, meaning, unit, (low, high))
+
+    rates = Rates(
+        number("wake_rate", 250.0, "wake-ups, each publishing once", "1/s", 1.0, 2000.0),
+        number("block_rate", 50.0, "blocks of samples", "1/s", 0.1, 1000.0),
+        number("patience", 0.5, "lag beyond which steps are dropped", "s", 0.01, 60.0),
+        number("catch_up", 10.0, "most steps at one wake-up, in wake-ups", "1", 1.0, 1e4),
+    )
+    priority = "of the loop's thread, by SCHED_FIFO; 0: scheduled as usual"
+    by_hand = "search for garbage once a second, after reports"
+    return Fixed(
+        rates,
+        declare(node, "start_paused", False, "wait for ~/pause with false"),
+        number("jitter_seed", 0, "of command_jitter", "1", 0, 2**31),
+        declare(node, "publish_clock", True, "whether simulated time goes to /clock"),
+        Hardening(
+            number("realtime_priority", 0, priority, "1", 0, 99),
+            declare(node, "lock_memory", False, "keep all memory from being swapped out"),
+            declare(node, "garbage_by_hand", False, by_hand),
+        ),
+    )
+
+
 def drive_settings(node: Node) -> Settings:
-    """Declare them."""
+    """Declare what can be changed while it runs."""
     made = Settings(node)
     for meaning, wanted in (
         ("name or YAML file of the scene to simulate; a change waits for ~/load_scene",
@@ -34,7 +77,7 @@ def drive_settings(node: Node) -> Settings:
          Wanted("time_mode", "paced", choices=[mode.value for mode in TimeMode])),
         ("simulated time over the clock's, where time is paced",
          Wanted("speed_factor", 1.0, "1", (0.01, 100.0))),
-        ("wake-ups that a request of ~/step takes", Wanted("steps", 1, "1", (1, 100_000))),
+        ("wake-ups that a request of ~/step takes", Wanted("steps", 1, "1", (1, 10_000))),
         ("commands that ~/step waits for, at most 1 s, before it takes its steps",
          Wanted("await_commands", 0, "1", (0, 100))),
         ("a command beyond this speed is rejected; 0: the scene's spindle.max_speed",

@@ -19,16 +19,16 @@ from ab_sim.nodes.drive_control import DriveControl
 from ab_sim.nodes.drive_settings import (
     TimeMode,
     drive_settings,
+    fixed_settings,
     mode_of,
     rules_of,
     tolerance_of,
 )
 from ab_sim.nodes.in_turn import InTurn
 from ab_sim.nodes.observed import Observed
-from ab_sim.nodes.parameters import declare, refuse_undeclared, whole_ratio
-from ab_sim.nodes.prepared import Prepared, Rates, scene_of
+from ab_sim.nodes.parameters import refuse_undeclared, whole_ratio
+from ab_sim.nodes.prepared import Prepared, scene_of
 from ab_sim.nodes.process import run_node
-from ab_sim.nodes.realtime import Hardening
 from ab_sim.nodes.settings import Values
 from ab_sim.nodes.stages import Stages
 from ab_sim.scene import Scene
@@ -42,33 +42,8 @@ class DriveSim(Node):
 
     def __init__(self) -> None:
         super().__init__("drive_sim")
-        self.rates = Rates(
-            declare(
-                self, "wake_rate", 250.0, "wake-ups, each publishing once", "1/s", (1.0, 2000.0)
-            ),
-            declare(self, "block_rate", 50.0, "blocks of samples", "1/s", (0.1, 1000.0)),
-            declare(self, "patience", 0.5, "lag beyond which steps are dropped", "s", (0.01, 60.0)),
-            declare(
-                self, "catch_up", 10.0, "most steps at one wake-up, in wake-ups", "1", (1.0, 1e4)
-            ),
-        )
-        self.paused = declare(self, "start_paused", False, "wait for ~/pause with false")
-        seed = declare(self, "jitter_seed", 0, "of command_jitter", "1", (0, 2**31))
-        clock = declare(self, "publish_clock", True, "whether simulated time goes to /clock")
-        self._hardening = Hardening(
-            declare(
-                self,
-                "realtime_priority",
-                0,
-                "of the loop's thread, by SCHED_FIFO; 0: scheduled as usual",
-                "1",
-                (0, 99),
-            ),
-            declare(self, "lock_memory", False, "keep all memory from being swapped out"),
-            declare(
-                self, "garbage_by_hand", False, "search for garbage once a second, after reports"
-            ),
-        )
+        fixed = fixed_settings(self)
+        self.rates, self.paused, self._hardening = fixed.rates, fixed.paused, fixed.hardening
         self.settings = drive_settings(self)
         refuse_undeclared(self)
         values = self.settings.values
@@ -84,12 +59,12 @@ class DriveSim(Node):
 
         self._observed = Observed(self)
         self._block = topics.BLOCK.publisher(self)
-        self._clock_topic = topics.CLOCK.publisher(self) if clock else None
+        self._clock_topic = topics.CLOCK.publisher(self) if fixed.clock else None
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
         self._description = topics.DESCRIPTION.publisher(self)
         prepared = self.prepare(scene_of(values["scene"], values["changes"], self.rates))
         self.path = CommandPath(
-            prepared.drive.servo, prepared.drive.step, rules_of(values), seed=seed
+            prepared.drive.servo, prepared.drive.step, rules_of(values), fixed.seed
         )
         self.commands = Commands(self, self.path)
         self.control = DriveControl(self)

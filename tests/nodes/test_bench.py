@@ -44,13 +44,15 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     )  # fmt: skip
     assert step(fleet) == (WAKE_NS, 1, 0)
     refused(fleet.call("drive_sim/pause", False), "time goes on by ~/step")
-    assert "garbage by hand" in fleet.value("drive_sim", "scheduling")
+    fleet.until(
+        lambda: "garbage by hand" in fleet.value("drive_sim", "scheduling"), "it says what it has"
+    )
     logged = "real-time priority 3: the system refuses" in fleet.log("drive_sim")
     assert logged != ("SCHED_FIFO 3" in fleet.value("drive_sim", "scheduling").split("; "))
 
     # Settings: judged together, and all or none holds.
-    refused(fleet.set("drive_sim", steps=0), "parameter steps = 0: must be a whole number from 1")
-    refused(fleet.set("drive_sim", steps=7, speed_factor=1000.0), "must be a number from 0.01 to")
+    refused(fleet.set("drive_sim", steps=0), "Parameter steps out of range. Min: 1")
+    refused(fleet.set("drive_sim", steps=7, speed_factor=1000.0), "speed_factor out of range")
     refused(fleet.set("drive_sim", steps=7, wake_rate=500.0), "read-only")
     refused(fleet.set("drive_sim", time_mode="fast"), "must be one of paced, free, lock_step")
     refused(fleet.set("drive_sim", scene="thesis-hlod"), "did you mean 'thesis-hold'")
