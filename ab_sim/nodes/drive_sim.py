@@ -47,9 +47,6 @@ class DriveSim(Node):
         self.settings = drive_settings(self)
         refuse_undeclared(self)
         values = self.settings.values
-        self._per_block = whole_ratio(
-            1.0 / self.rates.block, 1.0 / self.rates.wake, "period of block_rate"
-        )
         self.turn = InTurn()
         self.stopping = threading.Event()
         self.trouble = ""
@@ -63,6 +60,9 @@ class DriveSim(Node):
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
         self._description = topics.DESCRIPTION.publisher(self)
         prepared = self.prepare(scene_of(values["scene"], values["changes"], self.rates))
+        self._per_block = whole_ratio(
+            1.0 / self.rates.block, 1.0 / self.rates.wake, "period of block_rate"
+        )
         self.path = CommandPath(
             prepared.drive.servo, prepared.drive.step, rules_of(values), fixed.seed
         )
