@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from rclpy.node import Node
+from rclpy.service import Service
 from std_srvs.srv import SetBool, Trigger
 
 from ab_msgs_py.errors import MalformedMessage
@@ -69,14 +70,24 @@ class Stepped(NamedTuple):
             raise MalformedMessage(f"not the answer of {STEP}: {text!r}") from error
 
 
-def serve_trigger(node: Node, name: str, act: Callable[[], Answer]) -> None:
+def serve_trigger(node: Node, name: str, act: Callable[[], Answer]) -> Service[Any, Any]:
     """Offer a Trigger service."""
 
     def callback(request: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, response.message = act()
         return response
 
-    node.create_service(Trigger, name, callback)
+    return node.create_service(Trigger, name, callback)
+
+
+def answer_waiting(service: Service[Any, Any]) -> None:
+    """Answer what has been asked of a service that no executor answers."""
+    with service.handle:
+        while True:
+            asked = service.handle.service_take_request(service.srv_type.Request)
+            if asked[1] is None:
+                return
+            service.send_response(service.callback(asked[0], service.srv_type.Response()), asked[1])
 
 
 def serve_switch(node: Node, name: str, act: Callable[[bool], Answer]) -> None:

@@ -44,6 +44,8 @@ class DriveControl:
     def __init__(self, node: "DriveSim") -> None:
         self._node = node
         self._heard = 0
+        self.urgent = serve_trigger(node, services.EMERGENCY_STOP, self.emergency_stop)
+        """The loop answers it itself: whatever else is being answered may take long."""
         serve_switch(node, services.PAUSE, self.pause)
         for name, act in (
             (services.STEP, self.step),
@@ -54,7 +56,6 @@ class DriveControl:
             (services.LOAD_DISC, self.load_disc),
             (services.SAVE_SNAPSHOT, self.save_snapshot),
             (services.RESTORE_SNAPSHOT, self.restore_snapshot),
-            (services.EMERGENCY_STOP, self.emergency_stop),
             (services.RESET_EMERGENCY_STOP, self.reset_emergency_stop),
         ):
             serve_trigger(node, name, act)

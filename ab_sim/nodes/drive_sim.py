@@ -6,10 +6,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.service import Service
 from rclpy.subscription import Subscription
 
 from ab_msgs_py import ENDED, Block, Health, Level, topics
 from ab_msgs_py.samples import clock_message, description_message
+from ab_msgs_py.services import answer_waiting
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError
 from ab_sim.nodes.command_path import CommandPath
@@ -77,6 +79,11 @@ class DriveSim(Node):
         return (s for s in super().subscriptions if s is not self.commands.subscription)
 
     @property
+    def services(self) -> Iterator[Service[Any, Any]]:
+        """What the executor answers: all but the emergency stop, which waits for nobody."""
+        return (s for s in super().services if s is not self.control.urgent)
+
+    @property
     def mode(self) -> TimeMode:
         """What makes time go on."""
         return mode_of(self.settings.values)
@@ -111,6 +118,7 @@ class DriveSim(Node):
             self.publish()
             self.restart_clock()
         while not stopping.wait(self._rest()):
+            answer_waiting(self.control.urgent)
             with self.turn:
                 self._wake()
         with self.turn:

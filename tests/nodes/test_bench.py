@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from std_srvs.srv import Trigger
 
 from ab_msgs_py import Block, JointSample, Level, topics
 from ab_msgs_py.samples import description_of, nanoseconds_of
-from ab_msgs_py.services import Stepped
+from ab_msgs_py.services import Stepped, trigger_request
 from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros
@@ -185,6 +186,25 @@ def test_pace_changes_while_it_runs(fleet: Fleet) -> None:
     assert np.all(np.diff(times) >= 0)
     steps = np.concatenate([Block.of(message).samples[:, 0] for message in blocks])
     assert np.all(np.diff(steps) == 1), "no sample is missing"
+
+
+def test_an_emergency_stop_waits_for_no_other_request(fleet: Fleet) -> None:
+    """Asked while 10,000 wake-ups are being taken for another request."""
+    joints = fleet.listen(topics.JOINT_STATES)
+    fleet.start("drive_sim", scene="thesis-hold", time_mode="lock_step", steps=10_000)
+    stop = fleet.node.create_client(Trigger, "drive_sim/emergency_stop")
+    fleet.until(stop.service_is_ready, "the service")
+    steps = fleet.node.create_client(Trigger, "drive_sim/step")
+    fleet.until(steps.service_is_ready, "the other service")
+    fleet.command(400.0)
+    fleet.until(lambda: fleet.value("drive_sim", "commands accepted") == "1", "a command")
+    stepping = steps.call_async(trigger_request())
+    fleet.until(lambda: JointSample.of(joints[-1]).spindle_speed > 0.0, "it runs up")
+    stopping = stop.call_async(trigger_request())
+    fleet.until(stopping.done, "it is answered")
+    assert not stepping.done(), "before the other"
+    fleet.until(lambda: JointSample.of(joints[-1]).spindle_speed == 0.0, "it stands")
+    assert fleet.stop("drive_sim") == 0
 
 
 def test_without_a_clock(fleet: Fleet) -> None:

@@ -1,6 +1,7 @@
 """Commands on their way to the spindle: limits, bus, watchdog, emergency stop; counted in steps."""
 
 import math
+import random
 
 import numpy as np
 import pytest
@@ -167,14 +168,49 @@ def play(happening: list[tuple[str, object]], grouping: int | None = None) -> Tr
     return Trajectory.join(parts)
 
 
-@settings(max_examples=10_000, deadline=None)
-@given(st.lists(events, max_size=12))
-def test_whatever_is_commanded_outputs_are_finite(happening: list[tuple[str, object]]) -> None:
+def sound(happening: list[tuple[str, object]]) -> None:
+    """Nothing is raised, everything is finite, and no limit of the scene is left."""
     samples = play(happening)
     assert np.all(np.isfinite(samples.samples))
     assert np.all(np.abs(samples["speed"]) <= SCENE.spindle.max_speed * (1 + 1e-12))
     observed = DRIVE.observe()
     assert math.isfinite(observed.omega) and np.all(np.isfinite(observed.driving_force))
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(events, max_size=12))
+def test_whatever_is_commanded_outputs_are_finite(happening: list[tuple[str, object]]) -> None:
+    sound(happening)
+
+
+def drawn(rng: random.Random) -> list[tuple[str, object]]:
+    """As ``events``, but drawn much faster."""
+    most = SCENE.spindle.max_speed
+    odd = (math.nan, math.inf, -math.inf, 0.0, -0.0, 5e-324, 1e308, most, -most)
+    happening: list[tuple[str, object]] = []
+    for _ in range(rng.randint(1, 12)):
+        what = rng.choice(["command"] * 4 + ["advance"] * 4 + ["rules", "stop", "release", "reset"])
+        value: object = None
+        if what == "command":
+            value = rng.choice([rng.choice(odd), 1.1 * rng.uniform(-most, most)])
+        elif what == "advance":
+            value = rng.randint(1, 12)
+        elif what == "rules":
+            value = Rules(
+                rng.uniform(0.0, 1000.0), 10 ** rng.uniform(-3, 4),
+                rng.choice([math.inf, 10 ** rng.uniform(-4, -1)]), rng.choice(list(Silence)),
+                10 ** rng.uniform(-3, 4), rng.uniform(0.0, 0.05), rng.uniform(0.0, 0.05),
+            )  # fmt: skip
+        happening.append((what, value))
+    return happening
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32))
+def test_ten_thousand_sequences(seed: int) -> None:
+    rng = random.Random(seed)
+    for _ in range(100):
+        sound(drawn(rng))
 
 
 @settings(max_examples=200, deadline=None)
