@@ -1,17 +1,38 @@
 """Services of the contract, after ROS's simulation_interfaces, with std_srvs types."""
 
+import json
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from rclpy.node import Node
+from rclpy.service import Service
 from std_srvs.srv import SetBool, Trigger
+
+from ab_msgs_py.errors import MalformedMessage
 
 PAUSE = "~/pause"
 """SetBool: true pauses, false resumes."""
 STEP = "~/step"
-"""Trigger: one wake-up's steps; refused unless paused."""
+"""Trigger: as many wake-ups as the parameter `steps` says; refused unless time stands still. The
+answer's text is a ``Stepped``."""
 RESET = "~/reset"
-"""Trigger: back to t = 0."""
+"""Trigger: back to t = 0 and the start; commands are forgotten."""
+RESET_TIME = "~/reset_time"
+"""Trigger: back to t = 0 in the present state."""
+RESET_STATE = "~/reset_state"
+"""Trigger: back to the start's state, and time goes on; commands are forgotten."""
+LOAD_SCENE = "~/load_scene"
+"""Trigger: the scene that the parameters `scene` and `changes` name, from t = 0."""
+LOAD_DISC = "~/load_disc"
+"""Trigger: the disc that the parameters `disc_eccentricity` and `disc_angle` name, from now on."""
+SAVE_SNAPSHOT = "~/save_snapshot"
+"""Trigger: the present, to the file that the parameter `snapshot` names."""
+RESTORE_SNAPSHOT = "~/restore_snapshot"
+"""Trigger: back to what that file holds."""
+EMERGENCY_STOP = "~/emergency_stop"
+"""Trigger: to standstill as fast as the spindle can; commands are ignored from now on."""
+RESET_EMERGENCY_STOP = "~/reset_emergency_stop"
+"""Trigger: commands are followed again."""
 START = "~/start"
 """Trigger: run the profile."""
 ABORT = "~/abort"
@@ -21,14 +42,52 @@ Answer = tuple[bool, str]
 """Whether it was done, and a text for people."""
 
 
-def serve_trigger(node: Node, name: str, act: Callable[[], Answer]) -> None:
+class Stepped(NamedTuple):
+    """How far ``STEP`` has gone, as JSON in its answer; all of it has been published by then."""
+
+    sim_time_ns: int
+    """Simulated time [ns]."""
+    wakes: int
+    """Wake-ups that were taken."""
+    commands: int
+    """That have come since the node began, those rejected or ignored included."""
+
+    @property
+    def text(self) -> str:
+        """For the answer."""
+        return json.dumps(self._asdict())
+
+    @classmethod
+    def of(cls, text: str) -> "Stepped":
+        """Out of an answer.
+
+        Raises:
+            MalformedMessage: it is none.
+        """
+        try:
+            return cls(**{key: int(value) for key, value in json.loads(text).items()})
+        except (ValueError, TypeError, AttributeError) as error:
+            raise MalformedMessage(f"not the answer of {STEP}: {text!r}") from error
+
+
+def serve_trigger(node: Node, name: str, act: Callable[[], Answer]) -> Service[Any, Any]:
     """Offer a Trigger service."""
 
     def callback(request: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, response.message = act()
         return response
 
-    node.create_service(Trigger, name, callback)
+    return node.create_service(Trigger, name, callback)
+
+
+def answer_waiting(service: Service[Any, Any]) -> None:
+    """Answer what has been asked of a service that no executor answers."""
+    with service.handle:
+        while True:
+            asked = service.handle.service_take_request(service.srv_type.Request)
+            if asked[1] is None:
+                return
+            service.send_response(service.callback(asked[0], service.srv_type.Response()), asked[1])
 
 
 def serve_switch(node: Node, name: str, act: Callable[[bool], Answer]) -> None:

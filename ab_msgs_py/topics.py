@@ -78,17 +78,21 @@ class Topic(NamedTuple):
         return node.count_publishers(node.resolve_topic_name(self.name))
 
 
-def arrived(subscription: Subscription[Any], most: int) -> Iterator[Any]:
+def arrived(subscription: Subscription[Any], most: int) -> Iterator[tuple[Any, int]]:
     """Take what has arrived, oldest first and at most so many, without an executor.
 
     Without a limit there might be no end of it: messages go on arriving.
+
+    Yields:
+        A message, and when the system's clock said that it was received [ns]; 0 where the
+        middleware does not know.
     """
     with subscription.handle:
         for _ in range(most):
             taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
             if taken is None:
                 return
-            yield taken[0]
+            yield taken[0], int(taken[1]["received_timestamp"])
 
 
 def transforms(each: Iterable[TransformStamped]) -> Any:

@@ -53,8 +53,8 @@ NONE_YET = ErrorEstimate(0.0, 0.0)
 class _Part(NamedTuple):
     """What the drive did in one call."""
 
-    commands: tuple[float, ...]
-    """Given just before [rad/s]."""
+    commands: tuple[tuple[float, float | None], ...]
+    """Given just before: what ``Drive.command`` takes."""
     first: int
     """Number of the first step."""
     samples: Samples
@@ -122,15 +122,15 @@ class LiveChecks:
         self._halves = 0
         self._spent = self._worked = 0.0
         self._window: deque[_Part] | None = None
-        self._commands: tuple[float, ...] = ()
+        self._commands: tuple[tuple[float, float | None], ...] = ()
         self._begun = self._end = 0
         self._length = SHORTEST
         self._now = NONE_YET
 
-    def command(self, speed: float) -> None:
+    def command(self, speed: float, acceleration: float | None = None) -> None:
         """``Drive.command``."""
-        self._drive.command(speed)
-        self._commands = (*self._commands, speed)
+        self._drive.command(speed, acceleration)
+        self._commands = (*self._commands, (speed, acceleration))
 
     def advance(self, steps: int) -> Trajectory:
         """``Drive.advance``."""
@@ -154,6 +154,10 @@ class LiveChecks:
     def reset(self) -> None:
         """``Drive.reset``; estimates begin anew."""
         self._drive.reset()
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """The drive has leapt to another state: what has been recorded leads nowhere."""
         self._window, self._commands, self._length = None, (), SHORTEST
         self.latest = self.largest = self._now = NONE_YET
 
@@ -229,8 +233,8 @@ class LiveChecks:
 
     def _check_on(self, window: deque[_Part], last: int) -> None:
         """Go on to the next command, at most to a step of the shadow, and compare."""
-        for speed in window[0].commands:
-            self._shadow.command(speed)
+        for asked in window[0].commands:
+            self._shadow.command(*asked)
         window[0] = window[0]._replace(commands=())
         parts = [window[0]]
         for part in itertools.islice(window, 1, None):

@@ -104,6 +104,7 @@ class Drive:
         self.steps = 0
         self.profile = self._first_profile
         self._command: float | None = None
+        self._acceleration = self.servo.max_acceleration
         self._state = aligned((len(self._work.trial),))
         self._state[:] = start_state(self.scene, self.system)
         self._modes = start_modes(self.scene, self.system)
@@ -122,24 +123,29 @@ class Drive:
             advance.compile(tuple(map(numba.typeof, arguments)))
         self._events = events_address()
 
-    def command(self, speed: float) -> None:
-        """Ask for a spindle speed [rad/s] from the present instant on.
+    def command(self, speed: float, acceleration: float | None = None) -> None:
+        """Ask for a spindle speed from the present instant on.
 
-        The servo goes there at the scene's ``spindle.max_acceleration`` and holds it. A command
-        equal to the one in force changes nothing.
+        The servo goes there at a constant acceleration and holds it. A command equal to the one in
+        force changes nothing.
+
+        Args:
+            speed: rad/s.
+            acceleration: rad/s^2; default: the scene's ``spindle.max_acceleration``.
 
         Raises:
-            CommandError: not finite, beyond ``spindle.max_speed``, or, of a drive that was not made
-                ``commanded``, so much faster than its profile that the step is too long for it;
-                nothing has changed.
+            CommandError: not finite, beyond ``spindle.max_speed`` or ``max_acceleration``, or, of a
+                drive that was not made ``commanded``, so much faster than its profile that the step
+                is too long for it; nothing has changed.
         """
         self._check_stable(self.servo.check(speed))
-        if speed == self._command:
+        slope = self.servo.max_acceleration if acceleration is None else acceleration
+        if (speed, slope) == (self._command, self._acceleration):
             return
         now = self.time
         angle, present = self.profile.angle(now), self.profile.speed(now)
-        self.profile = self.servo.approach(now, angle, present, speed)
-        self._command = float(speed)
+        self.profile = self.servo.approach(now, angle, present, speed, slope)
+        self._command, self._acceleration = float(speed), float(slope)
 
     def _check_stable(self, speed: float) -> None:
         if abs(speed) <= self._stable_to:
@@ -256,6 +262,7 @@ class Drive:
             memory,
             self.profile,
             self._command,
+            self._acceleration,
             {name: pickup.state for name, pickup in self._reader.pickups.items()},
         )
 
@@ -263,11 +270,8 @@ class Drive:
         """Return to a snapshot of this drive or of another one with the same scene."""
         if snapshot.state.shape != self._state.shape or snapshot.step != self.step:
             raise ValueError("the snapshot is of a drive with other balls, step or ledger")
-        self.steps, self.profile, self._command = (
-            snapshot.steps,
-            snapshot.profile,
-            snapshot.command,
-        )
+        self.steps, self.profile = snapshot.steps, snapshot.profile
+        self._command, self._acceleration = snapshot.command, snapshot.acceleration
         self._state[:] = snapshot.state
         self._modes = snapshot.modes.copy()
         self._smooth_piece = None

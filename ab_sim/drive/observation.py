@@ -90,4 +90,7 @@ class Snapshot(NamedTuple):
     """What the stepper carries from one step to the next."""
     profile: SpeedProfile
     command: float | None
+    """rad/s; None before the first."""
+    acceleration: float
+    """rad/s^2, with which it is approached."""
     pickups: dict[str, PickupState]

@@ -1,14 +1,23 @@
-"""Commands from a topic: taken at wake-ups, judged, counted."""
+"""Commands from a topic: taken at wake-ups, put on their path, reported."""
+
+import time
 
 from rclpy.node import Node
 
 from ab_msgs_py import topics
 from ab_msgs_py.samples import command_of
-from ab_sim.errors import CommandError
-from ab_sim.spindle import SpeedServo
+from ab_sim.errors import CommandError, exact
+from ab_sim.nodes.command_path import CommandPath, Silence
+from ab_sim.nodes.spread import Spread
 
 AT_ONCE = 1000
 """Most commands taken at a wake-up: some 4 ms. The others wait, so that a flood stops no clock."""
+
+ON_SILENCE = {
+    Silence.HOLD: "the speed is held",
+    Silence.COAST: "the spindle coasts to standstill",
+    Silence.STOP: "the spindle stops",
+}
 
 
 class Commands:
@@ -22,48 +31,77 @@ class Commands:
 
     Args:
         node: it listens as.
-        servo: says what may be followed.
+        path: where they go.
     """
 
-    def __init__(self, node: Node, servo: SpeedServo) -> None:
-        self._servo = servo
+    def __init__(self, node: Node, path: CommandPath) -> None:
+        self._path = path
         self.subscription = topics.COMMAND.subscription(node, lambda _: None)
-        self.accepted = self.rejected = 0
+        self._delays = Spread()
         self._told = 0
-        self._last = 0.0
-        self._newest: float | None = None
+        self._sources = 0
 
-    @property
-    def sources(self) -> int:
-        """How many publish commands."""
-        return self.subscription.get_publisher_count()
+    def take(self, now: int) -> None:
+        """Put on their path what has come by a step; rejecting costs no more than accepting."""
+        for message, received in topics.arrived(self.subscription, AT_ONCE):
+            self._path.hear(command_of(message), now, received)
 
-    def take(self) -> None:
-        """Judge what has come; rejecting costs no more than accepting."""
-        for message in topics.arrived(self.subscription, AT_ONCE):
-            speed = command_of(message)
-            if self._servo.accepts(speed):
-                self.accepted += 1
-                self._newest = speed
-            else:
-                self.rejected += 1
-                self._last = speed
+    def shown(self) -> None:
+        """Outputs have been published: of those commands that have led to them it was the first."""
+        if self._path.acted:
+            now = time.time_ns()
+            for received in filter(None, self._path.acted):
+                self._delays.add(1e-9 * (now - received))
+            self._path.acted.clear()
 
-    def newest(self) -> float | None:
-        """The last good one since this was asked [rad/s]: of those that act at once it remains."""
-        newest, self._newest = self._newest, None
-        return newest
+    def others_came(self) -> bool:
+        """Whether there are more or fewer who can command than at the last call."""
+        before, self._sources = self._sources, self.subscription.get_publisher_count()
+        return before != self._sources
+
+    def news(self) -> list[str]:
+        """What is wrong, for people."""
+        path, news = self._path, []
+        if path.stopped:
+            news.append("emergency stop: commands are ignored until ~/reset_emergency_stop")
+        elif path.silent:
+            rules = path.rules
+            news.append(f"no command for {rules.age_limit:g} s: {ON_SILENCE[rules.silence]}")
+        if self._sources > 1:
+            topic = self.subscription.topic_name
+            news.append(f"{self._sources} publishers on {topic}: the last to speak leads the drive")
+        return news
+
+    def values(self, now: int) -> dict[str, str]:
+        """For the diagnostics; counts are over the node's life."""
+        path, age = self._path, self._path.age(now)
+        state = "emergency stop" if path.stopped else "watchdog" if path.silent else "commands"
+        return {
+            "sources of commands": str(self._sources),
+            "commands accepted": str(path.accepted),
+            "commands rejected": str(path.rejected),
+            "commands ignored": str(path.ignored),
+            "commands dropped from the bus": str(path.dropped),
+            "command age [s]": "none yet" if age is None else f"{age:.6g}",
+            "led by": state,
+            "watchdog has acted": str(path.silences),
+            "speed limit [rad/s]": f"{path.limits.max_speed:g}",
+            "acceleration limit [rad/s^2]": f"{path.limits.max_acceleration:g}",
+            **self._delays.values("command to output"),
+        }
 
     def refusals(self) -> str:
         """What has been rejected since this was asked, for people; nothing, if nothing was.
 
         Asked now and then, as a log entry costs a hundred times what a command does.
         """
-        count, self._told = self.rejected - self._told, self.rejected
+        path = self._path
+        count, self._told = path.rejected - self._told, path.rejected
         if not count:
             return ""
         try:
-            self._servo.check(self._last)
+            path.limits.check(path.last_rejected)
         except CommandError as error:
             return f"rejected {count} commands, the last one: {error}"
-        raise AssertionError(f"rejected what may be followed: {self._last}")
+        last = exact(path.last_rejected)
+        return f"rejected {count} commands, the last one: {last} rad/s, beyond the limit then"

@@ -1,5 +1,6 @@
 """What a running drive says of itself in its diagnostics; no ROS, and no clock of its own."""
 
+from collections import deque
 from typing import NamedTuple
 
 from ab_sim.accuracy import Price, share_of
@@ -9,13 +10,15 @@ from ab_sim.nodes.pacing import Pacer
 
 PERIOD = 1.0
 """s over which the real-time factor is measured, between two reports."""
+WINDOWS = (10, 60)
+"""Longer ones, in periods."""
 
 
 class Tolerance(NamedTuple):
     """What is still real time."""
 
     factor: float
-    """How far the real-time factor may be from 1."""
+    """How far the real-time factor may be from what is asked for, as a part of that."""
     lateness: float
     """How late a wake-up may be [s]."""
 
@@ -39,9 +42,11 @@ class DriveHealth:
         tolerance: Tolerance,
         price: Price | None = None,
     ) -> None:
-        self._drive, self._pacer, self._checks = drive, pacer, checks
-        self._tolerance, self._price = tolerance, price
-        self._since = (0.0, 0)
+        self._drive, self._pacer, self.checks = drive, pacer, checks
+        self.tolerance, self._price = tolerance, price
+        self.paced = True
+        """Whether simulated time has to keep pace with the clock."""
+        self._reports: deque[tuple[float, int]] = deque([(0.0, 0)], maxlen=max(WINDOWS) + 1)
         self._factor: float | None = None
         self._crowded = 0
 
@@ -52,24 +57,32 @@ class DriveHealth:
 
     def begin(self, now: float) -> None:
         """Time stands still, or goes on, from ``now`` on: the factor begins anew."""
-        self._since = (now, self._drive.steps)
+        self._reports.clear()
+        self._reports.append((now, self._drive.steps))
         self._factor = None
 
     def period_over(self, now: float, paused: bool) -> bool:
         """Whether it is time for a report; if so, with a new factor."""
-        since, steps = self._since
+        since, steps = self._reports[-1]
         if now - since < PERIOD:
             return False
-        if not paused:
+        if paused:
+            self._reports.clear()
+        else:
             self._factor = (self._drive.steps - steps) * self._drive.step / (now - since)
-        self._since = (now, self._drive.steps)
+        self._reports.append((now, self._drive.steps))
         return True
 
     def state(self, paused: bool) -> str:
         """What it does, in a word or two."""
         if paused:
             return "paused"
-        return "running" if self._factor is None or self._off_pace() else "running in real time"
+        if not self.paced:
+            return "running as fast as possible"
+        asked = self._pacer.factor
+        if self._factor is None or self._off_pace():
+            return "running"
+        return "running in real time" if asked == 1.0 else f"running at {asked:g} times real time"
 
     def news(self) -> list[str]:
         """What has gone less than well since the last call."""
@@ -80,10 +93,12 @@ class DriveHealth:
         news = []
         if pacing.dropped:
             news.append(f"fell behind: {pacing.dropped} steps were dropped")
-        if pacing.worst_lateness > self._tolerance.lateness:
+        if pacing.worst_lateness > self.tolerance.lateness:
             news.append(f"a wake-up was {pacing.worst_lateness:.3f} s late")
         if self._off_pace():
-            news.append(f"not in real time: factor {self._factor:.3f}")
+            asked = self._pacer.factor
+            what = "in real time" if asked == 1.0 else f"at {asked:g} times real time"
+            news.append(f"not {what}: factor {self._factor:.3f}")
         if crowded:
             news.append(
                 f"{crowded} steps had too many events to locate them all; a shorter solver.step "
@@ -94,13 +109,13 @@ class DriveHealth:
     def values(self) -> dict[str, str]:
         """Figures, with their units; those of pacing are over the node's life."""
         drive, pacing = self._drive, self._pacer.total
-        factor = {} if self._factor is None else {"real-time factor": f"{self._factor:.4f}"}
         return {
-            **factor,
+            **self._factors(),
             "simulated time [s]": f"{drive.time:.9g}",
             "overruns": str(pacing.overruns),
             "steps dropped": str(pacing.dropped),
             "worst lateness [s]": f"{pacing.worst_lateness:.6f}",
+            **self._pacer.lateness.values("lateness"),
             "scene": drive.scene.name,
             "stepper": drive.stepper.name,
             "stepper chosen": self.stepper_chosen,
@@ -112,15 +127,30 @@ class DriveHealth:
             **self._estimates(),
         }
 
+    def _factors(self) -> dict[str, str]:
+        """Over the last period, and over longer ones; none before there is one."""
+        if self._factor is None:
+            return {}
+        factors = {"real-time factor": f"{self._factor:.4f}"}
+        now, steps = self._reports[-1]
+        for window in WINDOWS:
+            if len(self._reports) > window:
+                since, before = self._reports[-1 - window]
+                factor = (steps - before) * self._drive.step / (now - since)
+                factors[f"real-time factor, {window:g} s"] = f"{factor:.5f}"
+        return factors
+
     def _off_pace(self) -> bool:
-        return self._factor is not None and abs(self._factor - 1.0) > self._tolerance.factor
+        if self._factor is None or not self.paced:
+            return False
+        return abs(self._factor / self._pacer.factor - 1.0) > self.tolerance.factor
 
     def _drift(self) -> list[str]:
         """Whether the run has left what was asked for."""
         price = self._price
-        if self._checks is None or price is None:
+        if self.checks is None or price is None:
             return []
-        angle, whirl = self._checks.estimate
+        angle, whirl = self.checks.estimate
         if share_of(price.asked, angle, whirl) <= 1.0:
             return []
         wishes = [
@@ -139,7 +169,7 @@ class DriveHealth:
 
     def _estimates(self) -> dict[str, str]:
         """What is known of the error; nothing without checks."""
-        checks = self._checks
+        checks = self.checks
         if checks is None:
             return {}
         unit = self._drive.scene.whirl_unit[1]

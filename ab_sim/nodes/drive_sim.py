@@ -1,6 +1,5 @@
 """`drive_sim`: one drive in real time, commanded and observed over topics."""
 
-import contextlib
 import threading
 import time
 import uuid
@@ -8,273 +7,274 @@ from collections.abc import Iterator
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.service import Service
 from rclpy.subscription import Subscription
 
 from ab_msgs_py import ENDED, Block, Health, Level, topics
 from ab_msgs_py.samples import clock_message, description_message
-from ab_msgs_py.services import PAUSE, RESET, STEP, Answer, serve_switch, serve_trigger
-from ab_sim.accuracy import resolve_accuracy
-from ab_sim.accuracy.live_checks import LiveChecks
-from ab_sim.drive import Drive
-from ab_sim.drive.description import describe
+from ab_msgs_py.services import answer_waiting
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError
-from ab_sim.integrate.registry import AUTO
+from ab_sim.nodes.command_path import CommandPath
+from ab_sim.nodes.commanded import Commanded
 from ab_sim.nodes.commands import Commands
-from ab_sim.nodes.drive_health import DriveHealth, Tolerance
+from ab_sim.nodes.drive_control import DriveControl
+from ab_sim.nodes.drive_settings import (
+    TimeMode,
+    drive_settings,
+    fixed_settings,
+    mode_of,
+    rules_of,
+    tolerance_of,
+)
+from ab_sim.nodes.in_turn import InTurn
 from ab_sim.nodes.observed import Observed
-from ab_sim.nodes.pacing import Pacer
-from ab_sim.nodes.parameters import close_parameters, declare, whole_ratio
+from ab_sim.nodes.parameters import close_parameters, whole_ratio
+from ab_sim.nodes.prepared import Prepared, scene_of
 from ab_sim.nodes.process import run_node
-from ab_sim.scene import load_scene
-
-LONGEST_CHECK = 0.25
-"""Of the time between two wake-ups, the most that a check of the error may take at one of them."""
+from ab_sim.nodes.settings import Values
+from ab_sim.nodes.stages import Stages
+from ab_sim.scene import Scene
 
 
 class DriveSim(Node):
-    """Steps a drive as the steady clock asks for it; the authority on simulated time."""
+    """Steps a drive as the steady clock asks for it; the authority on simulated time.
+
+    What is public is for the loop's thread, or for whoever has the ``turn``.
+    """
 
     def __init__(self) -> None:
         super().__init__("drive_sim")
-        name = declare(self, "scene", "thesis-hold", "name or YAML file of the scene to simulate")
-        changes = declare(self, "changes", [""], "changes to the scene, each key=value")
-        wake = declare(
-            self, "wake_rate", 250.0, "wake-ups, each publishing once", "1/s", (1.0, 2000.0)
-        )
-        blocks = declare(self, "block_rate", 50.0, "blocks of samples", "1/s", (0.1, 1000.0))
-        patience = declare(
-            self, "patience", 0.5, "lag beyond which steps are dropped", "s", (0.01, 60.0)
-        )
-        catch_up = declare(
-            self, "catch_up", 10.0, "most steps at one wake-up, in wake-ups", "1", (1.0, 1e4)
-        )
-        tolerance = Tolerance(
-            declare(
-                self,
-                "factor_tolerance",
-                0.05,
-                "how far the real-time factor may be from 1 without a warning",
-                "1",
-                (0.001, 1.0),
-            ),
-            declare(
-                self,
-                "lateness_tolerance",
-                0.1,
-                "how late a wake-up may be without a warning",
-                "s",
-                (0.001, 60.0),
-            ),
-        )
-        share = declare(
-            self,
-            "error_checks",
-            0.05,
-            "most of the loop's CPU time that estimating the error may take; 0: no estimate",
-            "1",
-            (0.0, 0.5),
-        )
-        self._paused = declare(self, "start_paused", False, "wait for ~/pause with false")
+        fixed = fixed_settings(self)
+        self.rates, self.paused, self._hardening = fixed.rates, fixed.paused, fixed.hardening
+        self.settings = drive_settings(self)
         close_parameters(self)
-
-        scene = load_scene(name, filter(None, changes))
-        if scene.accuracy is not None:
-            self.get_logger().info(f"{scene.name}: measuring what delivers the accuracy asked for")
-        scene, price = resolve_accuracy(scene, period=1.0 / wake, commanded=True)
-        self.drive = Drive(scene, commanded=True)
-        step = self.drive.step
-        self._checks: LiveChecks | None = None
-        if share > 0:
-            self._checks = LiveChecks(self.drive, share, longest=LONGEST_CHECK / wake)
-        self._stepped: Drive | LiveChecks = self._checks or self.drive
-        self._per_wake = whole_ratio(1.0 / wake, step, "period of wake_rate over the scene's step")
-        self._per_block = whole_ratio(1.0 / blocks, 1.0 / wake, "period of block_rate")
-        self._pacer = Pacer(step, self._per_wake, int(catch_up * self._per_wake), patience)
-        self._step_ns = round(step * 1e9)
-
-        self._lock = threading.Lock()
-        self._pending: list[Trajectory] = []
+        values = self.settings.values
+        self.turn = InTurn()
+        self.stopping = threading.Event()
+        self.trouble = ""
+        self.pending: list[Trajectory] = []
         self._wakes = 0
-        self._trouble = ""
-        self._health = DriveHealth(self.drive, self._pacer, self._checks, tolerance, price)
+        self._stages = Stages("inputs", "integration", "observing", "publishing")
 
-        self._observed = Observed(self, scene)
+        self._observed = Observed(self)
         self._block = topics.BLOCK.publisher(self)
-        self._clock_topic = topics.CLOCK.publisher(self)
+        self._clock_topic = topics.CLOCK.publisher(self) if fixed.clock else None
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
         self._description = topics.DESCRIPTION.publisher(self)
-        self._commands = Commands(self, self.drive.servo)
-        self._sources = 0
-        serve_switch(self, PAUSE, self.pause)
-        serve_trigger(self, STEP, self.step_once)
-        serve_trigger(self, RESET, self.reset)
-
-        self._warm_up()
-        # Latched, and only now: who has read it knows that the drive is ready.
-        accuracy = None if price is None else price.report()
         # By its number, one that was started again is told from one that was heard of again.
-        run = {"run": uuid.uuid4().hex}
-        self._description.publish(description_message(describe(scene, accuracy) | run))
-        chosen = scene.solver.stepper == AUTO or price is not None
-        reason = f" ({self._health.stepper_chosen})" if chosen else ""
-        what = ", ".join([f"{scene.balls.count} balls", *scene.effects, *scene.sensors])
-        self.get_logger().info(
-            f"{scene.name}: {what}; {self.drive.stepper.name} at {step:g} s{reason}"
-            + (", paused" if self._paused else "")
+        self._run = {"run": uuid.uuid4().hex}
+        prepared = self.prepare(scene_of(values["scene"], values["changes"], self.rates))
+        self._per_block = whole_ratio(
+            1.0 / self.rates.block, 1.0 / self.rates.wake, "period of block_rate"
         )
+        self.path = CommandPath(
+            prepared.drive.servo, prepared.drive.step, rules_of(values), fixed.seed
+        )
+        self.commands = Commands(self, self.path)
+        self.control = DriveControl(self)
+        self.begin(prepared)
+        self.settings.follow(self._judge, self._apply)
 
     @property
     def subscriptions(self) -> Iterator[Subscription[Any]]:
         """What the executor answers: all but the commands, which wake-ups take themselves."""
-        return (s for s in super().subscriptions if s is not self._commands.subscription)
+        return (s for s in super().subscriptions if s is not self.commands.subscription)
+
+    @property
+    def services(self) -> Iterator[Service[Any, Any]]:
+        """What the executor answers: all but the emergency stop, which waits for nobody."""
+        return (s for s in super().services if s is not self.control.urgent)
+
+    @property
+    def mode(self) -> TimeMode:
+        """What makes time go on."""
+        return mode_of(self.settings.values)
+
+    @property
+    def standing(self) -> bool:
+        """Whether time stands still until it is asked to go on."""
+        return self.paused or self.mode is TimeMode.LOCK_STEP
+
+    def prepare(self, scene: Scene) -> Prepared:
+        """Make a scene ready, which may take long; what runs goes on meanwhile."""
+        values = self.settings.values
+        say = self.get_logger().info
+        return Prepared(scene, self.rates, values["error_checks"], tolerance_of(values), say)
+
+    def begin(self, prepared: Prepared) -> None:
+        """Run this from now on."""
+        self.now = prepared
+        self.led = Commanded(prepared.drive, self.path, prepared.checks)
+        self.pending = [prepared.drive.present()]
+        self._observed.begin(prepared.scene)
+        # Latched, and only now: who has read it knows that the drive is ready.
+        self._description.publish(description_message(prepared.description() | self._run))
+        self.get_logger().info(prepared.words() + (", paused" if self.paused else ""))
 
     def run(self, stopping: threading.Event) -> None:
         """Wake up, step what is due, publish; until told to stop."""
-        with self._lock:
-            self._publish()
-            self._restart_clock()
-        while not stopping.wait(self._pacer.wait(time.monotonic())):
-            with self._lock:
-                begin = time.thread_time()
-                self._commands.take()
-                if self._paused:
-                    self._pacer.start(time.monotonic())
-                # After catching up nothing may be due; time that stands still is not published.
-                elif due := self._pacer.due(time.monotonic()):
-                    self._advance(due)
-                self._report_now_and_then()
-                if self._checks is not None:
-                    # Last: what has been published does not wait for it.
-                    self._checks.work(time.thread_time() - begin)
-        with self._lock:
-            self._commands.take()
-            self._flush()
-            self._report(ended=True)
+        self.stopping = stopping
+        for refusal in self._hardening.apply():
+            self.get_logger().warning(refusal)
+        with self.turn:
+            self.publish()
+            self.restart_clock()
+        while not stopping.wait(self._rest()):
+            answer_waiting(self.control.urgent)
+            with self.turn:
+                self._wake()
+        with self.turn:
+            self.take_commands()
+            self.flush()
+            self.report(ended=True)
 
-    def pause(self, pause: bool) -> Answer:
-        """Pause, or resume; simulated time stands still meanwhile."""
-        with self._lock:
-            if pause == self._paused:
-                return True, "paused already" if pause else "running already"
-            if not pause and self._trouble:
-                return False, f"{self._trouble}; reset first"
-            self._settle()
-            self._paused = pause
-            self._restart_clock()
-            return True, "paused" if pause else "running"
+    def take_commands(self) -> None:
+        """Put on their path what has come."""
+        self.commands.take(self.now.drive.steps)
 
-    def step_once(self) -> Answer:
-        """One wake-up's steps while paused."""
-        with self._lock:
-            if not self._paused:
-                return False, "not paused: pause first"
-            if self._trouble:
-                return False, f"{self._trouble}; reset first"
-            self._commands.take()
-            self._advance(self._per_wake)
-            return not self._trouble, self._trouble or f"t = {self.drive.time:.9g} s"
-
-    def reset(self) -> Answer:
-        """Back to t = 0 and the scene's start; a command under way is forgotten."""
-        with self._lock:
-            self._settle()
-            if self.drive.steps:
-                self._flush()
-            self._report()
-            self._stepped.reset()
-            self._commands.newest()
-            self._trouble = ""
-            self._pending = [self.drive.present()]
-            self._publish()
-            self._restart_clock()
-            self.get_logger().info("reset to t = 0")
-            return True, "t = 0"
-
-    def _warm_up(self) -> None:
-        # Nothing may be compiled inside the real-time loop: go once through all it will call.
-        with contextlib.suppress(DivergedError):  # The loop will find that too, and say so.
-            self.drive.advance(self._per_wake)
-            self.drive.command(self.drive.servo.max_speed)
-            self.drive.advance(self._per_wake)
-        if self._checks is not None:
-            self._checks.warm_up(self.drive.servo.max_speed, self._per_wake)
-        self.drive.observe()
-        self.drive.reset()
-        self._pending = [self.drive.present()]
-
-    def _restart_clock(self) -> None:
-        now = time.monotonic()
-        self._pacer.start(now)
-        self._health.begin(now)
-
-    def _settle(self) -> None:
-        """A last wake-up before time stands still: no lag is forgotten."""
-        self._commands.take()
-        if not self._paused and (due := self._pacer.stop(time.monotonic())):
-            self._advance(due)
-
-    def _advance(self, steps: int) -> None:
-        if (speed := self._commands.newest()) is not None:
-            self._stepped.command(speed)
+    def advance(self, steps: int) -> None:
+        """Take steps and publish what comes of them; a drive that diverges is paused."""
+        self._stages.begin()
         try:
-            self._pending.append(self._stepped.advance(steps))
+            for part in self.led.advance(steps):
+                self.pending.append(part)
         except DivergedError as error:
-            self._trouble = str(error)
-            self._paused = True
+            self.trouble = str(error)
+            self.paused = True
             self.get_logger().error(f"paused: {error}")
-            self._flush()
-            self._report()
+            self.flush()
+            self.report()
             return
-        self._publish()
+        self._stages.end("integration")
+        self.publish()
+        self.commands.shown()
         self._wakes += 1
         if self._wakes % self._per_block == 0:
-            self._flush()
+            self.flush()
+        self._stages.end("publishing")
 
-    def _publish(self) -> None:
-        time_ns = self.drive.steps * self._step_ns
-        self._observed.publish(time_ns, self.drive.observe())
-        self._clock_topic.publish(clock_message(time_ns))
+    def settle(self) -> None:
+        """A last wake-up before time stands still: no lag is forgotten."""
+        self.take_commands()
+        if not self.standing and self.mode is TimeMode.PACED:
+            if due := self.now.pacer.stop(time.monotonic()):
+                self.advance(due)
 
-    def _flush(self) -> None:
+    def restart_clock(self) -> None:
+        """Time stands still, or goes on, from now on."""
+        now, values = time.monotonic(), self.settings.values
+        self.now.health.paced = self.mode is TimeMode.PACED
+        self.now.pacer.start(now, values["speed_factor"])
+        self.now.health.begin(now)
+
+    def publish(self) -> None:
+        """Publish the present."""
+        self._stages.begin()
+        observation = self.now.drive.observe()
+        self._stages.end("observing")
+        self._observed.publish(self.now.time_ns, observation)
+        self.publish_clock()
+
+    def publish_clock(self) -> None:
+        """Publish simulated time."""
+        if self._clock_topic is not None:
+            self._clock_topic.publish(clock_message(self.now.time_ns))
+
+    def flush(self) -> None:
         """Publish the samples since the last block."""
-        if self._pending:
-            block = Trajectory.join(self._pending)
-            self._pending = []
+        if self.pending:
+            block = Trajectory.join(self.pending)
+            self.pending = []
             if len(block):
                 self._block.publish(Block(block.channels, block.samples).message())
 
-    def _report_now_and_then(self) -> None:
-        """Once a second, and as soon as somebody else can command."""
-        due = self._health.period_over(time.monotonic(), self._paused)
-        sources, self._sources = self._sources, self._commands.sources
-        if due or sources != self._sources:
-            self._report()
-
-    def _report(self, ended: bool = False) -> None:
-        news = self._health.news()
+    def report(self, ended: bool = False) -> None:
+        """Publish this node's health."""
+        health = self.now.health
+        news = [*health.news(), *self.commands.news()]
         level = Level.WARN if news else Level.OK
-        text = "; ".join([self._health.state(self._paused), *news])
-        if self._trouble:
-            level, text = Level.ERROR, self._trouble
-        elif topics.CLOCK.publishers(self) > 1:
+        text = "; ".join([self._state(), *news])
+        if self.trouble:
+            level, text = Level.ERROR, self.trouble
+        elif self._clock_topic is not None and topics.CLOCK.publishers(self) > 1:
             level = Level.ERROR
             clock = self.resolve_topic_name(topics.CLOCK.name)
             text = f"another simulator publishes {clock}: remap one of them, or use another domain"
-        health = Health(
-            self.get_fully_qualified_name(),
-            level,
-            ENDED if ended else text,
-            {
-                **self._health.values(),
-                "sources of commands": str(self._sources),
-                "commands accepted": str(self._commands.accepted),
-                "commands rejected": str(self._commands.rejected),
-            },
-        )
-        self._diagnostics.publish(health.message_at(self.drive.steps * self._step_ns))
-        if refusals := self._commands.refusals():
+        values = {
+            **health.values(),
+            **self._stages.values(),
+            **self.commands.values(self.now.drive.steps),
+            "time": self.mode.value,
+            "scheduling": self._hardening.words,
+        }
+        told = Health(self.get_fully_qualified_name(), level, ENDED if ended else text, values)
+        self._diagnostics.publish(told.message_at(self.now.time_ns))
+        if refusals := self.commands.refusals():
             self.get_logger().warning(refusals)
+
+    def _state(self) -> str:
+        if self.mode is TimeMode.LOCK_STEP:
+            return "lock-step: time goes on by ~/step"
+        return self.now.health.state(self.paused)
+
+    def _rest(self) -> float:
+        """How long to sleep [s]."""
+        if self.mode is TimeMode.FREE and not self.paused:
+            return 0.0
+        return self.now.pacer.wait(time.monotonic())
+
+    def _wake(self) -> None:
+        """What is to be done at a wake-up."""
+        begin, pacer = time.thread_time(), self.now.pacer
+        self._stages.begin()
+        self.take_commands()
+        self._stages.end("inputs")
+        if self.standing:
+            pacer.start(time.monotonic())
+        elif self.mode is TimeMode.FREE:
+            self.advance(self.now.per_wake)
+        # After catching up nothing may be due; time that stands still is not published.
+        elif due := pacer.due(time.monotonic()):
+            self.advance(due)
+        self._report_now_and_then()
+        if self.led.checks is not None:
+            # Last: what has been published does not wait for it.
+            self.led.checks.work(time.thread_time() - begin)
+
+    def _report_now_and_then(self) -> None:
+        """Once a second, and as soon as somebody else can command."""
+        due = self.now.health.period_over(time.monotonic(), self.standing)
+        if self.commands.others_came() or due:
+            self.report()
+        if due:
+            if self.standing:
+                # For those who come late: a clock that says nothing might be none.
+                self.publish_clock()
+            self._hardening.spare_moment()
+
+    def _judge(self, values: Values) -> None:
+        held = self.settings.values
+        if any(values[name] != held[name] for name in ("scene", "changes")):
+            scene_of(values["scene"], values["changes"], self.rates)
+
+    def _apply(self, before: Values, values: Values) -> None:
+        changed = {name for name in values if values[name] != before[name]}
+        checks = self.led.checks
+        if "error_checks" in changed:
+            checks = self.now.checks_for(values["error_checks"])
+        with self.turn:
+            if changed & {"time_mode", "speed_factor"}:
+                # With what held until now: the pacer still has it.
+                if mode_of(before) is TimeMode.PACED and not self.paused:
+                    self.take_commands()
+                    if due := self.now.pacer.stop(time.monotonic()):
+                        self.advance(due)
+                self.restart_clock()
+            self.path.rules = rules_of(values)
+            self.now.health.tolerance = tolerance_of(values)
+            self.now.health.checks = checks
+            self.led.check_with(checks)
 
 
 def main() -> None:

@@ -21,11 +21,10 @@ class Observed:
 
     Args:
         node: it publishes as; its namespace is part of the frames' names.
-        scene: what is observed.
     """
 
-    def __init__(self, node: Node, scene: Scene) -> None:
-        self._radius = scene.race.radius
+    def __init__(self, node: Node) -> None:
+        self._radius = math.nan
         self._namespace = node.get_namespace()
         self._housing, self._deck = self._frame(HOUSING), self._frame(DECK)
         self._joints = topics.JOINT_STATES.publisher(node)
@@ -39,8 +38,12 @@ class Observed:
             )
             return
         self._tf = topics.TF.publisher(node)
-        if scene.sensors:
-            self._tf_static = topics.TF_STATIC.publisher(node)
+        self._tf_static = topics.TF_STATIC.publisher(node)
+
+    def begin(self, scene: Scene) -> None:
+        """What is observed from now on."""
+        self._radius = scene.race.radius
+        if self._tf is not None and scene.sensors:
             places = (self._of_sensor(scene, name) for name in scene.sensors)
             self._tf_static.publish(transforms(places))
 

@@ -5,6 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from ab_sim.errors import InputError
+from ab_sim.nodes.spread import Spread
+
+WARM_UP = 25
+"""Wake-ups after each start that say nothing of the usual lateness yet. What is lost counts from
+the first."""
 
 
 @dataclass
@@ -28,16 +33,16 @@ class Pacing:
 class Pacer:
     """Keeps simulated time level with the steady clock.
 
-    Steps become due as the clock goes on. A late wake-up finds more of them due; they are caught
-    up with, at most ``budget`` of them at one wake-up. If the simulation has fallen more than
-    ``patience`` behind, it does not chase: the steps in excess are dropped and counted, and the
-    clock is taken as it is.
+    Steps become due as the clock goes on, ``factor`` times as fast as it does. A late wake-up finds
+    more of them due; they are caught up with, at most ``budget`` of them at one wake-up. If the
+    simulation has fallen more than ``patience`` behind, it does not chase: the steps in excess are
+    dropped and counted, and the clock is taken as it is.
 
     Args:
         step: integration step [s].
-        steps_per_wake: steps that one wake-up takes when it is on time.
-        budget: most steps at one wake-up.
-        patience: how far behind the simulation may fall before steps are dropped [s].
+        steps_per_wake: steps that one wake-up takes when it is on time, at factor 1.
+        budget: most steps at one wake-up, at factors up to 1; above, so many times as many.
+        patience: how late the simulation may be before steps are dropped [s], by the clock.
 
     Raises:
         InputError: the budget is less than one wake-up's steps, or patience less than a period.
@@ -53,6 +58,9 @@ class Pacer:
         self._per_wake = steps_per_wake
         self._budget = budget
         self._patience = patience
+        self._factor = 1.0
+        self.lateness = Spread()
+        """Of wake-ups [s], but for the first ones after each start."""
         self.total = Pacing()
         self._recent = Pacing()
         self._origin = 0.0
@@ -63,8 +71,19 @@ class Pacer:
     def _deadline(self) -> float:
         return self._origin + self._wakes * self.period
 
-    def start(self, now: float) -> None:
-        """Begin, or begin again after a pause: nothing is due at ``now``."""
+    @property
+    def factor(self) -> float:
+        """How fast simulated time goes, by the clock."""
+        return self._factor
+
+    def start(self, now: float, factor: float | None = None) -> None:
+        """Begin, or begin again after a pause: nothing is due at ``now``.
+
+        Args:
+            now: s.
+            factor: how fast simulated time goes from now on; default: as before.
+        """
+        self._factor = self._factor if factor is None else factor
         self._origin, self._taken = now, 0
         self._wakes = 1
 
@@ -76,14 +95,17 @@ class Pacer:
         """Steps to take at this wake-up; the next one is planned."""
         lateness = max(now - self._deadline, 0.0)
         self._count(lateness=lateness, overrun=lateness >= self.period)
+        if self._wakes > WARM_UP:
+            self.lateness.add(lateness)
         # Deadlines stay on their grid; those that have passed are skipped, their steps are not.
         self._wakes += math.floor(lateness / self.period) + 1
         due = self._untaken(now)
-        behind = due - self._per_wake
-        if behind * self._step > self._patience:
+        usual = max(round(self._per_wake * self._factor), 1)
+        behind = due - usual
+        if behind * self._step > self._patience * self._factor:
             self._drop(behind)
-            due = self._per_wake
-        due = max(min(due, self._budget), 0)
+            due = usual
+        due = max(min(due, round(self._budget * max(self._factor, 1.0))), 0)
         self._taken += due
         return due
 
@@ -100,7 +122,7 @@ class Pacer:
 
     def _untaken(self, now: float) -> int:
         # Rounded up by a hair: a wake-up exactly on time has all its steps due.
-        return math.floor((now - self._origin) / self._step + 1e-6) - self._taken
+        return math.floor((now - self._origin) * self._factor / self._step + 1e-6) - self._taken
 
     def _drop(self, steps: int) -> None:
         self._taken += steps

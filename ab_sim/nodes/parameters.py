@@ -1,8 +1,9 @@
 """Parameters with descriptors: meaning, unit, range, and whether they may change later."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
@@ -10,6 +11,74 @@ from rclpy.parameter import Parameter
 
 from ab_sim.errors import InputError, nearest
 from ab_sim.output_file import RECORDING, check_ending, check_folder, check_writable
+
+
+class Wanted(NamedTuple):
+    """What a parameter's value has to be."""
+
+    name: str
+    default: Any
+    """The value is of its type. Where it is a number with a fraction, a whole one does as well, and
+    where it is a list of texts, one text."""
+    unit: str = ""
+    allowed: tuple[float, float] | None = None
+    """Least and greatest value."""
+    choices: Sequence[str] = ()
+
+    @property
+    def words(self) -> str:
+        """For messages."""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        low_to_high = f" from {self.allowed[0]:g} to {self.allowed[1]:g}" if self.allowed else ""
+        return f"{_kind(self.default)}{low_to_high} {self.unit if self.allowed else ''}".rstrip()
+
+    def checked(self, given: Any) -> Any:
+        """The value, of the default's type.
+
+        Raises:
+            InputError: it is of another type, or is not allowed.
+        """
+        value = _converted(given, self.default)
+        allowed = value is not None and (not self.choices or value in self.choices)
+        if allowed and self.allowed is not None:
+            allowed = self.allowed[0] <= value <= self.allowed[1]
+        if not allowed:
+            raise InputError(f"parameter {self.name} = {given!r}: must be {self.words}")
+        return value
+
+    def declare(self, node: Node, meaning: str, read_only: bool) -> Any:
+        """Declare it and return its value.
+
+        Args:
+            node: its node.
+            meaning: one line for people.
+            read_only: whether it stays as it is while the node lives.
+
+        Raises:
+            InputError: as ``checked``.
+        """
+        descriptor = ParameterDescriptor(
+            description=meaning + (f" [{self.unit}]" if self.unit else ""),
+            additional_constraints=self.words if self.choices else "",
+            read_only=read_only,
+            # Typed here instead: to ROS, 250 is no value for a parameter that is 250.0 by default.
+            dynamic_typing=True,
+        )
+        if self.allowed is not None:
+            low, high = self.allowed
+            if isinstance(self.default, int):
+                whole = IntegerRange(from_value=int(low), to_value=int(high))
+                descriptor.integer_range = [whole]
+            else:
+                span = FloatingPointRange(from_value=low, to_value=high)
+                descriptor.floating_point_range = [span]
+        try:
+            given = node.declare_parameter(self.name, self.default, descriptor).value
+        except Exception as error:
+            # rclpy raises a different class for every way in which a value can be wrong.
+            raise InputError(f"parameter {self.name}: must be {self.words}: {error}") from error
+        return self.checked(given)
 
 
 def declare(
@@ -20,42 +89,8 @@ def declare(
     unit: str = "",
     allowed: tuple[float, float] | None = None,
 ) -> Any:
-    """Declare a read-only parameter and return its value.
-
-    Args:
-        node: its node.
-        name: its name.
-        default: used when nothing else is given; the value is of its type. Where it is a number
-            with a fraction, a whole one does as well, and where it is a list of texts, one text.
-        meaning: one line for people.
-        unit: SI unit.
-        allowed: least and greatest value.
-
-    Raises:
-        InputError: the value given is of another type or out of range.
-    """
-    descriptor = ParameterDescriptor(
-        description=meaning + (f" [{unit}]" if unit else ""),
-        read_only=True,
-        # Typed here instead: to ROS, 250 is no value for a parameter that is 250.0 by default.
-        dynamic_typing=True,
-    )
-    if allowed is not None:
-        low, high = allowed
-        if isinstance(default, int):
-            descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
-        else:
-            descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
-    within = f" from {allowed[0]:g} to {allowed[1]:g} {unit}".rstrip() if allowed else ""
-    try:
-        given = node.declare_parameter(name, default, descriptor).value
-    except Exception as error:
-        # rclpy raises a different class for every way in which a value can be wrong.
-        raise InputError(f"parameter {name}: must be {_kind(default)}{within}: {error}") from error
-    value = _converted(given, default)
-    if value is None or (allowed is not None and not allowed[0] <= value <= allowed[1]):
-        raise InputError(f"parameter {name} = {given!r}: must be {_kind(default)}{within}")
-    return value
+    """Declare a parameter that stays as it is while the node lives; see ``Wanted``."""
+    return Wanted(name, default, unit, allowed).declare(node, meaning, read_only=True)
 
 
 PARAMETERS = "parameters: "

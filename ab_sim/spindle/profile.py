@@ -87,6 +87,27 @@ class SpeedProfile:
         piece = self.piece_at(time)
         return piece.start_angle + piece.segment.angle(time - piece.start)
 
+    def moved(self, by: float, turned: float = 0.0) -> "SpeedProfile":
+        """The same profile, begun later by a time [s] and an angle [rad] further."""
+        begins = self.variable_speed_period
+        return SpeedProfile.of_pieces(
+            [
+                Piece(piece.start + by, piece.end + by, piece.start_angle + turned, piece.segment)
+                for piece in self.pieces
+            ],
+            None if begins is None else begins + by,
+        )
+
+    @classmethod
+    def of_pieces(
+        cls, pieces: Sequence[Piece], variable_speed_period: float | None = None
+    ) -> "SpeedProfile":
+        """A profile out of pieces, of which each begins where the one before ends."""
+        made = cls((), 0.0, variable_speed_period=variable_speed_period)
+        made.pieces = tuple(pieces)
+        made._starts = [piece.start for piece in pieces]
+        return made
+
     @classmethod
     def constant(cls, speed: float, start_angle: float = 0.0) -> "SpeedProfile":
         """A speed [rad/s] held for ever; ``start_angle`` [rad] is psi at t = 0."""

@@ -37,14 +37,30 @@ class SpeedServo(NamedTuple):
         if not self.accepts(command):
             raise CommandError(
                 f"command = {exact(command)} rad/s: must be within +-{exact(self.max_speed)} rad/s "
-                "(spindle.max_speed of the scene); the speed stays as it was"
+                "(spindle.max_speed of the scene, or a limit set below it); the speed stays as it "
+                "was"
             )
         return command
 
-    def approach(self, time: float, angle: float, speed: float, command: float) -> SpeedProfile:
+    def check_acceleration(self, acceleration: float) -> float:
+        """The acceleration itself [rad/s^2], if the spindle can do it.
+
+        Raises:
+            CommandError: it is not above 0, or beyond ``max_acceleration``.
+        """
+        if not 0.0 < acceleration <= self.max_acceleration:
+            raise CommandError(
+                f"acceleration = {exact(acceleration)} rad/s^2: must be above 0 and at most "
+                f"{exact(self.max_acceleration)} rad/s^2 (spindle.max_acceleration of the scene)"
+            )
+        return float(acceleration)
+
+    def approach(
+        self, time: float, angle: float, speed: float, command: float, acceleration: float
+    ) -> SpeedProfile:
         """The profile from now on: from ``speed`` to ``command`` [rad/s], from ``time`` [s] on."""
         target = self.check(command)
-        slope = math.copysign(self.max_acceleration, target - speed)
+        slope = math.copysign(self.check_acceleration(acceleration), target - speed)
         duration = (target - speed) / slope
         ramp = [(duration, Ramp(speed, slope))] if duration > 0 else []
         return SpeedProfile(ramp, target, start=time, start_angle=angle)

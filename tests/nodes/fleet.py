@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
@@ -101,6 +103,19 @@ class Fleet:
     def call(self, service: str, switch: bool | None = None) -> Answer:
         """Call a Trigger service, or with ``switch`` a SetBool one."""
         kind = Trigger if switch is None else SetBool
+        request = trigger_request() if switch is None else switch_request(switch)
+        return answer_of(self._ask(kind, service, request))
+
+    def set(self, node: str, **values: Any) -> Answer:
+        """Set parameters, all or none; whether it was done, and why not."""
+        request = SetParametersAtomically.Request(
+            parameters=[Parameter(name, value=v).to_parameter_msg() for name, v in values.items()]
+        )
+        service = f"{node}/set_parameters_atomically"
+        result = self._ask(SetParametersAtomically, service, request).result
+        return bool(result.successful), str(result.reason)
+
+    def _ask(self, kind: Any, service: str, request: Any) -> Any:
         client = self.node.create_client(kind, service)
         try:
             self.until(client.service_is_ready, f"service {service}")
@@ -108,10 +123,9 @@ class Fleet:
             # as on a busy machine, Fast DDS drops the answer.
             known = time.monotonic() + 0.5
             self.until(lambda: time.monotonic() > known, "the server knows its client")
-            request = trigger_request() if switch is None else switch_request(switch)
             future = client.call_async(request)
             self.until(future.done, f"answer of {service}")
-            return answer_of(future.result())
+            return future.result()
         finally:
             self.node.destroy_client(client)
 

@@ -49,6 +49,28 @@ def test_off_pace_is_not_called_real_time(drive: Drive, steps: int, factor: str)
     assert health.news() == [f"not in real time: factor {factor}"]
 
 
+def test_longer_windows(drive: Drive) -> None:
+    health, _ = watched(drive)
+    for second in range(1, 12):
+        drive.advance(900 if second < 6 else 1000)
+        assert health.period_over(100.0 + second, paused=False)
+        assert ("real-time factor, 10 s" in health.values()) == (second >= 10)
+    assert health.values()["real-time factor, 10 s"] == "0.96000"
+
+
+def test_at_another_speed(drive: Drive) -> None:
+    health, pacer = watched(drive)
+    pacer.start(100.0, 2.0)
+    drive.advance(1980)
+    health.period_over(101.0, paused=False)
+    assert health.state(paused=False) == "running at 2 times real time" and health.news() == []
+    drive.advance(1000)
+    health.period_over(102.0, paused=False)
+    assert health.news() == ["not at 2 times real time: factor 1.000"]
+    health.paced = False
+    assert health.news() == [] and health.state(paused=False) == "running as fast as possible"
+
+
 def test_how_far_off_is_a_parameter(drive: Drive) -> None:
     health, _ = watched(drive, factor=0.5)
     drive.advance(600)

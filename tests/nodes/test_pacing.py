@@ -92,6 +92,38 @@ def test_recent_is_since_it_was_asked_and_total_is_all() -> None:
     assert p.total.dropped == 1996
 
 
+@pytest.mark.parametrize("factor", [0.01, 0.3, 1.0, 7.3, 100.0])
+def test_time_goes_as_many_times_as_fast(factor: float) -> None:
+    p = pacer()
+    p.start(100.0, factor)
+    taken = sum(p.due(100.0 + k * 4e-3) for k in range(1, 5001))
+    assert taken == pytest.approx(20.0 * factor / STEP, abs=1.01)
+    assert p.total.dropped == p.total.overruns == 0
+    assert p.wait(100.0 + 5000 * 4e-3) == pytest.approx(4e-3), "woken as often as at factor 1"
+
+
+@pytest.mark.parametrize("factor", [0.1, 10.0])
+def test_patience_is_by_the_clock_at_any_factor(factor: float) -> None:
+    p = pacer()
+    p.start(100.0, factor)
+    p.due(100.0 + 0.49)
+    assert p.total.dropped == 0
+    p.start(100.0)
+    taken = p.due(100.0 + 2.0)
+    assert taken == max(round(4 * factor), 1)
+    assert taken + p.total.dropped == round(2.0 * factor / STEP)
+
+
+def test_the_start_says_nothing_of_the_usual_lateness() -> None:
+    p = pacer()
+    p.due(100.0 + 0.05)
+    assert p.total.worst_lateness == pytest.approx(0.046) and p.lateness.count == 0
+    for k in range(25, 56):
+        p.due(100.0 + k * 4e-3 + 1e-3)
+    assert p.lateness.count == 30
+    assert p.lateness.quantile(0.5) == pytest.approx(1e-3, rel=0.06)
+
+
 @pytest.mark.parametrize(("budget", "patience"), [(3, 0.5), (40, 1e-3)])
 def test_senseless_settings(budget: int, patience: float) -> None:
     with pytest.raises(InputError, match="must be at least"):

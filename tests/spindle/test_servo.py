@@ -12,7 +12,7 @@ SERVO = SpeedServo(max_speed=200.0, max_acceleration=50.0)
 
 @pytest.mark.parametrize(("speed", "command"), [(0, 100), (100, 20), (-50, 150), (30, -200)])
 def test_goes_there_at_its_acceleration_and_stays(speed: float, command: float) -> None:
-    profile = SERVO.approach(3.0, 7.0, speed, command)
+    profile = SERVO.approach(3.0, 7.0, speed, command, SERVO.max_acceleration)
     assert profile.speed(3.0) == speed
     assert profile.angle(3.0) == 7.0
     assert profile.end == pytest.approx(3.0 + abs(command - speed) / 50.0)
@@ -22,7 +22,7 @@ def test_goes_there_at_its_acceleration_and_stays(speed: float, command: float) 
 
 
 def test_command_of_the_present_speed_is_a_hold() -> None:
-    profile = SERVO.approach(3.0, 7.0, 100.0, 100.0)
+    profile = SERVO.approach(3.0, 7.0, 100.0, 100.0, SERVO.max_acceleration)
     assert profile.breakpoints == ()
     assert profile.speed(4.0) == 100.0
 

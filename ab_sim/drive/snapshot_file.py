@@ -1,0 +1,161 @@
+"""A snapshot of a drive in a file, for another process to go on from, to the bit."""
+
+import functools
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import ab_sim
+from ab_sim.drive.observation import Snapshot
+from ab_sim.errors import InputError
+from ab_sim.integrate.sources import NotOfSources, sources
+from ab_sim.output_file import REPORT, check_ending, check_writable, write_whole
+from ab_sim.scene.model import Scene
+from ab_sim.sensing import PickupState
+from ab_sim.spindle import Piece, SpeedProfile
+from ab_sim.spindle.segments import RaisedCosine, Ramp
+
+FORMAT, VERSION = "ab_sim snapshot", 1
+SEGMENTS = {kind.__name__: kind for kind in (Ramp, RaisedCosine)}
+
+
+def write_snapshot(path: Path, scene: Scene, snapshot: Snapshot, beside: Mapping[str, Any]) -> None:
+    """Write one; a file that is there is replaced at once, or stays whole.
+
+    Args:
+        path: ends in .json.
+        scene: the drive's.
+        snapshot: the drive's.
+        beside: whatever else is to be kept, as JSON-able values.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    check_ending(path, REPORT, "snapshot")
+    check_writable(path, "snapshot")
+    run = json.dumps({"drive": _as_values(snapshot), "beside": dict(beside)})
+    content = {
+        "format": FORMAT,
+        "version": VERSION,
+        "ab_sim": ab_sim.__version__,
+        "kernel": _kernel(),
+        "scene": scene.as_mapping(),
+        "digest": hashlib.sha256(run.encode()).hexdigest(),
+        "run": run,
+    }
+    try:
+        write_whole(path, json.dumps(content, indent=1).encode())
+    except OSError as error:
+        raise InputError(f"snapshot {path}: cannot be written: {error.strerror}") from error
+
+
+def read_snapshot(path: Path, scene: Scene) -> tuple[Snapshot, dict[str, Any]]:
+    """Read one, and what was kept beside it.
+
+    Args:
+        path: of the file.
+        scene: what is to go on from it.
+
+    Raises:
+        InputError: there is none, it is damaged, or it is of another scene or another ab_sim.
+    """
+    try:
+        content = json.loads(path.read_bytes())
+    except OSError as error:
+        raise InputError(f"snapshot {path}: cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"snapshot {path}: is damaged, or none: {error}") from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise InputError(f"snapshot {path}: is a JSON file, but no snapshot of ab_sim")
+    if content.get("version") != VERSION:
+        raise InputError(
+            f"snapshot {path}: is of version {content.get('version')!r}, and this ab_sim reads "
+            f"version {VERSION}; save it again"
+        )
+    if content.get("ab_sim") != ab_sim.__version__ or content.get("kernel") != _kernel():
+        raise InputError(
+            f"snapshot {path}: is of ab_sim {content.get('ab_sim')} with kernel "
+            f"{content.get('kernel')}, and this is {ab_sim.__version__} with {_kernel()}: it would "
+            "not go on to the same bits; save it again"
+        )
+    if different := _different(content.get("scene"), json.loads(json.dumps(scene.as_mapping()))):
+        raise InputError(
+            f"snapshot {path}: is of another scene, which differs in {', '.join(different)}; load "
+            "that scene first"
+        )
+    run = content.get("run")
+    if not isinstance(run, str) or hashlib.sha256(run.encode()).hexdigest() != content["digest"]:
+        raise InputError(f"snapshot {path}: is damaged: its digest does not fit")
+    kept = json.loads(run)
+    return _from_values(kept["drive"]), kept["beside"]
+
+
+@functools.cache
+def _kernel() -> str:
+    """A few digits that say of which sources a drive is made."""
+    try:
+        made_of = sources(["ab_sim.drive.drive"])
+    except NotOfSources as error:
+        raise InputError(f"snapshot: {error}; start this process again") from error
+    digests = "".join(source.digest for source in made_of.values())
+    return hashlib.sha256(digests.encode()).hexdigest()[:16]
+
+
+def _different(one: Any, other: Any, name: str = "") -> list[str]:
+    """Dotted names of what differs."""
+    if one == other:
+        return []
+    if not (isinstance(one, dict) and isinstance(other, dict)):
+        return [name or "everything"]
+    keys = sorted(one.keys() | other.keys())
+    inner = [_different(one.get(key), other.get(key), f"{name}.{key}".lstrip(".")) for key in keys]
+    return [found for each in inner for found in each]
+
+
+def _as_values(snapshot: Snapshot) -> dict[str, Any]:
+    profile = snapshot.profile
+    return {
+        "steps": snapshot.steps,
+        "step": snapshot.step,
+        "state": snapshot.state.tolist(),
+        "modes": snapshot.modes.tolist(),
+        "memory": [snapshot.memory.shape, snapshot.memory.ravel().tolist()],
+        "pieces": [
+            [*piece[:3], type(piece.segment).__name__, piece[3]] for piece in profile.pieces
+        ],
+        "variable_speed_period": profile.variable_speed_period,
+        "command": snapshot.command,
+        "acceleration": snapshot.acceleration,
+        "pickups": {
+            name: [[[z.real, z.imag] for z in mode.tolist()], force.tolist(), reading.tolist()]
+            for name, (mode, force, reading) in snapshot.pickups.items()
+        },
+    }
+
+
+def _from_values(kept: dict[str, Any]) -> Snapshot:
+    shape, numbers = kept["memory"]
+    pieces = [
+        Piece(start, end, angle, SEGMENTS[kind](*numbers))
+        for start, end, angle, kind, numbers in kept["pieces"]
+    ]
+    return Snapshot(
+        steps=kept["steps"],
+        step=kept["step"],
+        state=np.array(kept["state"]),
+        modes=np.array(kept["modes"], np.int64),
+        memory=np.array(numbers).reshape(shape),
+        profile=SpeedProfile.of_pieces(pieces, kept["variable_speed_period"]),
+        command=kept["command"],
+        acceleration=kept["acceleration"],
+        pickups={
+            name: PickupState(
+                np.array([complex(*z) for z in mode]), np.array(force), np.array(reading)
+            )
+            for name, (mode, force, reading) in kept["pickups"].items()
+        },
+    )

@@ -1,0 +1,92 @@
+"""Snapshots in files: to the bit, and refused where they do not fit."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ab_sim.drive import Drive
+from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
+from ab_sim.errors import InputError
+from ab_sim.scene import Scene
+
+SENSORS = {"front": {"bandwidth": 200.0, "noise_density": 1e-3, "seed": 3}}
+
+
+@pytest.fixture
+def saved(scene: Any, tmp_path: Path) -> tuple[Scene, Drive, Path]:
+    """A drive amid a ramp, and its file."""
+    chosen = scene(sensors=SENSORS)
+    drive = Drive(chosen, commanded=True)
+    drive.command(90.0, 37.0)
+    drive.advance(777)
+    path = tmp_path / "kept.json"
+    write_snapshot(path, chosen, drive.snapshot(), {"bus": [1, 2.5]})
+    return chosen, drive, path
+
+
+def test_another_drive_goes_on_to_the_bit(saved: tuple[Scene, Drive, Path]) -> None:
+    chosen, drive, path = saved
+    kept, beside = read_snapshot(path, chosen)
+    assert beside == {"bus": [1, 2.5]}
+    other = Drive(chosen, commanded=True)
+    other.restore(kept)
+    for each in (drive, other):
+        each.command(90.0, 37.0)
+    assert drive.advance(3000).samples.tobytes() == other.advance(3000).samples.tobytes()
+
+
+def test_a_file_is_replaced_whole(saved: tuple[Scene, Drive, Path]) -> None:
+    chosen, drive, path = saved
+    drive.advance(10)
+    write_snapshot(path, chosen, drive.snapshot(), {})
+    assert read_snapshot(path, chosen)[0].steps == 787
+    assert [file.name for file in path.parent.iterdir()] == ["kept.json"]
+
+
+def test_another_scene_is_refused_by_name(saved: tuple[Scene, Drive, Path], scene: Any) -> None:
+    other = scene(sensors=SENSORS, balls={"mass": 2e-3}, rotor={"eccentricity": 2e-4})
+    with pytest.raises(InputError, match=r"another scene, which differs in balls.mass, rotor.ecc"):
+        read_snapshot(saved[2], other)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"version": 2}, "is of version 2, and this ab_sim reads version 1; save it again"),
+        ({"ab_sim": "0.0.1"}, "is of ab_sim 0.0.1 with kernel"),
+        ({"kernel": "abc"}, "with kernel abc, and this is"),
+        ({"format": "picture"}, "no snapshot of ab_sim"),
+        ({"run": "{}"}, "its digest does not fit"),
+        ({"run": 3}, "its digest does not fit"),
+        ({"scene": []}, "another scene, which differs in everything"),
+    ],
+)
+def test_what_does_not_fit_is_refused(
+    saved: tuple[Scene, Drive, Path], change: dict[str, Any], words: str
+) -> None:
+    chosen, _, path = saved
+    path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
+    with pytest.raises(InputError) as refused:
+        read_snapshot(path, chosen)
+    assert words in str(refused.value) and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("content", ["", "[", "[]", "null", "3", "\x00"])
+def test_no_snapshot_at_all(saved: tuple[Scene, Drive, Path], content: str) -> None:
+    chosen, _, path = saved
+    path.write_text(content)
+    with pytest.raises(InputError, match="is damaged, or none|no snapshot of ab_sim"):
+        read_snapshot(path, chosen)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("a.txt", "must end in .json"), ("no/a.json", "there is no folder")]
+)
+def test_unwritable(saved: tuple[Scene, Drive, Path], name: str, words: str) -> None:
+    chosen, drive, path = saved
+    with pytest.raises(InputError, match=words):
+        write_snapshot(path.parent / name, chosen, drive.snapshot(), {})
+    with pytest.raises(InputError, match="cannot be read"):
+        read_snapshot(path.parent / name, chosen)

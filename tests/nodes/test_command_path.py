@@ -1,0 +1,281 @@
+"""Commands on their way to the spindle: limits, bus, watchdog, emergency stop; counted in steps."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.nodes.command_path import CommandPath, Order, Rules, Silence
+from ab_sim.nodes.commanded import Commanded
+from ab_sim.scene import load_scene
+from ab_sim.spindle import SpeedServo
+
+SCENE_LIMITS = SpeedServo(400.0, 100.0)
+STEP = 1e-3
+
+
+def path(seed: int = 0, **rules: object) -> CommandPath:
+    return CommandPath(SCENE_LIMITS, STEP, Rules(**rules), seed)  # type: ignore[arg-type]
+
+
+def told(p: CommandPath, now: int, speed: float = 77.0) -> Order | None:
+    return p.order(now, lambda: speed)
+
+
+def test_a_command_is_an_order_once() -> None:
+    p = path()
+    assert told(p, 0) is None, "nobody has commanded yet"
+    p.hear(50.0, 0)
+    assert told(p, 0) == (50.0, 100.0)
+    p.hear(50.0, 3)
+    assert told(p, 3) is None, "nothing new"
+    assert p.accepted == 2 and p.age(10) == pytest.approx(7e-3)
+    assert p.next(10) == math.inf
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 400.5])
+def test_what_may_not_be_followed_changes_nothing(bad: float) -> None:
+    p = path()
+    p.hear(bad, 0)
+    assert told(p, 0) is None
+    assert (p.accepted, p.rejected) == (0, 1) and p.age(5) is None
+
+
+def test_limits_below_the_scenes() -> None:
+    p = path(max_speed=100.0, max_acceleration=20.0)
+    p.hear(100.5, 0)
+    p.hear(100.0, 0)
+    assert p.rejected == 1 and told(p, 0) == (100.0, 20.0)
+    p.rules = Rules(max_speed=60.0)
+    assert told(p, 1) == (60.0, 100.0), "a limit lowered leads down what is in force"
+    p.rules = Rules(max_speed=1e9, max_acceleration=1e9)
+    assert told(p, 2) == (100.0, 100.0), "the scene's own limit holds as well"
+
+
+@pytest.mark.parametrize(
+    ("silence", "order"),
+    [
+        (Silence.HOLD, (77.0, 50.0)),
+        (Silence.COAST, (0.0, 3.0)),
+        (Silence.STOP, (0.0, 100.0)),
+    ],
+)
+def test_watchdog(silence: Silence, order: tuple[float, float]) -> None:
+    p = path(age_limit=0.1, silence=silence, coast=3.0, max_acceleration=50.0)
+    assert told(p, 10_000) is None, "it waits for a first command"
+    p.hear(200.0, 10_000)
+    told(p, 10_000)
+    assert p.next(10_000) == 10_100
+    assert told(p, 10_099) is None and not p.silent
+    assert told(p, 10_100) == order and p.silent and p.silences == 1
+    assert told(p, 20_000) is None and p.silences == 1
+    p.hear(200.0, 20_000)
+    assert told(p, 20_000) == (200.0, 50.0) and not p.silent, "whoever commands again is followed"
+
+
+def test_an_emergency_stop_outlasts_commands() -> None:
+    p = path(max_acceleration=50.0, delay=0.01, age_limit=0.1)
+    p.hear(200.0, 0)
+    told(p, 10)
+    p.hear(210.0, 15)
+    p.emergency_stop()
+    assert told(p, 16) == (0.0, 100.0), "as fast as the scene's spindle can"
+    p.hear(300.0, 20)
+    assert (p.dropped, p.ignored, p.heard) == (1, 1, 3)
+    assert told(p, 500) is None, "neither on the bus nor new, nor the watchdog"
+    p.release()
+    assert told(p, 600) == (0.0, 50.0) and p.next(600) == math.inf
+    p.hear(30.0, 700)
+    assert told(p, 710) == (30.0, 50.0)
+
+
+def test_a_bus_is_slow_and_keeps_the_order() -> None:
+    p = path(delay=5e-3, jitter=20e-3)
+    for k in range(200):
+        p.hear(float(k), k, stamp=k)
+    followed: dict[float, int] = {}
+    for now in range(300):
+        if (order := told(p, now)) is not None:
+            followed[order.speed] = now
+    late = [now - speed for speed, now in followed.items()]
+    assert min(late) >= 5 and max(late) <= 25 and len(set(late)) > 3
+    assert list(followed) == sorted(followed) and p.acted == list(range(200))
+
+
+def test_jitter_is_the_seeds() -> None:
+    def run(seed: int) -> list[Order | None]:
+        p = path(seed, jitter=0.02)
+        p.hear(9.0, 0)
+        return [told(p, now) for now in range(30)]
+
+    assert run(1) == run(1) != run(2)
+
+
+SCENE = load_scene(
+    "thesis-baseline", ["effects.rolling_friction=", "balls.count=2", "start.ball_angles=[0, 1]"]
+)
+DRIVE = Drive(SCENE, commanded=True)
+any_speed = st.one_of(
+    st.floats(-SCENE.spindle.max_speed, SCENE.spindle.max_speed),
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.sampled_from([0.0, -0.0, 5e-324, SCENE.spindle.max_speed, -SCENE.spindle.max_speed]),
+)
+any_rules = st.builds(
+    Rules,
+    st.floats(0.0, 1000.0),
+    st.floats(1e-3, 1e4),
+    st.one_of(st.just(math.inf), st.floats(1e-4, 0.1)),
+    st.sampled_from(Silence),
+    st.floats(1e-3, 1e4),
+    st.floats(0.0, 0.05),
+    st.floats(0.0, 0.05),
+)
+events = st.one_of(
+    st.tuples(st.just("command"), any_speed),
+    st.tuples(st.just("advance"), st.integers(1, 12)),
+    st.tuples(st.just("rules"), any_rules),
+    st.tuples(st.sampled_from(["stop", "release", "reset"]), st.none()),
+)
+
+
+def play(happening: list[tuple[str, object]], grouping: int | None = None) -> Trajectory:
+    """What a drive makes of it; steps taken at once, or in groups of so many."""
+    DRIVE.reset()
+    led = Commanded(DRIVE, CommandPath(DRIVE.servo, DRIVE.step, Rules(), seed=3))
+    parts = [DRIVE.present()]
+    for what, value in happening:
+        if what == "command":
+            led.path.hear(value, DRIVE.steps)  # type: ignore[arg-type]
+        elif what == "rules":
+            led.path.rules = value  # type: ignore[assignment]
+        elif what == "stop":
+            led.path.emergency_stop()
+        elif what == "release":
+            led.path.release()
+        elif what == "reset":
+            led.reset()
+        else:
+            ahead = int(value)  # type: ignore[call-overload]
+            while ahead:
+                taken = min(ahead, grouping or ahead)
+                parts += led.advance(taken)
+                ahead -= taken
+    return Trajectory.join(parts)
+
+
+def sound(happening: list[tuple[str, object]]) -> None:
+    """Nothing is raised, everything is finite, and no limit of the scene is left."""
+    samples = play(happening)
+    assert np.all(np.isfinite(samples.samples))
+    assert np.all(np.abs(samples["speed"]) <= SCENE.spindle.max_speed * (1 + 1e-12))
+    observed = DRIVE.observe()
+    assert math.isfinite(observed.omega) and np.all(np.isfinite(observed.driving_force))
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(events, max_size=12))
+def test_whatever_is_commanded_outputs_are_finite(happening: list[tuple[str, object]]) -> None:
+    sound(happening)
+
+
+def drawn(rng: random.Random) -> list[tuple[str, object]]:
+    """As ``events``, but drawn much faster."""
+    most = SCENE.spindle.max_speed
+    odd = (math.nan, math.inf, -math.inf, 0.0, -0.0, 5e-324, 1e308, most, -most)
+    happening: list[tuple[str, object]] = []
+    for _ in range(rng.randint(1, 12)):
+        what = rng.choice(["command"] * 4 + ["advance"] * 4 + ["rules", "stop", "release", "reset"])
+        value: object = None
+        if what == "command":
+            value = rng.choice([rng.choice(odd), 1.1 * rng.uniform(-most, most)])
+        elif what == "advance":
+            value = rng.randint(1, 12)
+        elif what == "rules":
+            value = Rules(
+                rng.uniform(0.0, 1000.0), 10 ** rng.uniform(-3, 4),
+                rng.choice([math.inf, 10 ** rng.uniform(-4, -1)]), rng.choice(list(Silence)),
+                10 ** rng.uniform(-3, 4), rng.uniform(0.0, 0.05), rng.uniform(0.0, 0.05),
+            )  # fmt: skip
+        happening.append((what, value))
+    return happening
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32))
+def test_ten_thousand_sequences(seed: int) -> None:
+    rng = random.Random(seed)
+    for _ in range(100):
+        sound(drawn(rng))
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(events, max_size=12), st.integers(1, 5))
+def test_steps_may_be_grouped_in_any_way(
+    happening: list[tuple[str, object]], grouping: int
+) -> None:
+    whole, parts = play(happening), play(happening, grouping)
+    assert whole.samples.tobytes() == parts.samples.tobytes()
+
+
+def led_drive() -> Commanded:
+    DRIVE.reset()
+    rules = Rules(delay=0.02, jitter=0.01, age_limit=0.5, silence=Silence.COAST, coast=20.0)
+    led = Commanded(DRIVE, CommandPath(DRIVE.servo, DRIVE.step, rules, seed=5))
+    for speed in (50.0, 55.0, 60.0):
+        led.path.hear(speed, DRIVE.steps)
+        list(led.advance(40))
+    return led
+
+
+def test_time_begins_anew_and_nothing_else_does() -> None:
+    led = led_drive()
+    led.path.hear(70.0, DRIVE.steps)
+    before, age = DRIVE.observe(), led.path.age(DRIVE.steps)
+    led.reset_time()
+    after = DRIVE.observe()
+    assert (after.time, after.steps) == (0.0, 0)
+    assert after.omega == pytest.approx(before.omega, rel=1e-12)
+    assert after.psi == pytest.approx(before.psi, rel=1e-12)
+    assert after.theta.tolist() == before.theta.tolist()
+    assert led.path.age(0) == age
+    list(led.advance(40))
+    assert DRIVE.observe().command == 70.0, "what was on the bus comes out"
+    list(led.advance(600))
+    assert led.path.silent, "and so does the watchdog's time go on"
+
+
+def test_the_state_begins_anew_and_time_does_not() -> None:
+    led = led_drive()
+    steps = DRIVE.steps
+    led.reset_state()
+    now = DRIVE.observe()
+    assert (now.steps, now.omega, now.command) == (steps, 0.0, 0.0)
+    assert now.theta.tolist() == [0.0, 1.0]
+    list(led.advance(100))
+    assert DRIVE.observe().omega == 0.0, "commands are forgotten"
+    led.path.hear(20.0, DRIVE.steps)
+    samples = Trajectory.join(list(led.advance(200)))
+    assert samples["time"][0] == pytest.approx((steps + 101) * DRIVE.step)
+    assert samples["speed"][-1] > 0.0
+
+
+def test_a_path_goes_on_from_what_was_kept() -> None:
+    led = led_drive()
+    led.path.hear(33.0, DRIVE.steps)
+    kept, path = DRIVE.snapshot(), led.path.state()
+
+    def on() -> bytes:
+        samples = list(led.advance(10))
+        led.path.hear(44.0, DRIVE.steps)
+        return Trajectory.join([*samples, *led.advance(700)]).samples.tobytes()
+
+    first = on()
+    assert led.path.silent
+    led.leap(kept)
+    led.path.restore(path)
+    assert on() == first

@@ -1,0 +1,122 @@
+"""Parts of the loop: spreads, stop watch, a lock in turn, what is asked of the operating system."""
+
+import gc
+import os
+import threading
+
+import numpy as np
+import pytest
+
+from ab_sim.nodes import realtime
+from ab_sim.nodes.in_turn import InTurn
+from ab_sim.nodes.spread import Spread
+from ab_sim.nodes.stages import Stages
+
+
+def test_quantiles_are_those_of_the_durations() -> None:
+    durations = np.random.default_rng(1).lognormal(np.log(1e-3), 2.0, 20_000)
+    spread = Spread()
+    assert spread.values("lateness") == {} and spread.quantile(0.5) == 0.0
+    for duration in durations.tolist():
+        spread.add(duration)
+    for share in (0.5, 0.99, 0.999):
+        exact = np.quantile(durations, share, method="inverted_cdf")
+        assert exact * (1 - 1e-9) <= spread.quantile(share) <= 1.06 * exact
+    assert spread.quantile(1.0) == spread.worst == durations.max()
+    assert list(spread.values("lateness")) == [
+        f"lateness, {name} [s]" for name in ("p50", "p99", "p99.9", "worst")
+    ]
+
+
+@pytest.mark.parametrize("duration", [0.0, -1.0, 1e-12, 1e6])
+def test_what_no_class_is_for_is_counted_too(duration: float) -> None:
+    spread = Spread()
+    spread.add(duration)
+    assert spread.count == 1 and spread.quantile(0.5) == max(duration, 0.0)
+
+
+def test_stages() -> None:
+    ticks = iter([0, 1000, 4000, 10_000, 13_000, 14_000, 20_000, 20_500, 20_700])
+    stages = Stages("inputs", "integration", clock=lambda: next(ticks))
+    for _ in range(2):
+        stages.begin()
+        stages.end("inputs")
+        stages.end("integration")
+    assert stages.values() == {
+        "inputs, mean [s]": "0.0000020",
+        "inputs, longest [s]": "0.0000030",
+        "integration, mean [s]": "0.0000020",
+        "integration, longest [s]": "0.0000030",
+    }
+    stages.begin()
+    stages.end("inputs")
+    assert stages.values()["inputs, longest [s]"] == "0.0000005", "since it was last asked"
+
+
+def test_who_waits_has_the_lock_next() -> None:
+    """A loop that takes it again at once keeps nobody from it."""
+    lock, done, rounds = InTurn(), threading.Event(), 0
+
+    def wait_for_it() -> None:
+        with lock:
+            done.set()
+
+    with lock:
+        waiting = threading.Thread(target=wait_for_it)
+        waiting.start()
+        while not lock._next.locked():
+            pass
+    while not done.is_set():
+        with lock:
+            rounds += 1
+    waiting.join()
+    assert rounds <= 1
+
+
+def test_real_time_is_granted_or_refused_with_a_reason() -> None:
+    """In a thread of its own, which ends with what it was granted."""
+    said: list[str] = []
+    policies: list[int] = []
+
+    def ask() -> None:
+        said.append(realtime.ask_for_priority(10))
+        policies.append(os.sched_getscheduler(0))
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    thread.join()
+    if said == [""]:
+        assert policies == [os.SCHED_FIFO]
+    else:
+        assert "the system refuses" in said[0] and "limits.conf" in said[0]
+        assert policies == [os.SCHED_OTHER]
+    assert os.sched_getscheduler(0) == os.SCHED_OTHER, "of that thread only"
+
+
+def test_a_priority_that_there_is_not_is_refused() -> None:
+    assert "real-time priority 1000: the system refuses (Invalid argument)" in (
+        realtime.ask_for_priority(1000)
+    )
+
+
+def test_garbage_by_hand() -> None:
+    class Knot:
+        alive = 0
+
+        def __init__(self) -> None:
+            self.me = self
+            Knot.alive += 1
+
+        def __del__(self) -> None:
+            Knot.alive -= 1
+
+    try:
+        garbage = realtime.GarbageByHand()
+        for _ in range(5000):
+            Knot()
+        assert Knot.alive == 5000 and not gc.isenabled()
+        garbage.collect()
+        assert Knot.alive == 0
+    finally:
+        gc.enable()
+        gc.unfreeze()
