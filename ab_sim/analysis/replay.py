@@ -123,8 +123,7 @@ def scene_from(scene: Scene, sample: dict[str, float]) -> Scene:
             f"{why}: the state to begin in is not known; give a recording that begins at step 0"
         )
     start: dict[str, Any] = {
-        # The recorded commands lead it; its own profile may not even begin at this speed.
-        "profile": {"kind": "start_up", "acceleration": 1.0, "target_speed": sample["speed"]},
+        "profile": None,  # the recorded commands lead it
         "start.angle": sample["angle"],
         "start.speed": sample["speed"],
         "start.deck": {
