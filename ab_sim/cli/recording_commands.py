@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+from ab_sim.errors import InputError
 
 recording_commands = typer.Typer()
 
@@ -38,8 +39,9 @@ def export(
         ),
     ] = None,
     namespace: Annotated[
-        str, typer.Option(metavar="NAME", help="Of the drive in the bag, e.g. /left.")
-    ] = "/",
+        str | None,
+        typer.Option(metavar="NAME", help="Of the drive in the bag, e.g. /left. Default: none."),
+    ] = None,
     rate: Annotated[
         float | None,
         typer.Option(
@@ -66,10 +68,12 @@ def export(
 
     names = None if channels is None else tuple(name.strip() for name in channels.split(","))
     part = Part(begin, end, every, names)
+    if mcap is None and not (namespace is None and rate is None):
+        raise InputError("--namespace, --rate: go with --mcap, as they are of the bag")
     if mcap is not None:
         from ab_sim.cli.bags import export_bag_command
 
-        export_bag_command(recording, mcap, namespace, rate, part)
+        export_bag_command(recording, mcap, namespace or "/", rate, part)
     if mcap is None or parquet is not None or csv is not None:
         export_command(recording, parquet, csv, part)
 

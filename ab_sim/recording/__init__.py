@@ -36,7 +36,7 @@ entity                      contents                                    shown as
 ``/events/SOURCE``          what `Recording.event` is given             text log
 ``/thinned``                rule by which not every step is kept, and
                             how many were left out up to each one
-``/state/NAME``             what `Recording.state` is given
+``/health/NAME``            what `Recording.state` is given
 ``/closed``                 how many samples there are, once all are
 ==========================  ==========================================  ===================
 

@@ -8,7 +8,7 @@ from typing import Any
 import rerun as rr
 import rerun.blueprint as rrb
 
-from ab_sim.recording.colours import SKY, WHITE
+from ab_sim.recording.colours import GREEN, GREY, ORANGE, SKY, VERMILLION, WHITE
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.plots import lines, plot
 from ab_sim.recording.vibration import SPAN, SPECTRUM_SPAN
@@ -32,6 +32,17 @@ def style(scalar: str) -> Any:
     return _STYLES.get(scalar, lines([scalar]))
 
 
+def state_colours() -> rr.StateConfiguration:
+    """How the states of nodes and of a profile look."""
+    colours = {
+        "OK": GREEN, "WARN": ORANGE, "ERROR": VERMILLION, "STALE": GREY,
+        "idle": GREY, "running": SKY, "done": GREEN, "aborted": VERMILLION,
+    }  # fmt: skip
+    return rr.StateConfiguration(
+        values=list(colours), labels=list(colours), colors=list(colours.values())
+    )
+
+
 def blueprint(drawing: Drawing, scalars: Sequence[str] = (), page: int = 0) -> rrb.Blueprint:
     """Lay out the views, with one plot for each of the scalars, and show one of the pages."""
     pages = (
@@ -51,7 +62,7 @@ def _drive(drawing: Drawing) -> rrb.Container:
         (
             1.3,
             rrb.StateTimelineView(
-                origin="/state",
+                origin="/state/spindle",
                 name="What the spindle does",
                 time_view=rrb.TimeAxis(link="LinkToGlobal"),
             ),
@@ -116,11 +127,13 @@ def _health(scalars: Sequence[str]) -> rrb.Container:
         beside, span = _BESIDE.get(scalar), _RANGES.get(scalar)
         near = [] if beside is None else [beside]
         plots.append(plot(title, f"/run/{scalar}", *near, legend=bool(beside), span=span))
-    return (
-        rrb.Horizontal(rrb.Grid(*plots), _events(), name="Health")
-        if plots
-        else rrb.Horizontal(_events(), name="Health")
+    if not plots:
+        return rrb.Horizontal(_events(), name="Health")
+    states = rrb.StateTimelineView(
+        origin="/health", name="States of nodes", time_view=rrb.TimeAxis(link="LinkToGlobal")
     )
+    curves = rrb.Vertical(states, rrb.Grid(*plots), row_shares=[1, 2])
+    return rrb.Horizontal(curves, _events(), name="Health")
 
 
 def _events() -> rrb.View:

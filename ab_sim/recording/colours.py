@@ -2,6 +2,8 @@
 
 Colour = tuple[int, int, int]
 
+GROUND: Colour = (14, 17, 19)
+"""Of the drawings, whatever the viewer's theme: white is to be seen on it."""
 GREY: Colour = (150, 150, 150)
 DARK: Colour = (95, 95, 95)
 WHITE: Colour = (240, 240, 240)

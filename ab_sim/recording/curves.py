@@ -10,7 +10,7 @@ import numpy as np
 
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turns import tilt_of
-from ab_sim.recording.colours import BALANCED, DARK, GREY, UNBALANCE, WHITE, hue
+from ab_sim.recording.colours import BALANCED, DARK, GREY, UNBALANCE, hue
 from ab_sim.recording.explained import Explained
 from ab_sim.recording.layout import Array, scalar_columns
 from ab_sim.recording.plots import lines
@@ -62,7 +62,7 @@ class Curves:
             names_of = ["opposite, -180", *["balanced"] * len(self.levels)]
             yield (
                 "/plot/balls/levels",
-                lines(names_of, colors=[WHITE, *[BALANCED] * len(self.levels)]),
+                lines(names_of, colors=[GREY, *[BALANCED] * len(self.levels)]),
             )
             if self.explained.driven is not None:
                 yield "/plot/driving", lines(names, widths, swings=True, colors=colors)

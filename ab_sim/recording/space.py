@@ -16,7 +16,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from ab_sim.recording.apart import stacked
-from ab_sim.recording.colours import DARK, GREY, UNBALANCE, hue
+from ab_sim.recording.colours import DARK, GREY, GROUND, UNBALANCE, hue
 from ab_sim.recording.layout import Array
 from ab_sim.recording.vectors import Arrows
 
@@ -179,6 +179,7 @@ class Space:
         middle, size = 0.5 * (low + high), float(np.hypot(*(high - low)[:2]))
         eye = middle + size * np.array([0.33, -0.85, 0.6])
         return rrb.Spatial3DView(
+            background=GROUND,
             name=self.title,
             origin="/space",
             line_grid=False,

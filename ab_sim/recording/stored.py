@@ -72,12 +72,17 @@ class StoredRun:
                 if chunk.entity_path == "/channels":
                     break
         if "/description" not in found:
-            raise RecordingError(f"{self.path} is a Rerun file, but not a recording of ab_sim")
+            torn = f"; {self.torn}" if self.torn else ""
+            raise RecordingError(
+                f"{self.path} is a Rerun file, but not a recording of ab_sim{torn}"
+            )
         text = _column(found["/description"], "TextDocument:text")[0]
         self.description: dict[str, Any] = _description_in(text, self.path)
         named = _column(found["/channels"], "names") if "/channels" in found else ()
         self.channels: tuple[str, ...] = tuple(named)
         self._thinned = THINNED in found
+        self.every = int(_column(found[THINNED], "every")[0]) if self._thinned else 1
+        """One step of so many is kept wherever nothing happens."""
 
     def blocks(
         self, channels: Sequence[str] | None = None, rows: int = BLOCK_ROWS

@@ -16,7 +16,7 @@ import rerun.blueprint as rrb
 
 from ab_sim.drive.balance import Balance
 from ab_sim.recording.apart import shrunk
-from ab_sim.recording.colours import BALANCED, GREY, UNBALANCE, WHITE, hue
+from ab_sim.recording.colours import BALANCED, GREY, GROUND, UNBALANCE, WHITE, hue
 from ab_sim.recording.layout import Array
 from ab_sim.recording.vectors import Arrows
 
@@ -107,6 +107,7 @@ class TopView:
         """The view."""
         span = [-_SIDE * self.race, _SIDE * self.race]
         return rrb.Spatial2DView(
+            background=GROUND,
             name="From above, turning with the rotor, to scale",
             origin="/top/rotor",
             contents=["$origin/**", "/top/rest"],

@@ -12,7 +12,7 @@ import rerun as rr
 from numpy.typing import ArrayLike
 
 from ab_sim.errors import RecordingError
-from ab_sim.recording.blueprint import style
+from ab_sim.recording.blueprint import state_colours, style
 from ab_sim.recording.drawing import description_text
 from ab_sim.recording.layout import (
     CLOSED,
@@ -80,6 +80,7 @@ class Recording:
         self._channels: tuple[str, ...] = ()
         self._blocks: list[Array] = []
         self._scalars: dict[str, list[tuple[float, float]]] = {}  # by name: time, value
+        self._known_states: set[str] = set()
         self._states: dict[str, list[tuple[float, str]]] = {}  # by name: time, state
         self._events: dict[str, list[tuple[float, str, str]]] = {}  # by source: time, text, level
         self._collected = 0  # rows, scalars and events not sent yet
@@ -180,6 +181,9 @@ class Recording:
     def state(self, name: str, time: float, state: str) -> None:
         """Note that something is in another state from time [s] on, such as a profile: done."""
         self._check_usable()
+        if name not in self._known_states:
+            self._known_states.add(name)
+            self._static(entity_path("health", name), state_colours())
         self._states.setdefault(name, []).append((time, state))
         self._collect(1)
 
@@ -284,7 +288,7 @@ class Recording:
         for name, changes in self._states.items():
             times, states = zip(*changes, strict=True)
             columns = rr.StateChange.columns(state=states)
-            self._send(entity_path("state", name), self._index(times), columns)
+            self._send(entity_path("health", name), self._index(times), columns)
         self._blocks.clear()
         self._left_out.clear()
         self._events.clear()

@@ -157,17 +157,26 @@ def compare_with(
             f"{run.extent.missing} steps are missing at {run.extent.gaps} places: a command that "
             "came there acts as late as it may"
         )
+    if stepped and run.extent.left_out:
+        notes.append(
+            f"{run.extent.left_out} steps were left out by intent: a command that came there acts "
+            "as late as it may"
+        )
     step, time = run.extent.first if stepped else (0.0, run.extent.first[1])
+    if stepped and scene.profile is not None and _follows_profile(run, scene):
+        return _along(run, Drive(scene), PROFILE, 0.0, notes, progress)
     if step > 0 and not _begun_before(run, scene):
         (sample, *_) = run.blocks(rows=1)
-        scene = scene_from(scene, dict(zip(run.channels, sample[0].tolist(), strict=True)))
+        recorded = dict(zip(run.channels, sample[0].tolist(), strict=True))
+        drive = Drive(scene_from(scene, recorded), commanded=True)
+        # What is in force accelerates the first sample, too.
+        if math.isfinite(recorded["command"]):
+            drive.command(recorded["command"])
         notes.append(
             f"the recording begins at t = {exact(time)} s: the simulation begins in the state of "
             "its first sample, and does not know what friction held and filters remembered"
         )
-        return _along(run, Drive(scene, commanded=True), COMMANDS, step, notes, progress)
-    if stepped and scene.profile is not None and _follows_profile(run, scene):
-        return _along(run, Drive(scene), PROFILE, 0.0, notes, progress)
+        return _along(run, drive, COMMANDS, step, notes, progress)
     first = 0.0 if stepped else time
     drive = Drive(scene, commanded=True)
     return _along(run, drive, COMMANDS, first, notes, progress, stepped)

@@ -107,27 +107,40 @@ def gather(
         raise InputError(f"{run.path}: the recording is empty: it has no samples to report on")
     scene, why = _scene_of(run)
     read = [0]
-    passes = 1 if scene is None else 3
+    passes = (1 if scene is None else 3) + (run.every > 1)
 
     def pieces() -> Iterator[Trajectory]:
         left = extent.rows  # of one that is still being written, no more than at first
         for block in run.blocks():
-            piece = Trajectory(run.channels, block[:left])
-            if len(piece) == 0:
+            rows = block[:left]
+            if len(rows) == 0:
                 return
-            left -= len(piece)
-            yield piece
-            read[0] += len(piece)
+            left -= len(rows)
+            # At even distances: what is kept beside them would weigh more than the rest.
+            piece = Trajectory(run.channels, rows[rows[:, 0] % run.every == 0])
+            if len(piece):
+                yield piece
+            read[0] += len(rows)
             if progress is not None:
                 progress(read[0], passes * extent.rows)
 
-    merits = None if scene is None else merits_of_pieces(pieces, extent.rows, scene)
-    collected = _Collected(run, scene)
+    count = extent.rows if run.every == 1 else sum(map(len, pieces()))
+    if count == 0:
+        raise InputError(
+            f"{run.path}: there is no whole interval of {run.every} steps to report on"
+        )
+    merits = None if scene is None else merits_of_pieces(pieces, count, scene)
+    collected = _Collected(run, scene, count)
     for piece in pieces():
         collected.take(piece)
     notes = [note for note in (run.torn, why) if note]
     if not run.complete and not run.torn:
         notes.append("was not closed: it is still being written, or its writer was killed")
+    if extent.left_out:
+        notes.append(
+            f"{extent.left_out} steps were left out by intent: it is judged by one of "
+            f"{run.every}, which sees no shorter peaks and no faster vibration"
+        )
     if extent.missing:
         notes.append(f"{extent.missing} steps are missing, at {extent.gaps} places")
     return collected.result(name, merits, tuple(notes))
@@ -147,13 +160,13 @@ def _scene_of(run: StoredRun) -> tuple[Scene | None, str | None]:
 
 
 class _Collected:
-    def __init__(self, run: StoredRun, scene: Scene | None) -> None:
+    def __init__(self, run: StoredRun, scene: Scene | None, count: int) -> None:
         self._run, self._scene = run, scene
         self._rest = (
             Rest(np.zeros(3), np.array([1.0, 0, 0, 0])) if scene is None else rest_of(scene)
         )
         extent = run.extent
-        self._count, self._done = extent.rows, 0
+        self._count, self._done = count, 0
         self._last = self._count - max(1, round(LAST * self._count))
         balls = [n for n in run.channels if n.startswith("ball_") and n.endswith("_angle")]
         self._plain = [n for n in ("speed", "command", "motor_torque", *balls) if n in run.channels]
@@ -185,7 +198,7 @@ class _Collected:
         self.curves.take(time, np.column_stack(columns) if columns else np.empty((len(time), 0)))
         if self._axes:
             axes = np.column_stack([piece[name] for name in self._axes])
-            step = piece["step"]
+            step = piece["step"] // self._run.every
             late = slice(max(self._last - self._done, 0), None)
             self._spectrum.take(step[late], time[late], axes[late])
             if "angle" in have and len(self._axes) > 1:

@@ -68,8 +68,8 @@ def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_
     assert any("profile: done" in text for text in texts)
     for parameter in ("drive_sim: parameters: ", "start_paused = True", "command_rate = 200.0"):
         assert any(parameter in text for text in texts), parameter
-    assert cells(file, "/state/profile", "StateChange:state")[-1] == ["done"]
-    assert {"OK"} <= {state for [state] in cells(file, "/state/drive_sim", "StateChange:state")}
+    assert cells(file, "/health/profile", "StateChange:state")[-1] == ["done"]
+    assert {"OK"} <= {state for [state] in cells(file, "/health/drive_sim", "StateChange:state")}
     factors = recorded.scalars["real_time_factor"][:, 1]
     assert len(factors) > 0 and factors.min() > 0.0, "while it stood still there was none"
 

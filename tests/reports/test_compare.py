@@ -155,3 +155,31 @@ def test_what_is_gathered_is_what_the_run_is_judged_by(
     time, angle = data.curves.curve("ball_0_angle")
     np.testing.assert_array_equal(angle, live["ball_0_angle"])
     np.testing.assert_array_equal(time, live["time"])
+
+
+def test_one_that_begins_in_a_ramp_goes_on_in_it(
+    tmp_path: Path, scene: Scene, live: Trajectory
+) -> None:
+    found = beside(tmp_path / "r.rrd", scene, part(live, slice(303, None)))
+    for each in found.deviations:
+        share = each.relative(each.largest)
+        assert share is None or share < 1e-9, each
+
+
+def test_a_profile_s_run_that_begins_in_a_ramp_is_the_same_to_the_bit(
+    tmp_path: Path, scene: Scene
+) -> None:
+    run = Trajectory.join([(drive := Drive(scene)).present(), drive.advance(900)])
+    found = beside(tmp_path / "r.rrd", scene, part(run, slice(300, None)))
+    assert found.same and found.driven_by == PROFILE
+
+
+def test_a_thinned_one_says_that_commands_may_act_late(
+    tmp_path: Path, scene: Scene, live: Trajectory
+) -> None:
+    with Recording(
+        tmp_path / "r.rrd", description=describe(scene), every=10, around=0.05
+    ) as recording:
+        recording.block(live.channels, live.samples)
+    found = compare_with(open_recording(tmp_path / "r.rrd"), scene)
+    assert any("left out by intent" in note for note in found.notes)
