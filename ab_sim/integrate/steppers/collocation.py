@@ -20,7 +20,7 @@ import numba
 import numpy as np
 
 from ab_sim.dynamics.dispatch import APART, INLINED
-from ab_sim.dynamics.layout import angle_at, rate_at, state_size
+from ab_sim.dynamics.layout import angle_at, rate_at, state_count, state_size
 from ab_sim.dynamics.numbers.across import column_of, product, put_column, total
 from ab_sim.dynamics.numbers.cos_sin import cos_sin
 from ab_sim.dynamics.numbers.lanes import as_lanes
@@ -182,18 +182,23 @@ def drag_rate_of(system, i):  # type: ignore[no-untyped-def]
     return ball_drag(system.effects, ball_of(system, i)) * system.balls[i, MOBILITY]
 
 
-@numba.njit(**APART)
+@numba.njit(**INLINED)
 def first_line(weights, system, length, tables):  # type: ignore[no-untyped-def]
     """Where among the tables those for a step of that length begin, made if need be."""
-    n = ball_count(system)
-    every = LINES * (1 + n)
+    every = LINES * (1 + ball_count(system))
     for kept in range(KEPT):
         first = HEAD + kept * every
         if tables[first + NUMBERS, LENGTH] == length:
             return first
-    kept = int(tables[0, NEXT])
+    return made_anew(weights, system, length, tables)
+
+
+@numba.njit(**APART)
+def made_anew(weights, system, length, tables):  # type: ignore[no-untyped-def]
+    """Tables for a step of that length, in place of the oldest; returns where they begin."""
+    n, kept = ball_count(system), int(tables[0, NEXT])
     tables[0, NEXT] = (kept + 1) % KEPT
-    first, values = HEAD + kept * every, own_array(0.0, (NODES,))
+    first, values = HEAD + kept * LINES * (1 + n), own_array(0.0, (NODES,))
     c, k = own_motion(system.carrier, system.effects)
     fill(weights.nodes, length, max(c, 0.0), max(k, 0.0), values, tables[first : first + LINES])
     for i in range(n):
@@ -209,9 +214,7 @@ def first_line(weights, system, length, tables):  # type: ignore[no-untyped-def]
 
 @numba.njit(**APART)
 def carry_on(weights, ratio, tables):  # type: ignore[no-untyped-def]
-    """Make sure that the tables carry polynomials on into a step so many times as long."""
-    if tables[0, RATIO] == ratio:
-        return
+    """Make the tables carry polynomials on into a step so many times as long."""
     values = own_array(0.0, (NODES,))
     for j in range(NODES):
         polynomials(weights.nodes, 1.0 + ratio * weights.nodes.at[j], values)
@@ -220,7 +223,7 @@ def carry_on(weights, ratio, tables):  # type: ignore[no-untyped-def]
     tables[0, RATIO] = ratio
 
 
-@numba.njit(**APART)
+@numba.njit(**INLINED)
 def part(weights, plant, begin, length, state, work):  # type: ignore[no-untyped-def]
     """One step or a part of it, from the state and the memory, which both go to its end.
 
@@ -231,7 +234,9 @@ def part(weights, plant, begin, length, state, work):  # type: ignore[no-untyped
     carrier, n, states = system.carrier, ball_count(system), state_size(system, state)
     ways = carrier_ways(carrier)
     first = first_line(weights, system, length, work.tables)
-    carry_on(weights, length / memory[NODES, 0], work.tables)
+    ratio = length / memory[NODES, 0]
+    if work.tables[0, RATIO] != ratio:
+        carry_on(weights, ratio, work.tables)
     lines, tables = as_lanes(weights.lines), as_lanes(work.tables)
     numbers = work.tables
     time = begin + length * lines[AT]
@@ -239,9 +244,10 @@ def part(weights, plant, begin, length, state, work):  # type: ignore[no-untyped
     cos, sin = cos_sin(length * product(lines, INTEGRAL, w))
     end_cos, end_sin = cos_sin(length * total(lines[SHARE] * w))
 
-    force, found = own_array(time, (ways + n,)), own_array(time, (ways,))
-    homogeneous = own_array(time, (2 * (ways + n),))
-    at, slope = own_array(time, (states,)), own_array(time, (states,))
+    size = state_count(system, state)
+    force, found = own_array(time, (size,)), own_array(time, (size,))
+    homogeneous = own_array(time, (size,))
+    at, slope = own_array(time, (size,)), own_array(time, (size,))
     own = Plant(system, plant.place, plant.modes, own_room(system, n, time))
     for j in range(states):
         at[j] = state[j] + 0.0 * time
@@ -267,11 +273,11 @@ def part(weights, plant, begin, length, state, work):  # type: ignore[no-untyped
         turn(carrier, cos, sin, at)
         inlined_evaluate(own, time, at, slope)
         acceleration = unturned(carrier, cos, sin, w, at, slope)
-        change, size = 0.0 * time, 0.0 * time
+        change, sum_of = 0.0 * time, 0.0 * time
         for q in range(ways):
             found[q] += acceleration[q]
             change += abs(found[q] - force[q])
-            size += abs(found[q])
+            sum_of += abs(found[q])
             force[q] = found[q]
         if n > 0:
             change *= numbers[first + NUMBERS, YIELD] / system.balls[0, RACE_RADIUS]
@@ -281,7 +287,7 @@ def part(weights, plant, begin, length, state, work):  # type: ignore[no-untyped
             new = slope[v] + rate * at[v]
             change += abs(new - force[ways + i]) * numbers[own_table + NUMBERS, YIELD]
             force[ways + i] = new
-        most = weights.tolerance * (1.0 if n > 0 else total(size))
+        most = weights.tolerance * (1.0 if n > 0 else total(sum_of))
         if total(change) <= most:
             solved = True
             break
