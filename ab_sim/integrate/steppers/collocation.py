@@ -311,9 +311,7 @@ def part(weights, plant, begin, length, state, work):  # type: ignore[no-untyped
         r = numbers[own_table + NUMBERS, LAST_RATE]
         from_x, from_v = state[x], state[v]
         state[x] = from_x + (
-            (r + c * g - 1.0) * from_x
-            + g * from_v
-            + total(tables[own_table + END_X] * force[q])
+            (r + c * g - 1.0) * from_x + g * from_v + total(tables[own_table + END_X] * force[q])
         )
         state[v] = r * from_v - k * g * from_x + total(tables[own_table + END_V] * force[q])
     turn(carrier, end_cos, end_sin, state)
