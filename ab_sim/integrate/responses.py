@@ -2,11 +2,12 @@
 
 For a step of length h with nodes t_j, and G the response to a unit impulse,
 
-    x(t) = (G'(t) + c G(t)) x_0 + G(t) v_0 + sum_k f_k int_0^t G(t - s) l_k(s) ds
-    v(t) = -k G(t) x_0 + G'(t) v_0         + sum_k f_k int_0^t G'(t - s) l_k(s) ds
+    x(t) = (1 - k U(t)) x_0 + G(t) v_0 + sum_k f_k int_0^t G(t - s) l_k(s) ds
+    v(t) = -k G(t) x_0 + G'(t) v_0     + sum_k f_k int_0^t G'(t - s) l_k(s) ds
 
-with l_k the nodes' Lagrange polynomials: exact however large c h and k h^2 are. Tables hold the
-integrals at the nodes and at the end, each line in lanes. A ball under linear drag has k = 0.
+with U the response to f = 1, and l_k the nodes' Lagrange polynomials: exact however large c h and
+k h^2 are. Tables hold the integrals at the nodes and at the end, each line in lanes. A ball under
+linear drag has k = 0.
 """
 
 import math
@@ -27,12 +28,12 @@ REACH = 5.0
 GONE = 40.0
 """Decay rate times time after which a response is nothing any more."""
 
-INTO_X, INTO_V, IMPULSE, IMPULSE_RATE, END_X, END_V, NUMBERS = 0, 8, 16, 17, 18, 19, 20
-"""Lines of a table: the integrals into x and v at the nodes, a line for each k; G and G' at the
+INTO_X, INTO_V, UNIT, IMPULSE, IMPULSE_RATE, END_X, END_V, NUMBERS = 0, 8, 16, 17, 18, 19, 20, 21
+"""Lines of a table: the integrals into x and v at the nodes, a line for each k; U, G and G' at the
 nodes; the integrals at the end, a lane for each k; and numbers:"""
-LENGTH, DAMPING, STIFFNESS, LAST, LAST_RATE, YIELD = range(6)
-"""h [s]; c, k; G and G' at the end; x at the end under f = 1."""
-LINES = 21
+LENGTH, DAMPING, STIFFNESS, LAST_UNIT, LAST, LAST_RATE = range(6)
+"""h [s]; c, k; U, G and G' at the end."""
+LINES = 22
 
 
 class Nodes(NamedTuple):
@@ -145,7 +146,11 @@ def fill(nodes, length, c, k, values, table):  # type: ignore[no-untyped-def]
         else:
             table[NUMBERS, LAST], table[NUMBERS, LAST_RATE] = g, r
     table[NUMBERS, DAMPING], table[NUMBERS, STIFFNESS] = c, k
-    table[NUMBERS, YIELD] = 0.0
+    for j in range(NODES):
+        table[UNIT, j] = 0.0
+        for i in range(NODES):
+            table[UNIT, j] += table[INTO_X + i, j]
+    table[NUMBERS, LAST_UNIT] = 0.0
     for i in range(NODES):
-        table[NUMBERS, YIELD] += table[END_X, i]
+        table[NUMBERS, LAST_UNIT] += table[END_X, i]
     table[NUMBERS, LENGTH] = length

@@ -69,13 +69,13 @@ def test_responses_to_polynomials_are_exact(c: float, k: float) -> None:
     nodes = np.polynomial.polynomial.polyval(made.at, force)
     for j, until in [*enumerate(made.at), (NODES, 1.0)]:
         if j < NODES:
-            g, r = table[responses.IMPULSE, j], table[responses.IMPULSE_RATE, j]
+            u, g, r = table[responses.UNIT : responses.IMPULSE_RATE + 1, j]
             into_x, into_v = table[: 2 * NODES, j].reshape(2, NODES) @ nodes
         else:
-            g, r = table[NUMBERS, responses.LAST], table[NUMBERS, responses.LAST_RATE]
+            u, g, r = table[NUMBERS, responses.LAST_UNIT : responses.LAST_RATE + 1]
             into_x, into_v = table[[responses.END_X, responses.END_V]] @ nodes
         found = [
-            (r + c * g) * state[0] + g * state[1] + into_x,
+            (1.0 - k * u) * state[0] + g * state[1] + into_x,
             -k * g * state[0] + r * state[1] + into_v,
         ]
         true = exactly(until, length, c, k, force, state)

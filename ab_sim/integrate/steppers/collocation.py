@@ -20,18 +20,15 @@ import numba
 import numpy as np
 
 from ab_sim.dynamics.dispatch import APART, INLINED
-from ab_sim.dynamics.layout import angle_at, rate_at, state_count, state_size
+from ab_sim.dynamics.layout import rate_at, state_count, state_size
 from ab_sim.dynamics.numbers.across import column_of, product, put_column, total
 from ab_sim.dynamics.numbers.cos_sin import cos_sin
 from ab_sim.dynamics.numbers.lanes import as_lanes
-from ab_sim.dynamics.race.ball import ball_of
 from ab_sim.dynamics.slope import inlined_evaluate
 from ab_sim.dynamics.system import (
-    MOBILITY,
     RACE_RADIUS,
     Plant,
     ball_count,
-    ball_drag,
     carrier_ways,
     own_motion,
     segment_speed,
@@ -40,6 +37,15 @@ from ab_sim.dynamics.system import (
 )
 from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.registry import Parameter, register_family
+from ab_sim.integrate.response_tables import (
+    CARRY,
+    LINES_EACH,
+    RATIO,
+    carry_on,
+    drag_rate_of,
+    first_line,
+    place_of,
+)
 from ab_sim.integrate.responses import (
     DAMPING,
     END_V,
@@ -50,14 +56,12 @@ from ab_sim.integrate.responses import (
     INTO_X,
     LAST,
     LAST_RATE,
-    LENGTH,
-    LINES,
+    LAST_UNIT,
     NODES,
     NUMBERS,
     STIFFNESS,
-    YIELD,
+    UNIT,
     Nodes,
-    fill,
     gauss,
     nodes,
     polynomials,
@@ -67,12 +71,6 @@ from ab_sim.integrate.workspace import aligned
 
 AT, SHARE, INTEGRAL = 0, 1, 2
 """Lines: c_j; the weights of the quadrature over the step; and eight of that up to the nodes."""
-KEPT = 4
-"""Lengths of steps whose tables are kept: what a graded start takes, and the step itself."""
-RATIO, NEXT, CARRY = 0, 1, 1
-"""The head of the tables: in line 0 the ratio of steps for which the lines from CARRY on carry a
-polynomial on, and which of the tables kept is to go next."""
-HEAD = 1 + NODES
 MOST = 16
 """Iterations after which a step is taken in halves."""
 PARTS = 64
@@ -129,7 +127,7 @@ def collocation(tolerance: float) -> Stepper:
         growth=growth_of,
         slopes=1,
         memory=NODES + 1,
-        tables=HEAD + KEPT * LINES,
+        tables=LINES_EACH,
         solves_drag=True,
         solves_own_motion=True,
         locates_events=False,
@@ -182,118 +180,46 @@ def begin_anew(plant, begin, length, state, work):  # type: ignore[no-untyped-de
 
 
 @numba.njit(**INLINED)
-def drag_rate_of(system, i):  # type: ignore[no-untyped-def]
-    """Rate at which drag slows down ball i on a deck that does not move [1/s]."""
-    return ball_drag(system.effects, ball_of(system, i)) * system.balls[i, MOBILITY]
-
-
-@numba.njit(**INLINED)
-def first_line(weights, system, length, tables):  # type: ignore[no-untyped-def]
-    """Where among the tables those for a step of that length begin, made if need be."""
-    every = LINES * (1 + ball_count(system))
-    for kept in range(KEPT):
-        first = HEAD + kept * every
-        if tables[first + NUMBERS, LENGTH] == length:
-            return first
-    return made_anew(weights, system, length, tables)
-
-
-@numba.njit(**APART)
-def made_anew(weights, system, length, tables):  # type: ignore[no-untyped-def]
-    """Tables for a step of that length, in place of the oldest; returns where they begin."""
-    n, kept = ball_count(system), int(tables[0, NEXT])
-    tables[0, NEXT] = (kept + 1) % KEPT
-    first, values = HEAD + kept * LINES * (1 + n), own_array(0.0, (NODES,))
-    c, k = own_motion(system.carrier, system.effects)
-    fill(weights.nodes, length, max(c, 0.0), max(k, 0.0), values, tables[first : first + LINES])
-    for i in range(n):
-        at, rate = first + (1 + i) * LINES, drag_rate_of(system, i)
-        if i > 0 and tables[at - LINES + NUMBERS, DAMPING] == rate:
-            for line in range(LINES):
-                for j in range(NODES):
-                    tables[at + line, j] = tables[at - LINES + line, j]
-        else:
-            fill(weights.nodes, length, rate, 0.0, values, tables[at : at + LINES])
-    return first
-
-
-@numba.njit(**APART)
-def carry_on(weights, ratio, tables):  # type: ignore[no-untyped-def]
-    """Make the tables carry polynomials on into a step so many times as long."""
-    values = own_array(0.0, (NODES,))
-    for j in range(NODES):
-        polynomials(weights.nodes, 1.0 + ratio * weights.nodes.at[j], values)
-        for k in range(NODES):
-            tables[CARRY + k, j] = values[k]
-    tables[0, RATIO] = ratio
-
-
-@numba.njit(**INLINED)
 def part(weights, plant, begin, length, state, work):  # type: ignore[no-untyped-def]
     """One step or a part of it, from the state and the memory, which both go to its end.
 
     Returns:
         Whether the iterations have come to an end; else nothing has changed.
     """
-    system, memory = plant.system, work.memory
-    carrier, n, states = system.carrier, ball_count(system), state_size(system, state)
-    ways = carrier_ways(carrier)
-    first = first_line(weights, system, length, work.tables)
+    system, memory, numbers = plant.system, work.memory, work.tables
+    n, ways = ball_count(system), carrier_ways(system.carrier)
+    states, size = state_size(system, state), state_count(system, state)
+    first = first_line(weights, system, length, numbers)
     ratio = length / memory[NODES, 0]
-    if work.tables[0, RATIO] != ratio:
-        carry_on(weights, ratio, work.tables)
-    lines, tables = as_lanes(weights.lines), as_lanes(work.tables)
-    numbers = work.tables
+    if numbers[0, RATIO] != ratio:
+        carry_on(weights, ratio, numbers)
+    lines, tables = as_lanes(weights.lines), as_lanes(numbers)
     time = begin + length * lines[AT]
-    w = segment_speed(plant.place.segment, time) + 0.0 * time
-    cos, sin = cos_sin(length * product(lines, INTEGRAL, w))
-    end_cos, end_sin = cos_sin(length * total(lines[SHARE] * w))
+    w = segment_speed(plant.place.segment, time)
+    turned = cos_sin(length * product(lines, INTEGRAL, w))
 
-    size = state_count(system, state)
-    force, found = own_array(time, (size,)), own_array(time, (size,))
-    homogeneous = own_array(time, (size,))
-    at, slope = own_array(time, (size,)), own_array(time, (size,))
-    own = Plant(system, plant.place, plant.modes, own_room(system, n, time))
+    force, at, slope = own_array(time, (size,)), own_array(time, (size,)), own_array(time, (size,))
+    free_x, free_v = own_array(time, (size,)), own_array(time, (size,))
     for j in range(states):
-        at[j] = state[j] + 0.0 * time
+        at[j] = 0.0
     for q in range(ways + n):
-        own_table, x, v = place_of(system, first, q)
+        table, x, v = place_of(system, first, q)
         force[q] = product(tables, CARRY, column_of(memory, v))
-        c = numbers[own_table + NUMBERS, DAMPING]
-        k = numbers[own_table + NUMBERS, STIFFNESS]
-        g, r = tables[own_table + IMPULSE], tables[own_table + IMPULSE_RATE]
-        homogeneous[2 * q] = state[x] + (r + c * g - 1.0) * state[x] + g * state[v]
-        homogeneous[2 * q + 1] = r * state[v] - (k * g) * state[x]
+        k = numbers[table + NUMBERS, STIFFNESS]
+        g = tables[table + IMPULSE]
+        free_x[q] = state[x] + (g * state[v] - tables[table + UNIT] * (k * state[x]))
+        free_v[q] = tables[table + IMPULSE_RATE] * state[v] - g * (k * state[x])
 
-    c = numbers[first + NUMBERS, DAMPING]
-    k = numbers[first + NUMBERS, STIFFNESS]
+    own = Plant(system, plant.place, plant.modes, own_room(system, n, time))
     before, solved = 0.0, False
     for _ in range(MOST):
         for q in range(ways + n):
-            own_table, x, v = place_of(system, first, q)
-            at[x] = homogeneous[2 * q] + product(tables, own_table + INTO_X, force[q])
-            at[v] = homogeneous[2 * q + 1] + product(tables, own_table + INTO_V, force[q])
-        for q in range(ways):
-            found[q] = c * at[ways + q] + k * at[q]
-        turn(carrier, cos, sin, at)
-        inlined_evaluate(own, time, at, slope)
-        acceleration = unturned(carrier, cos, sin, w, at, slope)
-        change, sum_of = 0.0 * time, 0.0 * time
-        for q in range(ways):
-            found[q] += acceleration[q]
-            change += abs(found[q] - force[q])
-            sum_of += abs(found[q])
-            force[q] = found[q]
-        if n > 0:
-            change *= numbers[first + NUMBERS, YIELD] / system.balls[0, RACE_RADIUS]
-        for i in range(n):
-            own_table, x, v = place_of(system, first, ways + i)
-            rate = numbers[own_table + NUMBERS, DAMPING]
-            new = slope[v] + rate * at[v]
-            change += abs(new - force[ways + i]) * numbers[own_table + NUMBERS, YIELD]
-            force[ways + i] = new
+            table, x, v = place_of(system, first, q)
+            at[x] = free_x[q] + product(tables, table + INTO_X, force[q])
+            at[v] = free_v[q] + product(tables, table + INTO_V, force[q])
+        last, all_of = iterate(own, time, w, turned, at, slope, force, first, numbers)
         # Each iteration leaves of an error what it left of the one before.
-        most, last = weights.tolerance * (1.0 if n > 0 else total(sum_of)), total(change)
+        most = weights.tolerance * all_of
         if last <= most or last * last <= most * before:
             solved = True
             break
@@ -304,37 +230,48 @@ def part(weights, plant, begin, length, state, work):  # type: ignore[no-untyped
     for j in range(rate_at(system, n), states):
         state[j] += length * total(lines[SHARE] * slope[j])
     for q in range(ways + n):
-        own_table, x, v = place_of(system, first, q)
-        c = numbers[own_table + NUMBERS, DAMPING]
-        k = numbers[own_table + NUMBERS, STIFFNESS]
-        g = numbers[own_table + NUMBERS, LAST]
-        r = numbers[own_table + NUMBERS, LAST_RATE]
-        from_x, from_v = state[x], state[v]
-        state[x] = from_x + (
-            (r + c * g - 1.0) * from_x + g * from_v + total(tables[own_table + END_X] * force[q])
-        )
-        state[v] = r * from_v - k * g * from_x + total(tables[own_table + END_V] * force[q])
-    turn(carrier, end_cos, end_sin, state)
-    turned(force, end_cos, end_sin)
+        table, x, v = place_of(system, first, q)
+        k = numbers[table + NUMBERS, STIFFNESS] * state[x]
+        u, g = numbers[table + NUMBERS, LAST_UNIT], numbers[table + NUMBERS, LAST]
+        r = numbers[table + NUMBERS, LAST_RATE]
+        state[x] += (g * state[v] - u * k) + total(tables[table + END_X] * force[q])
+        state[v] = (r * state[v] - g * k) + total(tables[table + END_V] * force[q])
+    c, s = cos_sin(length * total(lines[SHARE] * w))
+    turn(system.carrier, c, s, state)
+    force[0], force[1] = c * force[0] + s * force[1], c * force[1] - s * force[0]
     for q in range(ways + n):
-        _, _, v = place_of(system, first, q)
-        put_column(force[q], memory, v)
+        put_column(force[q], memory, place_of(system, first, q)[2])
     memory[NODES, 0] = length
     return True
 
 
 @numba.njit(**INLINED)
-def turned(force, c, s):  # type: ignore[no-untyped-def]
-    """The deck's f onto the rotor's axes at the step's end."""
-    one, two = force[0], force[1]
-    force[0], force[1] = c * one + s * two, c * two - s * one
+def iterate(plant, time, w, turned, at, slope, force, first, numbers):  # type: ignore[no-untyped-def]
+    """f at the nodes of the states there, which are on axes that stand still, and then no more.
 
-
-@numba.njit(**INLINED)
-def place_of(system, first, q):  # type: ignore[no-untyped-def]
-    """Of equation q: where its table begins, and where in the state x and v are."""
-    ways = carrier_ways(system.carrier)
-    if q < ways:
-        return first, q, ways + q
-    i = q - ways
-    return first + (1 + i) * LINES, angle_at(system, i), rate_at(system, i)
+    Returns:
+        How much that is from what it was, as an angle at the step's end; and what that is to be
+        measured by: 1, or without a ball all of f.
+    """
+    system = plant.system
+    carrier, n, ways = system.carrier, ball_count(system), carrier_ways(system.carrier)
+    c, k = numbers[first + NUMBERS, DAMPING], numbers[first + NUMBERS, STIFFNESS]
+    change, all_of = 0.0 * time, 0.0 * time
+    # Here and below two axes: of a carrier whose own motion is one along each.
+    linear = c * at[ways] + k * at[0], c * at[ways + 1] + k * at[1]
+    turn(carrier, turned[0], turned[1], at)
+    inlined_evaluate(plant, time, at, slope)
+    acceleration = unturned(carrier, turned[0], turned[1], w, at, slope)
+    for q in range(ways):
+        new = acceleration[q] + linear[q]
+        change += abs(new - force[q])
+        all_of += abs(new)
+        force[q] = new
+    if n > 0:
+        change *= numbers[first + NUMBERS, LAST_UNIT] / system.balls[0, RACE_RADIUS]
+    for i in range(n):
+        table, _, v = place_of(system, first, ways + i)
+        new = slope[v] + numbers[table + NUMBERS, DAMPING] * at[v]
+        change += abs(new - force[ways + i]) * numbers[table + NUMBERS, LAST_UNIT]
+        force[ways + i] = new
+    return total(change), 1.0 if n > 0 else total(all_of)
