@@ -73,6 +73,8 @@ AT, SHARE, INTEGRAL = 0, 1, 2
 """Lines: c_j; the weights of the quadrature over the step; and eight of that up to the nodes."""
 MOST = 16
 """Iterations after which a step is taken in halves."""
+SETTLED = 1e-10
+"""Changes [rad] below this that no longer shrink are rounding."""
 PARTS = 64
 """The finest parts of a step; one that cannot be solved is given up: its result is not finite."""
 FIRST = PARTS // 8
@@ -220,7 +222,12 @@ def part(weights, plant, begin, length, state, work):  # type: ignore[no-untyped
         last, all_of = iterate(own, time, w, turned, at, slope, force, first, numbers)
         # Each iteration leaves of an error what it left of the one before.
         most = weights.tolerance * all_of
-        if last <= most or last * last <= most * before:
+        shrinks = last < 0.5 * before or before == 0.0
+        if (
+            last <= most
+            or last * last <= most * before
+            or (last <= SETTLED * all_of and not shrinks)
+        ):
             solved = True
             break
         before = last
