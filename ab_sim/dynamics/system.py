@@ -123,6 +123,11 @@ output = forward("output")
 dissipate = forward("dissipate")
 kick = forward("kick")
 straighten = forward("straighten")
+own_motion = forward("own_motion")
+turn = forward("turn")
+unturned = forward("unturned")
+carrier_ways = attribute("WAYS")
+"""Along how many axes a carrier moves."""
 
 deck_force = sum_over_effects("deck_force", (0.0, 0.0))
 space_force = sum_over_effects("space_force", (0.0, 0.0))

@@ -32,8 +32,9 @@ USUAL = "rk8"
 
 
 def for_stiff_drag() -> Stepper:
-    """The stepper that any amount of drag leaves stable."""
-    return next(known for known in steppers().values() if known.solves_drag)
+    """The stepper that any amount of drag leaves stable, whatever else is in the scene."""
+    able = (known for known in steppers().values() if known.locates_events)
+    return next(known for known in able if known.solves_drag)
 
 
 def limiting(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
@@ -91,6 +92,12 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
         raise SceneError(
             f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which "
             f"friction, contact and a motor have; name one of: {able}"
+        )
+    if stepper.solves_own_motion and not hasattr(system.carrier, "own_motion"):
+        able = ", ".join(n for n, known in steppers().items() if not known.solves_own_motion)
+        raise SceneError(
+            f"solver.stepper = {stepper.name!r}: is for a deck that moves in the plane of the "
+            f"disc; remove the section deck, or name one of: {able}"
         )
     limits = limiting(stepper, rates)
     try:

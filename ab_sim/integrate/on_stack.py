@@ -10,7 +10,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.types.containers import NamedTuple, UniTuple
+from numba.core.types.containers import BaseTuple, NamedTuple, Tuple
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
@@ -118,14 +118,21 @@ def own_room(typing_context, system, balls, number):  # type: ignore[no-untyped-
 def own_array(typing_context, number, shape):  # type: ignore[no-untyped-def]
     """An array of numbers of the kind of ``number``; ``(number, shape)``, a tuple.
 
-    Its content is arbitrary. To ask in a loop is to ask for ever more memory.
+    Its content is arbitrary. To ask in a loop is to ask for ever more memory, but for a shape of
+    lengths that are tuples: see ``dispatch.number_of``.
     """
     kind = types.Array(number, len(shape), "C")
+    known = [isinstance(length, BaseTuple) for length in shape]
+    lengths = Tuple([a if b else types.intp for a, b in zip(shape, known, strict=True)])
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        return _on_stack(context, builder, kind, cgutils.unpack_tuple(builder, arguments[1]))
+        sizes = [
+            len(length) if isinstance(length, BaseTuple) else builder.extract_value(arguments[1], i)
+            for i, length in enumerate(lengths)
+        ]
+        return _on_stack(context, builder, kind, sizes)
 
-    return kind(number, UniTuple(types.intp, len(shape))), generate
+    return kind(number, lengths), generate
 
 
 def _room(system: Any, number: Any, balls: Any) -> tuple[Any, list[tuple[Any, ...]]]:

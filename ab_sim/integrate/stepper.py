@@ -37,8 +37,13 @@ class Stepper:
     memory: int = 0
     """Rows of numbers that it carries from one step to the next; they belong to the state. It
     starts anew where they are zero, and they are made so where the motion has a kink."""
+    tables: int = 0
+    """Lines of eight numbers that it keeps for each ball and for what carries them, for as long as
+    they serve; they follow from the scene and the step's length, and are no part of the state."""
     solves_drag: bool = False
     """Any amount of the race's drag leaves it stable."""
+    solves_own_motion: bool = False
+    """It needs to know the own motion of what carries the balls: see ``carriers``."""
     takes_lanes: bool = False
     """Runs side by side can take its steps: ``numbers.lanes``."""
     locates_events: bool = True

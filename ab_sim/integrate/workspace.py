@@ -8,6 +8,7 @@ import numpy as np
 
 from ab_sim.dynamics.drag_response import table_rows
 from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.numbers.kinds import EIGHT
 from ab_sim.dynamics.race.margins import slots
 from ab_sim.dynamics.race.pools import POOL_WIDTH
 from ab_sim.dynamics.race.table import table_width
@@ -31,6 +32,8 @@ class Workspace(NamedTuple):
     of them, and for the tables of drag_response."""
     memory: np.ndarray
     """What a stepper carries from one step to the next, shape (rows, states)."""
+    tables: np.ndarray
+    """What it keeps for as long as it serves, shape (lines, 8)."""
     bounds: np.ndarray
     """Magnitudes that no sound run reaches, shape (states,)."""
     margin: np.ndarray
@@ -80,6 +83,7 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
             1 + nodes,
         ),
         memory=aligned((stepper.memory, states)),
+        tables=aligned((stepper.tables * (1 + balls), EIGHT)),
         bounds=bounds,
         margin=aligned((margins,)),
         margin_ahead=aligned((margins,)),
@@ -121,7 +125,7 @@ def aligned(shape: tuple[int, ...]) -> np.ndarray:
 def workspace_kind() -> object:
     """Numba's type of a Workspace, which is the same for all."""
     flat, table = np.zeros(0), np.zeros((0, 0))
-    tables = {"slopes", "memory", "pools", "near", "near_margin", "force_rate"}
+    tables = {"slopes", "memory", "tables", "pools", "near", "near_margin", "force_rate"}
     values: dict[str, Any] = {name: table if name in tables else flat for name in Workspace._fields}
     values |= {"room": Room(table, table, table, flat, flat), "counts": np.zeros(0, np.int64)}
     return numba.typeof(Workspace(**values))

@@ -73,7 +73,17 @@ def order(rows: list[SettingCost], least: float = 0.0) -> float:
     return float(np.polyfit(*np.log(np.array(pairs)).T, 1)[0])
 
 
-@pytest.mark.parametrize("name", steppers())
+ITERATED = "collocation"
+"""At all steps of the study, which are short for it, its error is what its iterations leave."""
+
+
+def test_where_iterations_end_is_where_errors_stay() -> None:
+    rows = rows_of(ITERATED)
+    assert len(rows) >= 3
+    assert all(row.errors and row.errors.whirl.value < 1e-8 for row in rows)
+
+
+@pytest.mark.parametrize("name", [name for name in steppers() if name != ITERATED])
 def test_errors_fall_with_the_declared_order(name: str) -> None:
     assert order(rows_of(name), 1e-11) == pytest.approx(stepper_named(name).order, abs=0.7)
 

@@ -54,4 +54,14 @@ and the methods, compiled into kernels, of a Plant, the Spindle's motion and the
         the state has them
     straighten(self, state) -> bool
         take out what has drifted and means nothing; whether there was anything
+
+and, if its states are displacement and velocity along WAYS axes, on which it would by itself move
+as x'' + c x' + k x = 0 if they stood still,
+
+    own_motion(self, effects) -> (c, k)
+        [1/s, 1/s^2]
+    turn(self, c, s, state)
+        its states from axes that stand still onto the rotor's, of which (c, s) is cosine and sine
+    unturned(self, c, s, w, state, slope) -> accelerations
+        along the axes that stand still, of states on the rotor's, which turn at w, and their rates
 """

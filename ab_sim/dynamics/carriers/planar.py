@@ -31,6 +31,7 @@ from ab_sim.dynamics.carriers.facts import carrier
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import angle_at, rate_at
 from ab_sim.dynamics.motion import Deck
+from ab_sim.dynamics.numbers.duals import dual, partial_of
 from ab_sim.dynamics.race.ball import (
     ball_of,
     moment_from_shaft,
@@ -147,6 +148,26 @@ class Planar(NamedTuple):
             g1, g2 = gravity_on_rotating_axes(plant, spindle)
             slope[2] += g1
             slope[3] += g2
+
+    def own_motion(self, effects: Any) -> Any:
+        """See ``carriers``: of the suspension at rest, the mean of two directions."""
+        x, y, vx, vy = dual(self.sag_x, 0), dual(self.sag_y, 1), dual(0.0, 2), dual(0.0, 3)
+        f1, f2 = deck_force(effects, Deck(x, y, vx, vy))
+        g1, g2 = space_force(effects, Deck(x, y, vx, vy))
+        k = partial_of(f1, 0) + partial_of(f2, 1) + partial_of(g1, 0) + partial_of(g2, 1)
+        c = partial_of(f1, 2) + partial_of(f2, 3) + partial_of(g1, 2) + partial_of(g2, 3)
+        return -0.5 * c / self.total_mass, -0.5 * k / self.total_mass
+
+    def turn(self, c: Any, s: Any, state: Any) -> None:
+        """See ``carriers``."""
+        for j in range(0, 4, 2):
+            one, two = state[j], state[j + 1]
+            state[j], state[j + 1] = c * one + s * two, c * two - s * one
+
+    def unturned(self, c: Any, s: Any, w: Any, state: Any, slope: Any) -> Any:
+        """See ``carriers``."""
+        one, two = slope[2] - w * state[3], slope[3] + w * state[2]
+        return c * one - s * two, s * one + c * two
 
     def output(self, plant: Any, spindle: Any, state: Any, acceleration: Any, row: Any) -> None:
         """The deck's acceleration on the rotating axes [m/s^2]."""
