@@ -127,6 +127,9 @@ class Recorder(Node):
             if self._files.lost:
                 failed, text = True, f"{self._files.lost} samples lost: {self._files.why_lost}"
                 raise RecordingError(text)
+        except RecordingError as error:
+            text = str(error)
+            raise
         finally:
             self._report(text, failed)
             if self._viewer is not None:
