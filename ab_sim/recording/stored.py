@@ -80,8 +80,7 @@ class StoredRun:
         self.description: dict[str, Any] = _description_in(text, self.path)
         named = _column(found["/channels"], "names") if "/channels" in found else ()
         self.channels: tuple[str, ...] = tuple(named)
-        self._thinned = THINNED in found
-        self.every = int(_column(found[THINNED], "every")[0]) if self._thinned else 1
+        self.every = int(_column(found[THINNED], "every")[0]) if THINNED in found else 1
         """One step of so many is kept wherever nothing happens."""
 
     def blocks(
@@ -112,7 +111,7 @@ class StoredRun:
         """How much there is; takes a pass over the file."""
         rows = gaps = missing = left_out = 0
         first = last = (float("nan"), float("nan"))
-        counted = (LEFT_OUT,) if self._thinned else ()
+        counted = (LEFT_OUT,) if self.every > 1 else ()
         for block in self._aligned(("step", "time", *counted)) if self.channels else ():
             before = block[0, 0] - 1 if rows == 0 else last[0]
             holes = np.diff(block[:, 0], prepend=before) - 1
@@ -177,7 +176,7 @@ class StoredRun:
             entity: [self.channels[column] for column in columns]
             for entity, columns in layout_of(self.channels).items()
         }
-        if self._thinned:
+        if self.every > 1:
             layout[LEFT_OUT] = [LEFT_OUT]
         parts = {
             entity: _Part(f"{self.path}: {entity}", own, names) for entity, own in layout.items()

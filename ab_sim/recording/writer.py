@@ -80,7 +80,6 @@ class Recording:
         self._channels: tuple[str, ...] = ()
         self._blocks: list[Array] = []
         self._scalars: dict[str, list[tuple[float, float]]] = {}  # by name: time, value
-        self._known_states: set[str] = set()
         self._states: dict[str, list[tuple[float, str]]] = {}  # by name: time, state
         self._events: dict[str, list[tuple[float, str, str]]] = {}  # by source: time, text, level
         self._collected = 0  # rows, scalars and events not sent yet
@@ -181,10 +180,10 @@ class Recording:
     def state(self, name: str, time: float, state: str) -> None:
         """Note that something is in another state from time [s] on, such as a profile: done."""
         self._check_usable()
-        if name not in self._known_states:
-            self._known_states.add(name)
+        if name not in self._states:
+            self._states[name] = []
             self._static(entity_path("health", name), state_colours())
-        self._states.setdefault(name, []).append((time, state))
+        self._states[name].append((time, state))
         self._collect(1)
 
     def flush(self) -> None:
@@ -286,13 +285,14 @@ class Recording:
                     [*columns, *rr.AnyValues.columns(source=[source] * len(times))],
                 )
         for name, changes in self._states.items():
-            times, states = zip(*changes, strict=True)
-            columns = rr.StateChange.columns(state=states)
-            self._send(entity_path("health", name), self._index(times), columns)
+            if changes:
+                times, states = zip(*changes, strict=True)
+                columns = rr.StateChange.columns(state=states)
+                self._send(entity_path("health", name), self._index(times), columns)
+                changes.clear()
         self._blocks.clear()
         self._left_out.clear()
         self._events.clear()
-        self._states.clear()
         self._collected = 0
 
     def _send_rows(self, rows: Array) -> None:
