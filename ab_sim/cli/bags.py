@@ -9,6 +9,7 @@ from pathlib import Path
 from ab_sim.bags import STATE_RATE, Bag, export_bag, import_bag
 from ab_sim.cli.outputs import people, say_written
 from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.ros import require_ros
 from ab_sim.errors import InputError
 from ab_sim.output_file import RECORDING, check_ending, check_folder, check_writable
 from ab_sim.recording import read_recording
@@ -88,13 +89,7 @@ def replay_command(bag: Path, rate: float, namespace: str | None, paused: bool) 
         RecordingError: the bag cannot be read.
     """
     _check_positive(rate, "--rate", "how many times as fast")
-    try:
-        import rclpy  # noqa: F401
-    except ImportError as error:
-        raise InputError(
-            f"ROS 2 is needed to replay, and rclpy cannot be imported ({error}); "
-            "install it with `pip install 'ab_sim[ros]'`, or source your ROS 2 installation"
-        ) from error
+    require_ros("to replay")
     from ab_sim.nodes.replay import replay
 
     replay(bag, namespace, rate, paused, lambda: _seconds_of(bag))

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from ab_sim.cli.live import check_wish, recorder_parameters, require_ros, say_where
+from ab_sim.cli.live import check_wish, recorder_parameters, say_where
+from ab_sim.cli.ros import require_ros
 from ab_sim.errors import InputError
 from ab_sim.output_file import check_writable
 from ab_sim.scene import load_scene
@@ -28,7 +29,7 @@ def run_demo(out: Path, view: str) -> None:
         AbSimError: a node failed; its log is named.
     """
     check_wish(view)
-    require_ros()
+    require_ros("for a live run")
     from ab_sim.cli.live_display import live_display
     from ab_sim.cli.live_run import LiveRun
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from ab_sim.cli.ros import require_ros
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.output_file import RECORDING, check_ending, check_writable
 from ab_sim.scene import load_scene
@@ -17,21 +18,6 @@ from ab_sim.viewing import check_view
 NOWHERE = "none"
 """To ``--view``: nobody watches."""
 console = Console()
-
-
-def require_ros() -> None:
-    """Refuse to go on without ROS 2.
-
-    Raises:
-        InputError: says how to get it.
-    """
-    try:
-        import rclpy  # noqa: F401
-    except ImportError as error:
-        raise InputError(
-            f"ROS 2 is needed for a live run, and rclpy cannot be imported ({error}); "
-            "install it with `pip install 'ab_sim[ros]'`, or source your ROS 2 installation"
-        ) from error
 
 
 def check_wish(view: str) -> None:
@@ -76,7 +62,7 @@ def run_live(
     if record is not None:
         check_ending(record, RECORDING, "--record")
         check_writable(record, "--record", replaced=False)
-    require_ros()
+    require_ros("for a live run")
     from ab_sim.cli.live_display import live_display
     from ab_sim.cli.live_run import LiveRun
 
