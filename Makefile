@@ -30,8 +30,8 @@ demo: $(VENV)/run.stamp
 # Most of the time goes into compiling kernels, which two processes share; what runs in real time
 # comes alone.
 test: lint $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
-	$(BIN)/python -m pytest -m 'not ros' -n 2 --dist loadfile
-	$(BIN)/python -m pytest -m ros
+	$(BIN)/python -m pytest -m 'not ros' -n 2 --dist loadfile --durations=15
+	$(BIN)/python -m pytest -m ros --durations=15
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check

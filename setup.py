@@ -46,6 +46,7 @@ setup(
             "ros-rclpy[fastrtps]",
             "ros-diagnostic-msgs",
             "ros-geometry-msgs",
+            "ros-lifecycle-msgs",
             "ros-rcl-interfaces",
             "ros-rosgraph-msgs",
             "ros-sensor-msgs",

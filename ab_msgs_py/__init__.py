@@ -6,7 +6,8 @@ only ``/clock`` and ``/diagnostics`` are absolute.
 
 from ab_msgs_py.block import Block
 from ab_msgs_py.errors import MalformedMessage
-from ab_msgs_py.health import ENDED, Health, Level
+from ab_msgs_py.health import ENDED, Health, Level, Task
+from ab_msgs_py.imu import ImuSample
 from ab_msgs_py.samples import JointSample, PoseSample, VibrationSample, WhirlSample
 from ab_msgs_py.topics import Topic
 
@@ -14,10 +15,12 @@ __all__ = [
     "ENDED",
     "Block",
     "Health",
+    "ImuSample",
     "JointSample",
     "Level",
     "MalformedMessage",
     "PoseSample",
+    "Task",
     "Topic",
     "VibrationSample",
     "WhirlSample",

@@ -16,6 +16,14 @@ class Level(enum.Enum):
     ERROR = DiagnosticStatus.ERROR
 
 
+class Task(enum.Enum):
+    """What a node's health is about; by these, ours are told from other hardware's."""
+
+    DRIVE = "real time"
+    PROFILE = "profile"
+    RECORDING = "recording"
+
+
 ENDED = "ended"
 """Message of a node's last health, sent when it ends in order."""
 
@@ -25,9 +33,11 @@ class Health:
     """Health of one node."""
 
     node: str
+    task: Task
     level: Level
     message: str
     values: dict[str, str] = field(default_factory=dict)
+    hardware: str = "ab_sim"
 
     @property
     def namespace(self) -> str:
@@ -38,9 +48,9 @@ class Health:
         """As ``/diagnostics``, stamped with a time [ns]."""
         status = DiagnosticStatus(
             level=self.level.value,
-            name=self.node,
+            name=f"{self.node}: {self.task.value}",
             message=self.message,
-            hardware_id="ab_sim",
+            hardware_id=self.hardware,
             values=[KeyValue(key=key, value=value) for key, value in self.values.items()],
         )
         array = DiagnosticArray(status=[status])
@@ -50,14 +60,18 @@ class Health:
     @classmethod
     def all_of(cls, array: DiagnosticArray) -> list["Health"]:
         """Every ab_sim entry of a message; other hardware's are left out."""
-        known = {level.value: level for level in Level}
+        levels = {level.value: level for level in Level}
+        tasks = {task.value: task for task in Task}
         return [
             cls(
-                str(status.name),
-                known.get(status.level, Level.ERROR),
+                node,
+                tasks[task],
+                levels.get(status.level, Level.ERROR),
                 str(status.message),
                 {str(pair.key): str(pair.value) for pair in status.values},
+                str(status.hardware_id),
             )
             for status in array.status
-            if status.hardware_id == "ab_sim"
+            for node, _, task in [str(status.name).partition(": ")]
+            if task in tasks
         ]

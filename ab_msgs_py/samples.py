@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,6 +91,26 @@ def description_of(message: String) -> dict[str, Any]:
     if not isinstance(description, dict):
         raise MalformedMessage("drive_description must be a JSON object")
     return description
+
+
+def faults_message(faults: Iterable[str]) -> String:
+    """Faults in force, each as it is asked for."""
+    return String(data=json.dumps(list(faults)))
+
+
+def faults_of(message: String) -> list[str]:
+    """Faults in force.
+
+    Raises:
+        MalformedMessage: it is no list of texts.
+    """
+    try:
+        faults = json.loads(message.data)
+    except ValueError as error:
+        raise MalformedMessage(f"faults must be a JSON list: {error}") from error
+    if not isinstance(faults, list) or not all(isinstance(fault, str) for fault in faults):
+        raise MalformedMessage(f"faults must be a JSON list of texts, not {message.data!r}")
+    return faults
 
 
 def clock_message(nanoseconds: int) -> Clock:

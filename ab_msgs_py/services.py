@@ -25,6 +25,10 @@ LOAD_SCENE = "~/load_scene"
 """Trigger: the scene that the parameters `scene` and `changes` name, from t = 0."""
 LOAD_DISC = "~/load_disc"
 """Trigger: the disc that the parameters `disc_eccentricity` and `disc_angle` name, from now on."""
+INJECT_FAULTS = "~/inject_faults"
+"""Trigger: the faults that the parameter `faults` names, instead of those in force."""
+CLEAR_FAULTS = "~/clear_faults"
+"""Trigger: no faults any more."""
 SAVE_SNAPSHOT = "~/save_snapshot"
 """Trigger: the present, to the file that the parameter `snapshot` names."""
 RESTORE_SNAPSHOT = "~/restore_snapshot"
@@ -33,10 +37,12 @@ EMERGENCY_STOP = "~/emergency_stop"
 """Trigger: to standstill as fast as the spindle can; commands are ignored from now on."""
 RESET_EMERGENCY_STOP = "~/reset_emergency_stop"
 """Trigger: commands are followed again."""
+CHANGE_STATE = "~/change_state"
+"""ChangeState of lifecycle_msgs: configure, activate, deactivate, cleanup or shutdown."""
 START = "~/start"
 """Trigger: run the profile."""
 ABORT = "~/abort"
-"""Trigger: stop the profile and command standstill."""
+"""Trigger: stop the profile and ramp down to standstill."""
 
 Answer = tuple[bool, str]
 """Whether it was done, and a text for people."""
@@ -50,7 +56,7 @@ class Stepped(NamedTuple):
     wakes: int
     """Wake-ups that were taken."""
     commands: int
-    """That have come since the node began, those rejected or ignored included."""
+    """That have come since the node was configured, those rejected or ignored included."""
 
     @property
     def text(self) -> str:

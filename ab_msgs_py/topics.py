@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64, Float64MultiArray, String
 
 try:
@@ -29,7 +29,7 @@ _STREAM = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 _BURSTS = QoSProfile(depth=5000, reliability=ReliabilityPolicy.RELIABLE)
 # As tf2's own broadcasters.
 _TRANSFORMS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
-# Blocks for a recorder that is away for some seconds are kept.
+# Blocks for a recorder that is away for some seconds are kept, and a wake-up's samples of a sensor.
 _DEEP = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 _LATCHED = QoSProfile(
     depth=1,
@@ -100,6 +100,11 @@ def transforms(each: Iterable[TransformStamped]) -> Any:
     return TFMessage(transforms=list(each))
 
 
+def imu_of(sensor: str, first: bool) -> Topic:
+    """On which a sensor's samples are: those beside the first in ``imu_NAME`` (REP-145)."""
+    return IMU if first else IMU._replace(name=f"imu_{sensor}/data_raw")
+
+
 COMMAND = Topic("spindle/command", Float64, _BURSTS)
 """Commanded spindle speed [rad/s]."""
 JOINT_STATES = Topic("joint_states", JointState, _STREAM)
@@ -118,10 +123,17 @@ TF_STATIC = Topic("/tf_static", TFMessage, _LATCHED)
 that is None where tf2_msgs is not installed: nobody can publish or hear them there."""
 BLOCK = Topic("vibration/block", Float64MultiArray, _DEEP)
 """Every integration sample since the last block."""
+IMU = Topic("imu/data_raw", Imu, _DEEP)
+"""Every sample of the scene's first accelerometer (REP-145); see ``imu_of``."""
+MODEL = Topic("robot_description", String, _LATCHED)
+"""The drive as a URDF; latched, as robot_state_publisher does it."""
 DESCRIPTION = Topic("drive_description", String, _LATCHED)
 """What is being simulated, as JSON; latched."""
+FAULTS = Topic("faults", String, _LATCHED)
+"""Faults that are in force, as a JSON list of texts; latched."""
 PROFILE_STATUS = Topic("profile_controller/status", String, _LATCHED)
-"""State of the profile controller: idle, running, done or aborted; latched."""
+"""State of the profile controller: idle, waiting, running, done, aborting or aborted, perhaps with
+more behind a colon; latched."""
 CLOCK = Topic("/clock", Clock, _STREAM)
 """Simulated time; the simulator is its authority."""
 DIAGNOSTICS = Topic("/diagnostics", DiagnosticArray, _STREAM)
@@ -138,7 +150,10 @@ ALL = (
     TF,
     TF_STATIC,
     BLOCK,
+    IMU,
+    MODEL,
     DESCRIPTION,
+    FAULTS,
     PROFILE_STATUS,
     CLOCK,
     DIAGNOSTICS,

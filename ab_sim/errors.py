@@ -22,6 +22,12 @@ class CommandError(AbSimError):
     """A command was rejected and has changed nothing."""
 
 
+class Refused(AbSimError):
+    """A node was asked for something and has refused; the text is its answer."""
+
+    exit_code = 1
+
+
 class RecordingError(AbSimError):
     """A recording cannot be written or read."""
 

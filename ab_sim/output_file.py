@@ -65,11 +65,14 @@ def check_writable(path: Path, said: str, replaced: bool = True) -> None:
     Raises:
         InputError: names the path and what is wrong with it.
     """
-    if path.exists() and not path.is_file():
-        what = "a folder" if path.is_dir() else "a device or a pipe"
-        raise InputError(f"{said} {path}: is {what}; name a file")
-    if not path.parent.is_dir():
-        raise InputError(f"{said} {path}: there is no folder {path.parent}; make it first")
+    try:
+        if path.exists() and not path.is_file():
+            what = "a folder" if path.is_dir() else "a device or a pipe"
+            raise InputError(f"{said} {path}: is {what}; name a file")
+        if not path.parent.is_dir():
+            raise InputError(f"{said} {path}: there is no folder {path.parent}; make it first")
+    except OSError as error:
+        raise InputError(f"{said} {path}: cannot be written: {error.strerror}") from error
     if not os.access(path if replaced and path.exists() else path.parent, os.W_OK):
         raise InputError(
             f"{said} {path}: cannot be written; choose another place or change its rights"

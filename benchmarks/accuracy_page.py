@@ -66,8 +66,9 @@ draws the picture above.
 {accuracy_table}
 
 The reference: {reference}. Its uncertainty: {uncertainty_angle:.1e} rad, {uncertainty_whirl:.1e} e.
-It is independent of the steppers here: collocation at Gauss' nodes is the method of none of them,
-and shares the equations of motion with them (DOP853 has `rk8`'s coefficients, in SciPy's code).
+It is independent of the steppers here but for `collocation`, which has the same nodes and no line
+of its code; it shares the equations of motion with them (DOP853 has `rk8`'s coefficients, in
+SciPy's code).
 There is such a reference for scenes without events only; with friction, contact or a motor
 `ab-sim accuracy` compares ab_sim's own `rk8` and `tsit5` at short steps, which share its laws and
 its location of events, and says so.

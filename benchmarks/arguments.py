@@ -10,18 +10,19 @@ def arguments(description: str, repeats: int) -> argparse.ArgumentParser:
         description=description, formatter_class=argparse.ArgumentDefaultsHelpFormatter
     )
     docs = Path(__file__).resolve().parents[1] / "docs"
-    parser.add_argument("--out", type=_folder, default=docs, help="folder for what is written")
+    parser.add_argument("--out", type=folder, default=docs, help="folder for what is written")
     parser.add_argument("--repeats", type=_repeats, default=repeats, help="interleaved repeats")
     return parser
 
 
-def _folder(text: str) -> Path:
-    folder = Path(text)
+def folder(text: str) -> Path:
+    """One that is there, or can be made."""
+    path = Path(text)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise argparse.ArgumentTypeError(f"{text}: {error.strerror}") from error
-    return folder
+    return path
 
 
 def _repeats(text: str) -> int:

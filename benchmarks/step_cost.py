@@ -9,8 +9,6 @@ gcc for the C kernel.
 
 import ctypes
 import itertools
-import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -22,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
 from c_kernels import CDrive, build, compiler  # noqa: E402
+from first_run import run  # noqa: E402
 from package_kernel import PackageKernel, ns_per_step  # noqa: E402
 from rich.console import Console  # noqa: E402
 
@@ -122,34 +121,11 @@ def measure(repeats: int) -> dict[str, Any]:
     return {"rows": rows, "ns_per_further_ball": growth, "goal_ratio_to_c": GOAL}
 
 
-START = """
-import sys, time
-from ab_sim.drive import Drive
-from ab_sim.scene import load_scene
-scene = load_scene(sys.argv[1], sys.argv[2:])
-begin = time.perf_counter()
-Drive(scene).advance(1)
-print(time.perf_counter() - begin)
-"""
-
-
 def start_seconds(scene: str, changes: list[str], processes: int = 5) -> dict[str, Any]:
     """From a scene to the first step, in new processes: the first has to compile [s]."""
     with tempfile.TemporaryDirectory() as cache:
-        where = {**os.environ, "XDG_CACHE_HOME": cache}
-        where["PYTHONPATH"] = str(Path(__file__).resolve().parents[1])
-        times = [
-            float(
-                subprocess.run(
-                    [sys.executable, "-c", START, scene, *changes],
-                    env=where,
-                    capture_output=True,
-                    text=True,
-                    check=True,
-                ).stdout
-            )
-            for _ in range(1 + processes)
-        ]
+        runs = [run(cache, scene, *changes) for _ in range(1 + processes)]
+    times = [one["whole"] - one["imports"] for one in runs]
     cached = Spread.of(np.array(times[1:]))._asdict()
     return {"scene": scene, "changes": changes, "cold": times[0], "cached": cached}
 

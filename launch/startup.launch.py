@@ -18,7 +18,7 @@ SWITCH = ("true", "false")
 ARGUMENTS = {
     "scene": ("", "name of a scene (`ab-sim scenes`) or path of a YAML file"),
     "changes": ("", "changes to the scene: balls.mass=0.002, or a YAML list of such"),
-    "profile": ("", "scene whose profile to run; empty: the same scene"),
+    "profile": ("", "profile to run: of a scene, or a file by itself; empty: the scene's"),
     "auto_start": ("true", "start the profile as soon as the drive listens; else by ~/start"),
     "record": ("false", "whether to record; with a path it does in any case"),
     "path": ("", ".rrd file to record to; empty: recordings/<date>_<time>.rrd"),

@@ -22,10 +22,9 @@ import time
 from collections import deque
 from typing import NamedTuple
 
-import numpy as np
-
 from ab_sim.accuracy.deviation import Samples, deviation
 from ab_sim.drive import Drive
+from ab_sim.drive.faults.fault import of_the_plant
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError
 from ab_sim.scene.model import Scene
@@ -57,12 +56,12 @@ class _Part(NamedTuple):
     """Given just before: what ``Drive.command`` takes."""
     first: int
     """Number of the first step."""
-    samples: Samples
+    taken: Trajectory
 
     @property
     def last(self) -> int:
         """Number of the last step."""
-        return self.first + len(self.samples.angles) - 1
+        return self.first + len(self.taken) - 1
 
 
 class LiveChecks:
@@ -82,7 +81,8 @@ class LiveChecks:
         if not 0.0 < share <= 1.0:
             raise ValueError(f"share = {share}: must be above 0, and at most 1")
         self._drive, self._most, self._longest = drive, share, longest
-        self._shadow = Drive(half_step(drive), commanded=True)
+        broken = of_the_plant(drive.faults)
+        self._shadow = Drive(half_step(drive), commanded=True, faults=broken)
         self._per_step = 1e-9
         """CPU time of a step of half the length [s], the dearest slice of late."""
         self.reset_counts()
@@ -134,12 +134,12 @@ class LiveChecks:
 
     def advance(self, steps: int) -> Trajectory:
         """``Drive.advance``."""
-        begin = time.thread_time()
         if self._window is None:
+            begin = time.thread_time()
             self._window = self._begin_window()
             self._commands = ()  # The window begins with what they did.
+            self._account(begin)
         recording, commands = self._recording, self._commands
-        self._account(begin)
         try:
             taken = self._drive.advance(steps)
         except DivergedError:
@@ -148,7 +148,7 @@ class LiveChecks:
         self._commands = ()
         if len(taken) and recording:
             first = self._drive.steps - steps + 1
-            self._window.append(_Part(commands, first, Samples.of(taken)))
+            self._window.append(_Part(commands, first, taken))
         return taken
 
     def reset(self) -> None:
@@ -249,10 +249,8 @@ class LiveChecks:
             same = slice(2 * lowest - begin - 1, 2 * highest - begin, 2)
             own = slice(lowest - parts[0].first, highest - parts[0].first + 1)
             shadow = Samples(taken.position[same], taken.ball_angles[same])
-            drive = Samples(
-                np.concatenate([part.samples.position for part in parts])[own],
-                np.concatenate([part.samples.angles for part in parts])[own],
-            )
+            drive = Samples.of(Trajectory.join([part.taken for part in parts]))
+            drive = Samples(drive.position[own], drive.angles[own])
             found = deviation(drive, shadow, self._drive.scene.whirl_unit[0])
             self._found(ErrorEstimate(found.angle, found.whirl))
         while window and 2 * window[0].last <= until:

@@ -13,6 +13,7 @@ from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.errors import InputError, exact
 from ab_sim.scene.model import Scene
+from ab_sim.spindle import SpeedProfile
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,7 @@ def run_scene(
     for time in times:
         if not (math.isfinite(time) and time >= 0):
             raise InputError(f"times: {time} s: must be a finite number, at least 0")
+    SpeedProfile.of_scene(scene)  # refuses what it cannot know before minutes of measuring
     end = max([scene.duration, *times])
     scene, price = resolve_accuracy(scene)
     drive = Drive(scene)

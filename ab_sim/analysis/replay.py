@@ -1,10 +1,10 @@
 """Run a recorded run again offline, with the same commands at the same times."""
 
 import math
-from typing import Any
 
 import numpy as np
 
+from ab_sim.analysis.start_state import start_from
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import CommandError, InputError, exact
@@ -97,40 +97,21 @@ class Replay:
 
 
 def scene_from(scene: Scene, sample: dict[str, float]) -> Scene:
-    """The scene, begun in a state that was recorded, as far as a sample shows it.
-
-    Whether friction holds balls, and what filters of sensors remember, a sample does not show.
+    """The scene, begun in a state that was recorded, led by commands only.
 
     Args:
-        scene: of a deck in the plane.
+        scene: with the deck and as many balls as the sample is of.
         sample: a value for each channel.
 
     Raises:
-        InputError: the deck moves in space, or the sample shows no whole state; says what to do.
+        InputError: the sample shows no whole state; says what to do.
     """
-    balls = range(scene.balls.count)
-    needed = ["angle", "speed", "x", "y", "vx", "vy"]
-    needed += [f"ball_{i}_{what}" for i in balls for what in ("angle", "rate")]
-    lacking = [name for name in needed if not math.isfinite(sample.get(name, math.nan))]
-    if scene.deck is not None or lacking:
-        why = (
-            "a deck in space cannot be started from a sample"
-            if scene.deck is not None
-            else f"its first sample lacks {', '.join(lacking)}"
-        )
+    try:
+        start = start_from(sample, scene.balls.count, scene.deck is not None)
+    except InputError as error:
         raise InputError(
             f"the recording begins at t = {exact(sample['time'])} s, after its run's start, and "
-            f"{why}: the state to begin in is not known; give a recording that begins at step 0"
-        )
-    start: dict[str, Any] = {
-        "profile": None,  # the recorded commands lead it
-        "start.angle": sample["angle"],
-        "start.speed": sample["speed"],
-        "start.deck": {
-            "position": [sample["x"], sample["y"]],
-            "velocity": [sample["vx"], sample["vy"]],
-        },
-        "start.ball_angles": [sample[f"ball_{i}_angle"] for i in balls],
-        "start.ball_rates": [sample[f"ball_{i}_rate"] for i in balls],
-    }
-    return changed_scene(scene, start, "state recorded first")
+            f"{error}: give a recording that begins at step 0"
+        ) from error
+    changes = {"profile": None, **{f"start.{key}": value for key, value in start.items()}}
+    return changed_scene(scene, changes, "state recorded first")

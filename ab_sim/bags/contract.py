@@ -57,7 +57,10 @@ DECK_POSE = Kind("deck_pose", "geometry_msgs/msg/PoseStamped")
 TF = Kind("/tf", "tf2_msgs/msg/TFMessage", depth=100)
 TF_STATIC = Kind("/tf_static", "tf2_msgs/msg/TFMessage", True, 1)
 BLOCK = Kind("vibration/block", "std_msgs/msg/Float64MultiArray", depth=1000)
+IMU = Kind("imu/data_raw", "sensor_msgs/msg/Imu", depth=1000)
+MODEL = Kind("robot_description", "std_msgs/msg/String", True, 1)
 DESCRIPTION = Kind("drive_description", "std_msgs/msg/String", True, 1)
+FAULTS = Kind("faults", "std_msgs/msg/String", True, 1)
 PROFILE_STATUS = Kind("profile_controller/status", "std_msgs/msg/String", True, 1)
 CLOCK = Kind("/clock", "rosgraph_msgs/msg/Clock")
 DIAGNOSTICS = Kind("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
@@ -74,7 +77,10 @@ KINDS = {
         TF,
         TF_STATIC,
         BLOCK,
+        IMU,
+        MODEL,
         DESCRIPTION,
+        FAULTS,
         PROFILE_STATUS,
         CLOCK,
         DIAGNOSTICS,
@@ -83,6 +89,9 @@ KINDS = {
 }
 OF_A_DRIVE = (DESCRIPTION, BLOCK, JOINT_STATES, VIBRATION, WHIRL)
 """By these a drive is known to be in a bag."""
+
+TASKS = ("real time", "profile", "recording")
+"""What the names of our nodes' diagnostics end with."""
 
 NUMBER = Kind("recording/", "std_msgs/msg/Float64")
 """Beside the contract: what `Recording.scalar` was given, each on a topic with its name."""

@@ -65,6 +65,7 @@ class DriveLog(Ignored):
             contract.CLOCK: self._clock,
             contract.COMMAND: self._command,
             contract.DIAGNOSTICS: self._health,
+            contract.FAULTS: self._faults,
             contract.PROFILE_STATUS: self._status,
             contract.EVENTS: self._event,
         }
@@ -117,19 +118,27 @@ class DriveLog(Ignored):
 
     def _health(self, message: Any) -> None:
         for status in message.status:
-            if status.hardware_id != "ab_sim" or not self._is_own(status.name.rpartition("/")[0]):
+            node, _, task = status.name.partition(": ")
+            if task not in contract.TASKS or not self._is_own(node.rpartition("/")[0]):
                 continue
             values = {pair.key: pair.value for pair in status.values}
             factor = float(values.get("real-time factor", "nan"))
             if math.isfinite(factor):
                 self._scalar("real_time_factor", factor)
             level = _HEALTH.get(bytes([status.level]), "ERROR")
-            if self._levels.get(status.name, "INFO") != level:
-                self._note(f"{status.name}: {status.message}", level, "diagnostics")
-            self._levels[status.name] = level
+            if self._levels.get(node, "INFO") != level:
+                self._note(f"{node}: {status.message}", level, "diagnostics")
+            self._levels[node] = level
 
     def _status(self, message: Any) -> None:
         self._note(f"profile: {message.data}", "INFO", "profile")
+
+    def _faults(self, message: Any) -> None:
+        told = json.loads(message.data)
+        if not isinstance(told, list):
+            raise ValueError("must be a JSON list")
+        level = "WARN" if told else "INFO"
+        self._note(f"faults: {', '.join(map(str, told)) or 'none'}", level, "faults")
 
     def _event(self, message: Any) -> None:
         noted = contract.logger(self._namespace, NOTE)

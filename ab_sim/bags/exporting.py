@@ -14,9 +14,9 @@ from ab_sim.bags import contract, messages
 from ab_sim.bags.contract import NOTE, NUMBER, Kind
 from ab_sim.bags.writer import BagWriter
 from ab_sim.drive.driving_forces import driving_forces
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.trajectory import Trajectory, balls_in
 from ab_sim.errors import RecordingError, SceneError
-from ab_sim.recording import RecordedRun
+from ab_sim.recording import StoredRun
 from ab_sim.scene import Scene, check_scene
 
 STATE_RATE = 250.0
@@ -31,13 +31,13 @@ Sent = tuple[int, int, Kind, str, bytes]
 
 
 def export_bag(
-    run: RecordedRun,
+    run: StoredRun,
     path: Path | str,
     namespace: str = "/",
     rate: float = STATE_RATE,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> int:
-    """Write a recording as a bag; returns how many messages it has.
+    """Write a recording as a bag, some samples at a time; returns how many messages it has.
 
     Times are simulated ones. Every sample is in ``vibration/block``; the state, at ``rate``, in
     ``joint_states``, ``vibration``, ``whirl`` and ``deck_pose`` as far as the run has the channels;
@@ -46,16 +46,16 @@ def export_bag(
     `import_bag` makes the same recording of it.
 
     Args:
-        run: as `read_recording` gives it.
+        run: as `open_recording` gives it.
         path: of the bag's folder.
         namespace: the drive's.
         rate: of the state [1/s], at most: one per sample.
         progress: is told how many samples are done, of how many.
 
     Raises:
-        RecordingError: there are no samples, or the bag cannot be written.
+        RecordingError: there are no samples, they cannot be read, or the bag not be written.
     """
-    if not len(run.samples):
+    if not run.extent.rows:
         raise RecordingError("the recording holds no samples: there is nothing to export")
     notes = sorted(_notes(run, namespace), key=lambda sent: sent[:2])
     samples = _Samples(run, namespace, rate)
@@ -71,17 +71,17 @@ def export_bag(
     return bag.messages
 
 
-def _notes(run: RecordedRun, namespace: str) -> Iterator[Sent]:
+def _notes(run: StoredRun, namespace: str) -> Iterator[Sent]:
     """Commands, scalars and events, each after the clock."""
     times = set()
-    for name, scalar in run.scalars.items():
+    for name, scalar in run.notes.scalars.items():
         kind = contract.COMMAND
         if name != _COMMANDS:
             kind = NUMBER._replace(name=NUMBER.name + name)
         for seconds, value in scalar.tolist():
             times.add(time := nanoseconds(seconds))
             yield time, 2, kind, kind.within(namespace), messages.number_message(value)
-    for event in run.events:
+    for event in run.notes.events:
         times.add(time := nanoseconds(event.time))
         kind, said = contract.PROFILE_STATUS, event.text.removeprefix(_PROFILE)
         if (event.source, event.level) == ("profile", "INFO") and said != event.text:
@@ -98,12 +98,12 @@ def _notes(run: RecordedRun, namespace: str) -> Iterator[Sent]:
 class _Samples:
     """What a drive would have published of the samples."""
 
-    def __init__(self, run: RecordedRun, namespace: str, rate: float) -> None:
+    def __init__(self, run: StoredRun, namespace: str, rate: float) -> None:
         self._run, self._namespace = run, namespace
         self._housing = messages.frame_of(namespace, messages.HOUSING)
         self._period = 1e9 / rate
         self._due = -math.inf
-        balls = sum(name.startswith("ball_") and name.endswith("_angle") for name in run.channels)
+        balls = balls_in(run.channels)
         self._joints = ["angle", *(f"ball_{ball}_angle" for ball in range(balls))]
         self._rates = ["speed", *(f"ball_{ball}_rate" for ball in range(balls))]
         self._sensors = [
@@ -117,17 +117,18 @@ class _Samples:
 
     def sent(self, progress: Callable[[int, int], None]) -> Iterator[Sent]:
         """In the order of time."""
-        samples = self._run.samples
-        begin = nanoseconds(samples[0, 1])
+        extent, done = self._run.extent, 0
+        begin = nanoseconds(extent.first[1])
         yield self._clocked(begin, -1, contract.DESCRIPTION, messages.description_message(
             self._run.description
         ))  # fmt: skip
-        for first in range(0, len(samples), _ROWS):
-            rows = Trajectory(self._run.channels, samples[first : first + _ROWS])
+        for block in self._run.blocks(rows=_ROWS):
+            rows = Trajectory(self._run.channels, block)
             yield from heapq.merge(
                 self._blocks(rows), self._states(rows), key=lambda sent: sent[:2]
             )
-            progress(first + len(rows), len(samples))
+            done += len(rows)
+            progress(done, extent.rows)
 
     def _blocks(self, rows: Trajectory) -> Iterator[Sent]:
         for first in range(0, len(rows), _BLOCK):

@@ -10,11 +10,12 @@ import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from ab_sim.bags import contract
+from ab_sim.scene import frames
 
 TYPES = get_typestore(Stores.ROS2_KILTED)
 """ROS 2's standard messages; those that the contract uses are the same in Jazzy."""
 
-HOUSING, DECK = "drive_housing", "deck"
+HOUSING, DECK = frames.HOUSING, frames.DECK
 LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
 _NUMBERS = {"TRACE": 10, "CRITICAL": 50, **{name: number for number, name in LEVELS.items()}}
 

@@ -8,7 +8,7 @@ from ab_sim import interruption
 def main() -> None:
     """Entry point: runs the command; errors are one message and an exit code.
 
-    0 done, 2 bad input, 3 diverged, 130 interrupted.
+    0 done, 1 refused by a node, 2 bad input, 3 diverged, 130 interrupted.
     """
     interruption.watch()
     from ab_sim.errors import AbSimError, Interrupted

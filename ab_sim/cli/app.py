@@ -8,6 +8,7 @@ import typer
 import ab_sim
 from ab_sim.cli.analysis_commands import analysis_commands
 from ab_sim.cli.bag_commands import bag_commands
+from ab_sim.cli.node_commands import node_commands
 from ab_sim.cli.options import JsonOption, SceneArgument, SetOption, ViewOption
 from ab_sim.cli.recording_commands import recording_commands
 
@@ -151,6 +152,19 @@ def check(scene: SceneArgument, change: SetOption = None) -> None:
 
 
 @app.command()
+def urdf(scene: SceneArgument, change: SetOption = None) -> None:
+    """Print a scene as a URDF, for robot_state_publisher's parameter robot_description.
+
+    `drive_sim` publishes the same on the topic robot_description, for RViz. Joints have the names
+    that they have in joint_states; where the deck is, `drive_sim` says on tf.
+    """
+    from ab_sim.drive.urdf import urdf_of
+    from ab_sim.scene import load_scene
+
+    print(urdf_of(load_scene(scene, change or [])), end="")
+
+
+@app.command()
 def cost(
     scene: SceneArgument,
     change: SetOption = None,
@@ -265,3 +279,4 @@ def view(
 app.add_typer(analysis_commands)
 app.add_typer(recording_commands)
 app.add_typer(bag_commands)
+app.add_typer(node_commands, name="node")

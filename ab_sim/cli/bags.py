@@ -12,7 +12,7 @@ from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.ros import require_ros
 from ab_sim.errors import InputError
 from ab_sim.output_file import RECORDING, check_ending, check_folder, check_writable
-from ab_sim.recording import read_recording
+from ab_sim.recording import open_recording
 from ab_sim.recording.export import Part
 
 _NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
@@ -26,7 +26,7 @@ def export_bag_command(
     Raises:
         InputError: the folder is there or cannot be written, or the rate or namespace is none; or
             a part of the recording was asked for.
-        RecordingError: see `read_recording` and `export_bag`.
+        RecordingError: see `open_recording` and `export_bag`.
     """
     if part != Part():
         raise InputError(
@@ -41,7 +41,7 @@ def export_bag_command(
     _check_positive(rate, "--rate", "messages a second")
     if not _NAMESPACE.fullmatch(namespace):
         raise InputError(f"--namespace {namespace}: must be words between slashes, e.g. /left")
-    run = read_recording(recording)
+    run = open_recording(recording)
     with progress_bar(recording.name) as update:
         messages = export_bag(
             run,
@@ -52,7 +52,7 @@ def export_bag_command(
         )
     if not run.complete:
         people.print(f"{recording} was not finished; what it holds is exported")
-    people.print(f"{len(run.samples)} samples in {messages} messages")
+    people.print(f"{run.extent.rows} samples in {messages} messages")
     say_written([mcap])
 
 

@@ -79,6 +79,25 @@ def export(
 
 
 @recording_commands.command()
+def state(
+    recording: RecordingArgument,
+    time: Annotated[
+        float | None,
+        typer.Option("--at", metavar="T", help="At this time [s]. Default: its end."),
+    ] = None,
+) -> None:
+    """Print a state of a recording as the section `start` of a scene.
+
+    A run goes on from there, also in another scene with as many balls:
+    `ab-sim run my-scene.yaml --set "start=$(ab-sim state run.rrd)"`. A sample does not show whether
+    friction holds balls, and what a motor's speed loop and filters of sensors remember.
+    """
+    from ab_sim.cli.state import state_command
+
+    state_command(recording, time)
+
+
+@recording_commands.command()
 def compare(
     recording: RecordingArgument,
     scene: SceneArgument,

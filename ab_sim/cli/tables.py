@@ -174,4 +174,5 @@ def _sensors(scene: Scene) -> Iterator[tuple[str, str]]:
         steps = steps_per_sample(sensor.sample_rate, scene.solver.step)
         every = "every step" if steps == 1 else f"every {steps} steps"
         rates = f"{sensor.sample_rate:g} samples/s, one {every}; low-pass {sensor.bandwidth:g} Hz"
-        yield f"sensor {name}", rates
+        aliases = sensor.aliasing(scene.solver.step)
+        yield f"sensor {name}", f"{rates}; {aliases}" if aliases else rates

@@ -14,8 +14,9 @@ from ab_sim.drive.observation import Snapshot
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.race.neighbours import reduced
-from ab_sim.dynamics.system import TURNS, has_motor
+from ab_sim.dynamics.system import TURNS, System, ball_count, has_motor
 from ab_sim.errors import SceneError
+from ab_sim.scene.deck import inertia_matrix
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
@@ -33,7 +34,7 @@ def with_disc(
     Raises:
         SceneError: the eccentricity is none, or the rotor's inertia would have to be turned.
     """
-    if scene.rotor.inertia is not None and further:
+    if further and not turns_alike(scene):
         raise SceneError(
             f"disc_angle = {further:g} rad: rotor.inertia of {scene.name} is on axes that begin at "
             "the unbalance, and what of it is the disc's is not known; leave the angle at 0"
@@ -46,9 +47,23 @@ def with_disc(
         name = "effects.race_runout"
         changes |= {f"{name}.offset_1": float(d.real), f"{name}.offset_2": float(d.imag)}
         changes[f"{name}.lobe_angle"] = reduced(runout.lobe_angle - further)[0]
-    other = changed_scene(scene, changes, "disc")
-    system = system_of(scene)
-    layout, balls = layout_of(system), scene.balls.count
+    return changed_scene(scene, changes, "disc"), on_other_axes(system_of(scene), further)
+
+
+def turns_alike(scene: Scene) -> bool:
+    """Whether a turn about the shaft changes nothing of the rotor but the unbalance's direction."""
+    if scene.rotor.inertia is None:
+        return True
+    own = inertia_matrix(scene.rotor.inertia)
+    return bool(own[0, 0] == own[1, 1] and not np.triu(own, 1).any())
+
+
+def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapshot]:
+    """What takes a drive's snapshot over to rotating axes that lie further by an angle [rad].
+
+    Nothing moves by it, as seen from the ground.
+    """
+    layout, balls = layout_of(system), ball_count(system)
 
     def moved(kept: Snapshot) -> Snapshot:
         state, modes = kept.state.copy(), kept.modes.copy()
@@ -69,4 +84,4 @@ def with_disc(
             state=state, modes=modes, memory=np.empty(0), profile=kept.profile.moved(0.0, further)
         )
 
-    return other, moved
+    return moved

@@ -6,6 +6,8 @@ from typing import Any
 import numba
 import numpy as np
 
+from ab_sim.drive.faults.fault import Fault, check_faults
+from ab_sim.drive.faults.plant import faulty_system, held_balls
 from ab_sim.drive.observation import Energy, Observation, Snapshot
 from ab_sim.drive.rows import RowReader, follow
 from ab_sim.drive.trajectory import Trajectory, check_room
@@ -43,22 +45,38 @@ class Drive:
         scene: what to simulate, with its solver.
         commanded: hold the scene's start speed until commanded, instead of its profile.
         ledger: also integrate motor work and losses, for ``energy()``.
+        faults: what of it is broken; see ``drive.faults``.
 
     Raises:
+        InputError: the scene has nothing that could be broken so.
         SceneError: unknown stepper, a step beyond the stability limit, or the scene still asks
             for an accuracy: see ``ab_sim.accuracy.resolve_accuracy``.
     """
 
-    def __init__(self, scene: Scene, *, commanded: bool = False, ledger: bool = False) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        commanded: bool = False,
+        ledger: bool = False,
+        faults: tuple[Fault, ...] = (),
+    ) -> None:
         if ledger and "spindle_acceleration" not in scene.effects:
             raise SceneError(
                 "a ledger needs the effect spindle_acceleration: without it the equations leave "
                 "out what the motor's torque does, and no energy balance can close"
             )
-        self.scene = scene
-        self.system = system_of(scene, ledger)
+        if ledger and faults:
+            raise ValueError(
+                "a drive with faults keeps no ledger: what a shock takes is not booked"
+            )
+        check_faults(faults, scene)
+        self.scene, self.faults = scene, faults
+        sound = system_of(scene, ledger)
+        self.system = faulty_system(sound, scene, faults) if faults else sound
         self._stable_to = top_speed(scene, commanded)
-        self.choice = choose_stepper(scene, self.system, self._stable_to)
+        # Faults make nothing stiffer or lighter that limits a step; the kernel is the same.
+        self.choice = choose_stepper(scene, sound, self._stable_to)
         self.stepper = self.choice.stepper
         self.step = scene.solver.step
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
@@ -72,7 +90,9 @@ class Drive:
             if commanded
             else SpeedProfile.of_scene(scene)
         )
-        self._work = workspace(self.system, self.stepper, state_bounds(self.system, self.step))
+        self._work = workspace(
+            self.system, self.stepper, state_bounds(self.system, self.step / self.stepper.parts)
+        )
         self._events = 0
         if has_events(self.system.effects):
             self._compile_events()
@@ -107,6 +127,8 @@ class Drive:
         self._acceleration = self.servo.max_acceleration
         self._state = aligned((len(self._work.trial),))
         self._state[:] = start_state(self.scene, self.system)
+        if held := held_balls(self.faults):
+            self._state[self.layout.rates][held] = 0.0
         self._modes = start_modes(self.scene, self.system)
         self._work.counts[:] = 0
         self._smooth_piece: Piece | None = None
@@ -151,7 +173,7 @@ class Drive:
         if abs(speed) <= self._stable_to:
             return
         try:
-            choose_stepper(self.scene, self.system, abs(speed))
+            choose_stepper(self.scene, system_of(self.scene), abs(speed))
         except SceneError as error:
             raise CommandError(f"command = {exact(speed)} rad/s: {error}") from error
         self._stable_to = abs(speed)
@@ -337,7 +359,8 @@ class Drive:
         cause = "the step is too long for the scene's masses, stiffness and drag"
         if any(name.endswith("rate") for name in wrong):
             cause = (
-                "a ball turns more than 3 rad along the race within one step, which "
+                "a ball turns more than 3 rad along the race within "
+                f"{'one step' if self.stepper.parts == 1 else 'a part of one step'}, which "
                 f"{self.stepper.name} cannot follow: the whirl is large for the race, or the step "
                 "is too long"
             )

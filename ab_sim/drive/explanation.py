@@ -9,7 +9,7 @@ from ab_sim.drive.alone import Alone
 from ab_sim.drive.balance import balance_of
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle import SpeedProfile, top_speed_of
 
 _PEAK = 0.15
 """A drawing need not show the whirl at the critical speed as large as the usual one."""
@@ -28,7 +28,6 @@ def explain(scene: Scene) -> dict[str, Any]:
         ``variable_speed_period`` with its ``start_speed``, ``end_speed`` [rad/s] and
         ``acceleration``, and that ``around`` it [rad/s^2].
     """
-    profile = SpeedProfile.of_scene(scene)
     return {
         "motion": _motion(scene),
         "unbalance": _unbalance(scene),
@@ -37,8 +36,8 @@ def explain(scene: Scene) -> dict[str, Any]:
         "alone": _alone(scene),
         "driven": _listed(DrivenBalls.of(scene)) if scene.balls.count else None,
         "critical_speed": scene.critical_speed if scene.deck is None else None,
-        "top_speed": profile.top_speed if scene.profile else scene.spindle.max_speed,
-        "variable_speed_period": _period(scene, profile),
+        "top_speed": top_speed_of(scene) if scene.profile else scene.spindle.max_speed,
+        "variable_speed_period": _period(scene),
     }
 
 
@@ -64,7 +63,7 @@ def _motion(scene: Scene) -> float:
 
 def _peak(scene: Scene) -> float:
     """Whirl at the critical speed without balls [m]; 0 if no closed form or no damping gives it."""
-    alone, top = _alone(scene), SpeedProfile.of_scene(scene).top_speed
+    alone, top = _alone(scene), top_speed_of(scene)
     if "left_out" in alone or not alone["damping"] > 0.0:
         return 0.0
     critical = math.sqrt(alone["stiffness"] / alone["mass"])
@@ -101,11 +100,13 @@ def _alone(scene: Scene) -> dict[str, Any]:
     )
 
 
-def _period(scene: Scene, profile: SpeedProfile) -> dict[str, float] | None:
-    asked, begins = scene.profile, profile.variable_speed_period
-    if begins is None or asked is None or asked.kind != "start_up":
+def _period(scene: Scene) -> dict[str, float] | None:
+    asked = scene.profile
+    if asked is None or asked.kind != "start_up" or asked.variable_speed_period is None:
         return None
-    assert asked.variable_speed_period is not None
+    profile = SpeedProfile.of_scene(scene)
+    begins = profile.variable_speed_period
+    assert begins is not None
     middle = begins + 0.5 * asked.variable_speed_period.duration
     piece = profile.piece_at(middle)
     start, end = (float(piece.segment.speed(t)) for t in (0.0, piece.end - piece.start))

@@ -9,7 +9,7 @@ from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import SPINDLE_CHANNELS, Trajectory, channels_for
 from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import System, carrier_outputs, has_motor
+from ab_sim.dynamics.system import MASS, System, carrier_outputs, has_motor
 from ab_sim.integrate.fixed_step import row_width
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
@@ -33,7 +33,9 @@ class RowReader:
 
     def __init__(self, scene: Scene, system: System) -> None:
         self._scene, self._system, self._step = scene, system, scene.solver.step
-        self._driven = DrivenBalls.of(scene)
+        # Nothing drives a ball that is lost.
+        masses = tuple(system.balls[:, MASS].tolist())
+        self._driven = DrivenBalls.of(scene)._replace(masses=masses)
         self._carrier, self._layout = system.carrier, layout_of(system)
         self._motor, self._ways = bool(has_motor(system.effects)), type(system.carrier).WAYS
         self.pickups = {

@@ -50,16 +50,18 @@ def column_of(channel: str, channels: Sequence[str]) -> int:
     Raises:
         KeyError: there is none of that name; names the nearest, and all there are.
     """
-    if channel not in channels:
+    try:
+        return channels.index(channel)
+    except ValueError:
         raise KeyError(
             f"no channel {channel!r}{nearest(str(channel), channels)}; there are: "
             + ", ".join(channels)
-        )
-    return channels.index(channel)
+        ) from None
 
 
 @lru_cache
-def _balls_in(channels: tuple[str, ...]) -> int:
+def balls_in(channels: tuple[str, ...]) -> int:
+    """Number of balls whose angles are among these channels."""
     # A drive asks at every observation.
     return sum(name.startswith("ball_") and name.endswith("_angle") for name in channels)
 
@@ -118,7 +120,7 @@ class Trajectory:
     @property
     def balls(self) -> int:
         """Number of balls."""
-        return _balls_in(self.channels)
+        return balls_in(self.channels)
 
     @property
     def position(self) -> np.ndarray:

@@ -10,10 +10,10 @@ from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by, number_of
 from ab_sim.dynamics.layout import angle_at, integral_at, rate_at, spindle_angle_at
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.numbers.abreast import cosines
-from ab_sim.dynamics.race.ball import curvature_at, place_ball, resist_ball
+from ab_sim.dynamics.race.ball import place_ball, rate_change, resist_ball
 from ab_sim.dynamics.race.elimination import eliminate, eliminate_free, solve
 from ab_sim.dynamics.race.race import race_of
-from ab_sim.dynamics.race.table import BEND, COS, PATH_ACCELERATION, PULL, SIN
+from ab_sim.dynamics.race.table import COS, PATH_ACCELERATION, PULL, SIN
 from ab_sim.dynamics.spindle_motion import spindle_motion
 from ab_sim.dynamics.system import (
     ball_count,
@@ -22,7 +22,6 @@ from ab_sim.dynamics.system import (
     carrier_unknowns,
     has_events,
     has_motor,
-    has_runout,
     move,
 )
 
@@ -51,11 +50,8 @@ def evaluate(plant, time, state, slope):  # type: ignore[no-untyped-def]
     move(system.carrier, plant, spindle, frame, state, slope)
     for i in range(ball_count(system)):
         rate = state[rate_at(system, i)]
-        g = room.table[i, PATH_ACCELERATION]
         slope[angle_at(system, i)] = rate
-        if has_runout(system.effects):
-            g -= room.table[i, BEND] * rate * rate
-        slope[rate_at(system, i)] = g * curvature_at(plant, i)
+        slope[rate_at(system, i)] = rate_change(plant, i, rate, room.table[i, PATH_ACCELERATION])
     if has_motor(system.effects):
         slope[spindle_angle_at(system)] = spindle.speed
         slope[spindle_angle_at(system) + 1] = room.acceleration[number_of(race.all) - 1]
@@ -70,10 +66,17 @@ def equations(plant, spindle, state):  # type: ignore[no-untyped-def]
     Returns:
         The carrier's frame.
     """
+    system, table = plant.system, plant.room.table
+    cosines(state, angle_at(system, 0), system.each, table, COS, SIN)
+    return loads(plant, spindle, state)
+
+
+@numba.njit(**INLINED)
+def loads(plant, spindle, state):  # type: ignore[no-untyped-def]
+    """``equations`` where the table holds the balls' cosines and sines."""
     system, room = plant.system, plant.room
     room.acceleration[carrier_unknowns(system.carrier)] = spindle.acceleration
     frame = begin(system.carrier, plant, spindle, state)
-    cosines(state, angle_at(system, 0), system.each, room.table, COS, SIN)
     for i in range(ball_count(system)):
         c, s = place_ball(plant, i, state)
         resistance = resist_ball(plant, i, state)

@@ -1,5 +1,6 @@
 """What a kernel is compiled for (types) and runs with (values)."""
 
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,6 +63,8 @@ class Place(NamedTuple):
     """Speed segment in force."""
     phase: float
     """Spindle angle at the segment's beginning [rad], whole turns left out."""
+    until: float = inf
+    """Local time at which the segment ends [s]."""
 
 
 class Room(NamedTuple):
@@ -125,6 +128,7 @@ kick = forward("kick")
 straighten = forward("straighten")
 own_motion = forward("own_motion")
 turn = forward("turn")
+give_way = forward("give_way")
 unturned = forward("unturned")
 carrier_ways = attribute("WAYS")
 """Along how many axes a carrier moves."""

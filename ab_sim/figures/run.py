@@ -30,7 +30,7 @@ BALLS = (
     "k",
 )
 TILT = {"alpha, about x": RUN, "beta, about y": "tab:blue", "gamma, about the shaft": "0.55"}
-KINDS = {"start_up": "Start-up", "speed_change": "Speed change"}
+KINDS = {"start_up": "Start-up", "speed_change": "Speed change", "segments": "Run"}
 LEAST = 1e-4
 """Whirl smaller than this share of its peak is not drawn, nor is what is so small beside it."""
 MOST_LABELS = 8
@@ -128,6 +128,9 @@ def _draw_speed(axes: Axes, path: Trajectory, scene: Scene, comparison: Comparis
     if scene.critical_speed is not None:
         axes.axhline(scene.critical_speed, color=LIMIT, lw=0.8, ls=":")
         labels.append(Label(scene.critical_speed, "critical speed", LIMIT))
+        if path["speed"].min() <= -scene.critical_speed:  # the other way round is as bad
+            axes.axhline(-scene.critical_speed, color=LIMIT, lw=0.8, ls=":")
+            labels.append(Label(-scene.critical_speed, "critical speed", LIMIT))
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.1 * (high - low))
     axes.set_ylabel("speed [rad/s]")

@@ -11,7 +11,7 @@ from ab_sim.integrate.limits import check_step, largest_step
 from ab_sim.integrate.registry import AUTO, stepper_named, steppers
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle import top_speed_of
 
 
 class Choice(NamedTuple):
@@ -52,7 +52,7 @@ def top_speed(scene: Scene, commanded: bool = False) -> float:
     """
     if commanded or "motor" in scene.effects:
         return scene.spindle.max_speed
-    return SpeedProfile.of_scene(scene).top_speed
+    return top_speed_of(scene)
 
 
 def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -> Choice:

@@ -128,7 +128,7 @@ def _through(calls, race, work, begin, length, end, state):  # type: ignore[no-u
     most = 2 * bounces
     now, rest = begin, length
     for count in range(most + 1):
-        slot = trial_step(calls, race, work, now, rest, end, state)
+        slot = inlined_trial_step(calls, race, work, now, rest, end, state)
         if not within_bounds(trial, work.bounds):
             return False
         for r in range(number_of(race.all)):
@@ -176,6 +176,10 @@ def trial_step(calls, race, work, now, length, end, state):  # type: ignore[no-u
     return first_below(work.margin, work.margin_ahead, work.rounding)
 
 
+inlined_trial_step = numba.njit(**INLINED)(trial_step.py_func)
+"""For every step; at events there is time for calls."""
+
+
 @numba.njit(**INLINED)
 def left(margin, rounding, slot):  # type: ignore[no-untyped-def]
     """How far a margin is from counting as crossed."""
@@ -196,7 +200,7 @@ def first_below(margin, ahead, rounding):  # type: ignore[no-untyped-def]
     return found
 
 
-@numba.njit(**APART)
+@numba.njit(**INLINED)
 def lowest_between(calls, race, work, now, length, end, state):  # type: ignore[no-untyped-def]
     """A margin that is crossed within the step but not at its end: slot and where, or (-1, ..).
 

@@ -1,11 +1,13 @@
 """Fixed steps over one segment of the speed profile."""
 
 from math import pi
+from typing import Any
 
 import numba
+from numba.extending import overload
 
 from ab_sim.dynamics.calling import address_of, callback
-from ab_sim.dynamics.dispatch import INLINED, chosen_by
+from ab_sim.dynamics.dispatch import INLINED, chosen_by, effect_class
 from ab_sim.dynamics.layout import angle_at, spindle_angle_at, state_size
 from ab_sim.dynamics.race.calls import CALLS, EVALUATE, KICK, RESTITUTION, TAKE_STEP, Calls
 from ab_sim.dynamics.race.race import race_of
@@ -57,6 +59,16 @@ def advance(  # type: ignore[no-untyped-def]
     Returns:
         How many steps were taken; fewer than asked for if the state left its bounds.
     """
+    return march(
+        weights, system, place, start, clock, length, state, modes, work, events, rows, sample
+    )
+
+
+@numba.njit(**INLINED)
+def step_by_step(  # type: ignore[no-untyped-def]
+    weights, system, place, start, clock, length, state, modes, work, events, rows, sample
+):
+    """``advance`` with a stepper whose steps are the scene's."""
     first, nominal, offset = clock
     trial, steps = work.trial, rows.shape[0]
     plant = Plant(system, place, modes, room_kept(system, work))
@@ -101,6 +113,17 @@ def advance(  # type: ignore[no-untyped-def]
             state[j] = trial[j]
         known = not unwind(plant, state) and known
     return steps
+
+
+def march(weights: Any, *arguments: Any) -> int:
+    """``advance`` as the stepper does it."""
+    raise TypeError("is called by compiled code only")
+
+
+@overload(march, jit_options=INLINED, strict=False)
+def _march(weights, *arguments):  # type: ignore[no-untyped-def]
+    own = getattr(effect_class(weights), "march", None)
+    return own or step_by_step.py_func
 
 
 def row_width(states: int, outputs: int) -> int:

@@ -6,8 +6,8 @@ For a step of length h with nodes t_j, and G the response to a unit impulse,
     v(t) = -k G(t) x_0 + G'(t) v_0     + sum_k f_k int_0^t G'(t - s) l_k(s) ds
 
 with U the response to f = 1, and l_k the nodes' Lagrange polynomials: exact however large c h and
-k h^2 are. Tables hold the integrals at the nodes and at the end, each line in lanes. A ball under
-linear drag has k = 0.
+k h^2 are. Tables hold the integrals up to eight instants, each line in lanes. A ball under linear
+drag has k = 0; with c = 0 as well, v is the plain integral of f.
 """
 
 import math
@@ -21,6 +21,8 @@ from ab_sim.dynamics.dispatch import APART
 from ab_sim.dynamics.numbers.kinds import EIGHT
 
 NODES = EIGHT
+LEADING = 12870.0
+"""Of x^8 in P_8 on 0 .. 1."""
 POINTS = 16
 """Of the quadrature on each panel."""
 REACH = 5.0
@@ -28,12 +30,13 @@ REACH = 5.0
 GONE = 40.0
 """Decay rate times time after which a response is nothing any more."""
 
-INTO_X, INTO_V, UNIT, IMPULSE, IMPULSE_RATE, END_X, END_V, NUMBERS = 0, 8, 16, 17, 18, 19, 20, 21
-"""Lines of a table: the integrals into x and v at the nodes, a line for each k; U, G and G' at the
-nodes; the integrals at the end, a lane for each k; and numbers:"""
-LENGTH, DAMPING, STIFFNESS, LAST_UNIT, LAST, LAST_RATE = range(6)
-"""h [s]; c, k; U, G and G' at the end."""
-LINES = 22
+INTO_X, INTO_V, UNIT, IMPULSE, IMPULSE_RATE, NUMBERS = 0, 8, 16, 17, 18, 19
+"""Lines of a table: the integrals into x and v at eight instants, a line for each k; U, G and G'
+there; and numbers:"""
+LENGTH, DAMPING, STIFFNESS, LAST_UNIT, BEYOND, COUNT = range(6)
+"""h [s]; c, k; U at the end; what f = P_8, the first of Legendre's polynomials that none through
+the nodes has in it, makes of x at the instants, at most; and one for who keeps tables."""
+LINES = 20
 
 
 class Nodes(NamedTuple):
@@ -90,7 +93,7 @@ def rates(c, k):  # type: ignore[no-untyped-def]
 
 @numba.njit(**APART)
 def polynomials(nodes, x, out):  # type: ignore[no-untyped-def]
-    """l_k(x) into ``out``, shape (8,); x as a fraction of the step."""
+    """l_k(x) into ``out``, shape (8,), x as a fraction of the step; returns P_8 there."""
     before = 1.0
     for k in range(NODES):
         out[k] = before * nodes.scale[k]
@@ -100,28 +103,29 @@ def polynomials(nodes, x, out):  # type: ignore[no-untyped-def]
         k = NODES - 1 - i
         out[k] *= behind
         behind *= x - nodes.at[k]
+    return LEADING * behind
 
 
 @numba.njit(**APART)
-def fill(nodes, length, c, k, values, table):  # type: ignore[no-untyped-def]
+def fill(nodes, length, c, k, ends, values, table):  # type: ignore[no-untyped-def]
     """The table of a step.
 
     Args:
         nodes: the Nodes.
         length: h [s].
         c, k: not negative [1/s, 1/s^2].
+        ends: the instants as fractions of the step, shape (8,).
         values: room for eight numbers.
         table: shape (LINES, 8).
     """
     fast, fades, slow, fades_slowly = rates(c, k)
+    table[NUMBERS, LAST_UNIT] = table[NUMBERS, BEYOND] = 0.0
     for j in range(NODES + 1):
-        end = length * (nodes.at[j] if j < NODES else 1.0)
+        end = length * (ends[j] if j < NODES else 1.0)
         for i in range(NODES):
             if j < NODES:
                 table[INTO_X + i, j] = table[INTO_V + i, j] = 0.0
-            else:
-                table[END_X, i] = table[END_V, i] = 0.0
-        t = 0.0
+        t, beyond = 0.0, 0.0
         while t < end and t * fades_slowly < GONE:
             rate = fast if t * fades < GONE else slow
             width = end - t
@@ -130,27 +134,21 @@ def fill(nodes, length, c, k, values, table):  # type: ignore[no-untyped-def]
             for p in range(POINTS):
                 ago = t + width * nodes.points[0, p]
                 g, r = impulse(c, k, ago)
-                polynomials(nodes, (end - ago) / length, values)
                 weight = width * nodes.points[1, p]
+                if j == NODES:
+                    table[NUMBERS, LAST_UNIT] += weight * g
+                    continue
+                beyond += weight * g * polynomials(nodes, (end - ago) / length, values)
                 for i in range(NODES):
-                    if j < NODES:
-                        table[INTO_X + i, j] += weight * g * values[i]
-                        table[INTO_V + i, j] += weight * r * values[i]
-                    else:
-                        table[END_X, i] += weight * g * values[i]
-                        table[END_V, i] += weight * r * values[i]
+                    table[INTO_X + i, j] += weight * g * values[i]
+                    table[INTO_V + i, j] += weight * r * values[i]
             t += width
-        g, r = impulse(c, k, end)
         if j < NODES:
-            table[IMPULSE, j], table[IMPULSE_RATE, j] = g, r
-        else:
-            table[NUMBERS, LAST], table[NUMBERS, LAST_RATE] = g, r
+            table[NUMBERS, BEYOND] = max(table[NUMBERS, BEYOND], abs(beyond))
+            table[IMPULSE, j], table[IMPULSE_RATE, j] = impulse(c, k, end)
+    table[NUMBERS, LENGTH] = length
     table[NUMBERS, DAMPING], table[NUMBERS, STIFFNESS] = c, k
     for j in range(NODES):
         table[UNIT, j] = 0.0
         for i in range(NODES):
             table[UNIT, j] += table[INTO_X + i, j]
-    table[NUMBERS, LAST_UNIT] = 0.0
-    for i in range(NODES):
-        table[NUMBERS, LAST_UNIT] += table[END_X, i]
-    table[NUMBERS, LENGTH] = length

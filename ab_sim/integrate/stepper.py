@@ -24,6 +24,8 @@ class Stepper:
         step(self, plant, begin, length, state, work)
             from ``begin``, local time [s], over ``length`` [s]; ``work.slopes[0]`` holds the slope
             at the start; the result goes into ``work.trial``, and the state stays as it is
+
+    or, of one that takes spans, with ``march``, which does all of ``fixed_step.advance``
     """
     evaluations: int
     """Of the right-hand side per step."""
@@ -37,9 +39,16 @@ class Stepper:
     memory: int = 0
     """Rows of numbers that it carries from one step to the next; they belong to the state. It
     starts anew where they are zero, and they are made so where the motion has a kink."""
+    spans: bool = False
+    """Its own steps are spans of several of the scene's, and belong to the state: memory has a line
+    of eight numbers for each state's motion in it, one for the state at its beginning, and one
+    more. It starts anew where they are zero."""
+    parts: int = 1
+    """Into how many it divides a step of the scene, where the motion asks for that."""
     tables: int = 0
-    """Lines of eight numbers that it keeps for each ball and for what carries them, for as long as
-    they serve; they follow from the scene and the step's length, and are no part of the state."""
+    """Lines of eight numbers that it keeps for each ball, for what carries them and for one thing
+    more, as long as they serve; they follow from the scene and the step's length, and are no part
+    of the state."""
     solves_drag: bool = False
     """Any amount of the race's drag leaves it stable."""
     solves_own_motion: bool = False

@@ -31,7 +31,8 @@ class Workspace(NamedTuple):
     """Of the evaluation at hand. For a stepper with nodes the table has as many lines more for each
     of them, and for the tables of drag_response."""
     memory: np.ndarray
-    """What a stepper carries from one step to the next, shape (rows, states)."""
+    """What a stepper carries from one step to the next, shape (rows, states); of one that takes
+    spans the last one, shape (2 states + 1, 8)."""
     tables: np.ndarray
     """What it keeps for as long as it serves, shape (lines, 8)."""
     bounds: np.ndarray
@@ -82,8 +83,8 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
             (1 + nodes) * balls + table_rows(balls, nodes, accelerations),
             1 + nodes,
         ),
-        memory=aligned((stepper.memory, states)),
-        tables=aligned((stepper.tables * (1 + balls), EIGHT)),
+        memory=aligned((2 * states + 1, EIGHT) if stepper.spans else (stepper.memory, states)),
+        tables=aligned((stepper.tables * (2 + balls), EIGHT)),
         bounds=bounds,
         margin=aligned((margins,)),
         margin_ahead=aligned((margins,)),

@@ -1,8 +1,10 @@
 """Commands from a topic: taken at wake-ups, put on their path, reported."""
 
 import time
+from typing import Any
 
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 
 from ab_msgs_py import topics
 from ab_msgs_py.samples import command_of
@@ -20,10 +22,14 @@ ON_SILENCE = {
 }
 
 
+def at_wake_ups(message: Any) -> None:
+    """In the place of a callback, which nobody is to call: marks what wake-ups take themselves."""
+
+
 class Commands:
     """What has been commanded since the last wake-up.
 
-    The executor does not answer this subscription (``DriveSim.subscriptions``): a flood then makes
+    The executor does not answer their subscription (``DriveSim.subscriptions``): a flood then makes
     no service wait behind it, and no thread fight the loop for Python's lock. What is in the
     subscription's queue when a wake-up begins acts in that wake-up, up to ``AT_ONCE`` of them. DDS
     keeps the newest ``topics.COMMAND.qos.depth`` that wait, whoever sent them; these are all
@@ -35,16 +41,27 @@ class Commands:
     """
 
     def __init__(self, node: Node, path: CommandPath) -> None:
-        self._path = path
-        self.subscription = topics.COMMAND.subscription(node, lambda _: None)
+        self._node, self._path = node, path
+        self._subscription: Subscription[Any] | None = None
         self._delays = Spread()
         self._told = 0
         self._sources = 0
 
+    def listen(self) -> None:
+        """From now on; what was commanded before is not heard."""
+        self._subscription = topics.COMMAND.subscription(self._node, at_wake_ups)
+
+    def close(self) -> None:
+        """Listen no more."""
+        if self._subscription is not None:
+            self._node.destroy_subscription(self._subscription)
+        self._subscription, self._sources = None, 0
+
     def take(self, now: int) -> None:
         """Put on their path what has come by a step; rejecting costs no more than accepting."""
-        for message, received in topics.arrived(self.subscription, AT_ONCE):
-            self._path.hear(command_of(message), now, received)
+        if self._subscription is not None:
+            for message, received in topics.arrived(self._subscription, AT_ONCE):
+                self._path.hear(command_of(message), now, received)
 
     def shown(self) -> None:
         """Outputs have been published: of those commands that have led to them it was the first."""
@@ -56,7 +73,9 @@ class Commands:
 
     def others_came(self) -> bool:
         """Whether there are more or fewer who can command than at the last call."""
-        before, self._sources = self._sources, self.subscription.get_publisher_count()
+        before = self._sources
+        if self._subscription is not None:
+            self._sources = self._subscription.get_publisher_count()
         return before != self._sources
 
     def news(self) -> list[str]:
@@ -68,12 +87,12 @@ class Commands:
             rules = path.rules
             news.append(f"no command for {rules.age_limit:g} s: {ON_SILENCE[rules.silence]}")
         if self._sources > 1:
-            topic = self.subscription.topic_name
+            topic = self._node.resolve_topic_name(topics.COMMAND.name)
             news.append(f"{self._sources} publishers on {topic}: the last to speak leads the drive")
         return news
 
     def values(self, now: int) -> dict[str, str]:
-        """For the diagnostics; counts are over the node's life."""
+        """For the diagnostics; counts are since the scene was configured."""
         path, age = self._path, self._path.age(now)
         state = "emergency stop" if path.stopped else "watchdog" if path.silent else "commands"
         return {

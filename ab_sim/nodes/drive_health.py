@@ -107,7 +107,7 @@ class DriveHealth:
         return [*news, *self._drift()]
 
     def values(self) -> dict[str, str]:
-        """Figures, with their units; those of pacing are over the node's life."""
+        """Figures, with their units; those of pacing are since it was configured."""
         drive, pacing = self._drive, self._pacer.total
         return {
             **self._factors(),

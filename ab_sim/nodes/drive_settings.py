@@ -8,7 +8,7 @@ from rclpy.node import Node
 
 from ab_sim.nodes.command_path import Rules, Silence
 from ab_sim.nodes.drive_health import Tolerance
-from ab_sim.nodes.parameters import Wanted, declare
+from ab_sim.nodes.parameters import Wanted, declare, whole_ratio
 from ab_sim.nodes.prepared import Rates
 from ab_sim.nodes.realtime import Hardening
 from ab_sim.nodes.settings import Settings, Values
@@ -25,10 +25,20 @@ class TimeMode(enum.Enum):
     """Requests."""
 
 
+_MODES = {mode.value: mode for mode in TimeMode}
+"""Asked several times at every wake-up, and an enum takes long to look one up."""
+
+
 class Fixed(NamedTuple):
     """What stays as it is while the node lives."""
 
+    autostart: bool
+    """Whether it configures and activates itself."""
+    hardware: str
+    """What the drive is called in the diagnostics; empty: by namespace and scene."""
     rates: Rates
+    per_block: int
+    """Wake-ups."""
     paused: bool
     """To begin with."""
     seed: int
@@ -52,8 +62,12 @@ def fixed_settings(node: Node) -> Fixed:
     )
     priority = "of the loop's thread, by SCHED_FIFO; 0: scheduled as usual"
     by_hand = "search for garbage once a second, after reports"
+    alone = "configure and activate without being asked; false: as ROS's life cycle says"
     return Fixed(
+        declare(node, "autostart", True, alone),
+        declare(node, "hardware_id", "", "of the drive in /diagnostics; empty: namespace/scene"),
         rates,
+        whole_ratio(1.0 / rates.block, 1.0 / rates.wake, "period of block_rate"),
         declare(node, "start_paused", False, "wait for ~/pause with false"),
         number("jitter_seed", 0, "of command_jitter", "1", 0, 2**31),
         declare(node, "publish_clock", True, "whether simulated time goes to /clock"),
@@ -69,9 +83,9 @@ def drive_settings(node: Node) -> Settings:
     """Declare what can be changed while it runs."""
     made = Settings(node)
     for meaning, wanted in (
-        ("name or YAML file of the scene to simulate; a change waits for ~/load_scene",
+        ("name or YAML file of the scene; a change waits for ~/load_scene, or to be configured",
          Wanted("scene", "thesis-hold")),
-        ("changes to the scene, each key=value; a change waits for ~/load_scene",
+        ("changes to the scene, each key=value; new ones wait for the same",
          Wanted("changes", [""])),
         ("what makes simulated time go on",
          Wanted("time_mode", "paced", choices=[mode.value for mode in TimeMode])),
@@ -101,6 +115,8 @@ def drive_settings(node: Node) -> Settings:
         ("most of the loop's CPU time that estimating the error may take; 0: no estimate",
          Wanted("error_checks", 0.05, "1", (0.0, 0.5))),
         ("file for ~/save_snapshot and ~/restore_snapshot", Wanted("snapshot", "drive.json")),
+        ("what is broken, e.g. ['ball_0 sticks']; a change waits for ~/inject_faults",
+         Wanted("faults", [""])),
         ("of the disc for ~/load_disc", Wanted("disc_eccentricity", 0.0, "m", (0.0, 1.0))),
         ("of the disc's unbalance for ~/load_disc, from that of the disc before",
          Wanted("disc_angle", 0.0, "rad", (-1e3, 1e3))),
@@ -129,4 +145,4 @@ def tolerance_of(values: Values) -> Tolerance:
 
 def mode_of(values: Values) -> TimeMode:
     """What makes time go on."""
-    return TimeMode(values["time_mode"])
+    return _MODES[values["time_mode"]]

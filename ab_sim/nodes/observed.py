@@ -1,21 +1,38 @@
 """What a drive shows of itself at every wake-up, on the topics that anybody can read."""
 
 import math
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence, Set
+from operator import itemgetter
+from typing import Any, NamedTuple
 
-import numpy as np
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 
 from ab_msgs_py import JointSample, PoseSample, VibrationSample, WhirlSample, topics
-from ab_msgs_py.samples import DECK, HOUSING, Triple, frame_of
+from ab_msgs_py.prefilled import Prefilled
+from ab_msgs_py.samples import DECK, HOUSING, frame_of, text_message
 from ab_msgs_py.topics import transforms
-from ab_sim.drive.observation import Observation
+from ab_sim.drive.driving_forces import DrivenBalls
+from ab_sim.drive.faults.fault import SPINDLE, VIBRATION
+from ab_sim.drive.faults.in_force import FaultsInForce
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.urdf import urdf_of
+from ab_sim.nodes.accelerometers import Accelerometers
 from ab_sim.scene import Scene
+
+NOTHING = {"zero": 0.0, "one": 1.0, "none": math.nan}
+"""Numbers of messages for which a drive has nothing to show."""
+NO_AXES = ("zero", "zero", "zero")
+TURNING = ("turning x", "turning y", "turning z")
+"""The deck's angular acceleration. No channel has a blank in its name."""
+AXES, NO_TURN = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+"""What messages are made with; whatever they show is written over it."""
 
 
 class Observed:
-    """Publishes observations: joints, vibration, whirl, and the deck's pose, as tf too.
+    """Publishes samples: joints, vibration, whirl, and the deck's pose, as tf too.
 
+    Beside them what is observed, as a URDF, and every sample of its accelerometers.
     A deck in the plane has all of these: it moves along two axes and does not turn. tf is published
     where tf2_msgs is installed; the log says so if not.
 
@@ -24,13 +41,15 @@ class Observed:
     """
 
     def __init__(self, node: Node) -> None:
-        self._radius = math.nan
         self._namespace = node.get_namespace()
         self._housing, self._deck = self._frame(HOUSING), self._frame(DECK)
         self._joints = topics.JOINT_STATES.publisher(node)
         self._vibration = topics.VIBRATION.publisher(node)
         self._whirl = topics.WHIRL.publisher(node)
         self._pose = topics.DECK_POSE.publisher(node)
+        self._model = topics.MODEL.publisher(node)
+        self._accelerometers = Accelerometers(node)
+        self._streams: list[_Stream] = []
         self._tf = None
         if topics.TF.type is None:
             node.get_logger().info(
@@ -40,41 +59,111 @@ class Observed:
         self._tf = topics.TF.publisher(node)
         self._tf_static = topics.TF_STATIC.publisher(node)
 
-    def begin(self, scene: Scene) -> None:
-        """What is observed from now on."""
-        self._radius = scene.race.radius
-        if self._tf is not None and scene.sensors:
+    def begin(self, scene: Scene, channels: Sequence[str]) -> None:
+        """What is observed from now on.
+
+        Args:
+            scene: what the samples are of.
+            channels: that they have.
+        """
+        self._driven, self._radius = DrivenBalls.of(scene), scene.race.radius
+        self._model.publish(text_message(urdf_of(scene)))
+        self._accelerometers.begin(scene)
+        self._tilts = "qw" in channels
+        first = channels.index("ball_0_angle") if scene.balls.count else 0
+        balls = [slice(k, first + 2 * scene.balls.count, 2) for k in (first, first + 1)]
+        self._driving = [*map(channels.index, ("x", "y", "angle", "speed")), *balls]
+        self._shown = [*channels, *NOTHING, *_efforts(scene), *TURNING]
+        self._streams = [
+            self._of_joints(scene),
+            *self._of_vibration(scene),
+            self._of(self._whirl, WhirlSample(0, AXES, self._housing).message(), self._ways("xyz")),
+        ]
+        pose = PoseSample(0, AXES, NO_TURN, self._housing)
+        turn = ["qx", "qy", "qz", "qw"] if self._tilts else ["zero", "zero", "zero", "one"]
+        placed = [*self._ways("xyz"), *turn]
+        self._streams.append(self._of(self._pose, pose.message(), placed))
+        if self._tf is not None:
+            moving = transforms([pose.transform(self._deck)])
+            self._streams.append(self._of(self._tf, moving, placed))
+            # Latched: of a scene without sensors, too, or those of another one would stay.
             places = (self._of_sensor(scene, name) for name in scene.sensors)
             self._tf_static.publish(transforms(places))
 
-    def publish(self, time: int, now: Observation) -> None:
-        """Publish an observation, stamped with a time [ns]."""
-        joints = JointSample(
-            time,
-            now.psi,
-            now.omega,
-            tuple(now.theta.tolist()),
-            tuple(now.theta_rate.tolist()),
-            tuple((-now.driving_force * self._radius).tolist()),
-            None if math.isnan(now.motor_torque) else now.motor_torque,
-            self._housing,
-        )
-        self._joints.publish(joints.message())
-        if now.readings:
-            for name, reading in now.readings.items():
-                read = VibrationSample(time, _triple(reading), frame=self._frame(name))
-                self._vibration.publish(read.message())
-        else:
-            linear, angular = _triple(now.acceleration), _triple(now.angular_acceleration)
-            moved = VibrationSample(time, linear, angular, self._housing)
-            self._vibration.publish(moved.message())
-        place = _triple(now.position)
-        self._whirl.publish(WhirlSample(time, place, self._housing).message())
-        w, x, y, z = now.turn.tolist()
-        pose = PoseSample(time, place, (w, x, y, z), self._housing)
-        self._pose.publish(pose.message())
+    def end(self) -> None:
+        """Nothing is observed any more: who comes late is not told of what has been."""
+        self._model.publish(text_message(""))
         if self._tf is not None:
-            self._tf.publish(transforms([pose.transform(self._deck)]))
+            self._tf_static.publish(transforms([]))
+
+    def look(self, present: Trajectory) -> list[float]:
+        """All that is shown of the last sample."""
+        row, turning = present.samples[-1], AXES
+        if self._tilts:
+            present = present.last(1)
+            forces = self._driven.forces(present)[0]
+            turning = present.angular_acceleration[0].tolist()
+        else:
+            # The same, in a third of the time: no channel need be looked for.
+            x, y, psi, omega, theta, rate = (row[at] for at in self._driving)
+            forces = self._driven.force(x, y, psi + theta, omega + rate)
+        efforts = (-self._radius * forces).tolist()
+        return [*row.tolist(), *NOTHING.values(), *efforts, *turning]
+
+    def heard(self, shown: list[float], present: Trajectory, faults: FaultsInForce) -> Set[str]:
+        """Put what faulty sensors say into what ``look`` has seen of the same; who says nothing."""
+        heard, silent = faults.heard(present.last(1))
+        shown[: len(heard.channels)] = heard.samples[0].tolist()
+        for ball in faults.lost:
+            shown[self._shown.index(_effort(ball))] = 0.0
+        return silent
+
+    def publish(self, time: int, shown: list[float], silent: Set[str] = frozenset()) -> None:
+        """Publish what ``look`` has seen, stamped with a time [ns]; of silent sensors nothing."""
+        for send, message, numbers, sensor in self._streams:
+            if sensor not in silent:
+                send(message.at(time, numbers(shown)))
+
+    def sampled(self, runs: Iterable[Trajectory], faults: FaultsInForce) -> None:
+        """Publish every sample of accelerometers in some integration steps."""
+        self._accelerometers.publish(runs, faults)
+
+    def _of(
+        self, publisher: Publisher[Any], message: Any, numbers: Sequence[str], sensor: str = ""
+    ) -> "_Stream":
+        """Messages like this one, whose numbers have these names among what is shown."""
+        places = map(self._shown.index, numbers)
+        # Past rclpy's publisher, whose ways cost as much as sending does.
+        return _Stream(
+            publisher.handle.publish_raw, Prefilled(message), itemgetter(*places), sensor
+        )
+
+    def _of_joints(self, scene: Scene) -> "_Stream":
+        none = (0.0,) * scene.balls.count
+        sample = JointSample(0, 0.0, 0.0, none, none, none, 0.0, self._housing)
+        angles, rates = (
+            [f"ball_{i}_{what}" for i in range(scene.balls.count)] for what in ("angle", "rate")
+        )
+        torque = "motor_torque" if "motor_torque" in self._shown else "none"
+        numbers = ["angle", *angles, "speed", *rates, torque, *_efforts(scene)]
+        return self._of(self._joints, sample.message(), numbers, SPINDLE)
+
+    def _of_vibration(self, scene: Scene) -> list["_Stream"]:
+        """Of each accelerometer, or of the deck if there is none."""
+        turning = TURNING if self._tilts else NO_AXES
+        shaken = [
+            (name, self._frame(name), [*self._ways([f"{name}_{k}" for k in (1, 2, 3)]), *NO_AXES])
+            for name in scene.sensors
+        ] or [(VIBRATION, self._housing, [*self._ways(["ax", "ay", "az"]), *turning])]
+        made = [VibrationSample(0, AXES, frame=frame).message() for _, frame, _ in shaken]
+        return [
+            self._of(self._vibration, message, numbers, sensor)
+            for message, (sensor, _, numbers) in zip(made, shaken, strict=True)
+        ]
+
+    def _ways(self, names: Sequence[str]) -> list[str]:
+        """Along three axes: a deck in the plane does not move along the shaft."""
+        return [*names] if self._tilts else [*names[:2], "zero"]
 
     def _frame(self, name: str) -> str:
         return frame_of(self._namespace, name)
@@ -86,7 +175,20 @@ class Observed:
         return PoseSample(0, sensor.position, turn, self._deck).transform(self._frame(name))
 
 
-def _triple(vector: np.ndarray) -> Triple:
-    """Along three axes: a deck in the plane does not move along the shaft."""
-    x, y, z = (*vector.tolist(), 0.0)[:3]
-    return x, y, z
+class _Stream(NamedTuple):
+    """One kind of message."""
+
+    send: Callable[[bytes], None]
+    message: Prefilled
+    numbers: Callable[[list[float]], tuple[float, ...]]
+    """Its numbers, out of all that is shown."""
+    sensor: str
+    """Which says so; empty: what is true."""
+
+
+def _efforts(scene: Scene) -> list[str]:
+    return [_effort(i) for i in range(scene.balls.count)]
+
+
+def _effort(ball: int) -> str:
+    return f"effort of ball {ball}"

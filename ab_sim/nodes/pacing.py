@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from ab_sim.errors import InputError
 from ab_sim.nodes.spread import Spread
@@ -23,7 +22,7 @@ class Pacing:
     worst_lateness: float = 0.0
     """Longest time by which a wake-up was late [s]."""
 
-    def count(self, dropped: int = 0, lateness: float = 0.0, overrun: bool = False) -> None:
+    def count(self, dropped: int, lateness: float, overrun: bool) -> None:
         """Add what has happened at a wake-up."""
         self.dropped += dropped
         self.worst_lateness = max(self.worst_lateness, lateness)
@@ -94,7 +93,7 @@ class Pacer:
     def due(self, now: float) -> int:
         """Steps to take at this wake-up; the next one is planned."""
         lateness = max(now - self._deadline, 0.0)
-        self._count(lateness=lateness, overrun=lateness >= self.period)
+        self._count(0, lateness, lateness >= self.period)
         if self._wakes > WARM_UP:
             self.lateness.add(lateness)
         # Deadlines stay on their grid; those that have passed are skipped, their steps are not.
@@ -126,8 +125,8 @@ class Pacer:
 
     def _drop(self, steps: int) -> None:
         self._taken += steps
-        self._count(dropped=steps)
+        self._count(steps)
 
-    def _count(self, **what: Any) -> None:
-        self.total.count(**what)
-        self._recent.count(**what)
+    def _count(self, dropped: int, lateness: float = 0.0, overrun: bool = False) -> None:
+        self.total.count(dropped, lateness, overrun)
+        self._recent.count(dropped, lateness, overrun)

@@ -1,7 +1,7 @@
 """Parameters with descriptors: meaning, unit, range, and whether they may change later."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -93,6 +93,13 @@ def declare(
     return Wanted(name, default, unit, allowed).declare(node, meaning, read_only=True)
 
 
+QOS = "qos_overrides."
+"""What the names of parameters begin with that override a topic's quality of service."""
+QOS_POLICIES: dict[str, Sequence[str]] = {
+    "reliability": ("reliable", "best_effort"),
+    "history": ("keep_last", "keep_all"),
+    "depth": (),  # a number
+}
 PARAMETERS = "parameters: "
 """What a node's log entry with its parameters begins with."""
 
@@ -103,14 +110,17 @@ def close_parameters(node: Node) -> None:
     The log is latched: whoever records a node learns its parameters, even later.
 
     ROS drops such a value without a word. What a file says of other nodes, under their names, never
-    gets here. Overrides of a topic's quality of service are declared with the topic: they pass.
+    gets here. Overrides of a topic's quality of service are declared with the topic: whether they
+    can be such is looked at, and not whether there will be that topic.
 
     Raises:
         InputError: names the parameters that were given and are not there, and the nearest.
     """
     known = [name for name in node.get_parameters_by_prefix("") if "." not in name]
-    for name in node.handle.get_parameters(Parameter):
-        if not node.has_parameter(name) and not name.startswith("qos_overrides."):
+    for name, given in node.handle.get_parameters(Parameter).items():
+        if name.startswith(QOS):
+            _check_override(name, given.value)
+        elif not node.has_parameter(name):
             raise InputError(
                 f"parameter {name}: {node.get_fully_qualified_name()} has none of that name"
                 f"{nearest(name, known)}; it has {', '.join(known)}; one that is for other nodes "
@@ -141,7 +151,7 @@ def recording_file(path: str) -> Path:
     Raises:
         InputError: it is no .rrd file, or cannot be written.
     """
-    file, said = Path(path).expanduser(), "parameter path ="
+    file, said = Path(os.path.expanduser(path)), "parameter path ="
     check_ending(file, RECORDING, said)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -157,7 +167,7 @@ def recording_folder(path: str) -> Path:
     Raises:
         InputError: it cannot be written, or its name is that of a file.
     """
-    folder, said = Path(path).expanduser(), "parameter bag ="
+    folder, said = Path(os.path.expanduser(path)), "parameter bag ="
     check_folder(folder, said)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -168,6 +178,22 @@ def recording_folder(path: str) -> Path:
     return folder
 
 
+def _check_override(name: str, value: Any) -> None:
+    """ROS would pass over a policy that it does not know here, and raise for a value."""
+    _, _, end_and_policy = name.removeprefix(QOS).partition(".")
+    end, _, policy = end_and_policy.partition(".")
+    if end not in ("publisher", "subscription") or policy not in QOS_POLICIES:
+        raise InputError(
+            f"parameter {name}: must be {QOS}TOPIC.publisher or .subscription, with one of "
+            + ", ".join(f".{policy}" for policy in QOS_POLICIES)
+        )
+    if allowed := QOS_POLICIES[policy]:
+        if value not in allowed:
+            raise InputError(f"parameter {name} = {value!r}: must be {' or '.join(allowed)}")
+    elif not isinstance(value, int) or isinstance(value, bool) or value < 1:
+        raise InputError(f"parameter {name} = {value!r}: must be a whole number from 1")
+
+
 def _kind(default: Any) -> str:
     kinds = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
     return kinds.get(type(default), "a list of texts, e.g. ['balls.mass=0.002']")
@@ -176,8 +202,9 @@ def _kind(default: Any) -> str:
 def _converted(value: Any, default: Any) -> Any:
     """The value as the default's type, or None if it is not one."""
     if isinstance(default, list):
-        texts = [value] if isinstance(value, str) else list(value or [])
-        return texts if all(isinstance(text, str) for text in texts) else None
+        texts = [value] if isinstance(value, str) else [] if value is None else value
+        alike = isinstance(texts, Iterable) and all(isinstance(text, str) for text in texts)
+        return list(texts) if alike else None
     if isinstance(default, bool) or isinstance(value, bool):
         return value if type(value) is type(default) else None
     if isinstance(default, float) and isinstance(value, int):

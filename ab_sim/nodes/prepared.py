@@ -1,6 +1,7 @@
 """A scene made ready to run live: nothing is compiled or measured any more when time goes on."""
 
 import contextlib
+import copy
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -8,6 +9,7 @@ from ab_sim.accuracy import Price, resolve_accuracy
 from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
+from ab_sim.drive.faults.fault import Fault
 from ab_sim.errors import DivergedError
 from ab_sim.integrate.registry import AUTO
 from ab_sim.nodes.drive_health import DriveHealth, Tolerance
@@ -77,14 +79,31 @@ class Prepared:
         self.health = DriveHealth(self.drive, self.pacer, self.checks, tolerance, self.price)
         self._warm_up()
 
+    def broken(self, faults: tuple[Fault, ...], share: float) -> "Prepared":
+        """The same scene with a drive that has faults, to go on with: at the same pace.
+
+        Args:
+            faults: all of them.
+            share: of checks of the error.
+
+        Raises:
+            InputError: the scene has nothing that could be broken so.
+        """
+        other = copy.copy(self)
+        other.drive = Drive(self.scene, commanded=True, faults=faults)
+        other.checks = other.checks_for(share)
+        tolerance = self.health.tolerance
+        other.health = DriveHealth(other.drive, self.pacer, other.checks, tolerance, self.price)
+        return other
+
     @property
     def time_ns(self) -> int:
         """Simulated time [ns]."""
         return self.drive.steps * self.step_ns
 
     def checks_for(self, share: float) -> LiveChecks | None:
-        """Checks of the drive's error."""
-        if not share:
+        """Checks of the drive's error; none of a disc that slips: each jerk ends a window."""
+        if not share or any(fault.ails == "slips" for fault in self.drive.faults):
             return None
         return LiveChecks(self.drive, share, longest=LONGEST_CHECK / self._rates.wake)
 

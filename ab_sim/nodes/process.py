@@ -18,6 +18,8 @@ from ab_sim.nodes.arguments import init_ros
 
 LINGER = 0.2
 """s."""
+ENOUGH = 0.5
+"""s for a callback to come to its end, when the node does."""
 TURN = 0.5e-3
 """s for which a thread may keep Python's lock while another one waits for it. Python's own 5 ms are
 more than a wake-up's period: a flood of requests would make the loop late by that."""
@@ -86,8 +88,10 @@ def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
     finally:
         done.set()
         executor.wake()
-        thread.join(timeout=5.0)
-        executor.shutdown(timeout_sec=1.0)
+        thread.join(ENOUGH)
+        # What is still being answered, as a scene that compiles, ends with the process.
+        if not thread.is_alive():
+            executor.shutdown()
     if failures:
         raise failures[0]
 

@@ -3,160 +3,257 @@
 import math
 import threading
 import time
+from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from ab_msgs_py import ENDED, Health, Level, topics
+from ab_msgs_py import ENDED, Health, Level, Task, VibrationSample, topics
 from ab_msgs_py.samples import command_message, text_message
 from ab_msgs_py.services import ABORT, START, Answer, serve_trigger
 from ab_sim.errors import InputError
 from ab_sim.nodes.parameters import close_parameters, declare
 from ab_sim.nodes.process import run_node
-from ab_sim.scene import load_scene
+from ab_sim.nodes.profile_run import ProfileRun, State
+from ab_sim.scene.profile_file import AskedProfile, load_profile
 from ab_sim.spindle import SpeedProfile
 
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
 LEAP = 2_000_000_000
 """ns; a clock that goes on by more than this between two commands has leapt."""
+FASTEST = 200.0
+"""Times real time; faster than a simulator is asked to go, and what its clock does is a leap."""
+RECORDER = "recorder"
+"""Name of the node that hears commands, and obeys none."""
 HEALTH = {
-    "idle": "waiting for ~/start",
-    "running": "running the profile",
-    "done": "profile done, holding its final speed",
-    "aborted": "aborted, commanding standstill",
+    State.IDLE: "waiting for ~/start",
+    State.DONE: "profile done, holding its final speed",
+    State.ABORTED: "aborted, commanding standstill",
 }
+"""What the status itself does not say well enough."""
+# A board's sensor is often best effort, and one that is reliable is heard as well.
+_VIBRATION = topics.VIBRATION._replace(
+    qos=QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+)
 
 
 class ProfileController(Node):
     """What start-up firmware does: one speed command per period, along the profile.
 
-    It keeps the node's clock: with ``use_sim_time`` it follows the simulator's.
+    With ``use_sim_time`` it keeps the simulator's time, else the steady clock's, which nobody sets.
     """
 
     def __init__(self) -> None:
         super().__init__("profile_controller")
         name = declare(
-            self, "profile", "thesis-hold", "name or YAML file of the scene whose profile to run"
+            self,
+            "profile",
+            "thesis-hold",
+            "the profile: name or YAML file of a scene that has one, YAML file of a profile alone, "
+            "or that in braces",
         )
         changes = declare(self, "changes", [""], "changes to the scene, each key=value")
         rate = declare(self, "command_rate", 200.0, "commands", "1/s", (1.0, 1000.0))
-        auto_start = declare(self, "auto_start", False, "start as soon as a drive listens")
+        auto_start = declare(self, "auto_start", False, "start as soon as there is a drive")
+        slope = declare(
+            self,
+            "abort_deceleration",
+            0.0,
+            "of the ramp down after ~/abort; 0: the profile's own steepest",
+            "rad/s^2",
+            (0.0, 1e9),
+        )
+        silence = declare(
+            self,
+            "vibration_timeout",
+            1.0,
+            "without a good sample of it, where a condition needs the vibration, before an abort",
+            "s",
+            (0.001, 1e4),
+        )
         close_parameters(self)
-        scene = load_scene(name, filter(None, changes))
-        if scene.profile is None:
-            raise InputError(f"parameter profile = {name}: that scene has no profile to run")
-        self.profile = SpeedProfile.of_scene(scene)
+        asked = load_profile(name, filter(None, changes))
+        slope = slope or _steepest(asked)
         self._period = 1.0 / rate
         self._lock = threading.Lock()
-        self._state = ""
         self._simulated = bool(self.get_parameter("use_sim_time").value)
         self._began = self._now = 0
+        self._ticked = time.monotonic()
         self._published = 0
+        self._ended = False
 
         self._command = topics.COMMAND.publisher(self)
         self._status = topics.PROFILE_STATUS._replace(name="~/status").publisher(self)
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
         serve_trigger(self, START, self.start)
         serve_trigger(self, ABORT, self.abort)
-        self.create_timer(self._period, self._tick)
-        self._enter("idle")
+        clock = self.get_clock() if self._simulated else Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(self._period, self._tick, clock=clock)
         if auto_start:
-            self._waiting = self.create_timer(self._period, self._start_when_heard)
+            steady = Clock(clock_type=ClockType.STEADY_TIME)
+            self._waiting = self.create_timer(0.05, self._start_when_heard, clock=steady)
+        # Last: it says that it waits, and who has read that may end the node in order.
+        self.run = ProfileRun(asked, slope, self._period, silence, self._say)
+        if self.run.needs_vibration:
+            _VIBRATION.subscription(self, self._hear)
 
     def start(self) -> Answer:
         """Run the profile from its beginning, now."""
         with self._lock:
-            if self._state == "running":
-                return False, "running already; abort first"
-            if self._simulated and topics.CLOCK.publishers(self) == 0:
-                clock = self.resolve_topic_name(topics.CLOCK.name)
-                return False, f"use_sim_time is set, but nobody publishes {clock}"
-            if self.listeners == 0:
-                return False, f"nobody listens on {self._command.topic_name}: start the drive first"
-            self._began = self._now = self.get_clock().now().nanoseconds
-            self._enter("running")
-            self._send()
-            return True, f"started at t = {self._began / 1e9:g} s"
+            if refusal := self._missing():
+                return False, refusal
+            began = self._time()
+            if refusal := self.run.start(began * 1e-9):
+                return False, refusal
+            self._began = self._now = began
+            self._send(self.run.command)
+            return True, f"started at t = {began / 1e9:g} s" if self._simulated else "started"
 
     def abort(self) -> Answer:
-        """Stop the profile; command standstill from now on."""
+        """Stop the profile: ramp down to standstill."""
         with self._lock:
-            if self._state not in ("running", "done"):
-                return False, "not running"
-            self._enter("aborted")
-            self._send()
-            return True, "commanding standstill"
+            before = self.run.state
+            if refusal := self.run.abort(self._time() * 1e-9, "by ~/abort"):
+                return False, refusal
+            if before is State.WAITING:
+                self._waiting.cancel()
+                return True, "waiting no more"
+            return True, "ramping down to standstill"
 
     @property
     def listeners(self) -> int:
         """How many nodes listen to the commands: the drive, and perhaps a recorder."""
         return self._command.get_subscription_count()
 
+    @property
+    def _obeyed(self) -> bool:
+        """Whether somebody listens who is no recorder, which obeys none."""
+        heard = self.get_subscriptions_info_by_topic(self._command.topic_name)
+        return any(info.node_name != RECORDER for info in heard)
+
     def report(self, ended: bool = False) -> None:
         """Publish this node's health."""
-        level = Level.WARN if self._state == "aborted" else Level.OK
+        run = self.run
+        message = HEALTH.get(run.state, run.status)
+        if run.why and run.why not in message:
+            message += f"; {run.why}"
+        values = {
+            "state": run.state.value,
+            "status": run.status,
+            "speed commanded [rad/s]": f"{run.command:.9g}",
+            "command rate [1/s]": f"{1 / self._period:g}",
+            "commands published": str(self._published),
+            "listeners": str(self.listeners),
+        }
+        if run.vibration is not None:
+            values["vibration, rms [m/s^2]"] = f"{run.vibration:.6g}"
         health = Health(
             self.get_fully_qualified_name(),
-            level,
-            ENDED if ended else HEALTH[self._state],
-            {
-                "state": self._state,
-                "command rate [1/s]": f"{1 / self._period:g}",
-                "commands published": str(self._published),
-                "listeners": str(self.listeners),
-            },
+            Task.PROFILE,
+            Level.WARN if run.why else Level.OK,
+            ENDED if ended else message,
+            values,
         )
         self._diagnostics.publish(health.message_at(self.get_clock().now().nanoseconds))
-
-    def _start_when_heard(self) -> None:
-        if self.listeners and self.start()[0]:
-            self._waiting.cancel()
-
-    def _enter(self, state: str) -> None:
-        self._state = state
-        self._status.publish(text_message(state))
-        self.get_logger().info(HEALTH[state])
 
     def end(self) -> None:
         """Send nothing more; last words."""
         with self._lock:
-            self._state = "idle"
+            self._ended = True
             self.report(ended=True)
+
+    def _missing(self) -> str:
+        """What a start still lacks; nothing, if it lacks nothing."""
+        if self._simulated and topics.CLOCK.publishers(self) == 0:
+            clock = self.resolve_topic_name(topics.CLOCK.name)
+            return f"use_sim_time is set, but nobody publishes {clock}"
+        if not self._obeyed:
+            return f"nobody listens on {self._command.topic_name}: start the drive first"
+        if self.run.needs_vibration and topics.VIBRATION.publishers(self) == 0:
+            name = self.resolve_topic_name(topics.VIBRATION.name)
+            return f"nobody publishes {name}, and a segment of the profile waits for the vibration"
+        return ""
+
+    def _start_when_heard(self) -> None:
+        if self.run.state in (State.IDLE, State.WAITING):
+            with self._lock:
+                missing = self._missing()
+                if not missing and self._simulated and self._time() == 0:
+                    missing = "time stands at 0"  # or was not heard yet, and began long ago
+                if missing:
+                    self.run.wait(missing)
+                    return
+            if not self.start()[0]:
+                return
+        self._waiting.cancel()
+
+    def _say(self, status: str, well: bool) -> None:
+        self._status.publish(text_message(status))
+        word, _, more = status.partition(": ")
+        words = HEALTH.get(State(word), status)
+        if more and more not in words:
+            words += f"; {more}"
+        if well:
+            self.get_logger().info(words)
+        else:
+            self.get_logger().warning(words)
+
+    def _time(self) -> int:
+        return self.get_clock().now().nanoseconds if self._simulated else time.monotonic_ns()
+
+    def _hear(self, message: Any) -> None:
+        sample = VibrationSample.of(message)
+        with self._lock:
+            self.run.hear(self._time() * 1e-9, sample.frame, sample.time, sample.linear)
 
     def _tick(self) -> None:
         with self._lock:
-            before, self._now = self._now, self.get_clock().now().nanoseconds
+            if self._ended:
+                return
+            before, self._now = self._now, self._time()
+            # At a hundred times real time a moment's delay is seconds, and no leap.
+            since, self._ticked = time.monotonic() - self._ticked, time.monotonic()
+            far = max(LEAP, round(1e9 * FASTEST * since))
             if before == self._began == 0 and self._now >= LEAP:
                 # Started before the first message on /clock was heard: the profile begins now.
                 before = self._began = self._now
-            if self._state in ("running", "done") and not 0 <= self._now - before < LEAP:
-                # The drive was reset or restarted: the profile's time means nothing any more.
-                self.get_logger().warning(
-                    f"time leapt from {before / 1e9:g} to {self._now / 1e9:g} s"
-                )
-                self._enter("aborted")
-            elif self._state != "idle":
-                self._send()
+                self.run.shift(self._now * 1e-9)
+            leapt = f"time leapt from {before / 1e9:g} to {self._now / 1e9:g} s"
+            if self.run.state not in (State.IDLE, State.WAITING, State.ABORTED):
+                if self._now < before:
+                    # The drive was reset or restarted, and stands where it stood at first.
+                    self.get_logger().warning(leapt)
+                    self.run.drop(leapt)
+                elif self._now - before >= far:
+                    self.get_logger().warning(leapt)
+                    self.run.abort(self._now * 1e-9, leapt)
+            self._send(self.run.tick(self._now * 1e-9))
 
-    def _send(self) -> None:
-        self._published += 1
-        if self._state == "aborted":
-            self._command.publish(command_message(0.0))
-            return
-        elapsed = (self._now - self._began) * 1e-9
-        # The speed that is due when the next command comes: the drive goes there until then.
-        self._command.publish(command_message(self.profile.speed(elapsed + self._period)))
-        if self._state == "running" and elapsed >= self.profile.end:
-            self._enter("done")
+    def _send(self, speed: float | None) -> None:
+        if speed is not None:
+            self._published += 1
+            self._command.publish(command_message(speed))
+
+
+def _steepest(asked: AskedProfile) -> float:
+    steepest = SpeedProfile.asked(*asked).steepest
+    if not steepest > 0.0:
+        raise InputError(
+            "parameter abort_deceleration = 0: the profile only holds its speed and has no "
+            "steepest of its own; give a deceleration [rad/s^2]"
+        )
+    return steepest
 
 
 def report_until_stopped(node: ProfileController, stopping: threading.Event) -> None:
-    """Once a second of the steady clock, and as soon as somebody else listens."""
-    told, seen = -math.inf, -1
+    """Once a second of the steady clock, and as soon as somebody else listens or it goes on."""
+    told, seen = -math.inf, (-1, "")
     while not stopping.wait(0.05):
-        now, listeners = time.monotonic(), node.listeners
-        if now - told >= REPORT_PERIOD or listeners != seen:
-            told, seen = now, listeners
+        now, present = time.monotonic(), (node.listeners, node.run.status)
+        if now - told >= REPORT_PERIOD or present != seen:
+            told, seen = now, present
             node.report()
     node.end()
 

@@ -20,8 +20,9 @@ def ask_for_priority(priority: int) -> str:
     if not sys.platform.startswith("linux"):
         return f"real-time priority {priority}: only Linux has it; scheduled as usual"
     try:
-        # 0 is the calling thread: the one that answers requests stays as it is.
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+        # 0 is the calling thread: the one that answers requests stays as it is, and one that
+        # compiles, which it may start, does not inherit it.
+        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
     except OSError as error:
         return (
             f"real-time priority {priority}: the system refuses ({error.strerror}); allow it with "

@@ -12,8 +12,8 @@ from typing import Any
 
 from rclpy.node import Node
 
-from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, topics
-from ab_msgs_py.samples import command_of, description_of, event_of, text_of
+from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, Task, topics
+from ab_msgs_py.samples import command_of, description_of, event_of, faults_of, text_of
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.nodes.bag_recorder import BagRecorder
 from ab_sim.nodes.inbox import Inbox
@@ -96,6 +96,7 @@ class Recorder(Node):
             (topics.COMMAND, self._write_command),
             (topics.DIAGNOSTICS, self._write_health),
             (topics.PROFILE_STATUS, self._write_status),
+            (topics.FAULTS, self._write_faults),
             (topics.EVENTS, self._write_event),
         )
         self._write = {topic.name: write for topic, write in heard}
@@ -234,8 +235,14 @@ class Recorder(Node):
 
     def _write_status(self, message: Any) -> None:
         status = text_of(message)
-        self._files.state("profile", self._time, status)
+        self._files.state("profile", self._time, status.partition(":")[0])
         self._files.event(self._time, f"profile: {status}", "INFO", "profile")
+
+    def _write_faults(self, message: Any) -> None:
+        told = faults_of(message)
+        text = ", ".join(told) or "none"
+        self._files.state("faults", self._time, text)
+        self._files.event(self._time, f"faults: {text}", "WARN" if told else "INFO", "faults")
 
     def _write_event(self, message: Any) -> None:
         _, level, node, text = event_of(message)
@@ -283,6 +290,7 @@ class Recorder(Node):
             level, text = Level.ERROR, files.trouble if files.trouble and not failed else text
         health = Health(
             self.get_fully_qualified_name(),
+            Task.RECORDING,
             level,
             text,
             {key: str(value) for key, value in values.items()},

@@ -7,7 +7,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ab_sim.errors import AbSimError
+from ab_sim.errors import AbSimError, InputError
 from ab_sim.nodes.parameters import Wanted
 
 Values = Mapping[str, Any]
@@ -54,8 +54,9 @@ class Settings:
             return SetParametersResult(successful=True)
 
         def applied(parameters: list[Parameter[Any]]) -> None:
-            before, self.values = self.values, self._with(parameters)
-            apply(before, self.values)
+            if any(p.name in self._wanted for p in parameters):
+                before, self.values = self.values, self._with(parameters)
+                apply(before, self.values)
 
         self._node.add_on_set_parameters_callback(judged)
         self._node.add_post_set_parameters_callback(applied)
@@ -64,8 +65,12 @@ class Settings:
         """All values as they would be; parameters of others are not looked at.
 
         Raises:
-            InputError: one of them is of another type, or is not allowed.
+            InputError: one of them is of another type, or is not allowed; or is to be deleted.
         """
+        for p in parameters:
+            # ROS would forget it, and know no parameter of that name from then on.
+            if p.name in self._wanted and p.type_ is Parameter.Type.NOT_SET:
+                raise InputError(f"parameter {p.name}: cannot be deleted; set it instead")
         changes = {p.name: p.value for p in parameters if p.name in self._wanted}
         checked = {name: self._wanted[name].checked(value) for name, value in changes.items()}
         return {**self.values, **checked}

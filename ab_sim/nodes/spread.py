@@ -15,7 +15,8 @@ class Spread:
     """Counts durations [s] in classes of equal ratio; the longest of them is exact."""
 
     def __init__(self) -> None:
-        self._counts = np.zeros(PER_DECADE * DECADES + 1, np.int64)
+        # A list: one of its entries is counted up ten times as fast as one of an array.
+        self._counts = [0] * (PER_DECADE * DECADES + 1)
         self.count = 0
         self.worst = 0.0
 

@@ -33,10 +33,12 @@ def style(scalar: str) -> Any:
 
 
 def state_colours() -> rr.StateConfiguration:
-    """How the states of nodes and of a profile look."""
+    """How the states of nodes, of a profile and of faults look."""
     colours = {
         "OK": GREEN, "WARN": ORANGE, "ERROR": VERMILLION, "STALE": GREY,
-        "idle": GREY, "running": SKY, "done": GREEN, "aborted": VERMILLION,
+        "idle": GREY, "waiting": GREY, "running": SKY, "done": GREEN, "aborting": ORANGE,
+        "aborted": VERMILLION,
+        "none": GREEN,  # faults; any other text of them has a colour of the viewer's
     }  # fmt: skip
     return rr.StateConfiguration(
         values=list(colours), labels=list(colours), colors=list(colours.values())

@@ -17,6 +17,7 @@ from ab_sim.recording.layout import sensor_entity, size_entity
 from ab_sim.recording.space import Space
 from ab_sim.recording.top_view import TopView
 from ab_sim.recording.vectors import Arrows
+from ab_sim.scene.drawn import ball_radius
 
 Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there
 
@@ -45,7 +46,7 @@ class Drawing:
             eccentricity = 1e3 * float(description["eccentricity"])
             given = description.get("ball_radii")
             if given is None:
-                given = [1e-3 * race * min(0.1, 2.5 / max(balls, 1))] * balls
+                given = [1e-3 * ball_radius(race, balls)] * balls
             radii = tuple(1e3 * float(radius) for radius in given)
             effects = description.get("effects") or ()
             motor, sensors = "motor" in effects, tuple(description.get("sensors") or ())

@@ -19,6 +19,7 @@ from ab_sim.recording.apart import stacked
 from ab_sim.recording.colours import DARK, GREY, GROUND, UNBALANCE, hue
 from ab_sim.recording.layout import Array
 from ab_sim.recording.vectors import Arrows
+from ab_sim.scene.drawn import DISC, MARK, MARK_PLACE, PLATE
 
 Parts = Iterator[tuple[str, Any]]
 
@@ -26,8 +27,6 @@ _DECK, _SPRING = (110, 150, 190), (190, 190, 120)
 _GLASS = (70, 75, 85)
 _SHOWN = 0.04
 """What the unbalance alone does to the deck is drawn about so large, as a share of its size."""
-_SIDE = 1.7
-"""Half the side of a plate whose mounts are not known, as a share of the race's radius."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class Space:
         """
         if deck is None:
             flat = dict.fromkeys(("race_heights",), [0.0]) | {"rotor_height": 0.0}
-            corner = 1e-3 * _SIDE * race
+            corner = 1e-3 * PLATE * race
             mounts = [[x, y, 0.0] for x in (-corner, corner) for y in (-corner, corner)]
             given: Mapping[str, Any] = flat | {"mounts": mounts, "ball_heights": [0.0] * len(radii)}
         else:
@@ -117,12 +116,12 @@ class Space:
         for i, height in enumerate(self.race_heights):
             ring = _circle(r + max(self.radii, default=0.0), height)
             yield f"/space/deck/races/{i}", rr.LineStrips3D([ring], colors=GREY, radii=1.5 * line)
-        disc = _disc(1.3 * r, self.rotor_height - max(self.radii, default=0.02 * r))
+        disc = _disc(DISC * r, self.rotor_height - max(self.radii, default=0.02 * r))
         yield "/space/deck/rotor/disc", disc
-        heavy = [[1.1 * r, 0.0, self.rotor_height]]
+        heavy = [[MARK_PLACE * r, 0.0, self.rotor_height]]
         yield (
             "/space/deck/rotor/unbalance",
-            rr.Points3D(heavy, colors=UNBALANCE, radii=0.07 * r),
+            rr.Points3D(heavy, colors=UNBALANCE, radii=MARK * r),
         )
         if self.ball_heights:
             colors = [hue(ball) for ball in range(len(self.radii))]

@@ -15,9 +15,9 @@ from ab_sim.recording.plots import lines
 from ab_sim.recording.signals import once_per_turn, rms, spectrum
 from ab_sim.recording.windows import Windows
 
-HOP, SPAN = 0.05, 0.25
+HOP, SPAN = 0.1, 0.25
 """s: how often sizes are taken, and of how long a stretch."""
-SPECTRUM_HOP, SPECTRUM_SPAN = 0.25, 0.5
+SPECTRUM_HOP, SPECTRUM_SPAN = 0.5, 0.5
 """s: the same for spectra; the longer stretch parts neighbouring frequencies."""
 ORDERS, MOST_LINES = 5.0, 500
 """A spectrum goes to so many times the top speed, and has at most so many lines."""

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from ab_sim.errors import exact, nearest
 from ab_sim.scene.model import Scene
+from ab_sim.scene.profiles import KINDS
 from ab_sim.scene.quantities import EACH, ONE
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.scene.sensors import Accelerometer
@@ -37,6 +38,8 @@ def explain(
         loc = _keys((*at, *finding["loc"]))
         if only_own_fields and not finding["loc"]:
             continue
+        if finding["type"] == "too_short" and finding["input"]:
+            continue  # there are entries, and what is wrong with them is another finding
         messages.append(_message(loc, finding["type"], finding))
     return messages
 
@@ -70,13 +73,15 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     if kind == "too_long":
         most = context["max_length"]
         return f"{key} = {value!r}: has {len(value)} entries, must be {most}{_meaning(loc)}"
+    if kind == "too_short":
+        return f"{key} = {value!r}: needs at least one entry{_meaning(loc)}"
     if kind in ("tuple_type", "list_type"):
         return f"{key} = {value!r}: must be a list{_meaning(loc)}"
     if kind == "string_type":
         return f"{key} = {value!r}: must be a text; put it in quotes"
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         given = value.get("kind") if isinstance(value, dict) else value
-        return f"{key}.kind = {given!r}: must be one of start_up, speed_change"
+        return f"{key}.kind = {given!r}: must be one of {', '.join(KINDS)}"
     if kind == "dict_type":
         return f"{key} = {value!r}: must be a section `name: ...`{_meaning(loc)}"
     if kind in ("model_type", "named_tuple_type", "model_attributes_type"):

@@ -3,14 +3,15 @@
 import contextlib
 import copy
 import functools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
 from ab_sim.errors import SceneError, nearest
+from ab_sim.scene.changes import REMOVED, Change, UniqueKeys, apply, parsed
 from ab_sim.scene.explain import explain
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
@@ -43,8 +44,11 @@ def find_scene(scene: str | Path) -> Path:
     """
     path = Path(scene)
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
-        if path.is_file():
-            return path
+        try:
+            if path.is_file():
+                return path
+        except OSError as error:
+            raise SceneError(f"{path}: cannot be read: {error.strerror}") from error
         raise SceneError(f"{path}: no such scene file")
     names = scene_names()
     if str(scene) in names:
@@ -70,8 +74,8 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
         SceneError: names file, key, value, what is allowed, and the nearest known name.
     """
     path = find_scene(scene)
-    raw = _read(path)
-    _change(raw, [_parsed(change) for change in changes])
+    raw = read_mapping(path)
+    apply(raw, [parsed(change) for change in changes])
     raw.setdefault("name", path.stem)
     return check_scene(raw, origin=str(path))
 
@@ -95,10 +99,10 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
             "{'balls.mass': 0.002}"
         )
     raw = copy.deepcopy(scene.as_mapping())
-    _change(
+    apply(
         raw,
         [
-            _Change(key, _REMOVED if value is None else value, f"{origin}: {key}")
+            Change(key, REMOVED if value is None else value, f"{origin}: {key}")
             for key, value in changes.items()
         ],
     )
@@ -183,21 +187,14 @@ def _by_name(effects: Any) -> dict[str, Any]:
     return mapping
 
 
-class _UniqueKeys(yaml.SafeLoader):
-    """YAML in which a key given twice is an error instead of silently winning."""
+def read_mapping(path: Path) -> dict[str, Any]:
+    """What a YAML file says, unchecked, its effects by name.
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [self.construct_object(key, deep=deep) for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
-                line = node.start_mark.line + 1
-                raise yaml.YAMLError(f"key {key!r} is given twice in the mapping at line {line}")
-        return super().construct_mapping(node, deep=deep)
-
-
-def _read(path: Path) -> dict[str, Any]:
+    Raises:
+        SceneError: it cannot be read, or is no mapping.
+    """
     try:
-        raw = yaml.load(path.read_text(encoding="utf-8"), Loader=_UniqueKeys)
+        raw = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeys)
     except OSError as error:
         raise SceneError(f"{path}: cannot be read: {error.strerror}") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
@@ -208,78 +205,3 @@ def _read(path: Path) -> dict[str, Any]:
     with contextlib.suppress(ValueError, KeyError):
         raw["effects"] = _by_name(raw["effects"])
     return raw
-
-
-_REMOVED: Any = object()
-
-
-class _Change(NamedTuple):
-    """A value for a dotted key, or ``_REMOVED``."""
-
-    key: str
-    value: Any
-    said: str
-    """What to call it in messages."""
-
-
-def _parsed(change: str) -> _Change:
-    key, equals, text = change.partition("=")
-    said = f"change {change!r}"
-    if not equals or not all(part.strip() for part in key.split(".")):
-        raise SceneError(f"{said}: must be key=value, e.g. balls.mass=0.002")
-    try:
-        value = yaml.load(text, Loader=_UniqueKeys)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise SceneError(f"{said}: the value is not valid YAML: {error}") from error
-    return _Change(key.strip(), _REMOVED if text.strip() == "" else value, said)
-
-
-def _change(raw: dict[str, Any], changes: Sequence[_Change]) -> None:
-    for change in changes:
-        if change.value is _REMOVED:
-            _remove(raw, change)
-        else:
-            _set(raw, change)
-    # Who changes the accuracy does not want the file's solver any more, and vice versa; who
-    # changes both is told that they exclude each other, when the scene is checked.
-    given = {change.key.partition(".")[0] for change in changes if change.value is not _REMOVED}
-    for wanted, other in (("accuracy", "solver"), ("solver", "accuracy")):
-        if wanted in given and other not in given:
-            raw.pop(other, None)
-
-
-def _set(raw: dict[str, Any], change: _Change) -> None:
-    *sections, last = change.key.split(".")
-    here = raw
-    for section in sections:
-        if here.get(section) is None:
-            here[section] = {}
-        here = _inside(here, section, change)
-    here[last] = change.value
-
-
-def _remove(raw: dict[str, Any], change: _Change) -> None:
-    *sections, last = change.key.split(".")
-    here, owner = raw, "the scene"
-    for section in sections:
-        _check_there(here, section, owner, change)
-        here, owner = _inside(here, section, change), section
-    _check_there(here, last, owner, change)
-    del here[last]
-
-
-def _check_there(here: dict[str, Any], key: str, owner: str, change: _Change) -> None:
-    """What is not there may be a slip of the pen for what is, which would silently stay."""
-    if key not in here:
-        there = [str(other) for other in here]
-        raise SceneError(
-            f"{change.said}: {owner} has no {key!r} to remove{nearest(key, there)}; it has "
-            + (", ".join(there) or "no keys")
-        )
-
-
-def _inside(here: dict[str, Any], section: str, change: _Change) -> dict[str, Any]:
-    inner = here[section]
-    if not isinstance(inner, dict):
-        raise SceneError(f"{change.said}: {section} is a value, it has no keys")
-    return inner

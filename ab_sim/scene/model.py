@@ -1,12 +1,13 @@
 """The sections of a scene. All values in SI units; angles in rad, speeds in rad/s."""
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
 from ab_sim.scene.deck import Deck, Inertia, Mount, Vector, check_deck, inertia_matrix
+from ab_sim.scene.profiles import Profile, beyond, check_profile
 from ab_sim.scene.quantities import Count, Length, Number, PerBall, quantity
 from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.section import Section
@@ -170,45 +171,6 @@ class Spindle(Section):
     )
 
 
-class VariableSpeedPeriod(Section):
-    """The period near the critical speed in which the spindle accelerates differently."""
-
-    start_speed: Number | None = quantity(
-        "speed at which it begins (give this or start_time)", "rad/s", default=None
-    )
-    start_time: Number | None = quantity(
-        "time at which it begins (give this or start_speed)", "s", ge=0, le=1e6, default=None
-    )
-    duration: Number = quantity("its length", "s", ge=1e-6, le=1e4)
-    acceleration: Number = quantity(
-        "acceleration during it: 0 holds the speed, negative decelerates", "rad/s^2", default=0.0
-    )
-
-    @model_validator(mode="after")
-    def _one_start(self) -> "VariableSpeedPeriod":
-        if (self.start_speed is None) == (self.start_time is None):
-            raise ValueError("give exactly one of start_speed and start_time")
-        return self
-
-
-class StartUp(Section):
-    """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1)."""
-
-    kind: Literal["start_up"]
-    acceleration: Number = quantity("of the run-up", "rad/s^2", ge=1e-6, le=1e6)
-    target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
-    variable_speed_period: VariableSpeedPeriod | None = None
-
-
-class SpeedChange(Section):
-    """A raised-cosine change of speed (relative-stability (25), on [t_b, t_b + t_r] only)."""
-
-    kind: Literal["speed_change"]
-    start_time: Number = quantity("t_b", "s", ge=0, le=1e6)
-    duration: Number = quantity("t_r", "s", ge=1e-6, le=1e4)
-    to_speed: Number = quantity("speed after the change", "rad/s", ge=-1e5, le=1e5)
-
-
 class Solver(Section):
     """The integrator and its fixed step."""
 
@@ -277,7 +239,7 @@ class Scene(Section):
     )
     start: Start = Start()
     spindle: Spindle
-    profile: Annotated[StartUp | SpeedChange, Field(discriminator="kind")] | None = None
+    profile: Profile | None = None
     accuracy: Accuracy | None = None
     solver: Solver = Solver()
     """Without meaning while an accuracy is asked for: ``resolve_accuracy`` finds one."""
@@ -338,7 +300,6 @@ class Scene(Section):
             _check_lists,
             _check_masses,
             _check_radii,
-            _check_speeds,
             _check_profile,
             _check_accuracy,
             _check_sensors,
@@ -418,53 +379,12 @@ def _check_radii(scene: Scene) -> None:
             )
 
 
-def _check_speeds(scene: Scene) -> None:
-    limit = scene.spindle.max_speed
-    asked = {"start.speed": scene.start.speed}
-    if isinstance(scene.profile, StartUp):
-        asked["profile.target_speed"] = scene.profile.target_speed
-    elif isinstance(scene.profile, SpeedChange):
-        asked["profile.to_speed"] = scene.profile.to_speed
-    for key, value in asked.items():
-        if abs(value) > limit:
-            raise ValueError(
-                f"{key} = {exact(value)} rad/s: is beyond spindle.max_speed = {exact(limit)} "
-                "rad/s; lower it or raise the limit"
-            )
-
-
 def _check_profile(scene: Scene) -> None:
-    profile = scene.profile
-    if not isinstance(profile, StartUp):
-        return
-    first, target = scene.start.speed, profile.target_speed
-    if target <= first:
-        raise ValueError(
-            f"profile.target_speed = {exact(target)} rad/s: must be above start.speed = "
-            f"{exact(first)} rad/s"
-        )
-    if profile.acceleration > scene.spindle.max_acceleration:
-        raise ValueError(
-            f"profile.acceleration = {exact(profile.acceleration)} rad/s^2: is more than "
-            f"spindle.max_acceleration = {exact(scene.spindle.max_acceleration)} rad/s^2, so that "
-            "a live drive could not follow the profile"
-        )
-    period = profile.variable_speed_period
-    if period is None:
-        return
-    if period.start_speed is not None:
-        key, begins = f"start_speed = {exact(period.start_speed)} rad/s", period.start_speed
-    else:
-        assert period.start_time is not None
-        key = f"start_time = {exact(period.start_time)} s"
-        begins = first + profile.acceleration * period.start_time
-    ends = begins + period.acceleration * period.duration
-    if not first <= begins < target or not first <= ends <= target:
-        raise ValueError(
-            f"profile.variable_speed_period.{key}: the period runs from {exact(begins)} to "
-            f"{exact(ends)} rad/s, which must lie between start.speed = {exact(first)} and "
-            f"target_speed = {exact(target)}"
-        )
+    spindle, first = scene.spindle, scene.start.speed
+    if abs(first) > spindle.max_speed:
+        raise ValueError(beyond("start.speed", first, spindle.max_speed))
+    if scene.profile is not None:
+        check_profile(scene.profile, first, spindle.max_speed, spindle.max_acceleration)
 
 
 def _check_start(scene: Scene) -> None:

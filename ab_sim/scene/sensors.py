@@ -1,16 +1,21 @@
 """The sensors that a scene may have: they read, and do not act on the motion."""
 
+import math
 import re
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
 from ab_sim.errors import exact
+from ab_sim.scene.frames import is_taken
 from ab_sim.scene.quantities import Count, Length, Number, quantity
 from ab_sim.scene.section import Section
 
 RATE_TOLERANCE = 1e-6
 """Relative: a sample rate written with six digits or so counts as the rate that it means."""
+ALIASING = 0.1
+"""What comes through at half the sample rate in a larger part than this is worth a word: 20 dB
+are left for what lies above, and the low-pass takes 12 dB more with each octave."""
 
 
 class Accelerometer(Section):
@@ -79,6 +84,26 @@ class Accelerometer(Section):
         "picks the noise; the same seed, the same noise", "1", ge=0, le=10**9, default=0
     )
 
+    def gain(self, frequency: float) -> float:
+        """The low-pass' |B| at a frequency [Hz]."""
+        return 1.0 / math.hypot(1.0, (frequency / self.bandwidth) ** 2)
+
+    def aliasing(self, step: float) -> str:
+        """How much of what its samples cannot show they show as something else; empty if little.
+
+        Args:
+            step: integration step [s]; where it takes a sample at each there is nothing between.
+        """
+        half = 0.5 * self.sample_rate
+        if steps_per_sample(self.sample_rate, step) == 1 or self.gain(half) <= ALIASING:
+            return ""
+        low_enough = half * (1.0 / ALIASING**2 - 1.0) ** -0.25
+        return (
+            f"aliases: up to {100 * self.gain(half):.0f} % of what vibrates faster than {half:g} "
+            "Hz, half its sample_rate, comes through as something slower; for less than "
+            f"{100 * ALIASING:g} % lower its bandwidth below {low_enough:.4g} Hz, or sample faster"
+        )
+
     def check(self, key: str, step: float | None) -> None:
         """Check what does not follow from each parameter alone.
 
@@ -133,9 +158,16 @@ def steps_per_sample(sample_rate: float, step: float) -> int:
 
 
 def _name(value: Any) -> Any:
-    # It becomes part of channels' names, and the frame of messages.
-    if not isinstance(value, str) or not re.fullmatch("[a-z][a-z0-9_]*", value):
-        raise ValueError("the name must be of small letters, digits and _, and begin with a letter")
+    # It becomes part of channels' and topics' names, and the frame of messages.
+    if not isinstance(value, str) or not re.fullmatch("[a-z][a-z0-9_]{0,63}", value):
+        raise ValueError(
+            "the name must be of at most 64 small letters, digits and _, and begin with a letter"
+        )
+    if is_taken(value):
+        raise ValueError(
+            f"the name {value} is that of another frame of the drive; choose one that is not "
+            "deck, drive_housing, spindle, or race or ball with a number"
+        )
     return value
 
 

@@ -57,6 +57,29 @@ def _low_pass(
             passed[k, i] = last[i] - (mode[i].real + mode[i].imag)
 
 
+def noise_variance(accelerometer: Accelerometer, step: float) -> float:
+    """Of a reading, per axis [(m/s^2)^2]: white noise through the low-pass, and quantisation.
+
+    The low-pass answers an impulse with 1 - (Re + Im) D, and n steps later with the negative
+    (Re + Im) of c d^(n-1), d = exp(p h), D = (d - 1) / (p h), c = (d - 1) D; the squares of these
+    add up to the noise's part that passes. Rounding to q adds q^2/12, as of a uniform error.
+    """
+    turn, drive, size = _chain(accelerometer, step)
+    fell = complex(np.expm1(turn)) * drive
+    later = abs(fell) ** 2 / -math.expm1(2.0 * turn.real)
+    later += (-1j * fell**2 / -complex(np.expm1(2.0 * turn))).real
+    passed = (1.0 - drive.real - drive.imag) ** 2 + later
+    return size**2 * passed + accelerometer.resolution**2 / 12.0
+
+
+def _chain(accelerometer: Accelerometer, step: float) -> tuple[complex, complex, float]:
+    """p h, (exp(p h) - 1) / (p h), and the size of the noise at a step [m/s^2]."""
+    turn = 2.0 * math.pi * accelerometer.bandwidth * step * complex(-1.0, 1.0) / math.sqrt(2.0)
+    # White up to half the integration rate, with the one-sided spectrum noise_density^2.
+    size = accelerometer.noise_density * math.sqrt(0.5 / step)
+    return turn, complex(np.expm1(turn) / turn), size
+
+
 class Pickup:
     """Turns specific force into an accelerometer's readings.
 
@@ -78,11 +101,8 @@ class Pickup:
         self.axes = axes
         self.step = step
         self.steps_per_sample = steps_per_sample(accelerometer.sample_rate, step)
-        turn = 2.0 * math.pi * accelerometer.bandwidth * step * complex(-1.0, 1.0) / math.sqrt(2.0)
+        turn, self._drive, self._noise_size = _chain(accelerometer, step)
         self._decay = complex(np.exp(turn))
-        self._drive = complex(np.expm1(turn) / turn)
-        # White up to half the integration rate, with the one-sided spectrum noise_density^2.
-        self._noise_size = accelerometer.noise_density * math.sqrt(0.5 / step)
         self._block = -1
         self._block_noise = np.empty((0, self.axes))
         self.reset(np.zeros(self.axes))
@@ -168,6 +188,11 @@ class Pickup:
         return self._block_noise
 
     def _digits(self, force: np.ndarray) -> np.ndarray:
-        limit, resolution = self.accelerometer.range, self.accelerometer.resolution
-        clipped = np.clip(force, -limit, limit)
-        return resolution * np.rint(clipped / resolution) if resolution else clipped
+        return digits(self.accelerometer, force)
+
+
+def digits(accelerometer: Accelerometer, force: np.ndarray) -> np.ndarray:
+    """What an accelerometer's converter makes of a force on its axes [m/s^2]."""
+    limit, resolution = accelerometer.range, accelerometer.resolution
+    clipped = np.clip(force, -limit, limit)
+    return resolution * np.rint(clipped / resolution) if resolution else clipped

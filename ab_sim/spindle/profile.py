@@ -5,10 +5,13 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from ab_sim.errors import SceneError
 from ab_sim.spindle.segments import RaisedCosine, Ramp
 
 if TYPE_CHECKING:
     from ab_sim.scene import Scene
+    from ab_sim.scene.profiles import AnyProfile
+    from ab_sim.scene.segments import Segment as AskedSegment
 
 Segment = Ramp | RaisedCosine
 
@@ -69,13 +72,28 @@ class SpeedProfile:
         )
 
     @property
+    def steepest(self) -> float:
+        """The largest magnitude of the acceleration [rad/s^2]."""
+        return max(
+            (
+                abs(float(piece.segment.acceleration(0.5 * (piece.end - piece.start))))
+                for piece in self.pieces[:-1]
+            ),
+            default=0.0,
+        )
+
+    @property
     def breakpoints(self) -> tuple[float, ...]:
         """Times [s] at which the acceleration may jump."""
         return tuple(piece.end for piece in self.pieces[:-1])
 
+    def number_at(self, time: float) -> int:
+        """Which piece is in force at ``time`` and just after it (the right-hand limit)."""
+        return max(bisect.bisect_right(self._starts, time) - 1, 0)
+
     def piece_at(self, time: float) -> Piece:
-        """The piece in force at ``time`` and just after it (the right-hand limit)."""
-        return self.pieces[max(bisect.bisect_right(self._starts, time) - 1, 0)]
+        """The piece in force at ``time`` and just after it."""
+        return self.pieces[self.number_at(time)]
 
     def speed(self, time: float) -> float:
         """w [rad/s]."""
@@ -175,11 +193,58 @@ class SpeedProfile:
         return cls(segments, to_speed, start_angle=start_angle)
 
     @classmethod
+    def of_segments(
+        cls,
+        segments: Sequence["AskedSegment"],
+        speed: float,
+        start: float = 0.0,
+        start_angle: float = 0.0,
+    ) -> "SpeedProfile":
+        """Accelerations and holds one after the other; each makes one piece.
+
+        Args:
+            segments: those that end on a condition last as long as they may.
+            speed: at which the first begins [rad/s].
+            start: when it begins [s].
+            start_angle: psi then [rad].
+        """
+        ramps: list[tuple[float, Segment]] = []
+        for segment in segments:
+            duration, slope = segment.ramp(speed)
+            ramps.append((duration, Ramp(speed, slope)))
+            speed = segment.end(speed)
+        return cls(ramps, speed, start, start_angle)
+
+    @classmethod
     def of_scene(cls, scene: "Scene") -> "SpeedProfile":
-        """The profile that a scene asks for; its start speed, held, if it asks for none."""
-        asked, first, angle = scene.profile, scene.start.speed, scene.start.angle
+        """The profile that a scene asks for; its start speed, held, if it asks for none.
+
+        Raises:
+            SceneError: a segment ends on a condition on the measured vibration: there is no speed
+                over time before the run.
+        """
+        asked = scene.profile
         if asked is None:
-            return cls.constant(first, angle)
+            return cls.constant(scene.start.speed, scene.start.angle)
+        if asked.kind == "segments" and (key := asked.condition) is not None:
+            raise SceneError(
+                f"{scene.name}: {key}: what is measured while it runs decides when this segment "
+                "ends, and only profile_controller measures; run it by `ab-sim live`, or say how "
+                "long it lasts (hold or duration instead of until)"
+            )
+        return cls.asked(asked, scene.start.speed, scene.start.angle)
+
+    @classmethod
+    def asked(cls, asked: "AnyProfile", first: float, angle: float = 0.0) -> "SpeedProfile":
+        """A profile as it is asked for; segments that end on a condition last as long as they may.
+
+        Args:
+            asked: of a scene, or by itself.
+            first: speed [rad/s] and
+            angle: psi [rad] at t = 0.
+        """
+        if asked.kind == "segments":
+            return cls.of_segments(asked.segments, first, start_angle=angle)
         if asked.kind == "speed_change":
             return cls.speed_change(first, asked.to_speed, asked.start_time, asked.duration, angle)
         period = start = None
@@ -191,3 +256,13 @@ class SpeedProfile:
                 at = first + asked.acceleration * start
             period = (at, p.duration, p.acceleration)
         return cls.start_up(first, asked.acceleration, asked.target_speed, period, start, angle)
+
+
+def top_speed_of(scene: "Scene") -> float:
+    """The largest magnitude that the speed may have along a scene's profile [rad/s].
+
+    Of segments that end on a condition, too.
+    """
+    if scene.profile is not None and scene.profile.kind == "segments":
+        return scene.profile.top_speed(scene.start.speed)
+    return SpeedProfile.of_scene(scene).top_speed

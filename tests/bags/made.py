@@ -11,17 +11,7 @@ from numpy.typing import NDArray
 
 from ab_sim.bags import BagWriter, export_bag
 from ab_sim.bags.contract import KINDS
-from ab_sim.recording import RecordedRun, Recording, read_recording
-
-
-def recorded(
-    description: dict[str, Any], channels: Iterable[str], samples: NDArray[Any], drawn: bool = True
-) -> RecordedRun:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "made.rrd")
-        with Recording(path, description=description, drawn=drawn) as recording:
-            recording.block(list(channels), samples)
-        return read_recording(path)
+from ab_sim.recording import RecordedRun, Recording, open_recording, read_recording
 
 
 def export_of(
@@ -31,9 +21,12 @@ def export_of(
     samples: NDArray[Any],
     namespace: str = "/",
 ) -> RecordedRun:
-    run = recorded(description, channels, samples)
-    export_bag(run, path, namespace)
-    return run
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "made.rrd")
+        with Recording(file, description=description) as recording:
+            recording.block(list(channels), samples)
+        export_bag(open_recording(file), path, namespace)
+        return read_recording(file)
 
 
 def bag_of(path: Path, messages: Iterable[tuple[str, int, bytes]], **types: str) -> Path:

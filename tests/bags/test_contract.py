@@ -15,6 +15,7 @@ from ab_msgs_py import (  # noqa: E402
     Block,
     JointSample,
     PoseSample,
+    Task,
     VibrationSample,
     WhirlSample,
     samples,
@@ -37,6 +38,10 @@ def test_topics_are_those_of_the_nodes() -> None:
         if topic.type is not None:
             package = topic.type.__module__.partition(".")[0]
             assert kind.type == f"{package}/msg/{topic.type.__name__}"
+
+
+def test_tasks_are_those_of_the_nodes() -> None:
+    assert [task.value for task in Task] == list(contract.TASKS)
 
 
 def test_messages_are_those_of_the_nodes() -> None:

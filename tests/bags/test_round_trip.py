@@ -18,7 +18,7 @@ from mcap_ros2.decoder import DecoderFactory
 from ab_sim.bags import Bag, export_bag, import_bag
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
-from ab_sim.recording import Recording, read_recording
+from ab_sim.recording import Recording, open_recording, read_recording
 from ab_sim.scene import load_scene
 from tests.bags.made import export_of
 from tests.recording import runs
@@ -48,7 +48,7 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("namespace", ["/", "/left", "/a/b"])
 def test_to_a_bag_and_back_to_the_bit(live: Path, tmp_path: Path, namespace: str) -> None:
     run = read_recording(live)
-    messages = export_bag(run, tmp_path / "bag", namespace)
+    messages = export_bag(open_recording(live), tmp_path / "bag", namespace)
     made = import_bag(tmp_path / "bag", tmp_path / "back.rrd", namespace.strip("/"))
     back = read_recording(tmp_path / "back.rrd")
     assert (made.rows, made.missing, made.ignored, made.complete) == (697, 3, {}, True)
@@ -73,7 +73,7 @@ def test_special_values_and_odd_channels_survive(tmp_path: Path) -> None:
     samples = np.column_stack([steps, 1e-3 * steps, values, values[::-1]])
     with Recording(tmp_path / "a.rrd", description={"note": 1}, drawn=False) as recording:
         recording.block(channels, samples)
-    export_bag(read_recording(tmp_path / "a.rrd"), tmp_path / "bag")
+    export_bag(open_recording(tmp_path / "a.rrd"), tmp_path / "bag")
     import_bag(tmp_path / "bag", tmp_path / "b.rrd")
     back = read_recording(tmp_path / "b.rrd")
     assert back.channels == tuple(channels) and back.samples.tobytes() == samples.tobytes()
@@ -107,7 +107,7 @@ def decoded_by_mcap(bag: Path) -> dict[str, list[tuple[int, str, Any]]]:
 
 def test_another_library_reads_every_sample(live: Path, tmp_path: Path) -> None:
     run = read_recording(live)
-    export_bag(run, tmp_path / "bag", rate=100.0)
+    export_bag(open_recording(live), tmp_path / "bag", rate=100.0)
     said = decoded_by_mcap(tmp_path / "bag")
     blocks = [message for _, _, message in said["/vibration/block"]]
     rows = [np.array(b.data).reshape(b.layout.dim[0].size, -1) for b in blocks]
@@ -141,7 +141,7 @@ def test_another_library_reads_every_sample(live: Path, tmp_path: Path) -> None:
 
 
 def test_metadata_is_such_as_rosbag2_writes(live: Path, tmp_path: Path) -> None:
-    messages = export_bag(read_recording(live), tmp_path / "bag")
+    messages = export_bag(open_recording(live), tmp_path / "bag")
     said = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())
     about = said["rosbag2_bagfile_information"]
     assert (about["version"], about["storage_identifier"]) == (9, "mcap")

@@ -215,7 +215,10 @@ def test_check_says_what_would_be_simulated(tmp_path: Path) -> None:
     text = find_scene("thesis-hold").read_text()
     for old, new in (
         ("mass: 1.0e-3,", "mass: [1.0e-3, 2.0e-3],"),
-        ("arm: 1.0e-6}", "arm: 0}\n  - gravity: {tilt: 1.5707963}\nsensors: {left: }"),
+        (
+            "arm: 1.0e-6}",
+            "arm: 0}\n  - gravity: {tilt: 1.5707963}\nsensors: {left: , right: {sample_rate: 200}}",
+        ),
         ("coefficient: 1.0}", f"coefficient: 30.0}}\n  - motor: {{{MOTOR}}}"),
     ):
         assert old in text
@@ -229,6 +232,7 @@ def test_check_says_what_would_be_simulated(tmp_path: Path) -> None:
         "at most 0.0015 N m at standstill",
         "0.00117 N m to accelerate at 40 rad/s^2",
         "1000 samples/s, one every step",
+        "one every 5 steps; low-pass 100 Hz; aliases: up to 71 %",
         "sweeps (order 7), auto: rk8 would need steps of at most",
         "s for the deck's whirl at 420 rad/s",
     ):

@@ -11,7 +11,9 @@ from tempfile import NamedTemporaryFile
 PNG = b"\x89PNG\r\n"
 WIDTH = {"COLUMNS": "200"}
 SERVER = multiprocessing.get_context("forkserver")
-SERVER.set_forkserver_preload(["ab_sim.cli.app", "ab_sim.cli.offline", "ab_sim.figures.run"])
+SERVER.set_forkserver_preload(
+    ["ab_sim.cli.app", "ab_sim.cli.offline", "ab_sim.figures.run", "ab_sim.nodes.caller"]
+)
 
 
 def ab_sim(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:

@@ -9,15 +9,7 @@ from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turns import matrix_of, tilt_of
 from ab_sim.scene import load_scene
-
-TILTED = [
-    "rotor.height=0.004",
-    "race.height=[0.006, -0.003]",
-    "balls.race=[0, 1]",
-    "start.deck.tilt=[0.1, -0.2, 0.3]",
-    "solver.step=0.0001",
-]
-"""Disc and balls above and below the mounts; the deck starts far from level."""
+from tests.drive.tilted import TILTED
 
 
 @pytest.fixture(scope="module")

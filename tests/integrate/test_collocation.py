@@ -6,16 +6,20 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
+from numpy.polynomial import Legendre, Polynomial
 from scipy.linalg import expm
 
 from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError, SceneError
-from ab_sim.integrate import responses
+from ab_sim.integrate import responses, span
 from ab_sim.integrate.responses import LINES, NODES, NUMBERS
 from ab_sim.scene import load_scene
 
 NAME, STEP = "collocation", 0.02
 SMOOTH = "effects.rolling_friction="
+SAFETY = 5.0
+"""Errors of whole runs beside what each span may leave, where the motion forgets."""
 EVERYTHING: dict[str, Any] = {
     "gravity": {"tilt": 1.5707963},
     "hardening_suspension": {"cubic_stiffness": 1e7},
@@ -37,9 +41,17 @@ def hold(stepper: str = NAME, step: float = STEP, *changes: str) -> Drive:
     return Drive(load_scene("thesis-hold", [*own, *changes]))
 
 
+@pytest.fixture(scope="module")
+def true() -> Trajectory:
+    """rk8's own error there is below 1e-13."""
+    return hold("rk8", 1e-3).advance(6000)
+
+
 @numba.njit
-def filled(nodes: Any, length: float, c: float, k: float, values: Any, table: Any) -> None:
-    responses.fill(nodes, length, c, k, values, table)
+def filled(
+    nodes: Any, length: float, c: float, k: float, ends: Any, values: Any, table: Any
+) -> None:
+    responses.fill(nodes, length, c, k, ends, values, table)
 
 
 def exactly(until: float, length: float, c: float, k: float, force: Any, state: Any) -> Any:
@@ -63,34 +75,82 @@ def exactly(until: float, length: float, c: float, k: float, force: Any, state: 
 def test_responses_to_polynomials_are_exact(c: float, k: float) -> None:
     length, made = 0.02, responses.nodes()
     table, values = np.zeros((LINES, NODES)), np.zeros(NODES)
-    filled(made, length, c, k, values, table)
+    ends = np.array([1e-3, 0.1, 0.25, 0.5, 0.6, 0.75, 0.9, 1.0])
+    filled(made, length, c, k, ends, values, table)
     state = np.array([0.3, -2.0])
     force = np.array([5.0, -20.0, 8.0, 8.0, -5.0, 0.0, -3.0, 12.0])
     nodes = np.polynomial.polynomial.polyval(made.at, force)
-    for j, until in [*enumerate(made.at), (NODES, 1.0)]:
-        if j < NODES:
-            u, g, r = table[responses.UNIT : responses.IMPULSE_RATE + 1, j]
-            into_x, into_v = table[: 2 * NODES, j].reshape(2, NODES) @ nodes
-        else:
-            u, g, r = table[NUMBERS, responses.LAST_UNIT : responses.LAST_RATE + 1]
-            into_x, into_v = table[[responses.END_X, responses.END_V]] @ nodes
+    for j, until in enumerate(ends):
+        u, g, r = table[responses.UNIT : responses.IMPULSE_RATE + 1, j]
+        into_x, into_v = table[: 2 * NODES, j].reshape(2, NODES) @ nodes
         found = [
             (1.0 - k * u) * state[0] + g * state[1] + into_x,
             -k * g * state[0] + r * state[1] + into_v,
         ]
         true = exactly(until, length, c, k, force, state)
         np.testing.assert_allclose(found, true, rtol=1e-11, atol=1e-13)
+    assert table[NUMBERS, responses.LAST_UNIT] == pytest.approx(
+        table[responses.UNIT, -1], rel=1e-12
+    )
+    # P_8 is what the nodes leave out: its response is known as that of its powers of time.
+    beyond = Legendre.basis(NODES, domain=[0, 1]).convert(kind=Polynomial).coef
+    at_most = max(abs(exactly(until, length, c, k, beyond, 0.0 * state)[0]) for until in ends)
+    assert table[NUMBERS, responses.BEYOND] == pytest.approx(at_most, rel=1e-6, abs=1e-15)
 
 
-def test_it_goes_as_runge_and_kutta_on_steps_twenty_times_as_long() -> None:
-    """rk8's own error there is below 1e-13."""
-    true = hold("rk8", 1e-3).advance(6000)
-    for step, error in ((0.04, 2e-7), (0.02, 3e-11), (0.01, 5e-12)):
-        run, every = hold(NAME, step).advance(round(6.0 / step)), round(step / 1e-3)
+@pytest.mark.parametrize("step", [1e-3, 5e-3, 0.02])
+def test_errors_are_what_was_asked_for(step: float, true: Trajectory) -> None:
+    """Whatever the samples: within a factor of five of each span's, at the worst of them."""
+    every = round(step / 1e-3)
+    for wish in (1e-7, 1e-9, 1e-11):
+        drive = hold(NAME, step, f"solver.parameters.tolerance={wish}")
+        run = drive.advance(round(6.0 / step))
         off = run.ball_angles - true.ball_angles[every - 1 :: every]
-        assert np.abs(off).max() < error
+        assert np.abs(off).max() < SAFETY * wish
         for name, scale in (("x", 1e-2), ("vx", 1.0), ("ax", 100.0)):
-            assert np.abs(run[name] - true[name][every - 1 :: every]).max() < error * scale * 10
+            most = np.abs(run[name] - true[name][every - 1 :: every]).max()
+            assert most < SAFETY * wish * scale * 10
+
+
+def test_spans_are_longer_than_steps() -> None:
+    """Of a millisecond: in a hold each goes over many of them."""
+    drive = hold(NAME, 1e-3)
+    drive.advance(5900)
+    assert drive.snapshot().memory[-1, span.SAMPLES_IN] >= 4
+
+
+@pytest.mark.parametrize("before", [1, 3, 8, 17, 30])
+def test_a_command_in_the_middle_of_a_span(before: int) -> None:
+    """Does the same to the bit however the steps on either side of it are grouped."""
+    one, other = (hold(NAME, 1e-3) for _ in range(2))
+    one.advance(3000)
+    for _ in range(20):
+        other.advance(150)
+    whole = one.advance(before).samples
+    parts = [other.advance(1).samples for _ in range(before)]
+    kept = other.snapshot()
+    for drive in (one, other):
+        drive.command(120.0)
+    whole = np.concatenate([whole, one.advance(100).samples])
+    parts += [other.advance(count).samples for count in (1, 0, 40, 59)]
+    assert whole.tobytes() == np.concatenate(parts).tobytes()
+    again = hold(NAME, 1e-3)
+    again.restore(kept)
+    again.command(120.0)
+    assert again.advance(100).samples.tobytes() == whole[before:].tobytes()
+
+
+def test_a_run_that_diverges_keeps_its_last_good_sample() -> None:
+    """In the middle of a span, however it got there: bounds are drawn where a sound run goes."""
+    found = []
+    for group in (1, 1000):
+        drive = hold(NAME, 1e-3)
+        drive._work.bounds[drive.layout.rates] = 5.0
+        with pytest.raises(DivergedError):
+            for _ in range(6000 // group):
+                drive.advance(group)
+        found.append((drive.steps, drive._state.tobytes()))
+    assert found[0] == found[1]
 
 
 @pytest.mark.parametrize("begins", [2.5, 2.51234])
@@ -152,11 +212,11 @@ def test_any_drag_is_solved_exactly(coefficient: float, scene: Any) -> None:
     np.testing.assert_allclose(found[1], found[0], rtol=0.0, atol=1e-8)
 
 
-def test_a_step_that_is_too_long_is_taken_in_parts() -> None:
+@pytest.mark.parametrize(("steps", "error"), [(0, 1e-10), (1, 1e-3)])
+def test_a_step_that_is_too_long_is_taken_in_parts(steps: int, error: float, true: Any) -> None:
     """The deck makes 12 rad in a step that hardly any iteration gets over."""
-    true = hold("rk8", 1e-3).advance(6000).ball_angles[-1]
-    last = hold(NAME, 0.06).advance(100).ball_angles[-1]
-    np.testing.assert_allclose(last, true, rtol=0.0, atol=1e-3)
+    last = hold(NAME, 0.06, f"solver.parameters.steps={steps}").advance(100).ball_angles[-1]
+    np.testing.assert_allclose(last, true.ball_angles[-1], rtol=0.0, atol=error)
 
 
 def test_a_step_without_a_solution_is_told() -> None:
@@ -189,3 +249,40 @@ def test_a_deck_in_space_is_refused() -> None:
 def test_its_parameter_is_checked() -> None:
     with pytest.raises(SceneError, match="tolerance = 0: must be within 1e-16 to 0.01"):
         hold(NAME, STEP, "solver.parameters.tolerance=0")
+
+
+@pytest.mark.parametrize(
+    ("drag", "speed", "step", "tolerance"),
+    [(1e-12, 60.0, 0.05, 1e-11), (0.01, 150.0, 0.05, 1e-11), (1e-12, 400.0, 0.02, 1e-7)],
+)
+def test_the_end_of_a_span_is_not_right_by_chance(
+    drag: float, speed: float, step: float, tolerance: float
+) -> None:
+    """With one sample, at the span's end, the last coefficients alone say nothing there."""
+    own = (
+        f"effects.viscous_drag.coefficient={drag}", "profile=", f"start.speed={speed}",
+        "start.ball_angles=[0.5,2.0]",
+    )  # fmt: skip
+    found = hold(NAME, step, *own, f"solver.parameters.tolerance={tolerance}").advance(2)
+    times = round(step / 2.5e-4)
+    true = hold("rk8", 2.5e-4, *own).advance(2 * times)
+    np.testing.assert_allclose(
+        found.ball_angles, true.ball_angles[times - 1 :: times], rtol=0, atol=SAFETY * tolerance
+    )
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ("rotor.eccentricity=0",),
+        ("profile=", "start.speed=0"),
+        ("profile=", "start.speed=0", "start.deck.position=[1e-3,0]"),
+        ("rotor.eccentricity=1e-12", "start.deck.position=[1e-3,0]"),
+    ],
+)
+def test_without_balls_and_hardly_any_force(changes: tuple[str, ...]) -> None:
+    found, true = (
+        Drive(load_scene("no-ball", [*changes, f"solver.stepper={name}", "solver.step=0.005"]))
+        for name in (NAME, "rk8")
+    )
+    np.testing.assert_allclose(found.advance(400)["x"], true.advance(400)["x"], rtol=0, atol=1e-9)

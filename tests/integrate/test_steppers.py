@@ -27,8 +27,8 @@ STEPS = {
 }
 """Below the stability limit, above rounding; each divides the time asked for."""
 
-PARAMETERS = {"collocation": {"tolerance": 1e-15}}
-"""Of those whose iterations otherwise end before rounding."""
+PARAMETERS = {"collocation": {"tolerance": 1e-15, "steps": 1}}
+"""Of those whose iterations otherwise end before rounding, and whose steps follow the motion."""
 
 
 def state_at(scene: Any, profile: Any, stepper: str, step: float, time: float = 3.2) -> np.ndarray:

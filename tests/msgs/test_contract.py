@@ -18,6 +18,7 @@ from ab_msgs_py import (  # noqa: E402
     Level,
     MalformedMessage,
     PoseSample,
+    Task,
     VibrationSample,
     WhirlSample,
 )
@@ -27,6 +28,8 @@ from ab_msgs_py.samples import (  # noqa: E402
     command_of,
     description_message,
     description_of,
+    faults_message,
+    faults_of,
     frame_of,
     nanoseconds_of,
     stamp,
@@ -196,11 +199,16 @@ def test_malformed_blocks(change: str) -> None:
 
 
 def test_health() -> None:
-    health = Health("/drive_sim", Level.WARN, "fell behind", {"steps dropped": "7"})
-    assert Health.all_of(health.message_at(TIME)) == [health]
-    foreign = health.message_at(TIME)
-    foreign.status[0].hardware_id = "somebody else's"
-    assert Health.all_of(foreign) == []
+    health = Health(
+        "/left/drive_sim", Task.DRIVE, Level.WARN, "fell behind", {"steps dropped": "7"}, "drive 3"
+    )
+    message = health.message_at(TIME)
+    assert message.status[0].name == "/left/drive_sim: real time"
+    assert message.status[0].hardware_id == "drive 3"
+    assert Health.all_of(message) == [health]
+    for foreign in ("/left/drive_sim", "/left/arm: motor", "real time", ""):
+        message.status[0].name = foreign
+        assert Health.all_of(message) == []
 
 
 def test_description() -> None:
@@ -208,3 +216,11 @@ def test_description() -> None:
     for text in ("{", "[1]"):
         with pytest.raises(MalformedMessage, match="JSON"):
             description_of(String(data=text))
+
+
+def test_faults() -> None:
+    for faults in ([], ["ball_0 sticks", "pickup drifts 0.1"]):
+        assert faults_of(over_the_wire(faults_message(faults))) == faults  # type: ignore[arg-type]
+    for text in ("{", "{}", "[1]", "none"):
+        with pytest.raises(MalformedMessage, match="faults must be a JSON list"):
+            faults_of(String(data=text))

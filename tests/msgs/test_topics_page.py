@@ -12,6 +12,7 @@ pytest.importorskip("rclpy", reason="needs ROS 2")
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, ReliabilityPolicy  # noqa: E402
 
 from ab_msgs_py import services, topics  # noqa: E402
+from ab_sim.drive.faults.fault import KINDS, faults_of  # noqa: E402
 from ab_sim.drive.trajectory import SPINDLE_CHANNELS, channels_for  # noqa: E402
 from ab_sim.dynamics.carriers.planar import Planar  # noqa: E402
 from ab_sim.dynamics.carriers.tilting import Tilting  # noqa: E402
@@ -85,6 +86,13 @@ def test_joints() -> None:
     message = JointSample(0, 0.0, 0.0, (0.0,) * 2, (0.0,) * 2, (0.0,) * 2).message()
     written = [name for row in table("`name`") for name in names_in(row[0])]
     assert written == list(message.name)
+
+
+def test_faults() -> None:
+    """Each kind is in the table, by an example that may be asked for."""
+    shown = [fault for row in table("fault") for fault in names_in(row[0])]
+    assert [fault.text for text in shown for fault in faults_of([text])] == shown
+    assert {text.split()[1] for text in shown} == set(KINDS)
 
 
 def test_files_it_links_to_are_there() -> None:

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -104,7 +106,7 @@ class Fleet:
         """Call a Trigger service, or with ``switch`` a SetBool one."""
         kind = Trigger if switch is None else SetBool
         request = trigger_request() if switch is None else switch_request(switch)
-        return answer_of(self._ask(kind, service, request))
+        return answer_of(self.ask(kind, service, request))
 
     def set(self, node: str, **values: Any) -> Answer:
         """Set parameters, all or none; whether it was done, and why not."""
@@ -112,10 +114,21 @@ class Fleet:
             parameters=[Parameter(name, value=v).to_parameter_msg() for name, v in values.items()]
         )
         service = f"{node}/set_parameters_atomically"
-        result = self._ask(SetParametersAtomically, service, request).result
+        result = self.ask(SetParametersAtomically, service, request).result
         return bool(result.successful), str(result.reason)
 
-    def _ask(self, kind: Any, service: str, request: Any) -> Any:
+    def change(self, node: str, transition: str) -> bool:
+        """Ask for a transition of a lifecycle node; whether it was made."""
+        request = ChangeState.Request(transition=Transition(label=transition))
+        return bool(self.ask(ChangeState, f"{node}/change_state", request).success)
+
+    def state(self, node: str) -> str:
+        """Of a lifecycle node."""
+        answer = self.ask(GetState, f"{node}/get_state", GetState.Request())
+        return str(answer.current_state.label)
+
+    def ask(self, kind: Any, service: str, request: Any) -> Any:
+        """Call a service of any kind; its response."""
         client = self.node.create_client(kind, service)
         try:
             self.until(client.service_is_ready, f"service {service}")

@@ -57,6 +57,9 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     refused(fleet.set("drive_sim", steps=7, wake_rate=500.0), "read-only")
     refused(fleet.set("drive_sim", time_mode="fast"), "must be one of paced, free, lock_step")
     refused(fleet.set("drive_sim", scene="thesis-hlod"), "did you mean 'thesis-hold'")
+    refused(fleet.set("drive_sim", scene="/" + 300 * "x" + "/y.yaml"), "cannot be read")
+    refused(fleet.set("drive_sim", faults=5), "parameter faults = 5: must be a list of texts")
+    refused(fleet.set("drive_sim", changes=None), "parameter changes: cannot be deleted; set it")
     assert step(fleet) == (2 * WAKE_NS, 1, 0), "nothing of it holds"
     assert fleet.set("drive_sim", steps=5, acceleration_limit=40)[0]
     before = len(joints)
@@ -199,7 +202,7 @@ def test_an_emergency_stop_waits_for_no_other_request(fleet: Fleet) -> None:
     fleet.command(400.0)
     fleet.until(lambda: fleet.value("drive_sim", "commands accepted") == "1", "a command")
     stepping = steps.call_async(trigger_request())
-    fleet.until(lambda: JointSample.of(joints[-1]).spindle_speed > 0.0, "it runs up")
+    fleet.until(lambda: joints and JointSample.of(joints[-1]).spindle_speed > 0.0, "it runs up")
     stopping = stop.call_async(trigger_request())
     fleet.until(stopping.done, "it is answered")
     assert not stepping.done(), "before the other"

@@ -86,7 +86,7 @@ def test_real_time_is_granted_or_refused_with_a_reason() -> None:
     thread.start()
     thread.join()
     if said == [""]:
-        assert policies == [os.SCHED_FIFO]
+        assert policies == [os.SCHED_FIFO | os.SCHED_RESET_ON_FORK], "and not for its children"
     else:
         assert "the system refuses" in said[0] and "limits.conf" in said[0]
         assert policies == [os.SCHED_OTHER]

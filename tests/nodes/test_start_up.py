@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ab_msgs_py import Block, Health, Level, topics
+from ab_msgs_py import Block, Health, Level, Task, topics
 from ab_msgs_py.samples import description_message, text_of
 from ab_sim.analysis import replay
 from ab_sim.drive.trajectory import Trajectory
@@ -81,7 +81,7 @@ def test_abort_commands_standstill(fleet: Fleet) -> None:
     assert fleet.call("profile_controller/abort") == (False, "not running")
     fleet.until(lambda: fleet.call("profile_controller/start")[0], "the profile starts")
     fleet.until(lambda: joints and joints[-1].velocity[0] > 2.0, "2 rad/s")
-    assert fleet.call("profile_controller/abort") == (True, "commanding standstill")
+    assert fleet.call("profile_controller/abort") == (True, "ramping down to standstill")
     fleet.until(lambda: joints and joints[-1].velocity[0] == 0.0, "standstill")
     fleet.until(lambda: status and text_of(status[-1]) == "aborted", "the status says so")
     assert max(message.velocity[0] for message in joints) < 199.0, "it never got to the end"
@@ -121,7 +121,7 @@ def test_recorder_survives_malformed_messages(fleet: Fleet, tmp_path: Path) -> N
         block.publish(bad.message())
     description.publish(description_message({"balls": "two"}))
     factor = {"real-time factor": "one"}
-    diagnostics.publish(Health("/drive_sim", Level.OK, "", factor).message_at(0))
+    diagnostics.publish(Health("/drive_sim", Task.DRIVE, Level.OK, "", factor).message_at(0))
     fleet.until(
         lambda: int(fleet.value("recorder", "messages malformed") or 0) == 6, "six are counted"
     )

@@ -119,7 +119,7 @@ def test_curves_of_each_sample(file: Path, run: Trajectory, scene: Scene) -> Non
 
 def test_running_rms_is_that_of_the_samples_before(file: Path, run: Trajectory) -> None:
     found, at = curve(file, "/plot/vibration/rms")[:, 0], steps(file, "/plot/vibration/rms")
-    assert len(found) == 30
+    assert len(found) == 15
     square = np.sum(run.acceleration**2, axis=1)
     for step, value in zip(at, found, strict=True):
         last = square[(run["step"] <= step) & (run["time"] > (step + 1) * 1e-3 - 0.2501)]
@@ -150,7 +150,7 @@ def test_what_comes_once_per_turn_and_the_rest(file: Path, run: Trajectory) -> N
 
 def test_spectrum_is_scipys(file: Path, run: Trajectory) -> None:
     at = steps(file, "/plot/spectrum/rest")
-    assert np.unique(at).tolist() == [749, 999, 1249, 1499]
+    assert np.unique(at).tolist() == [999, 1499]
     parts = []
     for name in ("once", "rest"):
         values = cells(file, f"/plot/spectrum/{name}", "BarChart:values")
@@ -162,10 +162,10 @@ def test_spectrum_is_scipys(file: Path, run: Trajectory) -> None:
     )  # fmt: skip
     shown = len(first["buffer"])
     np.testing.assert_allclose(first["buffer"], frequencies[:shown], atol=1e-9)
-    whole = sum(parts)[1]
+    whole = sum(parts)[0]
     np.testing.assert_allclose(whole, np.sqrt(power.sum(axis=1))[:shown], rtol=1e-6, atol=1e-9)
     assert frequencies[shown - 1] >= 5 * 150 / (2 * np.pi) > frequencies[shown - 3]
-    lit = frequencies[:shown][parts[0][1] > 0]
+    lit = frequencies[:shown][parts[0][0] > 0]
     turning = (run["angle"][999] - run["angle"][500]) / (2 * np.pi * 0.499)
     assert 3 <= len(lit) <= 4 and np.abs(lit - turning).max() < 4.0
 

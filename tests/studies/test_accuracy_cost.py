@@ -73,17 +73,18 @@ def order(rows: list[SettingCost], least: float = 0.0) -> float:
     return float(np.polyfit(*np.log(np.array(pairs)).T, 1)[0])
 
 
-ITERATED = "collocation"
-"""At all steps of the study, which are short for it, its error is what its iterations leave."""
+OF_ITS_OWN = "collocation"
+"""It chooses its own steps; those of the study are only how often it shows a sample."""
 
 
-def test_where_iterations_end_is_where_errors_stay() -> None:
-    rows = rows_of(ITERATED)
+def test_the_error_of_its_own_steps_is_that_of_its_tolerance() -> None:
+    """1e-11 rad for each of some hundred spans, of which most is forgotten."""
+    rows = rows_of(OF_ITS_OWN)
     assert len(rows) >= 3
-    assert all(row.errors and row.errors.whirl.value < 1e-8 for row in rows)
+    assert all(row.errors and row.errors.angle.value < 20 * 1e-11 for row in rows)
 
 
-@pytest.mark.parametrize("name", [name for name in steppers() if name != ITERATED])
+@pytest.mark.parametrize("name", [name for name in steppers() if name != OF_ITS_OWN])
 def test_errors_fall_with_the_declared_order(name: str) -> None:
     assert order(rows_of(name), 1e-11) == pytest.approx(stepper_named(name).order, abs=0.7)
 

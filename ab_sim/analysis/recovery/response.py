@@ -24,7 +24,8 @@ from ab_sim.drive import Drive
 from ab_sim.drive.drive import AT_ONCE
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.errors import InputError, SceneError, exact
-from ab_sim.scene.model import Scene, SpeedChange
+from ab_sim.scene.model import Scene
+from ab_sim.scene.profiles import SpeedChange
 
 BAND = 1e-9
 """Half the width of the band around the steady whirl [m]."""

@@ -62,6 +62,9 @@ as x'' + c x' + k x = 0 if they stood still,
         [1/s, 1/s^2]
     turn(self, c, s, state)
         its states from axes that stand still onto the rotor's, of which (c, s) is cosine and sine
-    unturned(self, c, s, w, state, slope) -> accelerations
-        along the axes that stand still, of states on the rotor's, which turn at w, and their rates
+    give_way(self, plant)
+        its accelerations, but for the spindle's, under the forces in the room and the balls' path
+        accelerations there
+    unturned(self, plant, spindle, c, s) -> accelerations
+        along the axes that stand still, of those in the room
 """

@@ -32,6 +32,7 @@ from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import angle_at, rate_at
 from ab_sim.dynamics.motion import Deck
 from ab_sim.dynamics.numbers.duals import dual, partial_of
+from ab_sim.dynamics.numbers.multiply_add import multiply_add
 from ab_sim.dynamics.race.ball import (
     ball_of,
     moment_from_shaft,
@@ -39,7 +40,7 @@ from ab_sim.dynamics.race.ball import (
     relative_load,
     spindle_lever,
 )
-from ab_sim.dynamics.race.table import COS, LOAD, PATH, REACH, SIN
+from ab_sim.dynamics.race.table import COS, LOAD, PATH, PATH_ACCELERATION, REACH, SIN
 from ab_sim.dynamics.system import (
     MASS,
     RACE_RADIUS,
@@ -164,9 +165,21 @@ class Planar(NamedTuple):
             one, two = state[j], state[j + 1]
             state[j], state[j + 1] = c * one + s * two, c * two - s * one
 
-    def unturned(self, c: Any, s: Any, w: Any, state: Any, slope: Any) -> Any:
+    def give_way(self, plant: Any) -> None:
         """See ``carriers``."""
-        one, two = slope[2] - w * state[3], slope[3] + w * state[2]
+        system, room = plant.system, plant.room
+        x, lightness = room.acceleration, 1.0 / self.total_mass
+        for r in range(2):
+            force = room.block[r, _K] - room.block[r, 2] * x[2]
+            for i in range(ball_count(system)):
+                path = room.table[i, PATH_ACCELERATION]
+                force = multiply_add(room.table[i, REACH + r], path, force)
+            x[r] = force * lightness
+
+    def unturned(self, plant: Any, spindle: Any, c: Any, s: Any) -> Any:
+        """See ``carriers``."""
+        g1, g2 = gravity_on_rotating_axes(plant, spindle)
+        one, two = plant.room.acceleration[0] + g1, plant.room.acceleration[1] + g2
         return c * one - s * two, s * one + c * two
 
     def output(self, plant: Any, spindle: Any, state: Any, acceleration: Any, row: Any) -> None:

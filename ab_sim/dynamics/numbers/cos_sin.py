@@ -7,7 +7,7 @@ that it inlines, and serves numbers and runs side by side alike.
 from typing import Any
 
 from numba.core import types
-from numba.extending import overload
+from numba.extending import overload, register_jitable
 
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.numbers.multiply_add import multiply_add
@@ -46,6 +46,19 @@ def cos_sin(x: Any) -> Any:
     turn_c = 1.0 - abs(left)
     turn_s = left * (2.0 - abs(left))
     return c * turn_c - s * turn_s, s * turn_c + c * turn_s
+
+
+SMALL = 1.0 / 256.0
+"""Turns [rad] that ``turned`` makes to rounding."""
+
+
+@register_jitable(**INLINED)
+def turned(c: Any, s: Any, d: Any) -> Any:
+    """(cos(x + d), sin(x + d)) from those of x, for abs(d) up to SMALL."""
+    dd = d * d
+    a = dd * multiply_add(dd, 1.0 / 24.0, -0.5)
+    b = d * multiply_add(dd, multiply_add(dd, 1.0 / 120.0, -1.0 / 6.0), 1.0)
+    return c + (c * a - s * b), s + (s * a + c * b)
 
 
 @overload(cos_sin, jit_options=INLINED, strict=False)

@@ -118,6 +118,23 @@ def curvature_at(plant, i):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**INLINED)
+def rate_change(plant, i, rate, path):  # type: ignore[no-untyped-def]
+    """theta'' of ball i [rad/s^2], from theta' and the path acceleration [m/s^2]."""
+    if has_runout(plant.system.effects):
+        path -= plant.room.table[i, BEND] * rate * rate
+    return path * curvature_at(plant, i)
+
+
+@numba.njit(**INLINED)
+def path_change(plant, i, rate, change):  # type: ignore[no-untyped-def]
+    """Path acceleration of ball i [m/s^2], from theta' and theta''."""
+    path = curve_at(plant, i) * change
+    if has_runout(plant.system.effects):
+        path += plant.room.table[i, BEND] * rate * rate
+    return path
+
+
+@numba.njit(**INLINED)
 def relative_load(plant, w, rate, i):  # type: ignore[no-untyped-def]
     """-m times the ball's acceleration on axes that do not turn with rotor and race [N].
 

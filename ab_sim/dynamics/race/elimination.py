@@ -12,7 +12,7 @@ from numba.extending import register_jitable
 
 from ab_sim.dynamics.dispatch import INLINED, holds, number_of
 from ab_sim.dynamics.numbers.multiply_add import multiply_add
-from ab_sim.dynamics.race.race import Race, ball_at
+from ab_sim.dynamics.race.race import Race, around, ball_at
 from ab_sim.dynamics.race.table import (
     FREE,
     FRICTION,
@@ -67,6 +67,15 @@ def eliminate_ball(race: Race, i: int) -> None:
 
 
 @register_jitable(**INLINED)
+def accelerate_ball(race: Race, i: int) -> None:
+    """Path acceleration of a ball that nothing holds, from the accelerations in the room."""
+    g = pull_on(race, i)
+    for r in range(number_of(race.free)):
+        g = multiply_add(row_at(race, i, r), race.room.acceleration[r], g)
+    race.room.table[i, PATH_ACCELERATION] = g * race.balls[i, MOBILITY]
+
+
+@register_jitable(**INLINED)
 def hold_ball(race: Race, i: int) -> None:
     """Say that ball i does not move along the race."""
     table, gain = race.room.table, REACH + 2 * number_of(race.all)
@@ -83,17 +92,17 @@ def lead(race: Race) -> None:
         for i in range(n):
             table[i, LEADER] = -1 if sticks(race, i) else i
         return
-    begin = row_start(race)
-    leader = -1
-    for place in range(n):
-        k = (begin + place) % n
+    k = row_start(race)
+    leader, joined = -1, False
+    for _ in range(n):
         i = ball_at(race, k)
-        behind = (k - 1) % n
         if sticks(race, i):
             leader = -1
-        elif place == 0 or not moves_along(race, behind):
+        elif leader < 0 or not joined:
             leader = i
         table[i, LEADER] = leader
+        joined = race.modes[k, JOINED] != 0
+        k = around(race, k + 1)
 
 
 @register_jitable(**INLINED)
@@ -209,7 +218,7 @@ def first_open(race: Race, lines: Any, column: int) -> int:
     """The place behind a contact for which the column says 0: no more than n - 1 can be closed."""
     n = number_of(race.number)
     for k in range(n):
-        if lines[(k - 1) % n, column] == 0:
+        if lines[around(race, k - 1), column] == 0:
             return k
     return 0
 
@@ -219,10 +228,7 @@ def moves_along(race: Race, k: int) -> bool:
     """Whether the balls at contact k touch and move together (a stuck ball does not move)."""
     if not holds(race.meets) or race.modes[k, JOINED] == 0:
         return False
-    return not (
-        sticks(race, ball_at(race, k))
-        or sticks(race, ball_at(race, (k + 1) % number_of(race.number)))
-    )
+    return not (sticks(race, ball_at(race, k)) or sticks(race, ball_at(race, around(race, k + 1))))
 
 
 @register_jitable(**INLINED)

@@ -17,7 +17,7 @@ from ab_sim.dynamics.race.elimination import eliminate, first_open, sign, solve
 from ab_sim.dynamics.race.margins import SPEED
 from ab_sim.dynamics.race.pools import CLOSED, COARSE, HOLD, HOP, SHIFT, pool
 from ab_sim.dynamics.race.pools import PULL as POOLED
-from ab_sim.dynamics.race.race import Race, ball_at, path_speed
+from ab_sim.dynamics.race.race import Race, around, ball_at, path_speed
 from ab_sim.dynamics.race.reactions import pull_at
 from ab_sim.dynamics.race.table import (
     CURVE,
@@ -86,8 +86,8 @@ def collide(calls: Any, race: Race, work: Any, state: Any, struck: int, plastic:
     jump(calls, race, state)
     begin = first_open(race, pools, CLOSED)
     for step in range(n):
-        k = (begin + step) % n
-        i, j = ball_at(race, k), ball_at(race, (k + 1) % n)
+        k = around(race, begin + step)
+        i, j = ball_at(race, k), ball_at(race, around(race, k + 1))
         if pools[i, SHIFT] != pools[j, SHIFT]:
             modes[k, JOINED] = 0
         if modes[k, JOINED] == 1:
@@ -107,7 +107,7 @@ def bounce(calls: Any, race: Race, work: Any, fastest: float, struck: int, plast
     What carries the balls has the momentum that these speeds are short of.
     """
     n, table, block, pools = number_of(race.number), race.room.table, race.room.block, work.pools
-    hit = table[ball_at(race, struck), PATH] - table[ball_at(race, (struck + 1) % n), PATH]
+    hit = table[ball_at(race, struck), PATH] - table[ball_at(race, around(race, struck + 1)), PATH]
     for k in range(n):
         pools[k, CLOSED] = race.modes[k, JOINED]
         pools[k, HOP] = hit if 0.0 < hit <= SLOW_IMPACT else SLOW_HOP
@@ -117,8 +117,8 @@ def bounce(calls: Any, race: Race, work: Any, fastest: float, struck: int, plast
     begin = first_open(race, pools, CLOSED)
     shift = 0.0
     for step in range(n):
-        k = (begin + step) % n
-        i, j = ball_at(race, k), ball_at(race, (k + 1) % n)
+        k = around(race, begin + step)
+        i, j = ball_at(race, k), ball_at(race, around(race, k + 1))
         path = table[i, PATH] - shift
         table[i, PULL] = table[i, INERTIA] * path
         for r in range(number_of(race.free)):

@@ -19,7 +19,7 @@ from numba.extending import register_jitable
 
 from ab_sim.dynamics.dispatch import APART, INLINED, holds, number_of
 from ab_sim.dynamics.race.elimination import moves_along, row_start, sticks
-from ab_sim.dynamics.race.race import Race, ball_at, gap, path_speed
+from ab_sim.dynamics.race.race import Race, around, ball_at, gap, path_speed
 from ab_sim.dynamics.race.reactions import reactions, rubbed_pull_at
 from ab_sim.dynamics.race.table import FORCE, GRIP, PUSH
 from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED, MASS, SPACING
@@ -43,7 +43,7 @@ def slots(balls: int) -> int:
     return MOTOR * balls + 2
 
 
-@register_jitable(**APART)
+@register_jitable(**INLINED)
 def force_rounding(race: Race, i: int, x: Any, pull: float) -> Any:
     """What of the forces on ball i, ``pull`` along the race, may be rounding [N]."""
     size = abs(pull)
@@ -54,7 +54,7 @@ def force_rounding(race: Race, i: int, x: Any, pull: float) -> Any:
     return ROUNDING * size
 
 
-@register_jitable(**APART)
+@register_jitable(**INLINED)
 def friction_margins(
     race: Race, state: Any, slope: Any, margin: Any, rounding: Any, rate: Any
 ) -> None:
@@ -79,33 +79,33 @@ def friction_margins(
         # Stuck balls that touch lean on each other: a push on one is a push on the next.
         begin = row_start(race)
         for place in range(1, n):
-            k = (begin + place - 1) % n
-            before, here = ball_at(race, k), ball_at(race, (k + 1) % n)
+            k = around(race, begin + place - 1)
+            before, here = ball_at(race, k), ball_at(race, around(race, k + 1))
             if leans(race, k):
                 margin[SLIDE * n + here] += margin[SLIDE * n + before]
                 rounding[SLIDE * n + here] += rounding[SLIDE * n + before]
         for place in range(n - 2, -1, -1):
-            k = (begin + place) % n
-            here, ahead = ball_at(race, k), ball_at(race, (k + 1) % n)
+            k = around(race, begin + place)
+            here, ahead = ball_at(race, k), ball_at(race, around(race, k + 1))
             if leans(race, k):
                 margin[HOLD * n + here] += margin[HOLD * n + ahead]
                 rounding[HOLD * n + here] += rounding[HOLD * n + ahead]
 
 
-@register_jitable(**APART)
+@register_jitable(**INLINED)
 def contact_margins(race: Race, state: Any, margin: Any, rounding: Any, rate: Any) -> None:
     """TOUCH."""
     n, x = number_of(race.number), race.room.acceleration
     for k in range(n):
         slot = TOUCH * n + k
         if race.modes[k, JOINED] == 0:
-            i, j = ball_at(race, k), ball_at(race, (k + 1) % n)
+            i, j = ball_at(race, k), ball_at(race, around(race, k + 1))
             margin[slot] = gap(race, k)
             rounding[slot] = TOUCHING * race.contacts[k, SPACING]
             rate[slot] = path_speed(race, state, j) - path_speed(race, state, i)
         elif moves_along(race, k):
             margin[slot] = race.room.table[k, PUSH]
-            for i in (ball_at(race, k), ball_at(race, (k + 1) % n)):
+            for i in (ball_at(race, k), ball_at(race, around(race, k + 1))):
                 rounding[slot] += force_rounding(race, i, x, rubbed_pull_at(race, i, x))
 
 
@@ -120,9 +120,7 @@ def leans(race: Race, k: int) -> bool:
     """Whether the balls at contact k touch and both stick."""
     if race.modes[k, JOINED] == 0:
         return False
-    return sticks(race, ball_at(race, k)) and sticks(
-        race, ball_at(race, (k + 1) % number_of(race.number))
-    )
+    return sticks(race, ball_at(race, k)) and sticks(race, ball_at(race, around(race, k + 1)))
 
 
 @register_jitable(**INLINED)

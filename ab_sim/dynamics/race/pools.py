@@ -16,7 +16,7 @@ from numba.extending import register_jitable
 
 from ab_sim.dynamics.dispatch import APART, INLINED, holds, number_of
 from ab_sim.dynamics.race.elimination import first_open
-from ab_sim.dynamics.race.race import Race, ball_at
+from ab_sim.dynamics.race.race import Race, around, ball_at
 from ab_sim.dynamics.race.table import INERTIA
 from ab_sim.dynamics.system import JOINED
 
@@ -81,7 +81,7 @@ def pool(race: Race, pools: Any) -> bool:
     begin = first_open(race, pools, CLOSED)
     top = -1
     for step in range(n):
-        i = ball_at(race, (begin + step) % n)
+        i = ball_at(race, around(race, begin + step))
         top += 1
         pools[top, FIRST] = step
         pools[top, POOL_INERTIA] = table[i, INERTIA]
@@ -92,10 +92,12 @@ def pool(race: Race, pools: Any) -> bool:
             table[i, INERTIA], pools[i, PULL], pools[i, HOLD], pools[i, COARSE]
         )
         while top > 0:
-            k = (begin + int(pools[top, FIRST]) - 1) % n
+            k = around(race, begin + int(pools[top, FIRST]) - 1)
             if pools[k, CLOSED] == 0.0:
                 break
-            coarse = pools[ball_at(race, k), COARSE] + pools[ball_at(race, (k + 1) % n), COARSE]
+            coarse = (
+                pools[ball_at(race, k), COARSE] + pools[ball_at(race, around(race, k + 1)), COARSE]
+            )
             if not together(pools, top - 1, pools[k, HOP], coarse):
                 break
             top -= 1
@@ -111,7 +113,7 @@ def pool(race: Race, pools: Any) -> bool:
     for p in range(top + 1):
         end = n if p == top else int(pools[p + 1, FIRST])
         for step in range(int(pools[p, FIRST]), end):
-            k = (begin + step) % n
+            k = around(race, begin + step)
             pools[ball_at(race, k), LEVEL] = pools[p, POOL_LEVEL]
             joined = 1 if step < end - 1 else 0
             changed = changed or modes[k, JOINED] != joined

@@ -108,6 +108,15 @@ def race_of(plant: Plant) -> Race:
 
 
 @register_jitable(**INLINED)
+def around(race: Race, place: int) -> int:
+    """The same place of the row, which closes in itself, from -n .. 2 n - 1: divisions are slow."""
+    n = number_of(race.number)
+    if place >= n:
+        return place - n
+    return place + n if place < 0 else place
+
+
+@register_jitable(**INLINED)
 def ball_at(race: Race, place: int) -> int:
     """Which ball is at a place of the row."""
     return int(race.contacts[place, ORDER])
@@ -117,7 +126,7 @@ def ball_at(race: Race, place: int) -> int:
 def gap(race: Race, k: int) -> Any:
     """Distance along the race between the balls at contact k [m]; negative where they overlap."""
     n, table, modes, balls = number_of(race.number), race.room.table, race.modes, race.balls
-    i, j = ball_at(race, k), ball_at(race, (k + 1) % n)
+    i, j = ball_at(race, k), ball_at(race, around(race, k + 1))
     turns = (modes[j, TURNS] - balls[j, FIRST_TURNS]) - (modes[i, TURNS] - balls[i, FIRST_TURNS])
     if k == n - 1:
         turns += 1.0

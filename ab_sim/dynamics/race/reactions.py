@@ -4,9 +4,9 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import APART, INLINED, holds, number_of
+from ab_sim.dynamics.dispatch import INLINED, holds, number_of
 from ab_sim.dynamics.race.elimination import moves_along, row_start
-from ab_sim.dynamics.race.race import Race, ball_at
+from ab_sim.dynamics.race.race import Race, around, ball_at
 from ab_sim.dynamics.race.table import (
     FORCE,
     FRICTION,
@@ -19,7 +19,7 @@ from ab_sim.dynamics.race.table import (
 )
 
 
-@register_jitable(**APART)
+@register_jitable(**INLINED)
 def normal_forces(race: Race, x: Any) -> None:
     """Fill in FORCE, given accelerations."""
     table = race.room.table
@@ -30,7 +30,7 @@ def normal_forces(race: Race, x: Any) -> None:
         table[i, FORCE] = force
 
 
-@register_jitable(**APART)
+@register_jitable(**INLINED)
 def pull_at(race: Race, i: int, x: Any) -> Any:
     """Force along the race on ball i but for its neighbours' pushes and friction [N]."""
     table = race.room.table
@@ -50,7 +50,7 @@ def rubbed_pull_at(race: Race, i: int, x: Any) -> Any:
     return pull
 
 
-@register_jitable(**APART)
+@register_jitable(**INLINED)
 def reactions(race: Race) -> None:
     """Fill in FORCE, the race's normal forces, and PUSH, as far as the balls have such.
 
@@ -64,7 +64,7 @@ def reactions(race: Race) -> None:
         begin = row_start(race)
         push = 0.0
         for place in range(n):
-            k = (begin + place) % n
+            k = around(race, begin + place)
             if moves_along(race, k):
                 i = ball_at(race, k)
                 # What arrives from behind, and what the ball itself does not need.

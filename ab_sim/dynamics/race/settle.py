@@ -27,7 +27,7 @@ from ab_sim.dynamics.race.margins import (
     motor_margins,
 )
 from ab_sim.dynamics.race.pools import CLOSED, COARSE, HOLD, HOP, LEVEL, PULL, pool
-from ab_sim.dynamics.race.race import Race, ball_at, gap
+from ab_sim.dynamics.race.race import Race, around, ball_at, gap
 from ab_sim.dynamics.race.reactions import normal_forces, pull_at, rubbed_pull_at
 from ab_sim.dynamics.race.table import ALONG, CURVE, FORCE
 from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED
@@ -113,11 +113,11 @@ def stop_row(race: Race, state: Any, i: int) -> None:
             ahead = k
     behind = ahead
     while moves_along(race, ahead):
-        ahead = (ahead + 1) % n
-    while moves_along(race, (behind - 1) % n):
-        behind = (behind - 1) % n
-    for step in range((ahead - behind) % n + 1):
-        state[race.first_rate + ball_at(race, (behind + step) % n)] = 0.0
+        ahead = around(race, ahead + 1)
+    while moves_along(race, around(race, behind - 1)):
+        behind = around(race, behind - 1)
+    for step in range(around(race, ahead - behind) + 1):
+        state[race.first_rate + ball_at(race, around(race, behind + step))] = 0.0
 
 
 @register_jitable(**APART)
@@ -128,12 +128,12 @@ def close_gaps(race: Race, state: Any) -> None:
     for k in range(n):
         room = gap(race, k)
         if room > widest:
-            begin, widest = (k + 1) % n, room
+            begin, widest = around(race, k + 1), room
     for step in range(n - 1):
-        k = (begin + step) % n
+        k = around(race, begin + step)
         moved = gap(race, k)
         if race.modes[k, JOINED] == 1 or moved < 0.0:
-            j = ball_at(race, (k + 1) % n)
+            j = ball_at(race, around(race, k + 1))
             state[race.first_angle + j] -= moved / table[j, CURVE]
             table[j, ALONG] -= moved
 

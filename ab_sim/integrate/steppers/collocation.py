@@ -1,107 +1,97 @@
-"""Collocation on eight Gauss nodes, which are the lanes of one evaluation of the equations.
+"""Collocation on eight Gauss nodes, in spans of its own, the scene's steps being samples in them.
 
-Deck and balls are written as x'' + c x' + k x = f: on axes that stand still during the step, with
-the suspension's c and k at rest, and the drag of the race. f is a polynomial through its values at
-the nodes; what that makes of deck and balls is exact (responses.py), however stiff; and Picard's
-iteration finds the values. Each iteration evaluates the equations once, at all nodes at a time.
-Iterations begin with the polynomial of the step before, carried on; behind a kink of the motion,
-where there is none, the step is taken in parts of 1/8, 1/8, 1/4 and 1/2, as is fit for what decays
-after a jump. A step whose iteration does not come to an end is taken in halves.
+See integrate/span.py for what a span is. How long one is follows from the motion: its length is a
+power of two times the scene's step, at most sixteen; a span that leaves too large an error, or
+whose iteration does not come to an end, is halved, down to a 64th of a step; and after one whose
+error is far below what is asked the next is twice as long. Behind a kink of the motion, where there
+is no span to carry on, the first one is short beside the spindle's turns and the deck's cycles, as
+is fit for what decays after a jump.
 
-Of order 16 at the end of a step where the iterations are carried far enough: Gauss nodes, Hairer,
+Spans follow one another from the last kink on, wherever the samples that are asked for end: a span
+belongs to the state, with how many of its samples have been taken. A command in the middle of one
+drops the rest of it, and the next begins at the very sample that was the present. No span goes
+beyond the end of a piece of the speed profile.
+
+Of order 16 at the end of a span where the iterations are carried far enough: Gauss nodes, Hairer,
 Norsett, Wanner, Solving Ordinary Differential Equations I, II.7; Hochbruck and Ostermann (2005),
 Appl. Numer. Math. 53, 323-339: exponential collocation.
 """
 
 import cmath
+import math
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
+from numpy.polynomial import legendre
 
 from ab_sim.dynamics.dispatch import APART, INLINED
-from ab_sim.dynamics.layout import rate_at, state_count, state_size
-from ab_sim.dynamics.numbers.across import column_of, product, put_column, total
-from ab_sim.dynamics.numbers.cos_sin import cos_sin
-from ab_sim.dynamics.numbers.lanes import as_lanes
-from ab_sim.dynamics.slope import inlined_evaluate
-from ab_sim.dynamics.system import (
-    RACE_RADIUS,
-    Plant,
-    ball_count,
-    carrier_ways,
-    own_motion,
-    segment_speed,
-    turn,
-    unturned,
-)
-from ab_sim.integrate.on_stack import own_array, own_room
+from ab_sim.dynamics.layout import state_count, state_size
+from ab_sim.dynamics.numbers.across import total
+from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
+from ab_sim.dynamics.slope import evaluate, inlined_evaluate
+from ab_sim.dynamics.system import Plant, ball_count, carrier_outputs, own_motion, segment_speed
+from ab_sim.integrate.events import within_bounds
+from ab_sim.integrate.fixed_step import record, unwind
+from ab_sim.integrate.left_out import COEFFICIENTS
+from ab_sim.integrate.on_stack import own_array, own_room, room_of
 from ab_sim.integrate.registry import Parameter, register_family
-from ab_sim.integrate.response_tables import (
-    CARRY,
-    LINES_EACH,
-    RATIO,
-    carry_on,
-    drag_rate_of,
-    first_line,
-    place_of,
-)
-from ab_sim.integrate.responses import (
-    DAMPING,
-    END_V,
-    END_X,
-    IMPULSE,
-    IMPULSE_RATE,
-    INTO_V,
-    INTO_X,
-    LAST,
-    LAST_RATE,
-    LAST_UNIT,
-    NODES,
-    NUMBERS,
-    STIFFNESS,
-    UNIT,
-    Nodes,
-    gauss,
-    nodes,
-    polynomials,
+from ab_sim.integrate.response_tables import LINES_EACH, SAMPLES
+from ab_sim.integrate.responses import NODES, Nodes, gauss, nodes
+from ab_sim.integrate.span import (
+    AHEAD,
+    AT,
+    SAMPLES_IN,
+    SHARE,
+    STEP,
+    TAKEN,
+    begin_anew,
+    head_at,
+    solve_span,
+    states_in_span,
 )
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.workspace import aligned
 
-AT, SHARE, INTEGRAL = 0, 1, 2
-"""Lines: c_j; the weights of the quadrature over the step; and eight of that up to the nodes."""
-MOST = 16
-"""Iterations after which a step is taken in halves."""
-SETTLED = 1e-10
-"""Changes [rad] below this that no longer shrink are rounding."""
 PARTS = 64
 """The finest parts of a step; one that cannot be solved is given up: its result is not finite."""
-FIRST = PARTS // 8
-FARTHEST = 2.0
-"""A step so many times longer than the one before does not begin with its polynomial."""
+FIRST_TURN = 0.5
+"""How far the spindle turns at most in a first span, or the deck goes in its cycle [rad]."""
+LARGEST = 1e300
+"""An error [rad] that is taken where there is no choice but that of an iteration without end."""
+FAR_BELOW = 1e-3
+"""What a span's error is times what is asked for, for the next one to be twice as long."""
 
 
 class Weights(NamedTuple):
-    """What a step is made with."""
+    """What a span is made with."""
 
     nodes: Nodes
     lines: np.ndarray
-    """In lanes: see AT, SHARE, INTEGRAL; shape (10, 8)."""
+    """In lanes: see span.AT; shape (6, 8)."""
     tolerance: float
     """rad."""
+    steps: float
+    """In a span; 0 as many as the tolerance allows."""
 
-    def step(self, plant: Any, begin: float, length: float, state: Any, work: Any) -> None:
+    def march(self, *arguments: Any) -> Any:
         """See ``Stepper.weights``."""
-        collocation_step(self, plant, begin, length, state, work)
+        return collocate(self, *arguments)
 
 
 TOLERANCE = Parameter(
-    "what iterations may leave of an error in each step, in balls' angles and in the deck's "
-    "displacement over the race's radius [rad]",
-    1e-12,
+    "what each of its spans may leave of an error, in balls' angles and in the deck's displacement "
+    "over the race's radius [rad]",
+    1e-11,
     1e-16,
     1e-2,
+)
+STEPS = Parameter(
+    "how many of the scene's steps each of its spans goes over, rounded down to a power of two, "
+    "whatever error that leaves; 0 for as many as the tolerance allows",
+    0.0,
+    0.0,
+    float(SAMPLES),
 )
 
 
@@ -110,25 +100,25 @@ def growth_of(z: complex) -> complex:
     return cmath.exp(complex(min(z.real, 0.0), z.imag))
 
 
-@register_family("collocation", {"tolerance": TOLERANCE})
-def collocation(tolerance: float) -> Stepper:
-    """The method whose iterations end at a tolerance [rad]."""
-    own, lines = nodes(), aligned((INTEGRAL + NODES, NODES))
+@register_family("collocation", {"tolerance": TOLERANCE, "steps": STEPS})
+def collocation(tolerance: float, steps: float) -> Stepper:
+    """The method with a tolerance [rad], and a number of steps in a span."""
+    own, lines = nodes(), aligned((COEFFICIENTS + 4, NODES))
     lines[AT], lines[SHARE] = gauss(NODES)
-    values = np.empty(NODES)
-    for j, end in enumerate(own.at):
-        for x, w in own.points.T:
-            polynomials.py_func(own, end * x, values)
-            lines[INTEGRAL:, j] += end * w * values
+    for back in range(4):
+        power = NODES - 1 - back
+        values = legendre.legval(2.0 * lines[AT] - 1.0, [0.0] * power + [1.0])
+        lines[COEFFICIENTS + back] = (2 * power + 1) * lines[SHARE] * values
     return Stepper(
         "collocation",
         2 * NODES,
         "Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339, on Gauss nodes",
-        Weights(own, lines, tolerance),
+        Weights(own, lines, tolerance, steps),
         evaluations=5 * NODES,
         growth=growth_of,
         slopes=1,
-        memory=NODES + 1,
+        spans=True,
+        parts=PARTS,
         tables=LINES_EACH,
         solves_drag=True,
         solves_own_motion=True,
@@ -137,148 +127,143 @@ def collocation(tolerance: float) -> Stepper:
     )
 
 
-@numba.njit(**APART)
-def collocation_step(weights, plant, begin, length, state, work):  # type: ignore[no-untyped-def]
-    """One step of the method; see ``Stepper.weights``.
-
-    Memory: f at the nodes of the step before, on the rotor's axes at its end, in the columns of the
-    velocities; and in the last row how long that step was [s].
-    """
-    trial, past = work.trial, work.memory[NODES]
-    for j in range(state_size(plant.system, state)):
-        trial[j] = state[j]
-    size = PARTS
-    if not length <= FARTHEST * past[0]:
-        size = FIRST
-        begin_anew(plant, begin, length * (FIRST / PARTS), state, work)
-    done = 0
-    while done < PARTS:
-        share = size / PARTS
-        if part(weights, plant, begin + (done / PARTS) * length, share * length, trial, work):
-            done += size
-            size = done & -done
-        elif size > 1:
-            size //= 2
-        else:
-            trial[0] = np.nan
-            break
-
-
-@numba.njit(**APART)
-def begin_anew(plant, begin, length, state, work):  # type: ignore[no-untyped-def]
-    """Fill the memory as if f had been so far what it is now."""
-    system, memory, slope = plant.system, work.memory, work.slopes[0]
-    ways, n = carrier_ways(system.carrier), ball_count(system)
-    c, k = own_motion(system.carrier, system.effects)
-    w = segment_speed(plant.place.segment, begin)
-    acceleration = unturned(system.carrier, 1.0, 0.0, w, state, slope)
-    for row in range(NODES):
-        for q in range(ways):
-            memory[row, ways + q] = acceleration[q] + c * state[ways + q] + k * state[q]
-        for i in range(n):
-            at = rate_at(system, i)
-            memory[row, at] = slope[at] + drag_rate_of(system, i) * state[at]
-    memory[NODES, 0] = length
+@numba.njit(**INLINED)
+def collocate(  # type: ignore[no-untyped-def]
+    weights, system, place, start, clock, length, state, modes, work, events, rows, sample
+):
+    """``fixed_step.advance``."""
+    first, nominal, offset = clock
+    plant = Plant(system, place, modes, room_of(system, work))
+    head, steps, done = work.memory[head_at(system, state)], rows.shape[0], 0
+    if sample.size > 0:
+        begin = (first * nominal - start) + offset
+        evaluate(plant, begin, state, work.slopes[0])
+        record(plant, begin, state, sample)
+    size, states = state_count(system, state), state_size(system, state)
+    width = states + carrier_outputs(system.carrier) + 1
+    numbers, kept = own_array(0.0, (state.size, NODES)), own_array(0.0, (width, NODES))
+    at, row = as_lanes(numbers), as_lanes(kept)
+    slope = own_array(at[0], (size,))
+    own = Plant(system, place, modes, own_room(system, ball_count(system), at[0]))
+    while done < steps:
+        if head[TAKEN] == head[SAMPLES_IN] or head[STEP] != length:
+            begin = ((first + done) * nominal - start) + offset
+            unwind(plant, state)
+            whole = (place.until - begin) / length + 1e-6 if length == nominal else 1.0
+            if not take_span(weights, plant, begin, length, whole, state, work):
+                for j in range(width):
+                    rows[done, j] = np.nan
+                return done
+        taken = int(head[TAKEN])
+        group = taken // NODES
+        time = states_in_span(weights, own, group, state, work, at)
+        inlined_evaluate(own, time, at, slope)
+        record(own, time, at, row)
+        until = min(taken + steps - done, int(head[SAMPLES_IN]), (group + 1) * NODES)
+        sound = all_within_bounds(system, at, work.bounds)
+        for lane in range(taken - group * NODES, until - group * NODES):
+            for j in range(width):
+                rows[done, j] = kept[j, lane]
+            if not sound:
+                for j in range(states):
+                    work.trial[j] = numbers[j, lane]
+                if not within_bounds(work.trial, work.bounds):
+                    return done
+                for j in range(states):
+                    state[j] = work.trial[j]
+            done += 1
+        for j in range(states):
+            state[j] = numbers[j, until - group * NODES - 1]
+        head[TAKEN] = until
+    return done
 
 
 @numba.njit(**INLINED)
-def part(weights, plant, begin, length, state, work):  # type: ignore[no-untyped-def]
-    """One step or a part of it, from the state and the memory, which both go to its end.
+def all_within_bounds(system, at, bounds):  # type: ignore[no-untyped-def]
+    """Whether the states in all lanes are within bounds; written so that a NaN is not."""
+    inside = 0.0 * at[0] + 1.0
+    for j in range(state_size(system, at)):
+        inside = where_less(abs(at[j]), bounds[j], inside, 0.0)
+    return total(inside) == NODES
+
+
+@numba.njit(**APART)
+def take_span(weights, plant, begin, length, whole, state, work):  # type: ignore[no-untyped-def]
+    """The next span, or the spans that make up one step, the last of which stays in memory.
+
+    Args:
+        weights: the Weights.
+        plant: the Plant.
+        begin: local time [s].
+        length: of a step [s].
+        whole: how many steps there may be in a span, at least one.
+        state: the state there, which stays.
+        work: the Workspace.
 
     Returns:
-        Whether the iterations have come to an end; else nothing has changed.
+        Whether there is such a span.
     """
-    system, memory, numbers = plant.system, work.memory, work.tables
-    n, ways = ball_count(system), carrier_ways(system.carrier)
-    states, size = state_size(system, state), state_count(system, state)
-    first = first_line(weights, system, length, numbers)
-    ratio = length / memory[NODES, 0]
-    if numbers[0, RATIO] != ratio:
-        carry_on(weights, ratio, numbers)
-    lines, tables = as_lanes(weights.lines), as_lanes(numbers)
-    time = begin + length * lines[AT]
-    w = segment_speed(plant.place.segment, time)
-    turned = cos_sin(length * product(lines, INTEGRAL, w))
-
-    force, at, slope = own_array(time, (size,)), own_array(time, (size,)), own_array(time, (size,))
-    free_x, free_v = own_array(time, (size,)), own_array(time, (size,))
-    for j in range(states):
-        at[j] = 0.0
-    for q in range(ways + n):
-        table, x, v = place_of(system, first, q)
-        force[q] = product(tables, CARRY, column_of(memory, v))
-        k = numbers[table + NUMBERS, STIFFNESS]
-        g = tables[table + IMPULSE]
-        free_x[q] = state[x] + (g * state[v] - tables[table + UNIT] * (k * state[x]))
-        free_v[q] = tables[table + IMPULSE_RATE] * state[v] - g * (k * state[x])
-
-    own = Plant(system, plant.place, plant.modes, own_room(system, n, time))
-    before, solved = 0.0, False
-    for _ in range(MOST):
-        for q in range(ways + n):
-            table, x, v = place_of(system, first, q)
-            at[x] = free_x[q] + product(tables, table + INTO_X, force[q])
-            at[v] = free_v[q] + product(tables, table + INTO_V, force[q])
-        last, all_of = iterate(own, time, w, turned, at, slope, force, first, numbers)
-        # Each iteration leaves of an error what it left of the one before.
-        most = weights.tolerance * all_of
-        shrinks = last < 0.5 * before or before == 0.0
-        if (
-            last <= most
-            or last * last <= most * before
-            or (last <= SETTLED * all_of and not shrinks)
-        ):
-            solved = True
-            break
-        before = last
-    if not solved:
-        return False
-
-    for j in range(rate_at(system, n), states):
-        state[j] += length * total(lines[SHARE] * slope[j])
-    for q in range(ways + n):
-        table, x, v = place_of(system, first, q)
-        k = numbers[table + NUMBERS, STIFFNESS] * state[x]
-        u, g = numbers[table + NUMBERS, LAST_UNIT], numbers[table + NUMBERS, LAST]
-        r = numbers[table + NUMBERS, LAST_RATE]
-        state[x] += (g * state[v] - u * k) + total(tables[table + END_X] * force[q])
-        state[v] = (r * state[v] - g * k) + total(tables[table + END_V] * force[q])
-    c, s = cos_sin(length * total(lines[SHARE] * w))
-    turn(system.carrier, c, s, state)
-    force[0], force[1] = c * force[0] + s * force[1], c * force[1] - s * force[0]
-    for q in range(ways + n):
-        put_column(force[q], memory, place_of(system, first, q)[2])
-    memory[NODES, 0] = length
+    system, head = plant.system, work.memory[head_at(plant.system, state)]
+    trial = work.trial
+    for j in range(state_size(system, state)):
+        trial[j] = state[j]
+    if head[STEP] != length:
+        size = first_size(weights, plant, begin, length)
+        begin_anew(plant, begin, length * (size / PARTS), state, work)
+        head[STEP] = length
+    else:
+        size = int(head[AHEAD])
+    while size > PARTS and size > whole * PARTS:
+        size //= 2
+    done = 0
+    while done < PARTS:
+        samples = max(1, size // PARTS)
+        allowed = weights.tolerance if size > 1 and weights.steps < 1.0 else LARGEST
+        at = begin + (done / PARTS) * length
+        share = length * (size / PARTS)
+        error, within = solve_span(weights, plant, at, share, samples, allowed, trial, work)
+        if error <= allowed:
+            done += size
+            size = next_size(weights, size, error, within)
+            head[AHEAD] = size
+            if done < PARTS:
+                go_to_end(weights, plant, state, work)
+                while size > (done & -done):
+                    size //= 2
+        elif size > 1:
+            size //= 2
+        else:
+            return False
     return True
 
 
 @numba.njit(**INLINED)
-def iterate(plant, time, w, turned, at, slope, force, first, numbers):  # type: ignore[no-untyped-def]
-    """f at the nodes of the states there, which are on axes that stand still, and then no more.
+def next_size(weights, size, error, within):  # type: ignore[no-untyped-def]
+    """How long the next span is, after one without a kink behind it, in parts of a step."""
+    if weights.steps >= 1.0:
+        return 2 * size if 2 * size <= weights.steps * PARTS else size
+    # One twice as long has a sample within it if it is longer than a step.
+    most = error if size < PARTS else max(error, within)
+    if most < FAR_BELOW * weights.tolerance and size < SAMPLES * PARTS:
+        return 2 * size
+    return size
 
-    Returns:
-        How much that is from what it was, as an angle at the step's end; and what that is to be
-        measured by: 1, or without a ball all of f.
-    """
-    system = plant.system
-    carrier, n, ways = system.carrier, ball_count(system), carrier_ways(system.carrier)
-    c, k = numbers[first + NUMBERS, DAMPING], numbers[first + NUMBERS, STIFFNESS]
-    change, all_of = 0.0 * time, 0.0 * time
-    # Here and below two axes: of a carrier whose own motion is one along each.
-    linear = c * at[ways] + k * at[0], c * at[ways + 1] + k * at[1]
-    turn(carrier, turned[0], turned[1], at)
-    inlined_evaluate(plant, time, at, slope)
-    acceleration = unturned(carrier, turned[0], turned[1], w, at, slope)
-    for q in range(ways):
-        new = acceleration[q] + linear[q]
-        change += abs(new - force[q])
-        all_of += abs(new)
-        force[q] = new
-    if n > 0:
-        change *= numbers[first + NUMBERS, LAST_UNIT] / system.balls[0, RACE_RADIUS]
-    for i in range(n):
-        table, _, v = place_of(system, first, ways + i)
-        new = slope[v] + numbers[table + NUMBERS, DAMPING] * at[v]
-        change += abs(new - force[ways + i]) * numbers[table + NUMBERS, LAST_UNIT]
-        force[ways + i] = new
-    return total(change), 1.0 if n > 0 else total(all_of)
+
+@numba.njit(**APART)
+def go_to_end(weights, plant, state, work):  # type: ignore[no-untyped-def]
+    """The state at the end of a span with one sample into ``work.trial``."""
+    numbers = own_array(0.0, (state.size, NODES))
+    states_in_span(weights, plant, 0, state, work, as_lanes(numbers))
+    for j in range(state_size(plant.system, state)):
+        work.trial[j] = numbers[j, 0]
+
+
+@numba.njit(**APART)
+def first_size(weights, plant, begin, length):  # type: ignore[no-untyped-def]
+    """How long the first span behind a kink is, in parts of a step."""
+    _, k = own_motion(plant.system.carrier, plant.system.effects)
+    rate = max(abs(segment_speed(plant.place.segment, begin)), math.sqrt(max(k, 0.0)))
+    size, most = SAMPLES * PARTS, weights.steps if weights.steps >= 1.0 else SAMPLES
+    while size > 1 and (size * (length / PARTS) * rate > FIRST_TURN or size > most * PARTS):
+        size //= 2
+    return size

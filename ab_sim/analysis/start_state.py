@@ -1,0 +1,53 @@
+"""From a state that was recorded to the section of a scene that begins in it."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ab_sim.drive.turns import tilt_of
+from ab_sim.dynamics.carriers.tilting_scene import angular_velocity
+from ab_sim.errors import InputError
+
+
+def start_from(sample: Mapping[str, float], balls: int, tilts: bool) -> dict[str, Any]:
+    """A scene's `start`, as far as a sample shows the state.
+
+    Whether friction holds balls, what a motor's speed loop has summed up, and what filters of
+    sensors remember, a sample does not show.
+
+    Args:
+        sample: a value for each channel, see ``Trajectory``.
+        balls: how many there are.
+        tilts: whether the deck moves in space.
+
+    Raises:
+        InputError: a channel is missing, or not finite; names it.
+    """
+    position, velocity = (["x", "y"], ["vx", "vy"])
+    turn, turning = ["qw", "qx", "qy", "qz"], ["wx", "wy", "wz"]
+    needed = ["angle", "speed", *position, *velocity]
+    if tilts:
+        position, velocity = [*position, "z"], [*velocity, "vz"]
+        needed += ["z", "vz", *turn, *turning]
+    needed += [f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate")]
+    if lacking := [name for name in needed if not math.isfinite(sample.get(name, math.nan))]:
+        raise InputError(f"the sample lacks {', '.join(lacking)}")
+    deck = {
+        "position": [sample[name] for name in position],
+        "velocity": [sample[name] for name in velocity],
+    }
+    if tilts:
+        tilt = tilt_of(np.array([sample[name] for name in turn])).tolist()
+        # Linear in the rates of the angles, of which it takes the inverse.
+        each = np.array([angular_velocity(tuple(tilt), tuple(rate)) for rate in np.eye(3)]).T
+        rates = np.linalg.solve(each, [sample[name] for name in turning])
+        deck |= {"tilt": tilt, "tilt_rate": rates.tolist()}
+    return {
+        "angle": sample["angle"],
+        "speed": sample["speed"],
+        "ball_angles": [sample[f"ball_{i}_angle"] for i in range(balls)],
+        "ball_rates": [sample[f"ball_{i}_rate"] for i in range(balls)],
+        "deck": deck,
+    }

@@ -1,0 +1,184 @@
+"""`ab-sim node`: asks running nodes, and prints what they answer."""
+
+import contextlib
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import yaml
+from rich.console import Console
+from rich.table import Table
+
+from ab_sim.cli.node_acts import ACTS, Act
+from ab_sim.cli.outputs import people
+from ab_sim.cli.ros import require_ros
+from ab_sim.errors import AbSimError, InputError, Interrupted, Refused
+
+AGAIN = 0.5
+"""s after which what is urgent is asked for again."""
+_EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+", re.ASCII)
+_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
+
+
+def act_command(act: Act, words: Mapping[str, Any], namespace: str, name: str, wait: float) -> None:
+    """Ask for a service, having told its parameters first.
+
+    Raises:
+        InputError: bad input, or nobody is there.
+        Refused: the node's answer.
+    """
+    values = told(act, words)
+    node = _full_name(namespace, name, wait)
+    from ab_sim.nodes.caller import PARAMETERS, Caller
+
+    kind, request = act.request()
+    with Caller(wait) as caller, people.status(f"asking {node}"):
+        needed = PARAMETERS if values else {}
+        caller.meet(node, {act.asks: kind, **needed}, act.urgent)
+        before = caller.parameters([*values]) if values else {}
+        put_back = act.put_back
+        try:
+            if values:
+                caller.set(values)
+            again = AGAIN if act.urgent else 0.0
+            answer = caller.ask(act.asks, request, act.patience, again)
+            put_back = put_back or not answer.success  # what is refused leaves nothing behind
+        except Interrupted:
+            caller.go_on()
+            raise
+        finally:
+            if before and put_back:
+                with contextlib.suppress(AbSimError):  # what has ended, has said why
+                    caller.set(before)
+    text = str(getattr(answer, "message", ""))  # those of ROS's life cycle have none
+    if not answer.success:
+        raise Refused(text or f"{node}/{act.asks}: refused, without a reason")
+    print(text or "done")
+
+
+def told(act: Act, words: Mapping[str, Any]) -> dict[str, Any]:
+    """What becomes of a command's words: parameters of the node.
+
+    Raises:
+        InputError: one is not what it has to be.
+    """
+    values = {}
+    for taken in act.takes:
+        given = words[taken.parameter]
+        each: list[str] = [] if given is None else list(given) if taken.many else [given]
+        if stray := next((word for word in each if re.match(r"--?[A-Za-z]", word)), None):
+            raise InputError(f"{stray}: `ab-sim node {act.name}` has no such option")
+        read = [taken.read(word) for word in each]
+        value = taken.default if not read else read if taken.many else read[0]
+        if value is not None:
+            values[taken.parameter] = value
+    return values
+
+
+def set_command(values: Sequence[str], namespace: str, name: str, wait: float) -> None:
+    """Set parameters.
+
+    Raises:
+        InputError: bad input, or nobody is there.
+        Refused: the node's answer.
+    """
+    wanted = {}
+    for value in values:
+        key, equals, text = value.partition("=")
+        if not equals or not key.strip():
+            raise InputError(f"{value!r}: must be NAME=VALUE, e.g. speed_factor=2.0")
+        if key.strip() in wanted:
+            raise InputError(f"{key.strip()}: is given twice; keep one")
+        wanted[key.strip()] = value_of(text)
+    node = _full_name(namespace, name, wait)
+    from ab_sim.nodes.caller import PARAMETERS, Caller
+
+    with Caller(wait) as caller, people.status(f"asking {node}"):
+        caller.meet(node, PARAMETERS)
+        caller.set(wanted)
+    print("set")
+
+
+def value_of(text: str) -> Any:
+    """What a word says in YAML; `1e-4`, too, is a number, which YAML takes for a text.
+
+    Raises:
+        InputError: it is no YAML.
+    """
+    try:
+        return float(text) if _EXPONENT.fullmatch(text.strip()) else yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise InputError(f"{text!r}: the value is not valid YAML: {error}") from error
+
+
+def get_command(names: Sequence[str], namespace: str, name: str, wait: float) -> None:
+    """Print parameters.
+
+    Raises:
+        InputError: bad input, or nobody is there.
+    """
+    node = _full_name(namespace, name, wait)
+    from ab_sim.nodes.caller import PARAMETERS, Caller
+
+    with Caller(wait) as caller, people.status(f"asking {node}"):
+        caller.meet(node, PARAMETERS)
+        values = caller.parameters(names)
+    for key, value in values.items():
+        print(f"{key}: {_written(value)}")
+
+
+def list_command(wait: float) -> None:
+    """Print the nodes that can be asked.
+
+    Raises:
+        InputError: bad input, or there is none.
+    """
+    _check_wait(wait)
+    require_ros("to ask nodes")
+    from ab_sim.nodes.caller import Caller
+
+    with Caller(wait) as caller, people.status("listening"):
+        health = caller.listen()
+        found = caller.found()
+    known = {act.asks for act in ACTS}
+    rows = 0
+    table = Table("node", "is", "says", "can be asked to")
+    for node, offers in sorted(found.items()):
+        if not (known & set(offers) or node in health):
+            continue
+        rows += 1
+        said = health.get(node)
+        can = [act.name for act in ACTS if act.asks in offers]
+        level = said.level.name if said is not None else "-"
+        table.add_row(node, level, said.message if said is not None else "-", ", ".join(can) or "-")
+    if not rows:
+        others = f"; found {', '.join(sorted(found))}" if found else ""
+        raise InputError(f"no node that can be asked was found within {wait:g} s{others}")
+    Console(markup=False).print(table)
+
+
+def _full_name(namespace: str, name: str, wait: float) -> str:
+    if not _NAMESPACE.fullmatch(namespace):
+        raise InputError(f"--namespace {namespace}: must be words between slashes, e.g. /left")
+    if not _NAME.fullmatch(name):
+        raise InputError(
+            f"--node {name}: must be a word; what comes before it is given by --namespace"
+        )
+    _check_wait(wait)
+    require_ros("to ask nodes")
+    return "/".join(["", *filter(None, namespace.split("/")), name])
+
+
+def _check_wait(wait: float) -> None:
+    if not 0.0 < wait < math.inf:
+        raise InputError(f"--wait {wait:g}: must be more than 0 s and finite")
+
+
+def _written(value: Any) -> str:
+    """In YAML, as a parameter file has it."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return {math.inf: ".inf", -math.inf: "-.inf"}.get(value, ".nan")
+    return "" if value is None else json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,95 @@
+"""`ab-sim node`: a command for each service that running nodes can be asked for."""
+
+import inspect
+from typing import Annotated, Any
+
+import typer
+
+from ab_sim.cli.node_acts import ACTS, DRIVE, Act, Taken
+
+node_commands = typer.Typer(
+    help="Ask running nodes for what their services do: pause, step, start and so on. Exit codes: "
+    "0 done, 1 refused by the node, 2 bad input or nobody there.",
+    no_args_is_help=True,
+)
+NamespaceOption = Annotated[
+    str, typer.Option(metavar="NAME", help="The node's namespace, e.g. left.")
+]
+NodeOption = Annotated[str, typer.Option(metavar="NAME", help="The node's name.")]
+WaitOption = Annotated[
+    float, typer.Option(metavar="SECONDS", help="How long to wait for the node to be found.")
+]
+
+
+def _add(act: Act) -> None:
+    def command(namespace: str, node: str, wait: float, **words: Any) -> None:
+        from ab_sim.cli.node import act_command
+
+        act_command(act, words, namespace, node, wait)
+
+    # What typer reads: an argument for each thing that is taken.
+    takes = [
+        _parameter(taken.parameter, _argument(taken), ... if taken.default is ... else None)
+        for taken in act.takes
+    ]
+    options = [
+        _parameter("namespace", NamespaceOption, ""),
+        _parameter("node", NodeOption, act.node),
+        _parameter("wait", WaitOption, 5.0),
+    ]
+    whole = [*takes, *options]
+    command.__signature__ = inspect.Signature(whole)  # type: ignore[attr-defined]
+    command.__annotations__ = {parameter.name: parameter.annotation for parameter in whole}
+    # A number may be negative, and is no option.
+    settings = {"ignore_unknown_options": True} if act.takes else {}
+    node_commands.command(act.name, help=act.meaning, context_settings=settings)(command)
+
+
+def _argument(taken: Taken) -> Any:
+    kind = list[str] if taken.many else str
+    optional = taken.default is not ...
+    return Annotated[kind | None if optional else kind, typer.Argument(metavar=taken.metavar)]
+
+
+def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+    wanted = inspect.Parameter.empty if default is ... else default
+    kind = inspect.Parameter.KEYWORD_ONLY
+    return inspect.Parameter(name, kind, default=wanted, annotation=annotation)
+
+
+for _act in ACTS:
+    _add(_act)
+
+
+@node_commands.command("set")
+def set_(
+    values: Annotated[list[str], typer.Argument(metavar="NAME=VALUE...")],
+    namespace: NamespaceOption = "",
+    node: NodeOption = DRIVE,
+    wait: WaitOption = 5.0,
+) -> None:
+    """Set parameters of a node, all or none; values are written as in YAML."""
+    from ab_sim.cli.node import set_command
+
+    set_command(values, namespace, node, wait)
+
+
+@node_commands.command()
+def get(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...")] = None,
+    namespace: NamespaceOption = "",
+    node: NodeOption = DRIVE,
+    wait: WaitOption = 5.0,
+) -> None:
+    """Print parameters of a node, all if none is named, as a parameter file has them."""
+    from ab_sim.cli.node import get_command
+
+    get_command(names or (), namespace, node, wait)
+
+
+@node_commands.command("list")
+def list_(wait: WaitOption = 4.0) -> None:
+    """List the nodes that can be asked, what they say of themselves, and what they can do."""
+    from ab_sim.cli.node import list_command
+
+    list_command(wait)

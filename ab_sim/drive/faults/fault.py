@@ -1,0 +1,202 @@
+"""What can be broken, in words: a thing, what ails it, and by how much: ``mount_0 softens 0.5``."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+from ab_sim.drive.disc import turns_alike
+from ab_sim.errors import InputError, exact, nearest
+from ab_sim.scene.model import Scene
+
+VIBRATION = "vibration"
+"""The sensor of a scene without sensors: it reads the deck's acceleration."""
+IN_THE_PLANE = ("suspension", "unequal_suspension")
+"""Effects that hold the deck there."""
+SPINDLE = "spindle"
+"""The sensor of the spindle's speed."""
+
+
+class Fault(NamedTuple):
+    """One fault; see ``KINDS``."""
+
+    thing: str
+    ails: str
+    size: float | None
+    """None where nothing is to be said."""
+
+    @property
+    def text(self) -> str:
+        """As it is asked for."""
+        said = f"{self.thing} {self.ails}"
+        return said if self.size is None else f"{said} {exact(self.size)}"
+
+
+class Kind(NamedTuple):
+    """A way in which things break."""
+
+    meaning: str
+    """What the thing then does, or what is done to it."""
+    things: Callable[[Scene], Sequence[str]]
+    """Which of a scene can."""
+    size: str = ""
+    """What the number is, and its unit; empty: it takes none."""
+    allowed: Callable[[float], bool] = math.isfinite
+    words: str = ""
+    """For messages: which numbers are allowed."""
+    usual: float | None = None
+    """Where no number is given; None: one has to be."""
+
+
+def balls_of(scene: Scene) -> list[str]:
+    """Names as in ``joint_states``."""
+    return [f"ball_{i}" for i in range(scene.balls.count)]
+
+
+def supports_of(scene: Scene) -> list[str]:
+    """What holds the deck: its suspension in the plane, its mounts in space."""
+    in_space = [f"mount_{k}" for k in range(len(scene.mounts))]
+    return in_space or [name for name in scene.effects if name in IN_THE_PLANE]
+
+
+def sensors_of(scene: Scene) -> list[str]:
+    """What a firmware hears: the readings of accelerometers and of the spindle's speed."""
+    return [*(scene.sensors or [VIBRATION]), SPINDLE]
+
+
+def _disc(_: Scene) -> list[str]:
+    return ["disc"]
+
+
+KINDS = {
+    "sticks": Kind("is held where it is in the race, at once", balls_of),
+    "lost": Kind("leaves the race, its mass with it", balls_of),
+    "softens": Kind(
+        "keeps this part of its stiffness, and all of its damping",
+        supports_of,
+        "the part that is left",
+        lambda part: 0.0 < part < 1.0,
+        "between 0 and 1",
+    ),
+    "slips": Kind(
+        "falls behind the hub, in small jerks",
+        _disc,
+        "rad/s",
+        lambda rate: 0.0 < abs(rate) <= 100.0,
+        "not 0, from -100 to 100",
+    ),
+    "drops": Kind(
+        "is not heard of",
+        sensors_of,
+        "the part of its messages that is lost",
+        lambda part: 0.0 < part <= 1.0,
+        "above 0, at most 1",
+        1.0,
+    ),
+    "saturates": Kind(
+        "shows no more than this, either way",
+        sensors_of,
+        "in its unit",
+        lambda most: 0.0 <= most <= 1e9,
+        "from 0 to 1e9",
+    ),
+    "drifts": Kind(
+        "shows ever more than there is, on all its axes",
+        sensors_of,
+        "in its unit per second",
+        lambda rate: 0.0 < abs(rate) <= 1e9,
+        "not 0, from -1e9 to 1e9",
+    ),
+}
+"""By what is said of the thing."""
+OF_BALLS = ("sticks", "lost")
+OF_THE_PLANT = (*OF_BALLS, "softens")
+"""What changes constants of the equations of motion."""
+SENSED = ("drifts", "saturates", "drops")
+"""What ails sensors, in the order in which it acts on a reading."""
+
+
+def faults_of(texts: Iterable[str]) -> tuple[Fault, ...]:
+    """What texts say; empty ones say nothing. Whether a scene has the things is not asked.
+
+    Raises:
+        InputError: one of them says something else, or something that another one has said.
+    """
+    faults = tuple(_fault(text) for text in texts if text.strip())
+    for k, fault in enumerate(faults):
+        for other in faults[:k]:
+            same = other.thing == fault.thing
+            both = {other.ails, fault.ails} == set(OF_BALLS)
+            if same and (both or other.ails == fault.ails):
+                raise InputError(
+                    f"faults: {other.text!r} and {fault.text!r} exclude each other; keep one"
+                )
+    return faults
+
+
+def of_the_plant(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+    """Those that change what moves, and how: not what sensors say of it, nor where the disc is."""
+    return tuple(fault for fault in faults if fault.ails in OF_THE_PLANT)
+
+
+def check_faults(faults: Iterable[Fault], scene: Scene) -> None:
+    """Refuse what has no meaning in a scene.
+
+    Raises:
+        InputError: names the fault, why not, and what there is.
+    """
+    for fault in faults:
+        there = KINDS[fault.ails].things(scene)
+        if fault.thing not in there:
+            raise InputError(
+                f"faults: {fault.text!r}: {fault.ails!r} goes with "
+                f"{', '.join(there) or 'nothing'} in this scene{nearest(fault.thing, there)}"
+            )
+        if fault.ails in OF_BALLS and "ball_contact" in scene.effects:
+            raise InputError(
+                f"faults: {fault.text!r}: balls that touch push each other (ball_contact), and "
+                "one that is held, or is missing, in their row is not modelled; remove the effect"
+            )
+        if fault.ails == "slips":
+            _check_slip(fault, scene)
+
+
+def _check_slip(fault: Fault, scene: Scene) -> None:
+    if "race_runout" in scene.effects:
+        raise InputError(
+            f"faults: {fault.text!r}: the race is off the shaft (race_runout), and would not turn "
+            "with the disc; remove the effect"
+        )
+    if not turns_alike(scene):
+        raise InputError(
+            f"faults: {fault.text!r}: rotor.inertia of {scene.name} is not the same all around the "
+            "shaft, and what of it is the disc's is not known; make it so: [xx, xx, zz]"
+        )
+
+
+def _fault(text: str) -> Fault:
+    thing, ails, number = (*text.split(), "", "")[:3]
+    kind = KINDS.get(ails)
+    if kind is None or len(text.split()) > 3:
+        raise InputError(
+            f"faults: {text!r}: must be a thing and what ails it, e.g. 'ball_0 sticks'; known are "
+            + ", ".join(_usage(known) for known in KINDS)
+            + (nearest(ails, KINDS) if kind is None else "")
+        )
+    if not number:
+        if kind.size and kind.usual is None:
+            raise InputError(f"faults: {text!r}: needs a number, {kind.size}, {kind.words}")
+        return Fault(thing, ails, kind.usual)
+    try:
+        size = float(number)
+    except ValueError:
+        size = math.nan
+    if not kind.size or not kind.allowed(size):
+        must = f"must be {kind.words} ({kind.size})" if kind.size else "no number goes with it"
+        raise InputError(f"faults: {text!r}: {number}: {must}")
+    return Fault(thing, ails, size)
+
+
+def _usage(ails: str) -> str:
+    kind = KINDS[ails]
+    number = "" if not kind.size else " NUMBER" if kind.usual is None else " [NUMBER]"
+    return f"{ails}{number} ({kind.meaning})"

@@ -1,0 +1,179 @@
+"""What faults change of what moves: a system of the same kind with other constants.
+
+So it runs on the kernel that is there, and costs what it costs without a fault.
+
+A ball that is held has no mobility: the equations of what carries the balls are written with all
+balls held on the race, and from these it is never taken out (docs/equations.md, 2). It keeps its
+mass, and so is a part of the rotor: of its unbalance and of its inertia. A ball that is lost is one
+without mass that is held.
+"""
+
+import functools
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from ab_sim.drive.faults.fault import OF_BALLS, Fault
+from ab_sim.dynamics.carriers.tilting import DAMPING, STIFFNESS, Tilting
+from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.ledger import mechanical_energy
+from ab_sim.dynamics.system import (
+    DIRECTION,
+    MASS,
+    MOBILITY,
+    MOMENT,
+    RACE_RADIUS,
+    ROLLING_MASS,
+    ROUND_LEVER,
+    System,
+    ball_count,
+    carrier_unknowns,
+    has_friction,
+    has_motor,
+)
+from ab_sim.scene.model import Scene
+
+BEYOND_ALL = 1e100
+"""kg, of a ball that nothing moves, for what asks for its inertia instead of its mobility."""
+
+
+def faulty_system(sound: System, scene: Scene, faults: Iterable[Fault]) -> System:
+    """The system with faults; those of the disc and of sensors change nothing of it.
+
+    The deck's displacement still counts from where it hung at rest without them.
+    """
+    system, balls = sound, sound.balls.copy()
+    missing = 0.0
+    for fault in faults:
+        if fault.ails in OF_BALLS:
+            ball = ball_number(fault)
+            balls[ball, [ROLLING_MASS, MOBILITY]] = BEYOND_ALL, 0.0
+            if fault.ails == "lost":
+                missing += float(balls[ball, MASS])
+                balls[ball, [MASS, MOMENT, ROUND_LEVER]] = 0.0
+        elif fault.ails == "softens":
+            assert fault.size is not None
+            system = _softened(system, scene, fault.thing, fault.size)
+    carrier = system.carrier._replace(total_mass=system.carrier.total_mass - missing)
+    return system._replace(balls=balls, carrier=carrier)
+
+
+def ball_number(fault: Fault) -> int:
+    """Which ball it is."""
+    return int(fault.thing.rpartition("_")[2])
+
+
+def held_balls(faults: Iterable[Fault]) -> list[int]:
+    """Those that do not move along the race, because they cannot or are not there."""
+    return sorted(ball_number(fault) for fault in faults if fault.ails in OF_BALLS)
+
+
+def jam(
+    system: System,
+    state: np.ndarray,
+    modes: np.ndarray,
+    held: Iterable[int],
+    psi: float,
+) -> None:
+    """Bring held balls to rest on the race, by a shock between each and the race.
+
+    The velocities q' of all else jump so that their momenta stay: with the mass matrix G,
+    G_ff dq'_f = -G_fh dq'_h; G follows from the energy. A prescribed spindle speed is kept by the
+    motor.
+
+    Args:
+        system: with the faults.
+        state: changed.
+        modes: changed: in which direction balls slide.
+        held: which balls.
+        psi: the spindle's angle [rad].
+    """
+    layout, n = layout_of(system), ball_count(system)
+    stopped = layout.rates.start + np.array(list(held), int)
+    if not state[stopped].any():
+        return
+    own = int(carrier_unknowns(system.carrier))
+    bearing = [layout.carrier.stop - own + k for k in range(own)]
+    if has_motor(system.effects):
+        bearing.append(layout.spindle.start + 1)
+    balls = [layout.rates.start + i for i in range(n) if system.balls[i, MOBILITY] > 0.0]
+    inertia = _mass_matrix(system, state, psi, bearing, [*balls, *stopped.tolist()])
+    free = [*bearing, *balls]
+    f, leap = len(free), -state[stopped]
+    state[free] += np.linalg.solve(inertia[:f, :f], -inertia[:f, f:] @ leap)
+    state[stopped] = 0.0
+    if has_friction(system.effects):
+        modes[:n, DIRECTION] = np.sign(state[layout.rates])
+
+
+def _softened(system: System, scene: Scene, thing: str, part: float) -> System:
+    if isinstance(system.carrier, Tilting):
+        mounts = system.carrier.mounts.copy()
+        mounts[int(thing.rpartition("_")[2]), STIFFNESS:DAMPING] *= part
+        return system._replace(carrier=system.carrier._replace(mounts=mounts))
+    at = list(scene.effects).index(thing)
+    effect = system.effects[at]
+    weaker = {key: part * getattr(effect, key) for key in effect._fields if "stiffness" in key}
+    effects = (*system.effects[:at], effect._replace(**weaker), *system.effects[at + 1 :])
+    return system._replace(effects=effects)
+
+
+def _mass_matrix(
+    system: System, state: np.ndarray, psi: float, bearing: list[int], balls: list[int]
+) -> np.ndarray:
+    """G of velocities of what carries the balls, and of balls, which share nothing among them."""
+    every, k = _inertias(system, state, psi), len(bearing)
+    layout = layout_of(system)
+    found = np.zeros((k + len(balls),) * 2)
+    for row, one in enumerate(bearing):
+        for column, other in enumerate(bearing[: row + 1]):
+            found[row, column] = found[column, row] = every(one, other)
+    for at, rate in enumerate(balls, start=k):
+        # Of the others' energy nothing depends on this ball.
+        alone, its_state = _with_one_ball(system, state, rate - layout.rates.start)
+        shared, its = _inertias(alone, its_state, psi), layout_of(alone)
+        its_rate = its.rates.start
+        found[at, at] = shared(its_rate, its_rate)
+        for row, one in enumerate(bearing):
+            # A motor's states lie behind all balls'.
+            there = one if one < layout.carrier.stop else one - layout.size + its.size
+            found[row, at] = found[at, row] = shared(there, its_rate)
+    return found
+
+
+def _with_one_ball(system: System, state: np.ndarray, ball: int) -> tuple[System, np.ndarray]:
+    """The same without the other balls."""
+    layout = layout_of(system)
+    one = system._replace(balls=system.balls[[ball]], contacts=np.empty((0, 2)), each=1)
+    own = state[layout.angles.start + ball], state[layout.rates.start + ball]
+    return one, np.concatenate([state[layout.carrier], own, state[layout.spindle]])
+
+
+def _inertias(system: System, state: np.ndarray, psi: float) -> Callable[[int, int], float]:
+    """Entries of G by the velocities' places: second differences of the energy, exact ones."""
+    layout, driven = layout_of(system), has_motor(system.effects)
+    at_rest = state.copy()
+    own = int(carrier_unknowns(system.carrier))
+    at_rest[layout.carrier.stop - own : layout.carrier.stop] = 0.0
+    at_rest[layout.rates] = 0.0
+    if driven:
+        at_rest[layout.spindle][1] = 0.0
+    radius = float(system.balls[0, RACE_RADIUS])
+
+    def size(at: int) -> float:
+        # A metre a second each, roughly, so that no energy drowns in the rounding of another.
+        return 1.0 / radius if layout.rates.start <= at < layout.rates.stop else 1.0
+
+    @functools.cache
+    def energy(*moving: int) -> float:
+        there = at_rest.copy()
+        for at in moving:
+            there[at] += size(at)
+        speed = float(there[layout.spindle][1]) if driven else 0.0
+        return mechanical_energy(system, there, psi, speed)
+
+    def shared(one: int, other: int) -> float:
+        found = energy(one, other) - energy(one) - energy(other) + energy()
+        return found / (size(one) * size(other))
+
+    return shared

@@ -1,0 +1,159 @@
+"""A scene as a URDF: what RViz and robot_state_publisher need to show the drive.
+
+    drive_housing -> deck -> spindle -> race_k -> ball_i_arm -> ball_i
+
+The joints `spindle` and `ball_i` are those of ``joint_states``, so that robot_state_publisher turns
+them. The deck hangs on a joint of the kind *floating*, for which it publishes nothing: where the
+deck is and how it is turned, the drive itself says on tf. So every frame has one publisher, a deck
+in the plane of the disc and one in space are the same tree, and ``joint_states`` keeps to what a
+drive's encoder could know. Sensors are drawn on the deck and are no links: their frames are the
+drive's, too.
+
+Lengths are the scene's, nothing is exaggerated, and a runout of the race is left out. Radii of
+balls, disc and plate that the scene does not give are stand-ins (`ab_sim.scene.drawn`). No link has
+an inertia: a simulator could not make this drive of them, whose mounts and race a URDF cannot say.
+"""
+
+import math
+from collections.abc import Sequence
+from xml.etree import ElementTree as Xml
+
+from ab_sim.scene import drawn
+from ab_sim.scene.frames import DECK, HOUSING, SPINDLE, arm_frame, ball_frame, race_frame
+from ab_sim.scene.model import Scene
+
+Place = Sequence[float]
+
+_COLOURS = {
+    "plate": "0.43 0.59 0.75 0.4",
+    "mount": "0.75 0.75 0.47 1",
+    "sensor": "0.1 0.6 0.5 1",
+    "disc": "0.3 0.32 0.36 0.4",
+    "race": "0.6 0.6 0.6 0.3",
+    "ball": "0.8 0.8 0.85 1",
+    "unbalance": "0.84 0.37 0 1",
+}
+"""Red, green, blue, opacity."""
+_ORIGIN = (0.0, 0.0, 0.0)
+_THIN = 0.02
+"""Thickness of plate and disc, in race radii."""
+
+
+def urdf_of(scene: Scene) -> str:
+    """The scene as a URDF, for ``robot_description``.
+
+    Frames have the names of ``ab_sim.scene.frames`` without a namespace: robot_state_publisher and
+    RViz put one in front (`frame_prefix`, TF Prefix).
+    """
+    robot = Xml.Element("robot", name="drive")
+    for name, colour in _COLOURS.items():
+        Xml.SubElement(Xml.SubElement(robot, "material", name=name), "color", rgba=colour)
+    _link(robot, HOUSING)
+    _deck(robot, scene)
+    _spindle(robot, scene)
+    for number, height in enumerate(scene.race.heights):
+        _race(robot, scene, number, height)
+    for ball, race in enumerate(scene.balls.races):
+        _ball(robot, scene, ball, race)
+    Xml.indent(robot)
+    return f'<?xml version="1.0"?>\n{Xml.tostring(robot, encoding="unicode")}\n'
+
+
+def _deck(robot: Xml.Element, scene: Scene) -> None:
+    r, mounts = scene.race.radius, [mount.position for mount in scene.mounts]
+    deck = _link(robot, DECK, HOUSING, "floating")
+    if mounts:
+        corners = [*mounts, (-r, -r, 0.0), (r, r, 0.0)]
+        height = math.fsum(z for *_, z in mounts) / len(mounts)
+    else:
+        side = drawn.PLATE * r
+        corners = [(-side, -side, 0.0), (side, side, 0.0)]
+        height = -max(_radii(scene), default=0.0) - _THIN * r
+    low, high = (tuple(map(pick, zip(*corners, strict=True))) for pick in (min, max))
+    size = high[0] - low[0], high[1] - low[1], _THIN * r
+    middle = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), height
+    _visual(deck, "plate", "box", {"size": size}, middle)
+    for place in mounts:
+        _sphere(deck, "mount", place, 0.05 * r)
+    for sensor in scene.sensors.values():
+        turned = (0.0, 0.0, sensor.axis_angle)
+        size = 0.1 * r, 0.06 * r, 0.03 * r
+        _visual(deck, "sensor", "box", {"size": size}, sensor.position, turned)
+
+
+def _spindle(robot: Xml.Element, scene: Scene) -> None:
+    r, height = scene.race.radius, scene.rotor.height
+    spindle = _link(robot, SPINDLE, DECK, "continuous")
+    _cylinder(spindle, "disc", height, drawn.DISC * r, _THIN * r)
+    _cylinder(spindle, "disc", height, 0.1 * r, 0.5 * r)
+    _sphere(spindle, "unbalance", (drawn.MARK_PLACE * r, 0.0, height), drawn.MARK * r)
+
+
+def _race(robot: Xml.Element, scene: Scene, number: int, height: float) -> None:
+    here = [a for a, race in zip(_radii(scene), scene.balls.races, strict=True) if race == number]
+    widest = max(here, default=drawn.ball_radius(scene.race.radius, 0))
+    race = _link(robot, race_frame(number), SPINDLE, "fixed", (0.0, 0.0, height))
+    _cylinder(race, "race", 0.0, scene.race.radius + widest, 2.0 * widest)
+
+
+def _ball(robot: Xml.Element, scene: Scene, ball: int, race: int) -> None:
+    name, arm = ball_frame(ball), arm_frame(ball)
+    _link(robot, arm, race_frame(race), "continuous", joint=name)
+    link = _link(robot, name, arm, "fixed", (scene.race.radius, 0.0, 0.0), joint=f"{name}_centre")
+    _sphere(link, "ball", _ORIGIN, _radii(scene)[ball])
+
+
+def _radii(scene: Scene) -> list[float]:
+    other = drawn.ball_radius(scene.race.radius, scene.balls.count)
+    return [other if math.isnan(radius) else radius for radius in scene.balls.radii]
+
+
+def _link(
+    robot: Xml.Element,
+    name: str,
+    parent: str = "",
+    kind: str = "",
+    place: Place = _ORIGIN,
+    joint: str = "",
+) -> Xml.Element:
+    """A link, and the joint that it hangs on, of its own name unless another is given."""
+    link = Xml.SubElement(robot, "link", name=name)
+    if parent:
+        made = Xml.SubElement(robot, "joint", name=joint or name, type=kind)
+        Xml.SubElement(made, "parent", link=parent)
+        Xml.SubElement(made, "child", link=name)
+        Xml.SubElement(made, "origin", xyz=_text(place), rpy=_text(_ORIGIN))
+        if kind == "continuous":
+            Xml.SubElement(made, "axis", xyz="0 0 1")
+    return link
+
+
+def _visual(
+    link: Xml.Element,
+    material: str,
+    shape: str,
+    sizes: dict[str, Place],
+    place: Place,
+    turned: Place = _ORIGIN,
+) -> None:
+    visual = Xml.SubElement(link, "visual")
+    Xml.SubElement(visual, "origin", xyz=_text(place), rpy=_text(turned))
+    texts = {name: _text(size) for name, size in sizes.items()}
+    Xml.SubElement(Xml.SubElement(visual, "geometry"), shape, texts)
+    Xml.SubElement(visual, "material", name=material)
+
+
+def _sphere(link: Xml.Element, material: str, place: Place, radius: float) -> None:
+    _visual(link, material, "sphere", {"radius": [radius]}, place)
+
+
+def _cylinder(
+    link: Xml.Element, material: str, height: float, radius: float, length: float
+) -> None:
+    sizes: dict[str, Place] = {"radius": [radius], "length": [length]}
+    _visual(link, material, "cylinder", sizes, (0.0, 0.0, height))
+
+
+def _text(numbers: Place) -> str:
+    """In as many digits as say which they are."""
+    return " ".join(repr(float(number)) for number in numbers)

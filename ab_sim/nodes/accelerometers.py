@@ -1,0 +1,84 @@
+"""What a drive's accelerometers read, every sample of it, as an IMU's driver would publish it."""
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+from ab_msgs_py import topics
+from ab_msgs_py.imu import ImuEncoder
+from ab_msgs_py.samples import frame_of
+from ab_sim.drive.faults.in_force import FaultsInForce
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.scene import Scene
+from ab_sim.scene.sensors import steps_per_sample
+from ab_sim.sensing import noise_variance
+
+
+class _Stream(NamedTuple):
+    """The samples of one sensor."""
+
+    publisher: Publisher[Any]
+    encoder: ImuEncoder
+    name: str
+    axes: int
+    every: int
+    """Integration steps per sample."""
+    step_ns: int
+
+    def publish(self, run: Trajectory, faults: FaultsInForce) -> None:
+        """Those of consecutive integration steps, as far as the sensor says them."""
+        # A sample takes 5 us, a thousand times a second and more, in vain if nobody listens.
+        if not self.publisher.get_subscription_count():
+            return
+        taken = run.samples[-int(run.samples[0, 0]) % self.every :: self.every]
+        at = run.channels.index(f"{self.name}_1")
+        steps, forces = faults.sampled(self.name, taken[:, 0], taken[:, at : at + self.axes])
+        for step, (x, y, *z) in zip(steps.tolist(), forces.tolist(), strict=True):
+            force = x, y, z[0] if z else 0.0
+            self.publisher.publish(self.encoder.message(int(step) * self.step_ns, force))
+
+
+class Accelerometers:
+    """Publishes every sample of a scene's accelerometers; without any, nothing.
+
+    Args:
+        node: it publishes as; its namespace is part of the frames' names.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publishers: dict[str, Publisher[Any]] = {}
+        self._streams: list[_Stream] = []
+
+    def begin(self, scene: Scene) -> None:
+        """What is sampled from now on; says which sensors alias."""
+        step, axes = scene.solver.step, 2 if scene.deck is None else 3
+        self._streams = []
+        for number, (name, sensor) in enumerate(scene.sensors.items()):
+            frame = frame_of(self._node.get_namespace(), name)
+            self._streams.append(
+                _Stream(
+                    self._publisher(topics.imu_of(name, first=number == 0)),
+                    ImuEncoder(frame, noise_variance(sensor, step)),
+                    name,
+                    axes,
+                    steps_per_sample(sensor.sample_rate, step),
+                    round(step * 1e9),
+                )
+            )
+            if aliases := sensor.aliasing(step):
+                self._node.get_logger().warning(f"sensor {name} {aliases}")
+
+    def publish(self, runs: Iterable[Trajectory], faults: FaultsInForce) -> None:
+        """Publish the samples that were taken in some integration steps, as sensors have them."""
+        for run in runs if self._streams else ():
+            for stream in self._streams if len(run) else ():
+                stream.publish(run, faults)
+
+    def _publisher(self, topic: topics.Topic) -> Publisher[Any]:
+        # Kept: a scene that is loaded later may have such a sensor again.
+        if topic.name not in self._publishers:
+            self._publishers[topic.name] = topic.publisher(self._node)
+        return self._publishers[topic.name]

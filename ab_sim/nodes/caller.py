@@ -1,0 +1,230 @@
+"""Calls the services of a node that runs elsewhere, and says what there is if it is not there."""
+
+import contextlib
+import os
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParametersAtomically
+from rclpy.client import Client
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter, parameter_value_to_python
+
+from ab_msgs_py import Health, topics
+from ab_sim import interruption
+from ab_sim.errors import AbSimError, InputError, Interrupted, Refused, nearest
+from ab_sim.nodes.arguments import init_ros
+
+LISTENING = 1.5
+"""s; every node speaks once a second."""
+ACQUAINTED = 0.5
+"""s. That a server is there says that we know it. If it does not know us within 0.1 s of a request,
+as on a busy machine, Fast DDS drops the answer."""
+ANSWER = 10.0
+"""s for an answer that takes no work."""
+PARAMETERS = {
+    "list_parameters": ListParameters,
+    "get_parameters": GetParameters,
+    "set_parameters_atomically": SetParametersAtomically,
+}
+
+
+class Caller:
+    """Somebody on the network who asks: use it as a context, in which Ctrl-C raises Interrupted.
+
+    Args:
+        patience: s to wait for a node to be found.
+    """
+
+    def __init__(self, patience: float) -> None:
+        self._patience = patience
+        self._context = contextlib.ExitStack()
+        self._clients: dict[str, Client[Any, Any]] = {}
+
+    def __enter__(self) -> "Caller":
+        self._stopping = self._context.enter_context(interruption.in_order())
+        init_ros(["ab-sim"])
+        # By ROS's convention a name with an underscore in front is not shown; and two may call.
+        self._node = rclpy.create_node(
+            f"_ab_sim_{os.getpid()}", enable_rosout=False, start_parameter_services=False
+        )
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._node)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.try_shutdown()
+        self._context.close()
+
+    def meet(self, node: str, services: Mapping[str, Any], urgent: bool = False) -> None:
+        """Wait until a node offers services, by name and type, and knows us.
+
+        Args:
+            node: its full name.
+            services: what is going to be asked for.
+            urgent: not until it knows us, so that the request has to be repeated; and several may
+                offer it, which are asked all.
+
+        Raises:
+            InputError: it does not in time, or several do; says what there is instead.
+        """
+        for name, kind in services.items():
+            self._clients[name] = self._node.create_client(kind, f"{node}/{name}")
+        clients = self._clients.values()
+        if not self._until(lambda: all(c.service_is_ready() for c in clients), self._patience):
+            missing = [n for n, client in self._clients.items() if not client.service_is_ready()]
+            raise InputError(self._nobody(node, missing[0]))
+        if urgent:
+            return
+        self._until(lambda: False, ACQUAINTED)  # in which a second one is discovered, too
+        for name in services:
+            if (count := self._node.count_services(f"{node}/{name}")) > 1:
+                raise InputError(
+                    f"{count} nodes offer {node}/{name}; end all but one, or give them namespaces"
+                )
+
+    def ask(self, service: str, request: Any, patience: float = ANSWER, again: float = 0.0) -> Any:
+        """The answer of a service that ``meet`` has found.
+
+        Args:
+            service: its name.
+            request: for it.
+            patience: s to wait for the answer.
+            again: s after which the request is repeated; 0: it is not.
+
+        Raises:
+            AbSimError: there is no answer in time.
+        """
+        client, end = self._clients[service], time.monotonic() + patience
+        while True:
+            future = client.call_async(request)
+            left = end - time.monotonic()
+            if self._until(future.done, min(again, left) if again else left):
+                return future.result()
+            if time.monotonic() >= end:
+                raise AbSimError(
+                    f"{client.srv_name} did not answer within {patience:g} s; it may be busy, and "
+                    "do what it was asked for all the same"
+                )
+
+    def parameters(self, names: Sequence[str] = ()) -> dict[str, Any]:
+        """The values of a node's parameters, of all of them if none is named.
+
+        Raises:
+            InputError: it has none of such a name; gives the nearest.
+        """
+        known = sorted(self.ask("list_parameters", ListParameters.Request()).result.names)
+        for name in names:
+            if name not in known:
+                own = [other for other in known if "." not in other]
+                raise InputError(
+                    f"{name}: the node has no such parameter{nearest(name, known)}; it has "
+                    + ", ".join(own)
+                )
+        wanted = list(names) or known
+        answer = self.ask("get_parameters", GetParameters.Request(names=wanted))
+        pairs = zip(wanted, answer.values, strict=False)
+        return {name: _plain(parameter_value_to_python(value)) for name, value in pairs}
+
+    def set(self, values: Mapping[str, Any]) -> None:
+        """Set parameters of the node, all or none.
+
+        Raises:
+            InputError: it has none of such a name, or a value is none that a parameter may have.
+            Refused: the node does not want them; says why.
+        """
+        self.parameters([*values])
+        each = [_message(name, value) for name, value in values.items()]
+        request = SetParametersAtomically.Request(parameters=each)
+        result = self.ask("set_parameters_atomically", request).result
+        if not result.successful:
+            raise Refused(result.reason or f"refused: {', '.join(values)}")
+
+    def go_on(self) -> None:
+        """After Ctrl-C: something is still to be put in order."""
+        self._stopping.clear()
+
+    def found(self) -> dict[str, list[str]]:
+        """The nodes that are known by now, and the names of the services of each."""
+        nodes: dict[str, list[str]] = {}
+        for name, namespace in self._node.get_node_names_and_namespaces():
+            if name.startswith("_"):
+                continue
+            whole = f"{namespace.rstrip('/')}/{name}"
+            # A node may be gone by now.
+            with contextlib.suppress(Exception):
+                offers = self._node.get_service_names_and_types_by_node(name, namespace)
+                mine = [service.removeprefix(f"{whole}/") for service, _ in offers]
+                nodes[whole] = sorted(service for service in mine if "/" not in service)
+        return nodes
+
+    def listen(self) -> dict[str, Health]:
+        """What nodes say of themselves, by their full names, within a while."""
+        told: dict[str, Health] = {}
+
+        def hear(message: Any) -> None:
+            for health in Health.all_of(message):
+                told[health.node] = health
+
+        topics.DIAGNOSTICS.subscription(self._node, hear)
+        self._until(lambda: False, max(self._patience, LISTENING))
+        return told
+
+    def _nobody(self, node: str, service: str) -> str:
+        found = self.found()
+        said = f"nobody offers {node}/{service} (waited {self._patience:g} s); "
+        if not found:
+            domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), "ROS_AUTOMATIC_DISCOVERY_RANGE"
+            return said + (
+                f"there is no node at all on ROS_DOMAIN_ID {domain}, {reach} "
+                f"{os.environ.get(reach, '')}: is it running?"
+            )
+        if node in found:
+            return said + f"{node} is there, and offers " + ", ".join(_own(found[node]))
+        asked = service in PARAMETERS
+        able = [name for name, offers in found.items() if service in offers and not asked]
+        if able:
+            return said + f"{', '.join(able)} would: --namespace and --node say whom you mean"
+        return said + f"found {', '.join(found)}; --namespace and --node say whom you mean"
+
+    def _until(self, condition: Callable[[], Any], seconds: float) -> bool:
+        end = time.monotonic() + seconds
+        while not condition():
+            if self._stopping.is_set():
+                raise Interrupted("interrupted")
+            if (left := end - time.monotonic()) <= 0:
+                return False
+            self._executor.spin_once(timeout_sec=min(left, 0.05))
+        return True
+
+
+def _own(services: Iterable[str]) -> list[str]:
+    """Without those that every node has for its parameters."""
+    common = ("parameter", "type_description")
+    return [name for name in services if not any(word in name for word in common)] or ["nothing"]
+
+
+def _plain(value: Any) -> Any:
+    return value if isinstance(value, (bool, int, float, str, type(None))) else list(value)
+
+
+def _message(name: str, value: Any) -> Any:
+    try:
+        message = Parameter(name, value=value).to_parameter_msg()
+    except Exception as error:
+        # rclpy raises a different class for every way in which a value can be none.
+        raise InputError(f"{name}={value!r}: is no value that a parameter may have") from error
+    if message.value.type == ParameterType.PARAMETER_NOT_SET:
+        raise InputError(f"{name}=: a value is missing; an empty text is {name}=\"''\"")
+    return message

@@ -1,0 +1,89 @@
+"""How large the measured vibration is, window by window, whatever the drive's clock says."""
+
+import math
+from collections.abc import Sequence
+
+from ab_sim.scene.segments import Until
+
+LEAST_SAMPLES = 8
+"""In a window, which lasts longer if there are fewer: of less, there is no mean to speak of."""
+
+
+class _Sensor:
+    """One sensor's present window, and what the last whole one came to."""
+
+    def __init__(self) -> None:
+        self.rms: float | None = None
+        self.newest: int | None = None
+        self._begin(0)
+
+    def _begin(self, stamp: int) -> None:
+        self._since, self._count, self._spread = stamp, 0, 0.0
+        self._mean = [0.0, 0.0, 0.0]
+
+    def hear(self, stamp: int, vector: Sequence[float], over: float) -> None:
+        if self.newest is None or stamp < self.newest:
+            self.rms = None  # first of all, or the drive was reset
+            self._begin(stamp)
+        elif (stamp - self._since) * 1e-9 >= over and self._count >= LEAST_SAMPLES:
+            self.rms = math.sqrt(self._spread / self._count)
+            self._begin(stamp)
+        self.newest = stamp
+        self._count += 1
+        for axis, value in enumerate(vector):  # Welford's: nothing large is subtracted
+            off = value - self._mean[axis]
+            self._mean[axis] += off / self._count
+            self._spread += off * (value - self._mean[axis])
+
+
+class VibrationWatch:
+    """What a condition on the measured vibration is judged by, from now on.
+
+    Args:
+        until: the condition.
+        now: the time [s] by one's own clock.
+    """
+
+    def __init__(self, until: Until, now: float) -> None:
+        self._until = until
+        self._sensors: dict[str, _Sensor] = {}
+        self._heard: dict[str, float] = {}
+        self._began = now
+
+    def hear(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
+        """A sample; one that is not finite, or whose stamp stands still, is as good as none.
+
+        Args:
+            now: s, by one's own clock.
+            sensor: its frame.
+            stamp: ns, by the drive's clock: only differences count.
+            vector: the acceleration [m/s^2] along three axes.
+        """
+        known = self._sensors.setdefault(sensor, _Sensor())
+        if not all(map(math.isfinite, vector)) or stamp == known.newest:
+            return
+        known.hear(stamp, vector, self._until.over)
+        self._heard[sensor] = now
+
+    @property
+    def rms(self) -> float | None:
+        """Of the sensors the largest root mean square [m/s^2]; None until each has a window."""
+        each = [sensor.rms for sensor in self._sensors.values()]
+        return None if not each or None in each else max(rms for rms in each if rms is not None)
+
+    @property
+    def met(self) -> bool:
+        """Whether the condition holds."""
+        below, above, rms = (
+            self._until.vibration_rms_below,
+            self._until.vibration_rms_above,
+            self.rms,
+        )
+        if rms is None:
+            return False
+        return rms < below if below is not None else above is not None and rms > above
+
+    def silence(self, now: float) -> float:
+        """For how long [s] a sensor has said nothing, the one that has for longest."""
+        each = [self._heard.get(sensor, self._began) for sensor in self._sensors]
+        return now - min(each, default=self._began)

@@ -1,0 +1,111 @@
+"""Changes to what a scene's file says, each ``key=value`` with a dotted key."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import yaml
+
+from ab_sim.errors import SceneError, nearest
+
+
+class UniqueKeys(yaml.SafeLoader):
+    """YAML in which a key given twice is an error instead of silently winning."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """As SafeLoader's, but for that."""
+        keys = [self.construct_object(key, deep=deep) for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                line = node.start_mark.line + 1
+                raise yaml.YAMLError(f"key {key!r} is given twice in the mapping at line {line}")
+        return super().construct_mapping(node, deep=deep)
+
+
+REMOVED: Any = object()
+"""Stands for a value that is taken away."""
+
+
+class Change(NamedTuple):
+    """A value for a dotted key, or ``REMOVED``."""
+
+    key: str
+    value: Any
+    said: str
+    """What to call it in messages."""
+
+
+def parsed(change: str) -> Change:
+    """A change as it is written, ``key=value``, the value in YAML; an empty one removes the key.
+
+    Raises:
+        SceneError: it is not written so.
+    """
+    key, equals, text = change.partition("=")
+    said = f"change {change!r}"
+    if not equals or not all(part.strip() for part in key.split(".")):
+        raise SceneError(f"{said}: must be key=value, e.g. balls.mass=0.002")
+    try:
+        value = yaml.load(text, Loader=UniqueKeys)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise SceneError(f"{said}: the value is not valid YAML: {error}") from error
+    return Change(key.strip(), REMOVED if text.strip() == "" else value, said)
+
+
+def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
+    """Make changes to nested mappings.
+
+    Raises:
+        SceneError: there is nothing to remove, or a key leads into what is no mapping.
+    """
+    for change in changes:
+        if change.value is REMOVED:
+            _remove(raw, change)
+        else:
+            _set(raw, change)
+    # Who changes the accuracy does not want the file's solver any more, and vice versa; who
+    # changes both is told that they exclude each other, when the scene is checked.
+    given = {change.key.partition(".")[0] for change in changes if change.value is not REMOVED}
+    for wanted, other in (("accuracy", "solver"), ("solver", "accuracy")):
+        if wanted in given and other not in given:
+            raw.pop(other, None)
+
+
+def _set(raw: dict[str, Any], change: Change) -> None:
+    *sections, last = change.key.split(".")
+    here = raw
+    for section in sections:
+        if here.get(section) is None:
+            here[section] = {}
+        here = _inside(here, section, change)
+    here[last] = change.value
+
+
+def _remove(raw: dict[str, Any], change: Change) -> None:
+    *sections, last = change.key.split(".")
+    here, owner = raw, "the scene"
+    for section in sections:
+        _check_there(here, section, owner, change)
+        here, owner = _inside(here, section, change), section
+    _check_there(here, last, owner, change)
+    del here[last]
+
+
+def _check_there(here: dict[str, Any], key: str, owner: str, change: Change) -> None:
+    """What is not there may be a slip of the pen for what is, which would silently stay."""
+    if key not in here:
+        there = [str(other) for other in here]
+        raise SceneError(
+            f"{change.said}: {owner} has no {key!r} to remove{nearest(key, there)}; it has "
+            + (", ".join(there) or "no keys")
+        )
+
+
+def _inside(here: dict[str, Any], section: str, change: Change) -> dict[str, Any]:
+    inner = here[section]
+    if isinstance(inner, list):
+        raise SceneError(
+            f"{change.said}: {section} is a list; give the whole of it: {section}=[...]"
+        )
+    if not isinstance(inner, dict):
+        raise SceneError(f"{change.said}: {section} is a value, it has no keys")
+    return inner

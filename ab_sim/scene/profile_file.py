@@ -1,0 +1,79 @@
+"""A profile for whoever commands a drive: a scene's, or one by itself, which needs no scene."""
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import yaml
+from pydantic import TypeAdapter, ValidationError
+
+from ab_sim.errors import SceneError
+from ab_sim.scene.changes import UniqueKeys, apply, parsed
+from ab_sim.scene.explain import explain
+from ab_sim.scene.load import find_scene, load_scene, read_mapping
+from ab_sim.scene.profiles import AnyProfile, Profile, check_profile
+
+GIVEN = "the profile in braces"
+INF = float("inf")
+
+
+class AskedProfile(NamedTuple):
+    """A profile, and how it begins."""
+
+    profile: AnyProfile
+    first: float
+    """The speed at which it begins [rad/s]."""
+
+
+def load_profile(source: str, changes: Iterable[str] = ()) -> AskedProfile:
+    """Read and check a profile.
+
+    Args:
+        source: name or YAML file of a scene with a profile; or a YAML file that has what a scene
+            has under ``profile``, ``kind`` and all, and then it begins at standstill; or that text
+            itself, in braces.
+        changes: ``key=value`` with a dotted key, such as ``profile.target_speed=150``; to a scene
+            others, too.
+
+    Raises:
+        SceneError: there is none, or it makes no sense; names key, value and what is allowed.
+    """
+    if source.lstrip().startswith("{"):
+        return _alone(_mapping(source), changes, GIVEN)
+    path = find_scene(source)
+    raw = read_mapping(path)
+    if "kind" in raw:
+        return _alone(raw, changes, str(path))
+    scene = load_scene(source, changes)
+    if scene.profile is None:
+        raise SceneError(f"{path}: that scene has no profile to run; add one, or take another")
+    return AskedProfile(scene.profile, scene.start.speed)
+
+
+def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> AskedProfile:
+    whole = {"profile": raw}
+    apply(whole, [parsed(change) for change in changes])
+    if others := whole.keys() - {"profile"}:
+        raise SceneError(
+            f"{origin}: is a profile by itself, and a change is for {', '.join(sorted(others))}; "
+            "keys begin with profile., e.g. profile.target_speed=150"
+        )
+    try:
+        profile: AnyProfile = TypeAdapter(Profile).validate_python(whole.get("profile"))
+        check_profile(profile, 0.0, INF, INF)
+    except ValidationError as error:
+        raise SceneError(
+            "\n".join(f"{origin}: {problem}" for problem in explain(error, ("profile",)))
+        ) from error
+    except ValueError as error:
+        raise SceneError(f"{origin}: {error}") from error
+    return AskedProfile(profile, 0.0)
+
+
+def _mapping(text: str) -> dict[str, Any]:
+    try:
+        raw = yaml.load(text, Loader=UniqueKeys)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise SceneError(f"{GIVEN} is not valid YAML: {error}") from error
+    if not isinstance(raw, dict):
+        raise SceneError(f"{GIVEN} must be one mapping, e.g. {{kind: segments, segments: [...]}}")
+    return raw

@@ -1,0 +1,144 @@
+"""Spindle-speed profiles that a scene can ask for, and what makes sense of them."""
+
+from typing import Annotated, Literal, get_args
+
+from pydantic import Field, model_validator
+
+from ab_sim.errors import exact
+from ab_sim.scene.quantities import Number, quantity
+from ab_sim.scene.section import Section
+from ab_sim.scene.segments import Segments
+
+
+class VariableSpeedPeriod(Section):
+    """The period near the critical speed in which the spindle accelerates differently."""
+
+    start_speed: Number | None = quantity(
+        "speed at which it begins (give this or start_time)", "rad/s", default=None
+    )
+    start_time: Number | None = quantity(
+        "time at which it begins (give this or start_speed)", "s", ge=0, le=1e6, default=None
+    )
+    duration: Number = quantity("its length", "s", ge=1e-6, le=1e4)
+    acceleration: Number = quantity(
+        "acceleration during it: 0 holds the speed, negative decelerates", "rad/s^2", default=0.0
+    )
+
+    @model_validator(mode="after")
+    def _one_start(self) -> "VariableSpeedPeriod":
+        if (self.start_speed is None) == (self.start_time is None):
+            raise ValueError("give exactly one of start_speed and start_time")
+        return self
+
+
+class StartUp(Section):
+    """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1)."""
+
+    kind: Literal["start_up"]
+    acceleration: Number = quantity("of the run-up", "rad/s^2", ge=1e-6, le=1e6)
+    target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
+    variable_speed_period: VariableSpeedPeriod | None = None
+
+
+class SpeedChange(Section):
+    """A raised-cosine change of speed (relative-stability (25), on [t_b, t_b + t_r] only)."""
+
+    kind: Literal["speed_change"]
+    start_time: Number = quantity("t_b", "s", ge=0, le=1e6)
+    duration: Number = quantity("t_r", "s", ge=1e-6, le=1e4)
+    to_speed: Number = quantity("speed after the change", "rad/s", ge=-1e5, le=1e5)
+
+
+AnyProfile = StartUp | SpeedChange | Segments
+Profile = Annotated[AnyProfile, Field(discriminator="kind")]
+KINDS: tuple[str, ...] = tuple(
+    get_args(kind.model_fields["kind"].annotation)[0] for kind in get_args(AnyProfile)
+)
+
+
+def beyond(key: str, speed: float, limit: float) -> str:
+    """What to say of a speed that the spindle may not have."""
+    return (
+        f"{key} = {exact(speed)} rad/s: is beyond spindle.max_speed = {exact(limit)} rad/s; lower "
+        "it or raise the limit"
+    )
+
+
+def check_profile(
+    profile: AnyProfile, first: float, max_speed: float, max_acceleration: float
+) -> None:
+    """See whether a spindle can follow a profile.
+
+    Args:
+        profile: what it is to follow.
+        first: the speed at which it begins [rad/s].
+        max_speed: rad/s, and
+        max_acceleration: rad/s^2, of the spindle; infinite where they are not known.
+
+    Raises:
+        ValueError: names key, value, what is allowed and what to do.
+    """
+    if isinstance(profile, SpeedChange):
+        if abs(profile.to_speed) > max_speed:
+            raise ValueError(beyond("profile.to_speed", profile.to_speed, max_speed))
+    elif isinstance(profile, StartUp):
+        _check_start_up(profile, first, max_speed, max_acceleration)
+    else:
+        _check_segments(profile, first, max_speed, max_acceleration)
+
+
+def _check_start_up(
+    profile: StartUp, first: float, max_speed: float, max_acceleration: float
+) -> None:
+    target = profile.target_speed
+    if target > max_speed:
+        raise ValueError(beyond("profile.target_speed", target, max_speed))
+    if target <= first:
+        raise ValueError(
+            f"profile.target_speed = {exact(target)} rad/s: must be above start.speed = "
+            f"{exact(first)} rad/s"
+        )
+    _check_acceleration("profile", profile.acceleration, max_acceleration)
+    period = profile.variable_speed_period
+    if period is None:
+        return
+    if period.start_speed is not None:
+        key, begins = f"start_speed = {exact(period.start_speed)} rad/s", period.start_speed
+    else:
+        assert period.start_time is not None
+        key = f"start_time = {exact(period.start_time)} s"
+        begins = first + profile.acceleration * period.start_time
+    ends = begins + period.acceleration * period.duration
+    if not first <= begins < target or not first <= ends <= target:
+        raise ValueError(
+            f"profile.variable_speed_period.{key}: the period runs from {exact(begins)} to "
+            f"{exact(ends)} rad/s, which must lie between start.speed = {exact(first)} and "
+            f"target_speed = {exact(target)}"
+        )
+
+
+def _check_segments(
+    profile: Segments, first: float, max_speed: float, max_acceleration: float
+) -> None:
+    _, *ends = profile.speeds(first)
+    for index, (segment, (low, high)) in enumerate(zip(profile.segments, ends, strict=True)):
+        key = f"profile.segments.{index}"
+        _check_acceleration(key, abs(segment.acceleration or 0.0), max_acceleration)
+        if max(-low, high) <= max_speed:
+            continue
+        if segment.to is not None:
+            raise ValueError(beyond(f"{key}.to", segment.to, max_speed))
+        farthest = low if -low > high else high
+        raise ValueError(
+            f"{key}: ends at {exact(farthest)} rad/s, which is beyond spindle.max_speed = "
+            f"{exact(max_speed)} rad/s; shorten it, accelerate less or raise the limit"
+        )
+
+
+def _check_acceleration(key: str, acceleration: float, most: float) -> None:
+    if acceleration > most:
+        raise ValueError(
+            f"{key}.acceleration = {exact(acceleration)} rad/s^2: is more than "
+            f"spindle.max_acceleration = {exact(most)} rad/s^2, so that a live drive could not "
+            "follow the profile"
+        )

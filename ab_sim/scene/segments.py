@@ -1,0 +1,184 @@
+"""A profile as a list of segments: accelerations and holds, by speed, time or a condition."""
+
+import math
+from collections.abc import Iterator
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from ab_sim.errors import exact
+from ab_sim.scene.quantities import Number, quantity
+from ab_sim.scene.section import Section
+
+MOST_SEGMENTS = 1000
+Speeds = tuple[float, float]
+"""The lowest and the highest speed that there may be [rad/s]."""
+
+
+class Until(Section):
+    """A condition on the measured vibration.
+
+    Judged is the root mean square of the acceleration about its mean, over windows one after the
+    other: neither gravity nor a sensor's offset counts. Of several sensors the largest counts.
+    """
+
+    vibration_rms_below: Number | None = quantity(
+        "it ends when the vibration is less (give this or vibration_rms_above)",
+        "m/s^2",
+        gt=0,
+        le=1e6,
+        default=None,
+    )
+    vibration_rms_above: Number | None = quantity(
+        "it ends when the vibration is more (give this or vibration_rms_below)",
+        "m/s^2",
+        gt=0,
+        le=1e6,
+        default=None,
+    )
+    over: Number = quantity("length of a window", "s", ge=1e-3, le=1e4)
+    at_most: Number = quantity("the segment lasts no longer", "s", ge=1e-3, le=1e4)
+    otherwise: Literal["go_on", "abort"] = Field(
+        default="go_on", description="what follows if it has lasted so long: go_on or abort"
+    )
+
+    @model_validator(mode="after")
+    def _reachable(self) -> "Until":
+        if (self.vibration_rms_below is None) == (self.vibration_rms_above is None):
+            raise ValueError("give exactly one of vibration_rms_below and vibration_rms_above")
+        if self.at_most <= self.over:
+            raise ValueError(
+                f"at_most = {exact(self.at_most)} s: must be more than over = {exact(self.over)} "
+                "s, or the vibration is never judged"
+            )
+        return self
+
+    @property
+    def words(self) -> str:
+        """What it waits for."""
+        if self.vibration_rms_below is not None:
+            return f"vibration below {self.vibration_rms_below:g} m/s^2"
+        return f"vibration above {self.vibration_rms_above:g} m/s^2"
+
+
+class Segment(Section):
+    """One acceleration, or one hold."""
+
+    to: Number | None = quantity(
+        "speed at which it ends; acceleration says how fast, whichever way",
+        "rad/s",
+        ge=-1e5,
+        le=1e5,
+        default=None,
+    )
+    hold: Number | None = quantity(
+        "for how long the speed is held", "s", ge=1e-6, le=1e4, default=None
+    )
+    duration: Number | None = quantity(
+        "for how long it accelerates", "s", ge=1e-6, le=1e4, default=None
+    )
+    until: Until | None = None
+    """It lasts until this holds: at a speed that is held, or accelerating."""
+    acceleration: Number | None = quantity(
+        "with to more than 0; with duration and until negative downwards",
+        "rad/s^2",
+        ge=-1e6,
+        le=1e6,
+        default=None,
+    )
+
+    @model_validator(mode="after")
+    def _one_end(self) -> "Segment":
+        ends = {"to": self.to, "hold": self.hold, "duration": self.duration, "until": self.until}
+        given = [name for name, end in ends.items() if end is not None]
+        if len(given) != 1:
+            raise ValueError(
+                "give exactly one of to, hold, duration and until, e.g. "
+                "{to: 100, acceleration: 40} or {hold: 0.5}"
+            )
+        if given == ["hold"] and self.acceleration is not None:
+            raise ValueError(
+                "hold keeps the speed and takes no acceleration; write {duration: ..., "
+                "acceleration: ...} to change it"
+            )
+        if self.acceleration is None and given in (["to"], ["duration"]):
+            raise ValueError(f"acceleration: is missing; {given[0]} needs one [rad/s^2]")
+        if given == ["to"] and not self._slope >= 1e-6:
+            raise ValueError(
+                f"acceleration = {exact(self._slope)} rad/s^2: must be at least 1e-06; the speed "
+                "to go to says which way"
+            )
+        return self
+
+    @property
+    def _slope(self) -> float:
+        return 0.0 if self.acceleration is None else self.acceleration
+
+    def ramp(self, speed: float) -> tuple[float, float]:
+        """Its duration [s], the longest that it may have, and its acceleration [rad/s^2].
+
+        Args:
+            speed: at which it begins [rad/s].
+        """
+        if self.to is not None:
+            slope = math.copysign(self._slope, self.to - speed)
+            return (self.to - speed) / slope, slope
+        lasts = self.until.at_most if self.until is not None else self.duration or self.hold
+        assert lasts is not None
+        return lasts, self._slope
+
+    def end(self, speed: float) -> float:
+        """The speed at which it ends, lasting as long as it may [rad/s]."""
+        if self.to is not None:
+            return self.to
+        duration, slope = self.ramp(speed)
+        return speed + slope * duration
+
+    def ends(self, speeds: Speeds) -> Speeds:
+        """The speeds at which it may end, begun anywhere between two."""
+        low, high = (self.end(speed) for speed in speeds)
+        if self.until is None:
+            return low, high
+        return min(speeds[0], low), max(speeds[1], high)
+
+
+class Segments(Section):
+    """Accelerations and holds one after the other, up and down and through zero."""
+
+    kind: Literal["segments"]
+    segments: tuple[Segment, ...] = Field(
+        description="each with one of to, hold, duration, until",
+        min_length=1,
+        max_length=MOST_SEGMENTS,
+    )
+
+    def speeds(self, first: float) -> Iterator[Speeds]:
+        """At which it begins, and at which each segment may end; none goes beyond its ends."""
+        speeds = first, first
+        yield speeds
+        for segment in self.segments:
+            speeds = segment.ends(speeds)
+            yield speeds
+
+    def top_speed(self, first: float) -> float:
+        """The largest magnitude that the speed may have [rad/s]."""
+        return max(max(-low, high) for low, high in self.speeds(first))
+
+    @property
+    def lasting(self) -> "Segments":
+        """The same without conditions: each segment lasts as long as it may."""
+        each = [
+            segment
+            if segment.until is None
+            else Segment(duration=segment.until.at_most, acceleration=segment.acceleration or 0.0)
+            for segment in self.segments
+        ]
+        return Segments(kind=self.kind, segments=tuple(each))
+
+    @property
+    def condition(self) -> str | None:
+        """The key of the first segment that ends on a condition, if there is one."""
+        for index, segment in enumerate(self.segments):
+            if segment.until is not None:
+                return f"profile.segments.{index}.until"
+        return None

@@ -1,0 +1,156 @@
+"""What a drive does in time, by what another process hears of it; for realtime.py."""
+
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+import rclpy
+from rclpy.qos import QoSProfile
+
+from ab_msgs_py import Block, Health, topics
+from ab_msgs_py.samples import command_of, nanoseconds_of
+
+DEEP = QoSProfile(depth=20_000)
+LOOK = 0.005
+"""s between two looks at what has come."""
+QUANTILES = 1.0 - np.logspace(0.0, -6.0, 61)
+
+
+class Ear:
+    """One subscriber to a drive: its clock, blocks and commands, and what nodes say of themselves.
+
+    The middleware's thread stamps what it receives; when this process looks at it is of no account.
+    Times are told on the steady clock, which the drive keeps as well.
+    """
+
+    def __init__(self) -> None:
+        self._node = rclpy.create_node("ear")
+        self._clock, self._blocks, self._commands, self._health = (
+            topic._replace(qos=DEEP).subscription(self._node, print)
+            for topic in (topics.CLOCK, topics.BLOCK, topics.COMMAND, topics.DIAGNOSTICS)
+        )
+        self.values: dict[str, dict[str, str]] = {}
+        self.forget()
+
+    def forget(self) -> None:
+        """All but what nodes have said."""
+        self.clock: list[tuple[float, int]] = []
+        """When it was received [s], and what it said [ns]."""
+        self.blocks: list[np.ndarray] = []
+        """Steps, and the commands in force; shape (samples, 2)."""
+        self.commands: list[tuple[float, float]] = []
+        """When each was received [s], and its speed [rad/s]."""
+
+    def listen(self, seconds: float) -> None:
+        """For so long."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._look()
+            time.sleep(LOOK)
+
+    def until(self, condition: Any, what: str) -> None:
+        """Listen until a condition is true."""
+        end = time.monotonic() + 300.0
+        while not condition():
+            if time.monotonic() > end:
+                raise SystemExit(f"not within 300 s: {what}")
+            self.listen(0.1)
+
+    def _look(self) -> None:
+        ahead = time.monotonic_ns() - time.time_ns()
+        for message, received in topics.arrived(self._clock, 10_000):
+            self.clock.append((1e-9 * (received + ahead), nanoseconds_of(message.clock)))
+        for message, received in topics.arrived(self._commands, 10_000):
+            self.commands.append((1e-9 * (received + ahead), command_of(message)))
+        for message, _ in topics.arrived(self._blocks, 10_000):
+            block = Block.of(message)
+            self.blocks.append(block.samples[:, [0, block.channels.index("command")]])
+        for message, _ in topics.arrived(self._health, 100):
+            for health in Health.all_of(message):
+                self.values[health.node.lstrip("/")] = health.values
+
+
+class Pace(NamedTuple):
+    """How a drive kept time, step by step one wake-up each, at the clock's own speed."""
+
+    at: np.ndarray
+    """When each wake-up's last message was received [s]."""
+    lateness: np.ndarray
+    """How long after the wake-up was due that was [s]; the quickest one of its second is 0."""
+    factor: float
+    """Simulated over real time."""
+    lost: float
+    """By how much simulated time has come to lie behind [s]."""
+    wrong: int
+    """Stamps that are no whole steps, or do not grow."""
+
+    @classmethod
+    def of(cls, clock: list[tuple[float, int]], step: float) -> "Pace":
+        """Out of what the clock said, and when."""
+        heard, stamps = np.array([at for at, _ in clock]), np.array([ns for _, ns in clock])
+        lag = heard - 1e-9 * stamps
+        passed = heard - heard[0]
+        # The last second is a whole one and the rest.
+        whole = np.minimum(np.floor(passed), max(np.floor(passed[-1]) - 1.0, 0.0))
+        _, begins, second = np.unique(whole, return_index=True, return_inverse=True)
+        least = np.minimum.reduceat(lag, begins)
+        # A late wake-up takes all steps that are due; the first of them was due the longest ago.
+        due = 1e-9 * stamps[:-1] + step + least[second[1:]]
+        wrong = np.sum(stamps % round(1e9 * step) != 0) + np.sum(np.diff(stamps) <= 0)
+        return cls(
+            heard[1:],
+            np.maximum(heard[1:] - due, 0.0),
+            # From a quickest message to another: how late the last one was does not count.
+            1.0 - float(least[-1] - least[0]) / max(float(passed[-1]) - 1.0, 1.0),
+            float(least[-1] - least[0]),
+            int(wrong),
+        )
+
+
+def spread(lateness: np.ndarray) -> dict[str, Any]:
+    """Percentiles [ms], and what a picture needs of the whole."""
+    if not len(lateness):
+        return {}
+    shares = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999, "worst": 1.0}
+    figures = {
+        f"{name} [ms]": round(1e3 * float(np.quantile(lateness, share)), 4)
+        for name, share in shares.items()
+    }
+    curve = [round(1e3 * float(q), 5) for q in np.quantile(lateness, QUANTILES)]
+    return {**figures, "count": len(lateness), "at QUANTILES [ms]": curve}
+
+
+def delays(ear: Ear, step: float) -> np.ndarray:
+    """From a command's arrival to that of the first output that shows it [s]."""
+    samples = np.concatenate(ear.blocks)
+    begins = 1 + np.flatnonzero(np.diff(samples[:, 1]))
+    first = {speed: int(at) for at, speed in reversed(samples[begins].tolist())}
+    heard, stamps = np.array([at for at, _ in ear.clock]), np.array([ns for _, ns in ear.clock])
+    found = []
+    for came, speed in ear.commands:
+        if speed in first:
+            shown = np.searchsorted(stamps, round(1e9 * first.pop(speed) * step))
+            if 0 < shown < len(heard):
+                found.append(heard[shown] - came)
+    return np.array(found)
+
+
+def missing(ear: Ear) -> int:
+    """Samples that no block had, between the first and the last that came."""
+    return int(np.sum(np.diff(np.concatenate(ear.blocks)[:, 0]) - 1))
+
+
+def recovered(pace: Pace, ended: float, period: float, usual: float) -> float | None:
+    """How long after load had ended a second began that was as good as before it [s].
+
+    Args:
+        pace: from then on.
+        ended: when that was [s].
+        period: of wake-ups [s]; one that is late by as much is an overrun.
+        usual: share of overruns before; one in a hundred more is as good.
+    """
+    for begin in np.arange(ended, pace.at[-1] - 1.0, 0.05):
+        inside = pace.lateness[(pace.at >= begin) & (pace.at < begin + 1.0)]
+        if len(inside) and np.mean(inside >= period) <= usual + 0.01:
+            return round(float(begin - ended), 2)
+    return None

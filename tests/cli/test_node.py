@@ -1,0 +1,93 @@
+"""`ab-sim node`: what can be asked, and what is refused before anybody is asked."""
+
+from typing import Any
+
+import pytest
+
+from ab_sim.cli.node import told, value_of
+from ab_sim.cli.node_acts import ACTS
+from ab_sim.errors import InputError
+from tests.cli.tool import ab_sim
+
+NAMES = {act.name: act for act in ACTS}
+
+
+def test_every_service_of_the_contract_can_be_asked_for() -> None:
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    from ab_msgs_py import services
+
+    offered = {v for k, v in vars(services).items() if k.isupper() and isinstance(v, str)}
+    assert {f"~/{act.asks}" for act in ACTS} == offered, "each wants a row in node_acts.py"
+
+
+def test_words_become_parameters(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, words, values in (
+        ("step", {"steps": None}, {}),
+        ("step", {"steps": "5"}, {"steps": 5}),
+        ("save", {"snapshot": "kept.json"}, {"snapshot": str(tmp_path / "kept.json")}),
+        (
+            "load-scene",
+            {"scene": "thesis-hold", "changes": None},
+            {"scene": "thesis-hold", "changes": [""]},
+        ),
+        (
+            "load-scene",
+            {"scene": "mine.yaml", "changes": ["balls.mass=0.002", "profile="]},
+            {"scene": str(tmp_path / "mine.yaml"), "changes": ["balls.mass=0.002", "profile="]},
+        ),
+        (
+            "load-disc",
+            {"disc_eccentricity": "1e-4", "disc_angle": "-0.5"},
+            {"disc_eccentricity": 1e-4, "disc_angle": -0.5},
+        ),
+        (
+            "load-disc",
+            {"disc_eccentricity": "1e-4", "disc_angle": None},
+            {"disc_eccentricity": 1e-4, "disc_angle": 0.0},
+        ),
+        ("pause", {}, {}),
+    ):
+        assert told(NAMES[name], words) == values, name
+
+
+def test_values_of_parameters() -> None:
+    words = ("1e-4", "-2.5E3", "7", "7.0", "true", "paced", "'7'", "[a=1, b=2]", "", "''")
+    values = [1e-4, -2500.0, 7, 7.0, True, "paced", "7", ["a=1", "b=2"], None, ""]
+    assert [value_of(word) for word in words] == values
+
+
+def test_a_slip_in_an_option_is_no_word() -> None:
+    with pytest.raises(InputError, match="--nmae: `ab-sim node save` has no such option"):
+        told(NAMES["save"], {"snapshot": "--nmae"})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("step", "many"), "'many': must be a whole number"),
+        (("load-disc", "big"), "'big': must be a number"),
+        (("load-scene",), "Missing argument 'SCENE'"),
+        (("pause", "now"), "unexpected extra argument"),
+        (("pause", "--namespace", "le ft"), "--namespace le ft: must be words between slashes"),
+        (("pause", "--node", "/left/drive_sim"), "what comes before it is given by --namespace"),
+        (("pause", "--wait", "nan"), "--wait nan: must be more than 0 s and finite"),
+        (("set", "speed_factor"), "'speed_factor': must be NAME=VALUE"),
+        (("set", "a=1", "a=2"), "a: is given twice"),
+        (("set", "a={"), "the value is not valid YAML"),
+        (("list", "--wait", "0"), "--wait 0: must be more than 0 s"),
+        (("puase",), "No such command 'puase'"),
+    ],
+)
+def test_bad_input(arguments: tuple[str, ...], words: str) -> None:
+    done = ab_sim("node", *arguments)
+    assert done.returncode == 2
+    assert words in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.ros
+def test_nobody_there() -> None:
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    done = ab_sim("node", "pause", "--namespace", "nowhere", "--wait", "0.3")
+    assert done.returncode == 2
+    assert "nobody offers /nowhere/drive_sim/pause (waited 0.3 s)" in done.stderr

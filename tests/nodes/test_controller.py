@@ -1,0 +1,169 @@
+"""Profiles under way, and `ab-sim node` that starts and aborts them: one drive for all of it."""
+
+import json
+import os
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ab_msgs_py import JointSample, Level, topics
+from ab_msgs_py.samples import text_of
+from tests.cli.tool import ab_sim
+from tests.nodes.fleet import Fleet
+
+pytestmark = pytest.mark.ros
+
+SHAKEN = """
+kind: segments
+segments:
+  - {until: {vibration_rms_above: 0.3, over: 0.1, at_most: 20.0}, acceleration: 10.0}
+  - {to: 0.0, acceleration: 45.0}
+"""
+CALM = """
+kind: segments
+segments:
+  - {to: 50.0, acceleration: 100.0}
+  - {until: {vibration_rms_below: 0.5, over: 0.2, at_most: 60.0, otherwise: abort}}
+  - {to: 0.0, acceleration: 100.0}
+"""
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Fleet]:
+    """A drive and a controller that runs it up until it shakes."""
+    folder = tmp_path_factory.mktemp("bench")
+    profile = folder / "shaken.yaml"
+    profile.write_text(SHAKEN)
+    fleet = Fleet(1 + (os.getpid() + 31) % 101, folder)
+    fleet.start("drive_sim", scene="thesis-hold")
+    fleet.start(
+        "profile_controller", profile=profile, use_sim_time=True, abort_deceleration=20.0,
+        vibration_timeout=60.0,
+    )  # fmt: skip
+    for topic in (topics.JOINT_STATES, topics.PROFILE_STATUS):
+        fleet.listen(topic)
+    yield fleet
+    fleet.close()
+
+
+@pytest.fixture
+def asked(bench: Fleet, monkeypatch: pytest.MonkeyPatch) -> Iterator["Asked"]:
+    monkeypatch.setenv("ROS_DOMAIN_ID", bench._environment["ROS_DOMAIN_ID"])
+    bench.until(lambda: bench.health("drive_sim"), "the drive is there")
+    yield Asked()
+
+
+class Asked:
+    """`ab-sim node`, as it is typed."""
+
+    def __call__(self, *words: str, code: int = 0) -> str:
+        done = ab_sim("node", *words)
+        assert done.returncode == code, (words, done.stdout, done.stderr)
+        assert "Traceback" not in done.stderr
+        return done.stdout if code == 0 else done.stderr
+
+
+def speed_of(fleet: Fleet) -> float:
+    joints = fleet.heard["joint_states"]
+    return JointSample.of(joints[-1]).spindle_speed if joints else 0.0
+
+
+def status_of(fleet: Fleet) -> str:
+    heard = fleet.heard["profile_controller/status"]
+    return text_of(heard[-1]) if heard else ""
+
+
+def test_asking_the_drive(bench: Fleet, asked: Asked, tmp_path: Path) -> None:
+    assert "not paused: pause first" in asked("step", code=1)
+    assert asked("pause") == "paused\n"
+    assert json.loads(asked("step", "3"))["wakes"] == 3
+    saved = tmp_path / "kept.json"
+    assert "t = " in asked("save", str(saved)) and saved.exists()
+    assert "rad further" in asked("load-disc", "2e-4", "-0.5")
+    assert "snapshot" in asked("restore", str(saved), code=1), "of another disc"
+    asked("load-scene", "thesis-hold", "balls.mass=0.001")
+    assert "did you mean 'speed_factor'?" in asked("set", "sped_factor=1", code=2)
+    assert "speed_factor" in asked("set", "steps=7", "speed_factor=1000", code=1)
+    assert asked("set", "speed_limit=150", "speed_factor=4") == "set\n"
+    told = asked("get", "steps", "speed_limit", "changes")
+    assert told == 'steps: 1\nspeed_limit: 150\nchanges: ["balls.mass=0.001"]\n', "put back"
+    assert "commands are ignored" in asked("emergency-stop")
+    assert asked("reset-emergency-stop") == "the next command is followed\n"
+    assert asked("resume") == "running\n"
+
+
+def test_whom_one_asks(bench: Fleet, asked: Asked) -> None:
+    listed = asked("list", "--wait", "5")
+    assert "/drive_sim" in listed and "/profile_controller" in listed and "start, abort" in listed
+    said = asked("pause", "--namespace", "left", "--wait", "5", code=2)
+    assert "nobody offers /left/drive_sim/pause (waited 5 s); /drive_sim would" in said
+    said = asked("pause", "--node", "profile_controller", "--wait", "5", code=2)
+    assert "/profile_controller is there, and offers abort, start" in said
+
+
+def test_a_profile_until_the_drive_shakes(bench: Fleet, asked: Asked) -> None:
+    """Four times as fast as real time, as the drive was told above."""
+    assert "not running" in asked("abort", code=1)
+    assert "started at t = " in asked("start")
+    bench.until(lambda: status_of(bench) == "done", "it is done")
+    bench.until(lambda: speed_of(bench) == 0.0, "it stands still again")
+    statuses = [text_of(m) for m in bench.heard["profile_controller/status"]]
+    assert statuses[-3] == (
+        "running: segment 1 of 2, accelerate at 10 rad/s^2 until vibration above 0.3 m/s^2, at "
+        "most 20 s"
+    )
+    # A tenth of a second at 65 rad/s shakes that much, by the closed form; not to be had at 50.
+    left = re.fullmatch(
+        r"running: segment 2 of 2, from (\S+) to 0 rad/s at -45 rad/s\^2", statuses[-2]
+    )
+    assert left is not None and 50.0 < float(left[1]) < 200.0
+    bench.until(
+        lambda: (h := bench.health("profile_controller")) and h.values["state"] == "done",
+        "its health says so",
+    )
+    assert bench.health("profile_controller").level is Level.OK, "and not that time was up"
+
+
+def test_an_abort_is_a_ramp(bench: Fleet) -> None:
+    assert bench.set("drive_sim", speed_factor=1.0)[0]
+    bench.until(lambda: bench.call("profile_controller/start")[0], "it starts")
+    bench.until(lambda: speed_of(bench) > 10.0, "10 rad/s")
+    before = len(bench.heard["joint_states"])
+    assert bench.call("profile_controller/abort") == (True, "ramping down to standstill")
+    bench.until(lambda: status_of(bench) == "aborted", "it is aborted")
+    bench.until(lambda: speed_of(bench) == 0.0, "it stands still")
+    joints = [JointSample.of(m) for m in bench.heard["joint_states"][before:]]
+    fastest = max(joints, key=lambda joint: joint.spindle_speed)
+    down = next(j for j in joints if j.time > fastest.time and j.spindle_speed == 0.0)
+    took = (down.time - fastest.time) * 1e-9
+    assert took >= fastest.spindle_speed / 20.0 - 0.05, "in the time that 20 rad/s^2 take, or more"
+    bench.until(
+        lambda: (h := bench.health("profile_controller")) and "by ~/abort" in h.message,
+        "its health says why",
+    )
+    assert bench.health("profile_controller").level is Level.WARN
+
+
+def test_a_drive_that_is_not_ab_sim(fleet: Fleet, tmp_path: Path) -> None:
+    """A board that knows its own clock and standard topics, and is best effort in both."""
+    profile = tmp_path / "calm.yaml"
+    profile.write_text(CALM)
+    status = fleet.listen(topics.PROFILE_STATUS)
+    fleet.start("profile_controller", profile=profile, auto_start=True, abort_deceleration=25.0)
+    fleet.until(lambda: status and "waiting: nobody" in text_of(status[-1]), "it waits")
+    fleet.start_process("board", sys.executable, Path(__file__).with_name("stand_in_drive.py"))
+    fleet.until(lambda: text_of(status[-1]) == "done", "the profile is done")
+    said = [text_of(message) for message in status]
+    assert any("segment 2 of 3, hold 50 rad/s until vibration below" in text for text in said)
+    fleet.until(lambda: "stands still again, 1" in fleet.log("board"), "it stands still")
+    assert fleet.call("profile_controller/start")[0]
+    fleet.until(lambda: text_of(status[-1]) == "aborted", "it is aborted")
+    said = [text_of(message) for message in status]
+    assert "aborting: segment 2 waits for the vibration, and no good sample of it" in said[-2]
+    fleet.until(lambda: "stands still again, 2" in fleet.log("board"), "it stands still")
+    steps = [int(word) for word in re.findall(r"by (\d+) steps", fleet.log("board"))]
+    assert len(steps) == 2 and min(steps) > 5, "both times by a ramp, however busy the machine"
+    assert fleet.stop("profile_controller") == 0

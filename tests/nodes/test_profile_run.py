@@ -1,0 +1,234 @@
+"""What the profile controller decides, without ROS: conditions, aborts, and commands that flow."""
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ab_sim.nodes.profile_run import ProfileRun, State
+from ab_sim.scene.profile_file import load_profile
+
+AHEAD = 0.005
+QUIET = {"vibration_rms_below": 0.5, "over": 0.2, "at_most": 5.0}
+HELD = ({"to": 100, "acceleration": 100}, {"until": QUIET}, {"to": 200, "acceleration": 50})
+
+
+class Bench:
+    """A run, a clock, and a disc that shakes."""
+
+    def __init__(self, *segments: dict[str, Any], deceleration: float = 100.0) -> None:
+        text = str({"kind": "segments", "segments": list(segments)})
+        self.said: list[str] = []
+        self.well: list[bool] = []
+        self.run = ProfileRun(load_profile(text), deceleration, AHEAD, 1.0, self.say)
+        self.now = 1000.0
+        self.shaking: dict[str, float] = {"": 3.0}
+        self.offset = 9.81
+        self.commands: list[float] = []
+
+    def say(self, status: str, well: bool) -> None:
+        self.said.append(status)
+        self.well.append(well)
+
+    def go(self, seconds: float, dt: float = 0.005) -> None:
+        """On, with a sample of each sensor at every tick: it turns at 30 Hz."""
+        for _ in range(round(seconds / dt)):
+            self.now += dt
+            stamp = round((self.now - 990.0) * 1e9)  # the drive's clock is another one
+            turn = 2 * math.pi * 30.0 * self.now
+            for sensor, large in self.shaking.items():
+                vector = large * math.cos(turn), large * math.sin(turn), self.offset
+                self.run.hear(self.now, sensor, stamp, vector)
+            if (command := self.run.tick(self.now)) is not None:
+                self.commands.append(command)
+
+    @property
+    def state(self) -> str:
+        return self.run.status.partition(":")[0]
+
+
+def started(*segments: dict[str, Any], **more: float) -> Bench:
+    bench = Bench(*segments, **more)
+    assert bench.run.start(bench.now) == ""
+    return bench
+
+
+def test_the_condition_ends_the_segment() -> None:
+    bench = started(*HELD)
+    bench.go(3.0)
+    assert bench.run.status == (
+        "running: segment 2 of 3, hold 100 rad/s until vibration below 0.5 m/s^2, at most 5 s"
+    )
+    assert bench.run.vibration == pytest.approx(3.0, rel=0.02), "whatever gravity is"
+    assert bench.commands[-1] == 100.0
+    bench.shaking[""] = 0.4
+    bench.go(0.45)  # two windows at most
+    assert bench.run.status == "running: segment 3 of 3, from 100 to 200 rad/s at 50 rad/s^2"
+    bench.go(2.1)
+    assert bench.state == "done" and bench.commands[-1] == 200.0 and bench.run.why == ""
+    assert [word.partition(":")[0] for word in bench.said] == [
+        "idle", "running", "running", "running", "done",
+    ]  # fmt: skip
+
+
+def test_the_loudest_sensor_counts_and_its_word_is_awaited() -> None:
+    bench = started(*HELD)
+    bench.shaking = {"near": 0.1, "far": 3.0}
+    bench.go(2.0)
+    assert "segment 2" in bench.run.status and bench.run.vibration == pytest.approx(3.0, rel=0.02)
+    bench.shaking["far"] = 0.1
+    bench.go(0.45)
+    assert "segment 3" in bench.run.status
+
+
+def test_more_than_a_limit() -> None:
+    above = {"vibration_rms_above": 2.0, "over": 0.1, "at_most": 9.0}
+    bench = started({"until": above, "acceleration": 10.0}, {"to": 0, "acceleration": 50})
+    bench.shaking[""] = 1.0
+    bench.go(3.0)
+    assert bench.commands[-1] == pytest.approx(30.05)
+    bench.shaking[""] = 2.5
+    bench.go(0.25)
+    assert "segment 2 of 2, from 3" in bench.run.status
+    bench.go(1.0)
+    assert bench.state == "done" and bench.commands[-1] == 0.0
+    assert bench.run.start(bench.now) == "", "it is back where it begins"
+
+
+def test_a_condition_that_is_not_met_in_time() -> None:
+    bench = started(*HELD)
+    bench.go(1.0 + 5.0 + 2.1)
+    assert bench.state == "done"
+    unmet = "segment 2: no vibration below 0.5 m/s^2 within 5 s"
+    assert bench.run.why == unmet and bench.well == [True] * 3 + [False] * 2
+    assert (
+        bench.said[-2] == f"running: segment 3 of 3, from 100 to 200 rad/s at 50 rad/s^2; {unmet}"
+    )
+    bench = started(*HELD[:2])
+    bench.go(1.0 + 5.0 + 0.1)
+    assert bench.run.status == f"done: {unmet}"
+    bench = started(HELD[0], {"until": {**QUIET, "otherwise": "abort"}}, HELD[2])
+    bench.go(1.0 + 5.0 + 0.1)
+    assert bench.state == "aborting"
+    bench.go(1.0)
+    assert bench.state == "aborted" and bench.commands[-1] == 0.0
+    assert bench.run.why == unmet
+
+
+def test_a_late_tick_passes_no_condition_by() -> None:
+    bench = started(HELD[0], {"until": {**QUIET, "otherwise": "abort"}}, HELD[2])
+    bench.go(0.9)
+    bench.now += 20.0
+    assert bench.run.tick(bench.now) is not None
+    assert bench.state == "aborting"
+
+
+@pytest.mark.parametrize("bad", ["silent", "nan", "stamp", "one of two"])
+def test_vibration_that_does_not_come(bad: str) -> None:
+    bench = started(*HELD)
+    bench.shaking["other"] = 3.0
+    bench.go(2.0)
+    if bad == "one of two":
+        del bench.shaking["other"]
+    elif bad == "nan":
+        bench.offset = math.nan
+    else:
+        bench.shaking.clear()
+    for _ in range(90):
+        bench.go(0.01)
+        if bad == "stamp":
+            for sensor in ("", "other"):
+                bench.run.hear(bench.now, sensor, 12_000_000_000, (0.0, 0.0, 0.0))
+    assert bench.state == "running", "not yet"
+    if bad == "stamp":  # which once went back to that, and then stood still
+        bench.go(0.9)
+    bench.go(0.2)
+    assert bench.state == "aborting"
+    assert "segment 2 waits for the vibration, and no good sample of it has come" in bench.run.why
+    bench.go(1.1)
+    assert bench.state == "aborted" and bench.commands[-1] == 0.0
+
+
+def test_silence_does_not_matter_where_nothing_waits_for_it() -> None:
+    bench = started({"to": 100, "acceleration": 50}, {"hold": 3.0})
+    bench.shaking.clear()
+    assert not bench.run.needs_vibration
+    bench.go(5.1)
+    assert bench.state == "done"
+
+
+def test_an_abort_ramps_down() -> None:
+    bench = started(*HELD, deceleration=20.0)
+    bench.go(2.0)
+    assert bench.run.abort(bench.now, "by ~/abort") == ""
+    assert bench.run.status == "aborting: by ~/abort"
+    assert bench.run.abort(bench.now, "again") == "" and bench.run.why == "by ~/abort"
+    assert bench.run.start(bench.now) == "ramping down; wait for standstill"
+    bench.go(2.5)
+    assert bench.commands[-1] == pytest.approx(50.0, abs=0.2)
+    bench.go(2.5)
+    assert bench.state == "aborted" and bench.commands[-1] == 0.0
+    assert bench.run.abort(bench.now, "") == "not running"
+    assert bench.run.start(bench.now) == "" and bench.run.why == ""
+
+
+def test_what_is_refused() -> None:
+    bench = Bench(*HELD)
+    assert bench.run.abort(bench.now, "") == "not running"
+    assert bench.run.tick(bench.now) is None, "nothing is commanded before the start"
+    bench.run.wait("for somebody")
+    assert bench.run.status == "waiting: for somebody"
+    assert bench.run.abort(bench.now, "") == "" and bench.state == "idle"
+    assert bench.run.start(bench.now) == ""
+    assert bench.run.start(bench.now) == "running already; abort first"
+    bench.go(9.0)
+    assert bench.state == "done"
+    assert bench.run.start(bench.now).startswith(
+        "200 rad/s is commanded, and the profile begins at"
+    )
+    bench.run.drop("the drive was reset")
+    assert bench.run.tick(bench.now) == 0.0 and bench.state == "aborted"
+
+
+SEGMENT = st.sampled_from(
+    [
+        {"to": 60, "acceleration": 80},
+        {"to": -40, "acceleration": 30},
+        {"to": 0, "acceleration": 50},
+        {"hold": 0.3},
+        {"duration": 0.4, "acceleration": -70},
+        {"until": {**QUIET, "at_most": 1.0}, "acceleration": 25},
+        {"until": {**QUIET, "at_most": 0.5, "otherwise": "abort"}},
+        {"until": {"vibration_rms_above": 1.0, "over": 0.05, "at_most": 1.5}},
+    ]
+)
+EVENT = st.one_of(
+    st.tuples(st.just("go"), st.floats(0.005, 1.0)),
+    st.tuples(st.just("shake"), st.sampled_from([0.0, 0.2, 5.0, math.nan, 1e300])),
+    st.tuples(st.just("start"), st.just(0.0)),
+    st.tuples(st.just("abort"), st.just(0.0)),
+)
+
+
+@given(st.lists(SEGMENT, min_size=1, max_size=5), st.lists(EVENT, max_size=8))
+def test_whatever_happens_commands_flow(segments: list[Any], events: list[Any]) -> None:
+    """No command is farther from the one before than the steepest ramp takes it in the time."""
+    bench = started(*segments, deceleration=80.0)
+    for event, value in events:
+        if event == "go":
+            bench.go(value)
+        elif event == "shake":
+            bench.shaking[""] = value
+        elif event == "start":
+            bench.run.start(bench.now)
+        else:
+            bench.run.abort(bench.now, "by hand")
+        assert State(bench.state) is bench.run.state
+    bench.run.abort(bench.now, "at last")
+    bench.go(3.0)
+    flow = [0.0, *bench.commands]
+    assert all(map(math.isfinite, flow))
+    assert max(abs(b - a) for a, b in zip(flow, flow[1:], strict=False)) <= 80.0 * 2 * 0.005 + 1e-9
+    assert bench.state in ("aborted", "done") and flow[-1] == 0.0
