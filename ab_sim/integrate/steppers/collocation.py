@@ -45,6 +45,7 @@ from ab_sim.integrate.span import (
     SHARE,
     STEP,
     TAKEN,
+    WAIT,
     begin_anew,
     head_at,
     solve_span,
@@ -61,6 +62,8 @@ LARGEST = 1e300
 """An error [rad] that is taken where there is no choice but that of an iteration without end."""
 FAR_BELOW = 1e-3
 """What a span's error is times what is asked for, for the next one to be twice as long."""
+PATIENCE = 16.0
+"""Spans after one that was not taken before a longer one is tried again."""
 
 
 class Weights(NamedTuple):
@@ -224,7 +227,7 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
         error, within = solve_span(weights, plant, at, share, samples, allowed, trial, work)
         if error <= allowed:
             done += size
-            size = next_size(weights, size, error, within)
+            size = next_size(weights, head, size, error, within)
             head[AHEAD] = size
             if done < PARTS:
                 go_to_end(weights, plant, state, work)
@@ -232,16 +235,20 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
                     size //= 2
         elif size > 1:
             size //= 2
+            head[WAIT] = PATIENCE
         else:
             return False
     return True
 
 
 @numba.njit(**INLINED)
-def next_size(weights, size, error, within):  # type: ignore[no-untyped-def]
+def next_size(weights, head, size, error, within):  # type: ignore[no-untyped-def]
     """How long the next span is, after one without a kink behind it, in parts of a step."""
     if weights.steps >= 1.0:
         return 2 * size if 2 * size <= weights.steps * PARTS else size
+    if head[WAIT] > 0.0:
+        head[WAIT] -= 1.0
+        return size
     # One twice as long has a sample within it if it is longer than a step.
     most = error if size < PARTS else max(error, within)
     if most < FAR_BELOW * weights.tolerance and size < SAMPLES * PARTS:
