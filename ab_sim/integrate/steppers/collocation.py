@@ -23,7 +23,6 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numpy.polynomial import legendre
 
 from ab_sim.dynamics.dispatch import APART, INLINED
 from ab_sim.dynamics.layout import state_count, state_size
@@ -33,7 +32,7 @@ from ab_sim.dynamics.slope import evaluate, inlined_evaluate
 from ab_sim.dynamics.system import Plant, ball_count, carrier_outputs, own_motion, segment_speed
 from ab_sim.integrate.events import within_bounds
 from ab_sim.integrate.fixed_step import record, unwind
-from ab_sim.integrate.left_out import COEFFICIENTS
+from ab_sim.integrate.left_out import COEFFICIENTS, last_coefficients
 from ab_sim.integrate.on_stack import own_array, own_room, room_of
 from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.response_tables import LINES_EACH, SAMPLES
@@ -71,7 +70,7 @@ class Weights(NamedTuple):
 
     nodes: Nodes
     lines: np.ndarray
-    """In lanes: see span.AT; shape (6, 8)."""
+    """In lanes: see span.AT; shape (10, 8)."""
     tolerance: float
     """rad."""
     steps: float
@@ -106,12 +105,9 @@ def growth_of(z: complex) -> complex:
 @register_family("collocation", {"tolerance": TOLERANCE, "steps": STEPS})
 def collocation(tolerance: float, steps: float) -> Stepper:
     """The method with a tolerance [rad], and a number of steps in a span."""
-    own, lines = nodes(), aligned((COEFFICIENTS + 4, NODES))
+    own, lines = nodes(), aligned((COEFFICIENTS + NODES, NODES))
     lines[AT], lines[SHARE] = gauss(NODES)
-    for back in range(4):
-        power = NODES - 1 - back
-        values = legendre.legval(2.0 * lines[AT] - 1.0, [0.0] * power + [1.0])
-        lines[COEFFICIENTS + back] = (2 * power + 1) * lines[SHARE] * values
+    lines[COEFFICIENTS:] = last_coefficients(lines[AT], lines[SHARE])
     return Stepper(
         "collocation",
         2 * NODES,
