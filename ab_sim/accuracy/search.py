@@ -81,11 +81,11 @@ class _Search:
         rates = linear_rates(system_of(scene), top_speed(scene, commanded))
         beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
         known = [stepper for stepper in steppers().values() if stepper.priced]
-        longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in known}
-        self._usual, self._for_drag = stepper_named(USUAL), for_stiff_drag()
         self._tolerant = [s for s in known if s.keeps_tolerance]
-        said = (self._usual, self._for_drag, *self._tolerant)
-        self._others = [s for s in known if s not in said]
+        by_step = [s for s in known if not s.keeps_tolerance]
+        longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in by_step}
+        self._usual, self._for_drag = stepper_named(USUAL), for_stiff_drag()
+        self._others = [s for s in by_step if s not in (self._usual, self._for_drag)]
         # How much longer steps of the usual one could be if it were not for the drag.
         self._drag_costs = largest_step(self._usual, beside_drag)[0] / longest[USUAL]
         self._first = self._for_drag if self._drag_costs >= DRAG_RULES else self._usual
