@@ -1,8 +1,8 @@
 """One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
 
 import math
+from collections.abc import Callable
 
-import numba
 import numpy as np
 
 from ab_sim.drive.faults.fault import Fault, check_faults
@@ -24,8 +24,7 @@ from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_events, has_fri
 from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.events import compiling_events, events_address
-from ab_sim.integrate.fixed_step import Run, advance
-from ab_sim.integrate.kept import Kept
+from ab_sim.integrate.fixed_step import Run, stepping
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene.model import Scene
@@ -97,7 +96,7 @@ class Drive:
         )
         self._state = aligned((len(self._work.trial),))
         self._modes = start_modes(scene, self.system)
-        self._runs: dict[type, Kept] = {}
+        self._kernels: dict[type, Callable[..., int]] = {}
         self._first_way = Way.along(self._first_profile, self._grid(), 0)
         self._events = 0
         self._to_start()
@@ -141,12 +140,11 @@ class Drive:
 
     def _compile_events(self) -> None:
         """What locates events, and the scene's own kernel in the meantime."""
-        leg, at = next(self._way.after(0))
-        first = self._run_along(leg.kind), leg.table, at, 0, 0, math.nan, self._room_for(0)
+        leg, _ = next(self._way.after(0))
         with compiling_events():
-            advance.compile(tuple(map(numba.typeof, first)))
+            self._kernel(leg.kind)
         self._events = events_address()
-        self._runs = {}
+        self._kernels.clear()
 
     def command(self, speed: float, acceleration: float | None = None) -> None:
         """Ask for a spindle speed from the present instant on.
@@ -316,21 +314,22 @@ class Drive:
         """Samples that are still to be written."""
         return np.empty((steps, len(self.channels)))
 
-    def _run_along(self, kind: type[Segment]) -> Kept:
-        """What steps along pieces with segments of a kind are taken with."""
-        if kind not in self._runs:
+    def _kernel(self, kind: type[Segment]) -> Callable[..., int]:
+        """``fixed_step.advance`` along pieces with segments of a kind."""
+        if kind not in self._kernels:
             pattern = place_on(Piece(0.0, 0.0, 0.0, kind(*[0.0] * len(kind._fields))))
             fixed = self.system, pattern, self.stepper.weights, self.step
-            self._runs[kind] = Kept(Run(*fixed, self._state, self._modes, self._work, self._events))
-        return self._runs[kind]
+            changing = self._state, self._modes, self._work
+            self._kernels[kind] = stepping(Run(*fixed, *changing, self._events))
+        return self._kernels[kind]
 
     def _take(self, way: Way, steps: int, samples: np.ndarray) -> None:
         """Take steps along a way, from the present on; they do not count yet."""
         command = math.nan if self._command is None else self._command
         done = 0
         for leg, at in way.after(self.steps):
-            run, first = self._run_along(leg.kind), self.steps + done
-            taken = advance(run, leg.table, at, first, steps - done, command, samples[done:])
+            kernel, first = self._kernel(leg.kind), self.steps + done
+            taken = kernel(leg.table, at, first, steps - done, command, samples[done:])
             if taken < 0:
                 self.steps = first - 1 - taken
                 self._work.smooth[0] = math.nan

@@ -1,10 +1,13 @@
 """Fixed steps along a speed profile."""
 
+import functools
+from collections.abc import Callable
 from math import pi
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
+from numba.core import types
 from numba.extending import overload
 
 from ab_sim.dynamics.calling import address_of, callback
@@ -28,7 +31,7 @@ from ab_sim.dynamics.system import (
 )
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.events import RACE, WORK, call_events, within_bounds
-from ab_sim.integrate.kept import values_of
+from ab_sim.integrate.kept import Kept, values_of
 from ab_sim.integrate.on_stack import room_of, stage_room_of
 from ab_sim.integrate.samples import ANGLE, COMMAND, STEP, TIME, along, record
 from ab_sim.integrate.stepper import step
@@ -112,6 +115,22 @@ def advance(kept, way, at, first, steps, command, samples):  # type: ignore[no-u
         if command == command:
             samples[k, COMMAND] = command
     return -1 - done if bad else done
+
+
+_TABLE = types.float64[:, ::1]
+_KINDS = (_TABLE, *(types.int64,) * 3, types.float64, _TABLE)
+
+
+def stepping(run: Run) -> Callable[..., int]:
+    """``advance`` for a run, of the other arguments; compiled if need be.
+
+    They have to be of just their types: numba's look at each costs more than a step, and is left
+    out.
+    """
+    kept = Kept(run)
+    kinds = (kept.kind, *_KINDS)
+    advance.compile(kinds)
+    return functools.partial(advance.overloads[kinds].entry_point, kept)
 
 
 @numba.njit(**INLINED)
