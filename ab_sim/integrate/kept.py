@@ -44,16 +44,17 @@ class Kept:
 
     Args:
         values: nested tuples of numbers, None and C-contiguous arrays.
+        kind: their type, if that is known.
 
     Raises:
         ValueError: an array is not C-contiguous.
     """
 
-    def __init__(self, values: tuple[Any, ...]) -> None:
+    def __init__(self, values: tuple[Any, ...], kind: KeptKind | None = None) -> None:
         self._values = values  # its arrays must not go
         self._words = np.array([*_words(values)], np.int64)
         self.address = int(self._words.ctypes.data)
-        self.kind = KeptKind(typeof(values))
+        self.kind = kind or KeptKind(typeof(values))
 
 
 def _words(value: Any) -> Iterator[int]:
