@@ -1,6 +1,7 @@
 """Fixed steps along a speed profile."""
 
 import functools
+from collections.abc import Callable
 from math import pi
 from typing import Any, NamedTuple
 
@@ -120,19 +121,12 @@ _TABLE = types.float64[:, ::1]
 _KINDS = (_TABLE, *(types.int64,) * 3, types.float64, _TABLE)
 
 
-def stepping(run: Run, like: Any = None) -> functools.partial[int]:
+def stepping(run: Run) -> Callable[..., int]:
     """``advance`` for a run, of the other arguments; compiled if need be.
 
     They have to be of just their types: numba's look at each costs more than a step, and is left
     out.
-
-    Args:
-        run: which.
-        like: what this has returned for a run that differs in numbers and lengths only, if there
-            was one: finding out what a run is made of takes as long as a hundred steps.
     """
-    if like is not None:
-        return functools.partial(like.func, Kept(run, like.args[0].kind))
     kept = Kept(run)
     kinds = (kept.kind, *_KINDS)
     if kinds not in advance.overloads:
