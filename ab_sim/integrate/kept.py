@@ -52,9 +52,7 @@ class Kept:
 
     def __init__(self, values: tuple[Any, ...]) -> None:
         self._values = values  # its arrays must not go
-        words: list[int] = []
-        _put(values, words)
-        self._words = np.array(words, np.int64)
+        self._words = np.array(_words(values), np.int64)
         self.address = int(self._words.ctypes.data)
         self.kind = _kind(values)
 
@@ -68,6 +66,12 @@ def _kind(values: tuple[Any, ...]) -> KeptKind:
     if fingerprint not in _kinds:
         _kinds[fingerprint] = KeptKind(typeof(values))
     return _kinds[fingerprint]
+
+
+def _words(value: Any) -> list[int]:
+    words: list[int] = []
+    _put(value, words)
+    return words
 
 
 def _put(value: Any, words: list[int]) -> None:
