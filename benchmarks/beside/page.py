@@ -1,0 +1,58 @@
+"""The part of docs/accuracy.md that tells of peers.json."""
+
+from typing import Any
+
+from markdown import conditions, left_out_list, sentence, spread, table
+
+
+def peers_part(report: dict[str, Any]) -> dict[str, Any]:
+    """Beside the peers."""
+    rows, many = [], []
+    for result in report["at"]:
+        for row in result["rows"]:
+            ratio = spread(row["ratio"]) if "ratio" in row else ""
+            rows.append([*_what(result, row), spread(row["cpu"], 1e6), ratio])
+    for result in report["batch"]["at"]:
+        for row in result["rows"]:
+            cpu = row["cpu"]
+            ends = {"lower": "upper", "median": "median", "upper": "lower"}
+            rate = {end: 1.0 / cpu[other] for end, other in ends.items()}
+            many.append([*_what(result, row), spread(rate)])
+    head = ["error in ball angle", "method", "setting"]
+    return {
+        "peers_period": 1e3 * report["period"],
+        "called": "\n".join(f"- {who}: {how}." for who, how in report["called"].items()),
+        "first_runs": _first_runs([*report["rows"], *report["batch"]["rows"]]),
+        "peers_table": table([*head, "CPU us per simulated s", "times ours"], rows),
+        "peers_verdict": sentence([_verdict(result) for result in report["at"]]),
+        "loop_verdict": "Beside our compiled loop alone: "
+        + "; ".join(_verdict(result) for result in report["loop_at"])
+        + ".",
+        "peers_batch_table": table([*head, "simulated s per CPU s"], many),
+        "peers_batch_verdict": sentence([_verdict(result) for result in report["batch"]["at"]]),
+        "peers_left_out": left_out_list(report["left_out"]),
+        "peers_conditions": conditions(report),
+    }
+
+
+def _what(result: dict[str, Any], row: dict[str, Any]) -> list[str]:
+    return [f"{result['error']:g} rad", row["method"], " to ".join(row["between"])]
+
+
+def _verdict(result: dict[str, Any]) -> str:
+    """How the best peer compares at an error."""
+    if result["ratio"] is None:
+        return f"at {result['error']:g} rad there is nothing to compare"
+    return (
+        f"at {result['error']:g} rad the best peer, {result['best_peer']}, takes "
+        f"{spread(result['ratio'])} times as much as {result['ours']} (goal: {result['goal']:g}, "
+        f"{'met' if result['met'] else '**not met**'})"
+    )
+
+
+def _first_runs(rows: list[dict[str, Any]]) -> str:
+    """Of every method, from its cheapest to its dearest setting to compile."""
+    found: dict[str, list[float]] = {}
+    for row in rows:
+        found.setdefault(row["method"], []).append(row["first"])
+    return "; ".join(f"{what} {min(s):.2g} to {max(s):.2g} s" for what, s in found.items())
