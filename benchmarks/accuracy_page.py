@@ -14,7 +14,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from beside.page import peers_part  # noqa: E402
-from markdown import conditions, error, left_out_list, sentence, spread, table  # noqa: E402
+from page_parts import conditions, error, left_out_list, sentence, spread, table  # noqa: E402
 
 from ab_sim.accuracy import SAFETY  # noqa: E402
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from markdown import conditions, left_out_list, sentence, spread, table
+from page_parts import conditions, left_out_list, sentence, spread, table
 
 
 def peers_part(report: dict[str, Any]) -> dict[str, Any]:
