@@ -43,7 +43,10 @@ class BatchCase:
 
     def __init__(self) -> None:
         base = scene()
-        self.runs = [RightHandSide(changed_scene(base, each), SAMPLING) for each in VARIATIONS]
+        self.runs = [
+            RightHandSide(changed_scene(base, each, "a run of the batch"), SAMPLING)
+            for each in VARIATIONS
+        ]
         self.references = [
             f.samples(collocate(f, min(step_for(f), SAMPLING.period))) for f in self.runs
         ]

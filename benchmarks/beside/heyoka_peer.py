@@ -66,20 +66,13 @@ class Constants(NamedTuple):
     """m/(mu R)."""
     dragged: Any
     """m R c_b/(mu M)."""
-    lever: Any
-    """(m R - (I/a^2) a)/(mu R), times al: what the spindle's acceleration gives a ball."""
-    left: Any
-    """m R/M less m lever/M, times al: what of it is left to the deck."""
 
     @classmethod
     def of(cls, scene: Scene) -> "Constants":
         """From the scene's numbers."""
-        M, R, m = scene.total_mass, scene.race.radius, scene.balls.masses[0]
-        a = scene.balls.radii[0]
-        inertia = ball_inertia(tuple(scene.effects.values()), Ball(m, a))
-        mu, suspension = m + inertia, scene.effects["suspension"]
+        M, R, suspension = scene.total_mass, scene.race.radius, scene.effects["suspension"]
+        m, mu, _ = _ball(scene)
         drag = scene.effects["viscous_drag"].coefficient
-        lever = (m * R - inertia * a) / mu
         return cls(
             suspension.stiffness / M,
             suspension.damping / M,
@@ -89,29 +82,42 @@ class Constants(NamedTuple):
             drag / mu,
             m / (mu * R),
             m * R * drag / (mu * M),
-            lever / R,
-            m * (R - lever) / M,
         )
-
-    def on(self, leg: Leg) -> "OnRamp":
-        """On a leg's segment; the expressions know no other kind than ramps."""
-        segment = leg.place.segment
-        assert isinstance(segment, Ramp)
-        al = segment.slope
-        return OnRamp(segment.start_speed, al, self.unbalance * al, self.lever * al, self.left * al)
 
 
 class OnRamp(NamedTuple):
     """What a segment of the profile sets; the first of the runtime parameters."""
 
     speed: Any
+    """At its begin."""
     slope: Any
+    """al."""
     unbalance: Any
+    """M0 e al/M."""
     lever: Any
+    """(m R - (I/a^2) a) al/(mu R): what the spindle's acceleration gives a ball."""
     left: Any
+    """m R al/M, less m/M times what it gives the ball: what is left to the deck."""
+
+    @classmethod
+    def of(cls, scene: Scene, leg: Leg) -> "OnRamp":
+        """On a leg's segment; the expressions know no other kind than ramps."""
+        segment = leg.place.segment
+        assert isinstance(segment, Ramp)
+        al, M, R = segment.slope, scene.total_mass, scene.race.radius
+        m, _, lever = _ball(scene)
+        unbalance = scene.eccentric_mass * scene.rotor.eccentricity * al / M
+        return cls(segment.start_speed, al, unbalance, lever * al / R, m * (R - lever) * al / M)
 
 
 ON_RAMP = len(OnRamp._fields)
+
+
+def _ball(scene: Scene) -> tuple[float, float, float]:
+    """m, mu, (m R - (I/a^2) a)/mu."""
+    m, a = scene.balls.masses[0], scene.balls.radii[0]
+    inertia = ball_inertia(tuple(scene.effects.values()), Ball(m, a))
+    return m, m + inertia, (m * scene.race.radius - inertia * a) / (m + inertia)
 
 
 def equations(hy: Any, k: Constants, balls: int) -> list[tuple[Any, Any]]:
@@ -161,7 +167,9 @@ class Single:
     def __init__(self, hy: Any, case: Case, method: str, tolerance: float, fast: bool) -> None:
         self.case, self.method, self.setting = case, method, f"tol {tolerance:.0e}"
         f, k = case.f, Constants.of(case.scene)
-        self.legs = [(leg.grid - leg.start, np.array(k.on(leg)), leg.keep) for leg in f.legs]
+        self.legs = [
+            (leg.grid - leg.start, np.array(OnRamp.of(case.scene, leg)), leg.keep) for leg in f.legs
+        ]
         self.enough = hy.taylor_outcome.time_limit
         self.integrator = hy.taylor_adaptive(
             equations(hy, k, case.scene.balls.count),
@@ -206,7 +214,8 @@ class EightAtOnce:
         self.legs = []
         for leg in case.runs[0].legs:
             grid = np.repeat((leg.grid - leg.start)[:, None], len(each), axis=1)
-            pars = np.array([[*k.on(leg), *k] for k in each]).T.copy()
+            runs = zip(case.runs, each, strict=True)
+            pars = np.array([[*OnRamp.of(f.scene, leg), *k] for f, k in runs]).T.copy()
             self.legs.append((grid, pars, leg.keep))
         self.enough = hy.taylor_outcome.time_limit
         k = Constants(*(hy.par[ON_RAMP + i] for i in range(len(Constants._fields))))
@@ -267,5 +276,7 @@ def _settings(
         import heyoka
     except ImportError:
         raise AbsentError(INSTALL) from None
+    heyoka.llvm_state.set_diskcache_enabled(False)  # so that what compiling takes is seen
     for tolerance in tolerances:
+        heyoka.llvm_state.clear_memcache()
         yield f"tol {tolerance:.0e}", partial(kind, heyoka, case, name, tolerance, fast)
