@@ -21,7 +21,7 @@ from arguments import arguments  # noqa: E402
 from beside import heyoka_peer, ours, python_peers, sundials_peer  # noqa: E402
 from beside.case import CHANGES, SAMPLING, SCENE, VARIATIONS, BatchCase, Case  # noqa: E402
 from beside.picture import picture  # noqa: E402
-from beside.turns import candidates, compare, take_turns  # noqa: E402
+from beside.turns import candidates, compare, reports, take_turns  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
@@ -55,12 +55,12 @@ def measure(repeats: int, console: Console) -> tuple[Case, dict[str, Any]]:
         take_turns(found, repeats)
     return case, {
         "left_out": [each._asdict() for each in (*left_out, *also)],
-        "rows": [each.report() for each in single],
+        "rows": reports(single),
         "at": [compare(single, error, _is_whole, GOAL) for error in WANTED],
         "loop_at": [compare(single, error, _is_loop, GOAL) for error in WANTED],
         "batch": {
             "runs": len(VARIATIONS),
-            "rows": [each.report() for each in many],
+            "rows": reports(many),
             "at": [compare(many, error, _is_kernel, BATCH_GOAL) for error in WANTED],
         },
     }

@@ -13,7 +13,7 @@ parameters too; all products of constants are made before, so that no step compu
 """
 
 import importlib.metadata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -29,13 +29,13 @@ from beside.case import SAMPLING, VARIATIONS, BatchCase, Case
 from beside.turns import AbsentError, Family, Maker, timed
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-14)
-BATCH_TOLERANCES = (1e-4, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12)
 CALLED = (
     "heyoka.py: adaptive Taylor series, compiled from expressions of the same equations on the "
     "rotating axes, `compact_mode` off, `fast_math` off and on; what a segment of the profile sets "
     "are runtime parameters; output by `propagate_grid`. Batches: `taylor_adaptive_batch` with "
     "`force_avx512`, the constants of its eight runs runtime parameters"
 )
+NAME = "heyoka"
 INSTALL = "heyoka.py is not installed; pip install heyoka"
 
 
@@ -162,7 +162,7 @@ def equations(hy: Any, k: Constants, balls: int) -> list[tuple[Any, Any]]:
 class Single:
     """One run."""
 
-    ours, simulated, evaluations = False, SAMPLING.end, None
+    ours, continuous, simulated, evaluations = False, True, SAMPLING.end, None
 
     def __init__(self, hy: Any, case: Case, method: str, tolerance: float, fast: bool) -> None:
         self.case, self.method, self.setting = case, method, f"tol {tolerance:.0e}"
@@ -204,7 +204,7 @@ class Single:
 class EightAtOnce:
     """A batch: eight runs in the lanes of vectors, each with steps of its own."""
 
-    ours, evaluations = False, None
+    ours, continuous, evaluations = False, True, None
     simulated = len(VARIATIONS) * SAMPLING.end
 
     def __init__(self, hy: Any, case: BatchCase, method: str, tolerance: float, fast: bool) -> None:
@@ -254,29 +254,27 @@ class EightAtOnce:
 
 def families(case: Case) -> list[Family]:
     """One run, ``fast_math`` off and on."""
-    return _both("heyoka", Single, case, TOLERANCES)
+    return _both(NAME, Single, case)
 
 
 def batch_families(case: BatchCase) -> list[Family]:
     """Eight at once, ``fast_math`` off and on."""
-    return _both("heyoka, batch of 8", EightAtOnce, case, BATCH_TOLERANCES)
+    return _both(f"{NAME}, batch of 8", EightAtOnce, case)
 
 
-def _both(name: str, kind: Any, case: Any, tolerances: Sequence[float]) -> list[Family]:
+def _both(name: str, kind: Any, case: Any) -> list[Family]:
     return [
-        (name + tail, partial(_settings, kind, case, name + tail, tolerances, fast))
+        (name + tail, partial(_settings, kind, case, name + tail, fast))
         for tail, fast in (("", False), (", fast_math", True))
     ]
 
 
-def _settings(
-    kind: Any, case: Any, name: str, tolerances: Sequence[float], fast: bool
-) -> Iterator[tuple[str, Maker]]:
+def _settings(kind: Any, case: Any, name: str, fast: bool) -> Iterator[tuple[str, Maker]]:
     try:
         import heyoka
     except ImportError:
         raise AbsentError(INSTALL) from None
     heyoka.llvm_state.set_diskcache_enabled(False)  # so that what compiling takes is seen
-    for tolerance in tolerances:
+    for tolerance in TOLERANCES:
         heyoka.llvm_state.clear_memcache()
         yield f"tol {tolerance:.0e}", partial(kind, heyoka, case, name, tolerance, fast)

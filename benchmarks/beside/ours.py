@@ -13,7 +13,7 @@ from beside.case import SAMPLING, VARIATIONS, BatchCase, Case, scene
 from beside.turns import Family, Maker, timed
 
 STEPS = (5e-3, 2.5e-3, 1e-3)
-"""s, of rk8."""
+"""s, of rk8; they have to divide the period of the output."""
 TOLERANCES = tuple(10.0**-k for k in range(5, 14))
 """rad per span, of collocation."""
 CALLED = (
@@ -56,6 +56,7 @@ class Whole:
 
     def __init__(self, case: Case, method: str, setting: str, of: Scene) -> None:
         self.case, self.method, self.setting = case, method, setting
+        self.continuous = method != "rk8"
         self.drive = Drive(of)
         self.every = SAMPLING.per_period(self.drive.step)
 
@@ -76,6 +77,7 @@ class Loop:
 
     def __init__(self, case: Case, method: str, setting: str, of: Scene) -> None:
         self.case, self.method, self.setting = case, method + LOOP, setting
+        self.continuous = method != "rk8"
         self.drive = Drive(of)
         self.every = SAMPLING.per_period(self.drive.step)
         ahead = list(
@@ -109,6 +111,7 @@ class SideBySide:
     def __init__(self, case: BatchCase, method: str, setting: str, of: Scene, whole: bool) -> None:
         self.case, self.setting, self.scene, self.whole = case, setting, of, whole
         self.method = method + (WHOLE if whole else KERNEL)
+        self.continuous = method != "rk8"
         self.every = SAMPLING.per_period(of.solver.step)
 
     def once(self) -> tuple[float, Any]:

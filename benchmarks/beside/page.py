@@ -4,6 +4,8 @@ from typing import Any
 
 from page_parts import conditions, left_out_list, sentence, spread, table
 
+from beside.heyoka_peer import NAME
+
 
 def peers_part(report: dict[str, Any]) -> dict[str, Any]:
     """Beside the peers."""
@@ -51,8 +53,10 @@ def _verdict(result: dict[str, Any]) -> str:
 
 
 def _first_runs(rows: list[dict[str, Any]]) -> str:
-    """Of every method, from its cheapest to its dearest setting to compile."""
+    """Of what compiles its own equations anew, from the quickest setting to the slowest."""
     found: dict[str, list[float]] = {}
     for row in rows:
-        found.setdefault(row["method"], []).append(row["first"])
-    return "; ".join(f"{what} {min(s):.2g} to {max(s):.2g} s" for what, s in found.items())
+        if row["method"].startswith(NAME):
+            found.setdefault(row["method"], []).append(row["first"])
+    times = (f"{what}, {min(s):.2g} to {max(s):.2g} s" for what, s in found.items())
+    return "; ".join(times) or f"not known without {NAME}"

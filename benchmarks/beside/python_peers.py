@@ -27,7 +27,7 @@ EXTRA = "pip install 'ab_sim[peers]'"
 class Studied:
     """A method of the package's accuracy study."""
 
-    ours, simulated = False, SAMPLING.end
+    ours, continuous, simulated = False, True, SAMPLING.end
 
     def __init__(self, case: Case, method: str, setting: str, of: Method) -> None:
         self.case, self.method, self.setting, self.of = case, method, setting, of

@@ -96,7 +96,7 @@ def versions() -> dict[str, str]:
 class InC:
     """One method at one relative tolerance."""
 
-    ours, simulated = False, SAMPLING.end
+    ours, continuous, simulated = False, True, SAMPLING.end
 
     def __init__(self, case: Case, method: str, setting: str, number: int, rtol: float) -> None:
         self.case, self.method, self.setting = case, method, setting

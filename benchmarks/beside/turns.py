@@ -27,6 +27,8 @@ class Setting(Protocol):
     setting: str
     """Step or tolerance, for people."""
     ours: bool
+    continuous: bool
+    """Whether what lies between two of its settings can be had as well."""
     simulated: float
     """s in one run, of all its runs together if it is a batch."""
     evaluations: float | None
@@ -152,26 +154,37 @@ def front(mine: Sequence[Candidate]) -> list[Candidate]:
     return best[::-1]
 
 
+def reports(found: Sequence[Candidate]) -> list[dict[str, Any]]:
+    """As JSON-able values; whether each is on its method's front."""
+    rows = []
+    for method in dict.fromkeys(each.of.method for each in found):
+        mine = [each for each in found if each.of.method == method]
+        best = front(mine)
+        rows += [each.report() | {"on_front": each in best} for each in mine]
+    return rows
+
+
 class AtError(NamedTuple):
     """What a method takes at an error."""
 
     times: np.ndarray
     """CPU time per simulated second, repeat by repeat."""
     between: tuple[str, ...]
-    """The settings that it is interpolated between; one, if its coarsest has less error."""
+    """The settings that it is interpolated between, or the one it is of."""
 
 
 def at_error(mine: Sequence[Candidate], error: float) -> AtError | None:
     """Interpolated log-log along a method's front; None if it does not reach the error.
 
-    A method whose coarsest setting of use has less error takes the time of that one.
+    A method whose coarsest setting of use has less error takes the time of that one; one whose
+    settings are not continuous, of the coarsest that has no more error.
     """
     line = front(mine)
     fine = next((k for k, each in enumerate(line) if each.error <= error), None)
     if fine is None:
         return None
     last = line[fine]
-    if fine == 0:
+    if fine == 0 or not last.of.continuous:
         return AtError(np.array(last.times), (last.of.setting,))
     coarse = line[fine - 1]
     share = math.log(error / coarse.error) / math.log(max(last.error, 1e-16) / coarse.error)
