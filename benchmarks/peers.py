@@ -21,7 +21,7 @@ from arguments import arguments  # noqa: E402
 from beside import heyoka_peer, ours, python_peers, sundials_peer  # noqa: E402
 from beside.case import CHANGES, SAMPLING, SCENE, VARIATIONS, BatchCase, Case  # noqa: E402
 from beside.picture import picture  # noqa: E402
-from beside.turns import candidates, compare, reports, take_turns  # noqa: E402
+from beside.turns import VERDICT, candidates, compare, reports, take_turns  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
@@ -53,15 +53,21 @@ def measure(repeats: int, console: Console) -> tuple[Case, dict[str, Any]]:
     (single, left_out), (many, also) = (candidates(x, console.print) for x in (families, batches))
     for found in (single, many):
         take_turns(found, repeats)
+    missing = {each.method for each in (*left_out, *also)}
+    all_here, all_batches_here = (
+        missing.isdisjoint(name for name, _ in x) for x in (families, batches)
+    )
     return case, {
         "left_out": [each._asdict() for each in (*left_out, *also)],
         "rows": reports(single),
-        "at": [compare(single, error, _is_whole, GOAL) for error in WANTED],
-        "loop_at": [compare(single, error, _is_loop, GOAL) for error in WANTED],
+        "at": [compare(single, error, _is_whole, GOAL, all_here) for error in WANTED],
+        "loop_at": [compare(single, error, _is_loop, GOAL, all_here) for error in WANTED],
         "batch": {
             "runs": len(VARIATIONS),
             "rows": reports(many),
-            "at": [compare(many, error, _is_kernel, BATCH_GOAL) for error in WANTED],
+            "at": [
+                compare(many, error, _is_kernel, BATCH_GOAL, all_batches_here) for error in WANTED
+            ],
         },
     }
 
@@ -117,7 +123,7 @@ def say(result: dict[str, Any], what: str, console: Console) -> None:
         f"{what}, {result['error']:g} rad: {result['ours']} takes "
         f"{1e6 * mine['cpu']['median']:.3g} us per simulated second; {result['best_peer']} "
         f"{ratio['median']:.2f} times as much ({ratio['lower']:.2f} to {ratio['upper']:.2f}); the "
-        f"goal, {result['goal']:g}, is {'met' if result['met'] else 'not met'}"
+        f"goal, {result['goal']:g}, is {VERDICT[result['met']]}"
     )
 
 

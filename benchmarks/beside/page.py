@@ -5,6 +5,7 @@ from typing import Any
 from page_parts import conditions, left_out_list, sentence, spread, table
 
 from beside.heyoka_peer import NAME
+from beside.turns import VERDICT
 
 
 def peers_part(report: dict[str, Any]) -> dict[str, Any]:
@@ -48,7 +49,7 @@ def _verdict(result: dict[str, Any]) -> str:
     return (
         f"at {result['error']:g} rad the best peer, {result['best_peer']}, takes "
         f"{spread(result['ratio'])} times as much as {result['ours']} (goal: {result['goal']:g}, "
-        f"{'met' if result['met'] else '**not met**'})"
+        f"{VERDICT[result['met']]})"
     )
 
 

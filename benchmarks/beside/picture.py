@@ -66,16 +66,10 @@ def _lines(panel: Any, rows: Sequence[dict[str, Any]], place: Callable[[float], 
         number = seen[family] = seen.get(family, -1) + 1
         look = {"color": COLOURS.get(family, "black"), "linestyle": LINES[number % len(LINES)]}
         mine = sorted((row for row in rows if row["method"] == method), key=_error)
-        for shown, style in (
-            (
-                [row for row in mine if row["on_front"]],
-                {**look, "marker": "o", "markersize": 4, "label": method},
-            ),
-            (
-                [row for row in mine if not row["on_front"]],
-                {"color": look["color"], "linestyle": "", "marker": ".", "alpha": 0.35},
-            ),
-        ):
+        best = {**look, "marker": "o", "markersize": 4, "label": method}
+        beaten = {"color": look["color"], "linestyle": "", "marker": ".", "alpha": 0.35}
+        for on_front, style in ((True, best), (False, beaten)):
+            shown = [row for row in mine if row["on_front"] is on_front]
             panel.plot(
                 [place(row["cpu"]["median"]) for row in shown],
                 [max(row["error"], LEAST) for row in shown],

@@ -102,6 +102,8 @@ class LeftOut(NamedTuple):
     reason: str
 
 
+VERDICT = {True: "met", False: "**not met**", None: "not judged, because peers are missing"}
+"""Of ``met``, in words."""
 Maker = Callable[[], Setting]
 Family = tuple[str, Callable[[], Iterable[tuple[str, Maker]]]]
 """A method: its name, and what lists its settings; that raises AbsentError."""
@@ -197,9 +199,16 @@ def at_error(mine: Sequence[Candidate], error: float) -> AtError | None:
 
 
 def compare(
-    found: Sequence[Candidate], error: float, named: Callable[[str], bool], goal: float
+    found: Sequence[Candidate],
+    error: float,
+    named: Callable[[str], bool],
+    goal: float,
+    complete: bool,
 ) -> dict[str, Any]:
-    """All methods at one error, beside the quickest of ours that are ``named``."""
+    """All methods at one error, beside the quickest of ours that are ``named``.
+
+    Whether the goal is met is not judged unless ``complete``: the best peer may be missing.
+    """
     methods = dict.fromkeys(each.of.method for each in found)
     own = {each.of.method for each in found if each.of.ours}
     reached = {}
@@ -231,6 +240,6 @@ def compare(
         "best_peer": None if peer is None else peer["method"],
         "ratio": ratio_of_best,
         "goal": goal,
-        "met": ratio_of_best is not None and ratio_of_best["median"] >= goal,
+        "met": ratio_of_best["median"] >= goal if complete and ratio_of_best else None,
         "rows": rows,
     }
