@@ -108,6 +108,10 @@ Eight runs at once:
 
 {peers_batch_verdict}
 
+The same drive with one thing changed, beside heyoka and SUNDIALS in C [CPU us per simulated s]:
+
+{peers_cases}
+
 {peers_left_out}
 
 Made by `python benchmarks/peers.py`; {peers_conditions}.

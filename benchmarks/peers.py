@@ -21,7 +21,8 @@ from arguments import arguments  # noqa: E402
 from beside import heyoka_peer, ours, python_peers, sundials_peer  # noqa: E402
 from beside.case import CHANGES, SAMPLING, SCENE, VARIATIONS, BatchCase, Case  # noqa: E402
 from beside.picture import picture  # noqa: E402
-from beside.turns import VERDICT, candidates, compare, reports, take_turns  # noqa: E402
+from beside.turns import candidates, compare, reports, take_turns, verdict  # noqa: E402
+from collocation import CASES  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
@@ -30,8 +31,10 @@ from ab_sim.studies.effect_cost import conditions  # noqa: E402
 
 WANTED = (1e-6, 1e-9, 1e-12)
 """Errors in ball angle, the largest over the run [rad]."""
-GOAL, BATCH_GOAL = 5.0, 2.5
+GOAL, BATCH_GOAL, CASE_GOAL = 5.0, 2.5, 3.0
 """Times ours that the best peer is to take at least."""
+OTHERS = ("five balls", "drag x 100", "no drag", "900 rad/s")
+"""Further cases, with the peers that compile their own equations."""
 CALLED = {
     "ab_sim": ours.CALLED,
     "heyoka": heyoka_peer.CALLED,
@@ -54,10 +57,11 @@ def measure(repeats: int, console: Console) -> tuple[Case, dict[str, Any]]:
     for found in (single, many):
         take_turns(found, repeats)
     missing = {each.method for each in (*left_out, *also)}
-    all_here, all_batches_here = (
+    all_here, batches_here = (
         missing.isdisjoint(name for name, _ in x) for x in (families, batches)
     )
     return case, {
+        "cases": [{"case": name, **other_case(CASES[name], repeats, console)} for name in OTHERS],
         "left_out": [each._asdict() for each in (*left_out, *also)],
         "rows": reports(single),
         "at": [compare(single, error, _is_whole, GOAL, all_here) for error in WANTED],
@@ -65,10 +69,29 @@ def measure(repeats: int, console: Console) -> tuple[Case, dict[str, Any]]:
         "batch": {
             "runs": len(VARIATIONS),
             "rows": reports(many),
-            "at": [
-                compare(many, error, _is_kernel, BATCH_GOAL, all_batches_here) for error in WANTED
-            ],
+            "at": [compare(many, error, _is_kernel, BATCH_GOAL, batches_here) for error in WANTED],
         },
+    }
+
+
+def other_case(changes: tuple[str, ...], repeats: int, console: Console) -> dict[str, Any]:
+    """Ours beside the peers that compile their own equations."""
+    case = Case(changes)
+    families = [
+        *ours.families(case),
+        *heyoka_peer.families(case),
+        *sundials_peer.families(case),
+    ]
+    found, left_out = candidates(families, console.print)
+    take_turns(found, repeats)
+    complete = {each.method for each in left_out}.isdisjoint(name for name, _ in families)
+    return {
+        "changes": changes,
+        "reference": case.reference.text,
+        "uncertainty": case.reference.uncertainty._asdict(),
+        "rows": reports(found),
+        "at": [compare(found, error, _is_whole, CASE_GOAL, complete) for error in WANTED],
+        "left_out": [each._asdict() for each in left_out],
     }
 
 
@@ -105,26 +128,14 @@ def main() -> None:
     }
     write_json(report, str(asked.out / "peers.json"))
     picture(report, asked.out / "peers.png")
-    for what in ("at", "loop_at"):
-        for result in report[what]:
-            say(result, "one run", console)
-    for result in report["batch"]["at"]:
-        say(result, "batch of 8", console)
-
-
-def say(result: dict[str, Any], what: str, console: Console) -> None:
-    """The verdict at an error."""
-    if result["ratio"] is None:
-        console.print(f"{what}, {result['error']:g} rad: nothing to compare")
-        return
-    ratio = result["ratio"]
-    mine = next(row for row in result["rows"] if row["method"] == result["ours"])
-    console.print(
-        f"{what}, {result['error']:g} rad: {result['ours']} takes "
-        f"{1e6 * mine['cpu']['median']:.3g} us per simulated second; {result['best_peer']} "
-        f"{ratio['median']:.2f} times as much ({ratio['lower']:.2f} to {ratio['upper']:.2f}); the "
-        f"goal, {result['goal']:g}, is {VERDICT[result['met']]}"
-    )
+    for what, results in (
+        ("one run", report["at"]),
+        ("its compiled loop", report["loop_at"]),
+        ("batch of 8", report["batch"]["at"]),
+        *((other["case"], other["at"]) for other in report["cases"]),
+    ):
+        for result in results:
+            console.print(f"{what}: {verdict(result)}")
 
 
 if __name__ == "__main__":

@@ -19,13 +19,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.dynamics.motion import Ball
-from ab_sim.dynamics.system import ball_inertia
 from ab_sim.scene import Scene
 from ab_sim.spindle.segments import Ramp
 from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.right_hand_side import Leg
-from beside.case import SAMPLING, VARIATIONS, BatchCase, Case
+from beside.case import SAMPLING, VARIATIONS, BatchCase, Case, equal_balls
 from beside.turns import AbsentError, Family, Maker, timed
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-14)
@@ -71,8 +69,7 @@ class Constants(NamedTuple):
     def of(cls, scene: Scene) -> "Constants":
         """From the scene's numbers."""
         M, R, suspension = scene.total_mass, scene.race.radius, scene.effects["suspension"]
-        m, mu, _ = _ball(scene)
-        drag = scene.effects["viscous_drag"].coefficient
+        m, _, mu, _, drag = equal_balls(scene)
         return cls(
             suspension.stiffness / M,
             suspension.damping / M,
@@ -105,19 +102,18 @@ class OnRamp(NamedTuple):
         segment = leg.place.segment
         assert isinstance(segment, Ramp)
         al, M, R = segment.slope, scene.total_mass, scene.race.radius
-        m, _, lever = _ball(scene)
+        ball = equal_balls(scene)
         unbalance = scene.eccentric_mass * scene.rotor.eccentricity * al / M
-        return cls(segment.start_speed, al, unbalance, lever * al / R, m * (R - lever) * al / M)
+        return cls(
+            segment.start_speed,
+            al,
+            unbalance,
+            ball.lever * al / R,
+            ball.m * (R - ball.lever) * al / M,
+        )
 
 
 ON_RAMP = len(OnRamp._fields)
-
-
-def _ball(scene: Scene) -> tuple[float, float, float]:
-    """m, mu, (m R - (I/a^2) a)/mu."""
-    m, a = scene.balls.masses[0], scene.balls.radii[0]
-    inertia = ball_inertia(tuple(scene.effects.values()), Ball(m, a))
-    return m, m + inertia, (m * scene.race.radius - inertia * a) / (m + inertia)
 
 
 def equations(hy: Any, k: Constants, balls: int) -> list[tuple[Any, Any]]:

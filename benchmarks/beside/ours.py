@@ -9,7 +9,7 @@ from ab_sim.batch import Batch, simulate_batch
 from ab_sim.drive import Drive
 from ab_sim.scene import Scene
 from ab_sim.spindle.stretches import Stretch, stretches
-from beside.case import SAMPLING, VARIATIONS, BatchCase, Case, scene
+from beside.case import SAMPLING, VARIATIONS, BatchCase, Case
 from beside.turns import Family, Maker, timed
 
 STEPS = (5e-3, 2.5e-3, 1e-3)
@@ -148,9 +148,12 @@ def _single(kind: Any, case: Case, name: str) -> Iterator[tuple[str, Maker]]:
 
 
 def _made(kind: Any, case: Case, name: str, setting: str, changes: tuple[str, ...]) -> Any:
-    return kind(case, name, setting, scene(*changes))
+    return kind(case, name, setting, case.with_solver(*changes))
 
 
 def _batch(case: BatchCase, name: str, whole: bool) -> Iterator[tuple[str, Maker]]:
     for setting, changes in OURS[name]():
-        yield setting, lambda s=setting, c=changes: SideBySide(case, name, s, scene(*c), whole)
+        yield (
+            setting,
+            lambda s=setting, c=changes: SideBySide(case, name, s, case.with_solver(*c), whole),
+        )

@@ -24,7 +24,7 @@ from c_kernels import FLAGS, CDrive, compiler
 
 from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.tolerance import ABSOLUTE
-from beside.case import SAMPLING, Case
+from beside.case import SAMPLING, Case, equal_balls
 from beside.turns import AbsentError, Family, Maker, timed
 
 CALLED = (
@@ -101,7 +101,7 @@ class InC:
     def __init__(self, case: Case, method: str, setting: str, number: int, rtol: float) -> None:
         self.case, self.method, self.setting = case, method, setting
         self.evaluations: float | None = None
-        f, scene = case.f, case.scene
+        f, scene, ball = case.f, case.scene, equal_balls(case.scene)
         self.library = library(scene.balls.count)
         drive = CDrive(
             scene.total_mass,
@@ -109,11 +109,11 @@ class InC:
             scene.race.radius,
             scene.effects["suspension"].stiffness,
             scene.effects["suspension"].damping,
-            scene.effects["viscous_drag"].coefficient,
+            ball.drag,
             0.0,  # speed and acceleration: of each leg
             0.0,
-            scene.balls.masses[0],
-            scene.balls.radii[0],
+            ball.m,
+            ball.a,
         )
         absolute = rtol * ABSOLUTE * f.scale
         self.peer = self.library.peer_open(number, ctypes.byref(drive), rtol, _of(absolute))

@@ -233,13 +233,29 @@ def compare(
             row["ratio"] = ratio._asdict()
         rows.append(row)
     peer = next((row for row in rows if not row["ours"]), None)
-    ratio_of_best = None if peer is None or best is None else peer["ratio"]
+    ratio = peer["ratio"] if peer is not None and best is not None else None
+    met = None if peer is None else ratio is not None and ratio["median"] >= goal
     return {
         "error": error,
         "ours": best,
         "best_peer": None if peer is None else peer["method"],
-        "ratio": ratio_of_best,
+        "ratio": ratio,
         "goal": goal,
-        "met": ratio_of_best["median"] >= goal if complete and ratio_of_best else None,
+        "met": met if complete else None,
         "rows": rows,
     }
+
+
+def verdict(result: dict[str, Any]) -> str:
+    """How the best peer compares at an error, as a part of a sentence."""
+    error, ours, peer = f"{result['error']:g} rad", result["ours"], result["best_peer"]
+    if peer is None:
+        return f"at {error} there is no peer"
+    judged = VERDICT[result["met"]]
+    if ours is None:
+        return f"at {error} there is {peer}, but none of ours that is compared ({judged})"
+    ratio = result["ratio"]
+    return (
+        f"at {error} the best peer, {peer}, takes {ratio['median']:.3g} ({ratio['lower']:.3g} to "
+        f"{ratio['upper']:.3g}) times as much as {ours} (goal: {result['goal']:g}, {judged})"
+    )
