@@ -42,7 +42,7 @@ INSTALL = "apt install gcc libsundials-dev"
 ADAMS, ADAMS_NEWTON, BDF, ERK, ERK_TO_OUTPUTS = range(5)
 """``enum method`` of sundials.c."""
 METHODS = {
-    "CVODE Adams in C": ((ADAMS, ", fixed point"), (ADAMS_NEWTON, ", Newton")),
+    "CVODE Adams in C": ((ADAMS_NEWTON, ", Newton"), (ADAMS, ", fixed point")),
     "CVODE BDF in C": ((BDF, ""),),
     "ARKODE Fehlberg 8 in C": ((ERK, ""), (ERK_TO_OUTPUTS, ", steps end at outputs")),
 }

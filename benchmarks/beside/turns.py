@@ -10,8 +10,10 @@ import numpy as np
 from ab_sim.errors import AbSimError
 from ab_sim.studies.effect_cost import Spread
 
-MOST_TIME = 8.0
+MOST_TIME = 4.0
 """s of CPU time that the repeats of one setting may take; slow ones take part in fewer."""
+HOPELESS = 0.4
+"""s. After a run that takes longer, a method's further settings are left out."""
 WRONG = 1e-5
 """rad. A method whose least error is no less does not solve these equations."""
 
@@ -63,16 +65,15 @@ class Candidate:
         self.of = make()
         self.of.once()
         self.first = time.process_time() - begin
-        seconds, kept = self.of.once()
+        self.seconds, kept = self.of.once()
         self.error = self.of.error(kept)
         if not math.isfinite(self.error):
             raise AbSimError("its error is not finite")
         self.times: list[float] = []
-        self._longest_repeats = max(1, int(MOST_TIME / max(seconds, 1e-9)))
 
     def turn(self, number: int) -> None:
         """Time one run, unless it has had its share."""
-        if number < self._longest_repeats:
+        if number < max(1, int(MOST_TIME / max(self.seconds, 1e-9))):
             self.times.append(self.of.once()[0] / self.of.simulated)
 
     @property
@@ -126,6 +127,10 @@ def candidates(
                     continue
                 last = mine[-1]
                 say(f"{name} {setting}: {last.error:.1e} rad, first run after {last.first:.2g} s")
+                if last.seconds > HOPELESS:
+                    reason = f"a run at {setting} takes {last.seconds:.1f} s"
+                    left_out.append(LeftOut(f"{name} at further settings", reason))
+                    break
         except AbsentError as error:
             left_out.append(LeftOut(name, f"absent: {error}"))
             say(f"{name}: {error}")
