@@ -70,5 +70,5 @@ def _first_runs(rows: list[dict[str, Any]]) -> str:
     for row in rows:
         if row["method"].startswith(NAME):
             found.setdefault(row["method"], []).append(row["first"])
-    times = (f"{what}, {min(s):.2g} to {max(s):.2g} s" for what, s in found.items())
+    times = (f"{what}: {min(s):.2g} to {max(s):.2g} s" for what, s in found.items())
     return "; ".join(times) or f"not known without {NAME}"

@@ -32,7 +32,7 @@ def picture(report: dict[str, Any], path: Path) -> None:
     many.set_title("eight runs at once: further right is better", fontsize=11)
     for panel, results, columns in ((one, report["at"], 3), (many, report["batch"]["at"], 2)):
         for result in results:
-            panel.axhline(result["error"], color="0.6", linewidth=0.8, zorder=1.5)
+            panel.axhline(result["error"], color="0.6", linewidth=0.8, zorder=2.1)
         panel.axhspan(LEAST, report["uncertainty"]["angle"], color="0.9", zorder=0)
         panel.set_xscale("log")
         panel.set_yscale("log")

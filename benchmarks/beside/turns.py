@@ -103,8 +103,8 @@ class LeftOut(NamedTuple):
     reason: str
 
 
-VERDICT = {True: "met", False: "**not met**", None: "not judged, because peers are missing"}
-"""Of ``met``, in words."""
+VERDICT = {True: "met", False: "**not met**", None: "not judged"}
+"""Of ``met``, in words; None where peers are missing, or none is so accurate."""
 Maker = Callable[[], Setting]
 Family = tuple[str, Callable[[], Iterable[tuple[str, Maker]]]]
 """A method: its name, and what lists its settings; that raises AbsentError."""
