@@ -8,7 +8,6 @@ from ab_sim.accuracy.deviation import Samples
 from ab_sim.batch import Batch, simulate_batch
 from ab_sim.drive import Drive
 from ab_sim.scene import Scene
-from ab_sim.spindle.stretches import Stretch, stretches
 from beside.case import SAMPLING, VARIATIONS, BatchCase, Case
 from beside.turns import Family, Maker, timed
 
@@ -71,7 +70,7 @@ class Whole:
 
 
 class Loop:
-    """The same run's calls of compiled code, which record every step."""
+    """The same run's call of compiled code, which writes a sample at every step."""
 
     ours, simulated, evaluations = True, SAMPLING.end, None
 
@@ -80,25 +79,22 @@ class Loop:
         self.continuous = method != "rk8"
         self.drive = Drive(of)
         self.every = SAMPLING.per_period(self.drive.step)
-        ahead = list(
-            stretches(self.drive.profile, self.drive._grid(), 0, SAMPLING.number * self.every)
-        )
-        self.calls = [(each, self.drive._empty_rows(max(each.steps, 1))) for each in ahead]
+        self.steps = SAMPLING.number * self.every
+        self.samples = self.drive._room_for(self.steps)
 
     def once(self) -> tuple[float, Any]:
         """A run."""
         self.drive.reset()
         return timed(self._run)
 
-    def _run(self) -> list[tuple[Stretch, Any]]:
-        for stretch, rows in self.calls:
-            self.drive._integrate(stretch, rows)
-        return self.calls
+    def _run(self) -> Any:
+        self.drive._take(self.drive._way, self.steps, self.samples)
+        return self.samples
 
     def error(self, kept: Any) -> float:
-        """Of ``Drive.advance``, which makes the same calls."""
+        """Of ``Drive.advance``, which makes the same call."""
         self.drive.reset()
-        whole = self.drive.advance(SAMPLING.number * self.every, self.every)
+        whole = self.drive.advance(self.steps, self.every)
         return self.case.error(Samples.of(whole))
 
 
