@@ -15,7 +15,6 @@ import math
 
 import numba
 
-from ab_sim.dynamics.carriers import own_motion
 from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
 from ab_sim.dynamics.layout import (
     angle_and_rate_at,
@@ -55,6 +54,7 @@ from ab_sim.integrate.left_out import TINY, left_out
 from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.response_tables import (
     CARRY,
+    HEAD,
     OWN,
     RATIO,
     carry_on,
@@ -100,12 +100,6 @@ def head_at(system, state):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**INLINED)
-def own_lines(tables):  # type: ignore[no-untyped-def]
-    """Those of the tables that say what is linear: see ``carriers.own_motion``."""
-    return tables[OWN : OWN + own_motion.LINES]
-
-
-@numba.njit(**INLINED)
 def into_equations(system, own, state, x, v):  # type: ignore[no-untyped-def]
     """x and v of all equations, of a state at a span's beginning."""
     to_coordinates(system.carrier, own, state, x, v)
@@ -120,7 +114,7 @@ def begin_anew(plant, begin, length, state, work):  # type: ignore[no-untyped-de
     system, slope = plant.system, work.slopes[0]
     states, size = state_size(system, state), state_count(system, state)
     memory, head = as_lanes(work.memory), work.memory[head_at(system, state)]
-    own, ways = own_lines(work.tables), carrier_coordinates(system.carrier)
+    own, ways = work.tables[OWN:HEAD], carrier_coordinates(system.carrier)
     x, v = own_array(0.0, (size,)), own_array(0.0, (size,))
     force = own_array(0.0, (size,))
     evaluate(plant, begin, state, slope)
@@ -191,7 +185,7 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
     x, v = own_array(time, (size,)), own_array(time, (size,))
     free_x, free_v = own_array(time, (size,)), own_array(time, (size,))
     first_x, first_v = own_array(0.0, (size,)), own_array(0.0, (size,))
-    into_equations(system, own_lines(numbers), state, first_x, first_v)
+    into_equations(system, numbers[OWN:HEAD], state, first_x, first_v)
     for j in range(states):
         at[j] = state[j]
     for q in range(equations):
@@ -306,7 +300,7 @@ def iterate(plant, spindle, axes, at, x, v, slope, free_x, free_v, force, first,
     """
     system, a, tables = plant.system, plant.room.acceleration, as_lanes(numbers)
     carrier, n, ways = system.carrier, ball_count(system), carrier_coordinates(system.carrier)
-    own, nothing = own_lines(numbers), 0.0 * spindle.speed
+    own, nothing = numbers[OWN:HEAD], 0.0 * spindle.speed
     change, all_of, angles, all_of_angles = nothing, nothing, nothing, nothing
     from_coordinates(carrier, own, axes, x, v, at)
     for i in range(n):
@@ -381,7 +375,7 @@ def states_in_span(weights, plant, group, state, work, at):  # type: ignore[no-u
     at_first = work.memory[states : 2 * states, 0]
     x, v = own_array(at[0], (size,)), own_array(at[0], (size,))
     first_x, first_v = own_array(0.0, (size,)), own_array(0.0, (size,))
-    into_equations(system, own_lines(numbers), at_first, first_x, first_v)
+    into_equations(system, numbers[OWN:HEAD], at_first, first_x, first_v)
     for q in range(equations):
         table = table_of(plant, first, q)
         free_x, free_v = freely(numbers, table, first_x[q], first_v[q])
@@ -397,5 +391,5 @@ def states_in_span(weights, plant, group, state, work, at):  # type: ignore[no-u
     else:
         w = segment_speed(plant.place.segment, begin + length * lines[AT])
         axes = cos_sin(product(tables, integral + INTO_V, w))
-    from_coordinates(system.carrier, own_lines(numbers), axes, x, v, at)
+    from_coordinates(system.carrier, numbers[OWN:HEAD], axes, x, v, at)
     return begin + tables[integral + IMPULSE]
