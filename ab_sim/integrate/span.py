@@ -184,6 +184,7 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
     force, at, slope = own_array(time, (size,)), own_array(time, (size,)), own_array(time, (size,))
     x, v = own_array(time, (size,)), own_array(time, (size,))
     free_x, free_v = own_array(time, (size,)), own_array(time, (size,))
+    cosines, sines = own_array(time, (size,)), own_array(time, (size,))
     first_x, first_v = own_array(0.0, (size,)), own_array(0.0, (size,))
     into_equations(system, numbers[OWN:HEAD], state, first_x, first_v)
     for j in range(states):
@@ -202,7 +203,8 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
 
     own = Plant(system, plant.place, plant.modes, own_room(system, n, time))
     axes, spindle = turning(own, tables, first, time, state, at, x, v)
-    before, solved, last, scales = 2.0 * SMALL, False, 0.0, (1.0, 1.0)
+    before, solved, scales = math.inf, False, (1.0, 1.0)
+    carried_before, turned_before = 0.0, 0.0
     for count in range(MOST):
         for i in range(n):
             q, angle = ways + i, angle_at(system, i)
@@ -210,24 +212,21 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
             at[angle], at[rate_at(system, i)] = response(
                 tables, table_of(plant, first, q), free_x[q], free_v[q], force[q]
             )
-            if before > SMALL:
+            if not turned_before <= SMALL or count == 0:
                 c, s = cos_sin(at[angle])
             else:
-                c, s = turned(own.room.table[i, COS], own.room.table[i, SIN], at[angle] - was)
-            own.room.table[i, COS], own.room.table[i, SIN] = c, s
-        last, scales = iterate(
+                c, s = turned(cosines[i], sines[i], at[angle] - was)
+            own.room.table[i, COS], own.room.table[i, SIN] = cosines[i], sines[i] = c, s
+        carried, turned_by, scales = iterate(
             own, spindle, axes, at, x, v, slope, free_x, free_v, force, first, numbers
         )
-        # Each iteration leaves of an error what it left of the one before.
-        shrinks = last < 0.5 * before or count == 0
-        if (
-            last <= weights.tolerance
-            or (count > 0 and last * last <= weights.tolerance * before)
-            or (last <= SETTLED and not shrinks)
-        ):
+        # Each iteration leaves of an error what it left of the one before: of each kind of its own.
+        last = carried + turned_by
+        left = remains(carried, carried_before) + remains(turned_by, turned_before)
+        if left <= weights.tolerance or (last <= SETTLED and not last < 0.5 * before):
             solved = True
             break
-        before = last
+        carried_before, turned_before, before = carried, turned_by, last
         if has_motor(system.effects):
             integrate(system, tables, first, state, slope, at)
             axes, spindle = turning(own, tables, first, time, state, at, x, v)
@@ -249,6 +248,12 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
     head[SPAN], head[SAMPLES_IN], head[TAKEN], head[BEGIN] = length, samples, 0.0, begin
     head[COS_MOVED], head[SIN_MOVED] = c, s
     return error, within
+
+
+@numba.njit(**INLINED)
+def remains(change, before):  # type: ignore[no-untyped-def]
+    """What the next iteration will change, after such a change and the one before; 0 before any."""
+    return change * (change / before) if before > change else change
 
 
 @numba.njit(**INLINED)
@@ -295,8 +300,9 @@ def iterate(plant, spindle, axes, at, x, v, slope, free_x, free_v, force, first,
         first, numbers: the tables.
 
     Returns:
-        How much f is from what it was, as angles, or without balls to what it is made of; and what
-        such an angle is to the carrier's x, and to the spindle's angle.
+        How far f of the carrier, and of the others, is from what it was, as angles at the span's
+        end; without balls, beside what it is made of. And what makes an angle of the carrier's x,
+        and of the spindle's angle.
     """
     system, a, tables = plant.system, plant.room.acceleration, as_lanes(numbers)
     carrier, n, ways = system.carrier, ball_count(system), carrier_coordinates(system.carrier)
@@ -339,14 +345,14 @@ def iterate(plant, spindle, axes, at, x, v, slope, free_x, free_v, force, first,
     book(system.ledger, plant, spindle, at, slope)
     if n == 0:
         scales = 1.0 / (total(all_of) + TINY), 1.0 / (total(all_of_angles) + TINY)
-        return total(change) * scales[0] + total(angles) * scales[1], scales
+        return total(change) * scales[0], total(angles) * scales[1], scales
     for i in range(n):
         table, rate = first + (ways + i) * LINES + NUMBERS, rate_at(system, i)
         new = slope[rate] + numbers[table, DAMPING] * at[rate]
         angles += abs(new - force[ways + i]) * numbers[table, MOST_UNIT]
         force[ways + i] = new
     scales = system.balls[0, RACE_CURVATURE], 1.0
-    return total(change * scales[0] + angles), scales
+    return total(change) * scales[0], total(angles), scales
 
 
 @numba.njit(**INLINED)
