@@ -87,10 +87,10 @@ SETTLED = 1e-10
 FED_BACK = 1.0 / 70.0
 """Of an error within a span, what an iteration makes of it, and so the motion at its end."""
 
-SPAN, SAMPLES_IN, TAKEN, BEGIN, COS_MOVED, SIN_MOVED, STEP, AHEAD = range(8)
+SPAN, SAMPLES_IN, TAKEN, BEGIN, MOVED, STEP, AHEAD, WAIT = range(8)
 """The memory's head: length of the span [s]; how many samples there are in it, and how many have
-been taken; local time of its beginning [s]; cosine and sine of the angle that the rotor's axes make
-in it; from one sample to the next [s]; and what only the stepper knows."""
+been taken; local time of its beginning [s]; the angle that the rotor's axes make in it; from one
+sample to the next [s]; and what only the stepper knows, twice."""
 
 
 @numba.njit(**INLINED)
@@ -128,7 +128,8 @@ def begin_anew(plant, begin, length, state, work):  # type: ignore[no-untyped-de
         memory[q] = force[q] + c * v[q] + k * x[q]
     for j in range(integrals_at(system), states):
         memory[j] = slope[j]
-    head[SPAN], head[COS_MOVED], head[SIN_MOVED] = length, 1.0, 0.0
+    head[SPAN] = length
+    head[MOVED] = head[WAIT] = 0.0
 
 
 @numba.njit(**INLINED)
@@ -191,7 +192,8 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
         at[j] = state[j]
     for q in range(equations):
         force[q] = product(tables, CARRY, memory[q])
-    on_next_axes(system.carrier, head[COS_MOVED], head[SIN_MOVED], force)
+    c, s = cos_sin(head[MOVED])
+    on_next_axes(system.carrier, c, s, force)
     for q in range(equations):
         table = table_of(plant, first, q)
         free_x[q], free_v[q] = freely(numbers, table, first_x[q], first_v[q])
@@ -244,9 +246,8 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
         memory[j] = slope[j]
     for q in range(equations):
         memory[q] = force[q]
-    c, s = cos_sin(length * total(lines[SHARE] * spindle.speed))
     head[SPAN], head[SAMPLES_IN], head[TAKEN], head[BEGIN] = length, samples, 0.0, begin
-    head[COS_MOVED], head[SIN_MOVED] = c, s
+    head[MOVED] = length * total(lines[SHARE] * spindle.speed)
     return error, within
 
 
