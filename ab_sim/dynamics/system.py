@@ -168,6 +168,8 @@ has_space_force = any_effect_has("space_force")
 acts_in_space = any_effect_has("space_force", "gravity")
 has_stiffening = any_effect_has("mount_stiffening")
 has_motor = any_effect_has("rotor_moment")
+may_hold = any_effect_has("friction_coefficient", "restitution")
+"""Whether balls may stick, or move in rows."""
 has_events = any_effect_has("friction_coefficient", "restitution", "rotor_moment")
 
 segment_speed = forward("speed")
