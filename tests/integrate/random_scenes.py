@@ -66,7 +66,7 @@ def _planar(rng: np.random.Generator) -> dict[str, Any]:
                 "damping_2": other * damping,
                 "axis_angle": float(rng.uniform(-1.5, 1.5)),
             },
-            "hardening_suspension": {"cubic_stiffness": _factor(rng, 1e5, 1e9)},
+            "hardening_suspension": {"cubic_stiffness": _factor(rng, 1e5, 1e7)},
             "race_runout": {
                 "offset_1": float(rng.uniform(-2e-4, 2e-4)),
                 "offset_2": float(rng.uniform(-2e-4, 2e-4)),
