@@ -149,6 +149,7 @@ def test_it_hangs_where_its_springs_hold_its_weight(scene: Any) -> None:
     random, weight = np.random.default_rng(7), 0.1 * 9.80665
     for _ in range(50):
         one, two, angle = random.uniform([300.0, 300.0, -1.5], [1e4, 1e4, 1.5]).tolist()
+        cubic = float(random.uniform(0.0, 1e7))
         springs = {
             "stiffness_1": one,
             "stiffness_2": two,
@@ -157,8 +158,14 @@ def test_it_hangs_where_its_springs_hold_its_weight(scene: Any) -> None:
             "axis_angle": angle,
         }
         edge = {"tilt": 1.5707963267948966, "acceleration": 9.80665}
-        effects = {"suspension": None, "unequal_suspension": springs, "gravity": edge}
+        effects = {
+            "suspension": None,
+            "unequal_suspension": springs,
+            "hardening_suspension": {"cubic_stiffness": cubic},
+            "gravity": edge,
+        }
         hung = system_of(scene(effects=effects)).carrier
         stiffness = rotation(angle) @ np.diag([one, two]) @ rotation(angle).T
-        held = stiffness @ [hung.sag_x, hung.sag_y]
+        at = np.array([hung.sag_x, hung.sag_y])
+        held = stiffness @ at + cubic * (at @ at) * at
         np.testing.assert_allclose(held, [0.0, -weight], rtol=0.0, atol=1e-9)
