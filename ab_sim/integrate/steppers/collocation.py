@@ -123,7 +123,7 @@ def collocation(tolerance: float, steps: float) -> Stepper:
         own_motion_at=OWN,
         solves_drag=True,
         locates_events=False,
-        priced=False,
+        keeps_tolerance=True,
     )
 
 
