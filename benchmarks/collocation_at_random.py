@@ -5,8 +5,8 @@
 writes collocation-at-random.json. For each scene and tolerance: the largest error in a ball's angle
 over a second, beside rk8 at 0.05 ms, over the tolerance, which is that of each span; and how many
 times longer rk8 takes at the step of a ladder whose error is no larger. How much errors grow by
-themselves differs from scene to scene: ``grown`` is what a start that is 1e-9 rad off, in each
-ball, becomes at most, over 1e-9.
+themselves differs from scene to scene: ``grown`` is what a start becomes at most that is 1e-9 rad
+off in one ball's angle, or as much in its rate times the spindle's speed, or in the deck.
 """
 
 import contextlib
@@ -32,10 +32,10 @@ TOLERANCES = (1e-7, 1e-9, 1e-11)
 LADDER = (0.0025, 0.00125, 0.000625, 0.0003125, 0.00015625)
 
 
-def angles(drive: Drive, off: float = 0.0) -> np.ndarray:
-    """The balls' angles on the common grid."""
+def angles(drive: Drive, off: np.ndarray | float = 0.0) -> np.ndarray:
+    """The balls' angles on the common grid, from a start that is so far off."""
     drive.reset()
-    drive._state[drive.layout.angles] += off
+    drive._state += off
     run = drive.advance(round(SECONDS / drive.step)).thinned(round(EVERY / drive.step))
     return np.asarray(run.ball_angles)
 
@@ -60,7 +60,13 @@ def measure(plant: str, seed: int, repeats: int) -> list[dict[str, Any]]:
 
     fine = drive_of("rk8", FINE)
     true = angles(fine)
-    grown = np.abs(angles(fine, OFF) - true).max() / OFF
+    speed, layout = fine.scene.start.speed, fine.layout
+    sizes = np.zeros(layout.size)
+    sizes[layout.carrier] = fine.system.carrier.scale(fine.scene.race.radius, speed)
+    sizes[layout.angles], sizes[layout.rates] = 1.0, speed
+    grown = max(
+        np.abs(angles(fine, OFF * off) - true).max() / OFF for off in np.diag(sizes) if off.any()
+    )
     ladder = []
     for step in LADDER:
         with contextlib.suppress(SceneError):  # beyond its stability limit
