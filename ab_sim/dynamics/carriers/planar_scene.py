@@ -5,16 +5,19 @@ import math
 import numpy as np
 from scipy.optimize import root
 
+from ab_sim.dynamics.carriers.own_motion import alike
 from ab_sim.dynamics.carriers.planar import Planar
 from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.motion import Deck
 from ab_sim.dynamics.system import (
     MASS,
+    RACE_RADIUS,
     System,
     deck_energy,
     deck_force,
     gravity,
     has_gravity,
+    rotor_moment,
     space_energy,
     space_force,
 )
@@ -106,6 +109,18 @@ def linearised(system: System) -> Linearised:
     )
 
 
+def own_motion(system: System) -> np.ndarray:
+    """Of its suspension at rest, see ``carriers.own_motion``; the same in every direction."""
+    return alike(linearised(system))
+
+
+def spindle_inertia(system: System) -> float:
+    """Of all that turns with the spindle, about the shaft [kg m^2]."""
+    body = system.carrier
+    held = system.balls[:, MASS] @ system.balls[:, RACE_RADIUS] ** 2
+    return float(rotor_moment(system.effects) + body.unbalance * body.eccentricity + held)
+
+
 def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
     """Where the deck hangs at rest under gravity, from the suspension's unloaded position [m]."""
     if not has_gravity(effects):
@@ -128,13 +143,18 @@ def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
                 "effects.gravity: the suspension does not hold the deck's weight within 1000 km; "
                 "stiffen it"
             )
-    found = root(unbalanced, reach / 2 * weight / np.hypot(*weight), tol=1e-15)
-    if np.abs(unbalanced(found.x)).max() > 1e-9:
+
+    def in_reaches(place: np.ndarray) -> np.ndarray:
+        # In metres the search loses itself.
+        return unbalanced(reach * place)
+
+    found = reach * root(in_reaches, 0.5 * weight / np.hypot(*weight), tol=1e-15).x
+    if np.abs(unbalanced(found)).max() > 1e-9:
         raise SceneError(
             "effects.gravity: no place was found where the suspension holds the deck's weight; "
             "give it stiffness in every direction"
         )
-    return float(found.x[0]), float(found.x[1])
+    return float(found[0]), float(found[1])
 
 
 def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
