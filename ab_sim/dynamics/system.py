@@ -128,6 +128,7 @@ show = forward("show")
 dissipate = forward("dissipate")
 kick = forward("kick")
 straighten = forward("straighten")
+only_own_motion = forward("only_own_motion")
 carrier_coordinates = attribute("COORDINATES")
 """In how many coordinates a carrier's own motion is solved exactly."""
 to_coordinates = forward("to_coordinates")

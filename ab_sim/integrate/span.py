@@ -15,7 +15,7 @@ import math
 
 import numba
 
-from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
+from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by, number_of
 from ab_sim.dynamics.layout import (
     angle_and_rate_at,
     angle_at,
@@ -41,11 +41,13 @@ from ab_sim.dynamics.system import (
     accelerate,
     ball_count,
     carrier_coordinates,
+    carrier_states,
     carrier_unknowns,
     coordinate_accelerations,
     from_coordinates,
     has_motor,
     on_next_axes,
+    only_own_motion,
     segment_speed,
     to_coordinates,
 )
@@ -72,6 +74,7 @@ from ab_sim.integrate.responses import (
     INTO_X,
     LINES,
     MOST_UNIT,
+    NODES,
     NUMBERS,
     STIFFNESS,
     UNIT,
@@ -186,6 +189,7 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
     x, v = own_array(time, (size,)), own_array(time, (size,))
     free_x, free_v = own_array(time, (size,)), own_array(time, (size,))
     cosines, sines = own_array(time, (size,)), own_array(time, (size,))
+    pulls = own_array(time, (NODES * ways,))
     first_x, first_v = own_array(0.0, (size,)), own_array(0.0, (size,))
     into_equations(system, numbers[OWN:HEAD], state, first_x, first_v)
     for j in range(states):
@@ -197,7 +201,14 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
     for q in range(equations):
         table = table_of(plant, first, q)
         free_x[q], free_v[q] = freely(numbers, table, first_x[q], first_v[q])
-        if q < ways or q >= ways + n:
+        if q < ways and hangs_freely(system):
+            damping = numbers[table + NUMBERS, DAMPING]
+            stiffness = numbers[table + NUMBERS, STIFFNESS]
+            free_x[q] = damping * free_v[q] + stiffness * free_x[q]
+            for k in range(NODES):
+                into_x, into_v = tables[table + INTO_X + k], tables[table + INTO_V + k]
+                pulls[NODES * q + k] = damping * into_v + stiffness * into_x
+        elif q < ways or q >= ways + n:
             x[q], v[q] = response(tables, table, free_x[q], free_v[q], force[q])
     for j in range(integrals, states):
         slope[j] = product(tables, CARRY, memory[j])
@@ -220,7 +231,7 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
                 c, s = turned(cosines[i], sines[i], at[angle] - was)
             own.room.table[i, COS], own.room.table[i, SIN] = cosines[i], sines[i] = c, s
         carried, turned_by, scales = iterate(
-            own, spindle, axes, at, x, v, slope, free_x, free_v, force, first, numbers
+            own, spindle, axes, at, x, v, slope, free_x, free_v, pulls, force, first, numbers
         )
         # Each iteration leaves of an error what it left of the one before: of each kind of its own.
         last = carried + turned_by
@@ -286,7 +297,15 @@ def integrate(system, tables, first, state, slope, at):  # type: ignore[no-untyp
 
 
 @numba.njit(**INLINED)
-def iterate(plant, spindle, axes, at, x, v, slope, free_x, free_v, force, first, numbers):  # type: ignore[no-untyped-def]
+def hangs_freely(system):  # type: ignore[no-untyped-def]
+    """Whether c v + k x is all that is to be known of what carries the balls."""
+    return only_own_motion(system.carrier, system.effects) and number_of(system.ledger) == 0
+
+
+@numba.njit(**INLINED)
+def iterate(  # type: ignore[no-untyped-def]
+    plant, spindle, axes, at, x, v, slope, free_x, free_v, pulls, force, first, numbers
+):
     """f at the nodes anew: of what carries the balls, these accelerated as before, then of them.
 
     Args:
@@ -296,7 +315,8 @@ def iterate(plant, spindle, axes, at, x, v, slope, free_x, free_v, force, first,
         at: the states at the nodes, but for the carrier's.
         x, v: of the carrier's equations, and of a motor's; made anew.
         slope: room; afterwards the slope of what is only integrated.
-        free_x, free_v: what x and v are without f.
+        free_x, free_v: what x and v are without f; or, if it hangs freely, c v + k x.
+        pulls: what f at the nodes makes of that, columns of a matrix for each equation.
         force: f.
         first, numbers: the tables.
 
@@ -309,7 +329,11 @@ def iterate(plant, spindle, axes, at, x, v, slope, free_x, free_v, force, first,
     carrier, n, ways = system.carrier, ball_count(system), carrier_coordinates(system.carrier)
     own, nothing = numbers[OWN:HEAD], 0.0 * spindle.speed
     change, all_of, angles, all_of_angles = nothing, nothing, nothing, nothing
-    from_coordinates(carrier, own, axes, x, v, at)
+    if hangs_freely(system):
+        for j in range(carrier_states(carrier)):
+            at[j] = 0.0
+    else:
+        from_coordinates(carrier, own, axes, x, v, at)
     for i in range(n):
         damping = numbers[first + (ways + i) * LINES + NUMBERS, DAMPING]
         rate = rate_at(system, i)
@@ -320,14 +344,19 @@ def iterate(plant, spindle, axes, at, x, v, slope, free_x, free_v, force, first,
         table = first + q * LINES
         damping = numbers[table + NUMBERS, DAMPING]
         stiffness = numbers[table + NUMBERS, STIFFNESS]
-        linear = damping * v[q] + stiffness * x[q]
+        # At rest in its middle it feels no pull, so that f is all there is.
+        linear = nothing if hangs_freely(system) else damping * v[q] + stiffness * x[q]
         new = slope[q] + linear
         unit = numbers[table + NUMBERS, MOST_UNIT] if n > 0 else 1.0
         change += abs(new - force[q]) * unit
-        all_of += abs(new) + abs(linear)
         force[q] = new
-        x[q], v[q] = response(tables, table, free_x[q], free_v[q], new)
-        slope[q] = linear - (damping * v[q] + stiffness * x[q])
+        if hangs_freely(system):
+            pull = free_x[q] + product(pulls, NODES * q, new)
+        else:
+            x[q], v[q] = response(tables, table, free_x[q], free_v[q], new)
+            pull = damping * v[q] + stiffness * x[q]
+        all_of += abs(new) + abs(pull)
+        slope[q] = linear - pull
     accelerate(carrier, plant, own, axes, at, slope)
     if has_motor(system.effects):
         q, row = ways + n, carrier_unknowns(carrier)

@@ -65,6 +65,8 @@ sine of the angle that the rotor's have turned in that time,
         x and v of a state, at its beginning
     from_coordinates(self, own, axes, x, v, state)
         the reverse, then
+    only_own_motion(self, effects) -> bool
+        whether nothing else that the equations say depends on its states
     give_way(self, plant)
         the accelerations that are solved for, under the forces in the room and the balls' path
         accelerations there

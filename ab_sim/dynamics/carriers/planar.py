@@ -57,6 +57,7 @@ from ab_sim.dynamics.system import (
     has_runout,
     has_space_force,
     has_spin,
+    has_stiffening,
     race_shape,
     rotor_moment,
     space_energy,
@@ -161,6 +162,10 @@ class Planar(NamedTuple):
         c, s = axes
         state[0], state[1] = c * x[0] + s * x[1], c * x[1] - s * x[0]
         state[2], state[3] = c * v[0] + s * v[1], c * v[1] - s * v[0]
+
+    def only_own_motion(self, effects: Any) -> bool:
+        """See ``carriers``: the linear suspension, the same in every direction, is all there is."""
+        return not (has_stiffening(effects) or has_space_force(effects))
 
     def give_way(self, plant: Any) -> None:
         """See ``carriers``."""

@@ -243,6 +243,10 @@ class Tilting(NamedTuple):
         state[7], state[8], state[9] = velocity
         state[10], state[11], state[12] = turning_of(turn, rate)
 
+    def only_own_motion(self, effects: Any) -> bool:
+        """See ``carriers``: its tilt turns what all forces act along."""
+        return False
+
     def give_way(self, plant: Any) -> None:
         """See ``carriers``."""
         solve_with_balls(race_of(plant))
