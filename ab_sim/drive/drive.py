@@ -212,8 +212,9 @@ class Drive:
 
     def _advance(self, steps: int) -> Trajectory:
         samples = self._room_for(steps)
-        self._take(self._way, steps, samples)
-        self.steps += steps
+        if steps:
+            self._take(self._way, steps, samples)
+            self.steps += steps
         return self._reader.trajectory(samples)
 
     def present(self) -> Trajectory:

@@ -328,3 +328,16 @@ def test_any_number_of_balls(scene: Any, balls: int) -> None:
     run = drive.advance(100)
     assert run.ball_angles.shape == (100, balls)
     assert np.all(np.isfinite(run.samples))
+
+
+def test_no_steps_change_nothing() -> None:
+    """Nor do they where two commands at one instant ask friction for two things."""
+    one, other = (Drive(load_scene("packed-balls"), commanded=True) for _ in range(2))
+    for drive in (one, other):
+        drive.command(30.0)
+        drive.advance(700)
+        drive.command(10.0)
+    assert len(one.advance(0)) == 0
+    for drive in (one, other):
+        drive.command(50.0)
+    assert one.advance(300).samples.tobytes() == other.advance(300).samples.tobytes()
