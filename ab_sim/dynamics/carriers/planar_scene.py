@@ -1,6 +1,7 @@
 """A deck in the plane, from a scene."""
 
 import math
+from typing import Any
 
 import numpy as np
 from scipy.optimize import root
@@ -56,12 +57,10 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     """
     body, effects = system.carrier, system.effects
     mass = body.total_mass - float(system.balls[:, MASS].sum())
-    poles = np.concatenate(
-        [
-            np.roots([mass, *_resistance(effects, body, along)])
-            for along in np.linspace(0.0, math.pi, 8, endpoint=False)
-        ]
-    )
+    damping, stiffness = _resistances(effects, body)
+    mean, apart = damping / (2.0 * mass), stiffness / mass
+    half = np.sqrt(mean**2 - apart + 0j)
+    poles = np.concatenate([-mean + half, -mean - half])
     turning = [pole + 1j * (top_speed if pole.imag >= 0 else -top_speed) for pole in poles]
     return {f"the deck's whirl at {exact(top_speed)} rad/s": complex(max(turning, key=abs))}
 
@@ -142,17 +141,26 @@ def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
     return float(deck_energy(effects, deck) + space_energy(effects, deck))
 
 
-def _resistance(effects: tuple[object, ...], body: Planar, along: float) -> tuple[float, float]:
-    """Damping and stiffness against small displacements from rest in one direction."""
-    c, s = math.cos(along), math.sin(along)
+def _resistances(effects: tuple[object, ...], body: Planar) -> np.ndarray:
+    """Damping and stiffness against small displacements from rest, shape (2, directions)."""
+    along = np.linspace(0.0, math.pi, 8, endpoint=False)
+    try:
+        return _resistance(effects, body, np.cos(along), np.sin(along))
+    except (TypeError, ValueError):
+        # An effect that branches on its numbers takes them one by one.
+        each = [_resistance(effects, body, math.cos(a), math.sin(a)) for a in along.tolist()]
+        return np.array(each).T
+
+
+def _resistance(effects: tuple[object, ...], body: Planar, c: Any, s: Any) -> np.ndarray:
+    """The same in directions (c, s): numbers, or an array of them."""
     # Far enough from rest for a cubic spring to count: as far as the deck hangs, or 10 e.
     far = max(10.0 * body.eccentricity, math.hypot(body.sag_x, body.sag_y), 1e-9)
 
-    def resisting(moved: Deck) -> float:
+    def resisting(moved: Deck) -> Any:
         f, g = deck_force(effects, moved), space_force(effects, moved)
-        return float(-(c * (f[0] + g[0]) + s * (f[1] + g[1])))
+        return -(c * (f[0] + g[0]) + s * (f[1] + g[1]))
 
-    stiffness = (
-        resisting(Deck(far * c, far * s, 0.0, 0.0)) - resisting(Deck(-far * c, -far * s, 0.0, 0.0))
-    ) / (2.0 * far)
-    return resisting(Deck(0.0, 0.0, c, s)), stiffness
+    there = resisting(Deck(far * c, far * s, 0.0, 0.0))
+    back = resisting(Deck(-far * c, -far * s, 0.0, 0.0))
+    return np.array([resisting(Deck(0.0, 0.0, c, s)), (there - back) / (2.0 * far)])
