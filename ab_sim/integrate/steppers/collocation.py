@@ -36,7 +36,7 @@ from ab_sim.integrate.fixed_step import record, unwind
 from ab_sim.integrate.left_out import COEFFICIENTS
 from ab_sim.integrate.on_stack import own_array, own_room, room_of
 from ab_sim.integrate.registry import Parameter, register_family
-from ab_sim.integrate.response_tables import LINES_EACH, SAMPLES
+from ab_sim.integrate.response_tables import LINES_EACH, SAMPLES, sample_instants
 from ab_sim.integrate.responses import NODES, Nodes, gauss, nodes
 from ab_sim.integrate.span import (
     AHEAD,
@@ -103,7 +103,7 @@ def growth_of(z: complex) -> complex:
 @register_family("collocation", {"tolerance": TOLERANCE, "steps": STEPS})
 def collocation(tolerance: float, steps: float) -> Stepper:
     """The method with a tolerance [rad], and a number of steps in a span."""
-    own, lines = nodes(), aligned((COEFFICIENTS + 4, NODES))
+    own, lines = nodes(sample_instants()), aligned((COEFFICIENTS + 4, NODES))
     lines[AT], lines[SHARE] = gauss(NODES)
     for back in range(4):
         power = NODES - 1 - back
