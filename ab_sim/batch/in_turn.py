@@ -1,23 +1,23 @@
 """Runs one after the other."""
 
+import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ab_sim.batch.prepared import BatchRun, Prepared
+from ab_sim.batch.prepared import BatchRun, Prepared, kept_at_first, way_along
 from ab_sim.drive import Drive
-from ab_sim.drive.rows import RowReader, follow
-from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.assemble import place_on, start_modes, start_state, state_bounds
+from ab_sim.dynamics.assemble import place_along, start_modes, start_state, state_bounds
 from ab_sim.errors import DivergedError
-from ab_sim.integrate.fixed_step import advance
+from ab_sim.integrate.fixed_step import Run, stepping
+from ab_sim.integrate.kept import Kept
 from ab_sim.integrate.response_tables import doubt
 from ab_sim.integrate.workspace import aligned, workspace
+from ab_sim.spindle.profile import Segment
 
 _AT_ONCE = 10_000
-"""Steps whose rows are in memory before they are thinned."""
-_NO_SAMPLE = np.zeros(0)
+"""Steps whose samples are in memory before they are thinned."""
 
 
 def one_by_one(members: Sequence[Prepared], every: int) -> tuple[list[BatchRun], float]:
@@ -52,62 +52,62 @@ class InTurn:
         self._step, self._stepper = first.scene.solver.step, first.stepper
         bounds = state_bounds(first.system, self._step / self._stepper.parts)
         self._work = workspace(first.system, self._stepper, bounds)
-        self._state, self._reader = aligned(bounds.shape), RowReader(first.scene, first.system)
-        self._rows = aligned((min(first.steps, _AT_ONCE), self._reader.width))
-        self._spindle = np.empty((len(self._rows), 3))
+        self._state = aligned(bounds.shape)
+        self._modes = start_modes(first.scene, first.system)
+        self._kernels: dict[type[Segment], tuple[Kept, Callable[..., int]]] = {}
 
     def run(self, members: Sequence[Prepared], every: int) -> tuple[list[BatchRun], float]:
         """As ``one_by_one``."""
         runs, seconds = [], 0.0
         for member in members:
-            begin = time.thread_time()
-            taken = self._trajectory(member, every)
-            spent = time.thread_time() - begin
-            if taken is None:
+            in_kernel = kept_at_first(member.scene, every)
+            samples, spent = self._samples(member, in_kernel)
+            if len(samples) == member.steps // in_kernel:
+                taken = member.trajectory(samples, every // in_kernel)
+                runs.append(BatchRun(member.scene, taken, ""))
+            else:
                 # A Drive says what went wrong, and where.
                 diverged, spent = one_by_one([member], every)
                 runs += diverged
-            else:
-                runs.append(BatchRun(member.scene, taken, ""))
             seconds += spent
         return runs, seconds
 
-    def _trajectory(self, member: Prepared, every: int) -> Trajectory | None:
-        """Of one run; None if it diverged."""
-        # What a row says does not depend on a scene's numbers, but readings of sensors do.
-        reader = self._reader
-        if member.scene.sensors:
-            reader = RowReader(member.scene, member.system)
-        in_rows = 1 if member.scene.sensors else every
+    def _samples(self, member: Prepared, every: int) -> tuple[np.ndarray, float]:
+        """Each so-many-th of a run's samples, those that are sound, and CPU time [s]."""
         doubt(self._work.tables, len(member.system.balls))
         self._state[:] = start_state(member.scene, member.system)
-        modes, piece, kept = start_modes(member.scene, member.system), None, []
-        for done in range(0, member.steps, len(self._rows)):
-            steps = min(len(self._rows), member.steps - done)
-            for stretch in member.way(done, steps):
-                at = slice(stretch.first - done, stretch.first - done + max(stretch.steps, 1))
-                if stretch.piece != piece:
-                    self._work.memory[:] = 0.0
-                    piece = stretch.piece
-                taken = advance(
-                    member.system,
-                    place_on(stretch.piece),
-                    self._stepper.weights,
-                    stretch.piece.start,
-                    (stretch.first, self._step, stretch.offset),
-                    stretch.length,
-                    self._state,
-                    modes,
-                    self._work,
-                    0,
-                    self._rows[at],
-                    _NO_SAMPLE,
-                )
-                if taken < at.stop - at.start:
-                    return None
-                follow(stretch, self._step, self._spindle[at, :2])
-            chosen = slice((-1 - done) % in_rows, steps, in_rows)
-            self._spindle[:, 2] = self._spindle[:, 1]
-            numbers = done + 1 + np.arange(steps)[chosen]
-            kept.append(reader.trajectory(numbers, self._rows[chosen], self._spindle[chosen]))
-        return Trajectory.join(kept).thinned(every // in_rows)
+        self._modes[:] = start_modes(member.scene, member.system)
+        self._work.smooth[0] = math.nan
+        for kept, _ in self._kernels.values():
+            kept.begin_with(member.system)
+        parts, seconds, width = [], 0.0, len(member.channels)
+        for done in range(0, member.steps, _AT_ONCE):
+            samples = np.empty((min(_AT_ONCE, member.steps - done), width))
+            begin = time.thread_time()
+            sound = self._advance(member, done, samples)
+            seconds += time.thread_time() - begin
+            parts.append(samples[(-1 - done) % every : sound : every])
+            if sound < len(samples):
+                break
+        return parts[0] if len(parts) == 1 and every == 1 else np.concatenate(parts), seconds
+
+    def _advance(self, member: Prepared, first: int, samples: np.ndarray) -> int:
+        """Fill in samples, ``first`` steps having been taken before; how many were sound."""
+        done = 0
+        for leg, at in way_along(member.course).after(first):
+            left = len(samples) - done
+            kernel = self._kernel(leg.kind, member)
+            taken = kernel(leg.table, at, first + done, left, math.nan, samples[done:])
+            if taken < 0:
+                return done - 1 - taken
+            done += taken
+            if done == len(samples):
+                break
+        return done
+
+    def _kernel(self, kind: type[Segment], member: Prepared) -> Callable[..., int]:
+        if kind not in self._kernels:
+            fixed = member.system, place_along(kind), self._stepper.weights, self._step
+            kept = Kept(Run(*fixed, self._state, self._modes, self._work, 0))
+            self._kernels[kind] = kept, stepping(kept)
+        return self._kernels[kind][1]

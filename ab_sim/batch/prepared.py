@@ -1,17 +1,21 @@
 """A scene with what its run in a batch needs."""
 
+import functools
 import math
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ab_sim.accuracy import resolve_accuracy
+from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.numbers.lanes import pattern
 from ab_sim.dynamics.system import has_events
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene
-from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle import Piece, Ramp, SpeedProfile
 from ab_sim.spindle.stretches import Grid, Stretch, stretches
 
 
@@ -25,6 +29,23 @@ class BatchRun(NamedTuple):
     """Why it ended early; empty if it did not."""
 
 
+class Course(NamedTuple):
+    """What stretches follow from: where it is the same, they need not be found again."""
+
+    pieces: tuple[Piece, ...]
+    grid: Grid
+
+    def stretches(self, steps: int) -> list[Stretch]:
+        """Of so many steps from the start."""
+        return list(stretches(SpeedProfile.of_pieces(self.pieces), self.grid, 0, steps))
+
+
+@functools.lru_cache(maxsize=8)
+def way_along(course: Course) -> Way:
+    """The way of all steps along a course."""
+    return Way.along(SpeedProfile.of_pieces(course.pieces), course.grid, 0)
+
+
 class Prepared:
     """A scene with what its run needs.
 
@@ -36,9 +57,11 @@ class Prepared:
         self.scene, _ = resolve_accuracy(scene)
         self.system = system_of(self.scene)
         choice = choose_stepper(self.scene, self.system)
-        self.stepper, self._grid = choice.stepper, Grid(self.scene.solver.step, choice.cycle)
-        self.steps = steps_of(self.scene)
-        self._profile = SpeedProfile.of_scene(self.scene)
+        self.stepper, self.steps = choice.stepper, steps_of(self.scene)
+        pieces = SpeedProfile.of_scene(self.scene).pieces
+        # Ramps do not ask for the cycle, which is another one for each mass and stiffness.
+        curved = any(not isinstance(piece.segment, Ramp) for piece in pieces)
+        self.course = Course(pieces, Grid(self.scene.solver.step, choice.cycle if curved else 0.0))
         smooth = not has_events(self.system.effects)
         self.fits_a_lane = self.stepper.takes_lanes and smooth
         self.has_spans = self.stepper.spans and smooth
@@ -51,11 +74,23 @@ class Prepared:
         solver = self.stepper, self.scene.solver.step
         return names, constants, self.scene.balls.count, solver, self.steps
 
-    def way(self, first: int, steps: int) -> Iterator[Stretch]:
-        """Where so many steps go along the scene's profile, ``first`` having been taken before."""
-        return stretches(self._profile, self._grid, first, steps)
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Of its samples."""
+        return channels_of(self.scene, self.system)
+
+    def trajectory(self, samples: np.ndarray, thinned: int) -> Trajectory:
+        """Each so-many-th of some samples from the start, with sensors of all there are."""
+        if not self.scene.sensors:
+            return Trajectory(self.channels, samples).thinned(thinned)
+        return RowReader(self.scene, self.system).trajectory(samples).thinned(thinned)
 
 
 def steps_of(scene: Scene) -> int:
     """How many steps a scene's run has."""
     return max(1, math.ceil(scene.duration / scene.solver.step - 1e-9))
+
+
+def kept_at_first(scene: Scene, every: int) -> int:
+    """Each so-manieth step comes out of the kernel: an accelerometer's filter takes all of them."""
+    return 1 if scene.sensors else every

@@ -1,5 +1,6 @@
 """Many runs of one scene at once, eight side by side."""
 
+import functools
 import itertools
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -10,13 +11,13 @@ import numpy as np
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.in_turn import InTurn, one_by_one
 from ab_sim.batch.plan import merged
-from ab_sim.batch.prepared import BatchRun, Prepared, steps_of
-from ab_sim.drive.rows import RowReader, follow
+from ab_sim.batch.prepared import BatchRun, Course, Prepared, kept_at_first, steps_of
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds
 from ab_sim.dynamics.numbers.lanes import LANES, leaves
-from ab_sim.dynamics.system import MODES, carrier_unknowns
+from ab_sim.dynamics.system import MODES, Place, carrier_unknowns
 from ab_sim.errors import InputError
-from ab_sim.integrate.side_by_side import Runs, advance_side_by_side, lanes_can
+from ab_sim.integrate.samples import row_width
+from ab_sim.integrate.side_by_side import Plan, Runs, advance_side_by_side, lanes_can
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.workspace import aligned, room
 from ab_sim.scene import Scene
@@ -112,11 +113,6 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, Any]]) -> list[Scene]
     ]
 
 
-def _kept_at_first(scene: Scene, every: int) -> int:
-    """Each so-manieth step comes out of the kernel: an accelerometer's filter takes all of them."""
-    return 1 if scene.sensors else every
-
-
 def _check_room(scenes: list[Scene], every: int) -> None:
     fewest = min(map(steps_of, scenes), default=every)
     if every > fewest:
@@ -127,7 +123,7 @@ def _check_room(scenes: list[Scene], every: int) -> None:
     for scene in scenes:
         width, steps = 14 + 2 * (scene.balls.count + len(scene.sensors)), steps_of(scene)
         kept += steps // every * width
-        most = steps // _kept_at_first(scene, every) * width * LANES + 3 * steps
+        most = steps // kept_at_first(scene, every) * width * LANES + 3 * steps
         at_work = max(at_work, most)
     if kept + at_work > MOST_VALUES:
         raise InputError(
@@ -150,14 +146,13 @@ def _side_by_side(members: list[Prepared], every: int) -> tuple[list[BatchRun], 
     lanes = [*members, *itertools.repeat(members[-1], LANES - len(members))]
     first, stepper = members[0], members[0].stepper
     step, steps = first.scene.solver.step, first.steps
-    ways = [list(lane.way(0, steps)) for lane in lanes]
-    place, plan = merged(ways, step)
+    place, plan = _plan(tuple(lane.course for lane in lanes), steps)
     constants = (
         _stacked([leaves((lane.system.carrier, lane.system.effects)) for lane in lanes]),
         _stacked([lane.system.balls for lane in lanes]),
         _stacked([state_bounds(lane.system, step) for lane in lanes]),
     )
-    in_kernel = _kept_at_first(first.scene, every)
+    in_kernel = kept_at_first(first.scene, every)
     runs = _empty_runs(lanes, stepper, steps // in_kernel)
     clock = step, in_kernel
     arguments = first.system, place, stepper.weights, constants, plan, clock, runs
@@ -168,23 +163,22 @@ def _side_by_side(members: list[Prepared], every: int) -> tuple[list[BatchRun], 
     seconds = time.thread_time() - begin
     results = []
     for lane, member in enumerate(members):
-        spindle = np.empty((steps, 3))
-        for stretch in ways[lane]:
-            at = slice(stretch.first, stretch.first + max(stretch.steps, 1))
-            follow(stretch, step, spindle[at, :2])
-        spindle[:, 2] = spindle[:, 1]
         sound, failure = int(runs.sound[1, lane]), ""
         if sound < steps:
             failure = (
                 f"went beyond all bounds at t = {(sound + 1) * step:.9g} s; a Drive of this scene "
                 "says what did, and why"
             )
-        kept = slice(in_kernel - 1, sound, in_kernel)
-        rows = np.ascontiguousarray(runs.rows[: sound // in_kernel, :, lane])
-        reader = RowReader(member.scene, member.system)
-        whole = reader.trajectory(1 + np.arange(steps)[kept], rows, spindle[kept])
-        results.append(BatchRun(member.scene, whole.thinned(every // in_kernel), failure))
+        samples = runs.samples[lane, : sound // in_kernel]
+        taken = member.trajectory(samples, every // in_kernel)
+        results.append(BatchRun(member.scene, taken, failure))
     return results, seconds
+
+
+@functools.lru_cache(maxsize=8)
+def _plan(courses: tuple[Course, ...], steps: int) -> tuple[Place, Plan]:
+    """See ``merged``; runs whose profile does not vary have the same."""
+    return merged([course.stretches(steps) for course in courses], courses[0].grid.step)
 
 
 def _empty_runs(lanes: list[Prepared], stepper: Stepper, samples: int) -> Runs:
@@ -199,7 +193,8 @@ def _empty_runs(lanes: list[Prepared], stepper: Stepper, samples: int) -> Runs:
         state=_stacked(states),
         modes=modes,
         sound=sound,
-        rows=aligned((samples, RowReader(lanes[0].scene, lanes[0].system).width, LANES)),
+        row=aligned((row_width(lanes[0].system), LANES)),
+        samples=np.empty((LANES, samples, len(lanes[0].channels))),
         slopes=aligned((stepper.slopes, size, LANES)),
         trial=aligned((size, LANES)),
         room=room(carrier_unknowns(lanes[0].system.carrier) + 1, n, 1, LANES),

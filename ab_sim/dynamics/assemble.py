@@ -36,6 +36,7 @@ from ab_sim.dynamics.system import (
 )
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece
+from ab_sim.spindle.profile import Segment
 
 FEW = 2
 """Balls up to which a kernel with events, too, is compiled for their number: it takes a fifth to a
@@ -176,6 +177,12 @@ def _of(scene: Scene) -> Any:
     return planar_scene if scene.deck is None else tilting_scene
 
 
+def place_along(kind: type[Segment]) -> Place:
+    """A pattern of places on segments of a kind."""
+    return place_on(Piece(0.0, 0.0, 0.0, kind(*[0.0] * len(kind._fields))))
+
+
 def place_on(piece: Piece) -> Place:
     """Where a kernel finds itself on a piece of a speed profile."""
-    return Place(piece.segment, reduced(piece.start_angle)[0], float(piece.end - piece.start))
+    phase, lasts = reduced(piece.start_angle)[0], float(piece.end - piece.start)
+    return Place(piece.segment, phase, lasts, float(piece.start_angle))

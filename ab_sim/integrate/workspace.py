@@ -33,6 +33,9 @@ class Workspace(NamedTuple):
     memory: np.ndarray
     """What a stepper carries from one step to the next, shape (rows, states); of one that takes
     spans the last one, shape (2 states + 1, 8)."""
+    smooth: np.ndarray
+    """When the piece of the profile begins that the memory belongs to [s]; NaN if it belongs to
+    none, shape (1,)."""
     tables: np.ndarray
     """What it keeps for as long as it serves, shape (lines, 8)."""
     bounds: np.ndarray
@@ -84,6 +87,7 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
             1 + nodes,
         ),
         memory=aligned((2 * states + 1, EIGHT) if stepper.spans else (stepper.memory, states)),
+        smooth=np.full(1, math.nan),
         tables=aligned((stepper.tables * (2 + balls), EIGHT)),
         bounds=bounds,
         margin=aligned((margins,)),

@@ -29,14 +29,15 @@ from ab_sim.dynamics.layout import state_count, state_size
 from ab_sim.dynamics.numbers.across import total
 from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
 from ab_sim.dynamics.slope import evaluate, inlined_evaluate
-from ab_sim.dynamics.system import Plant, ball_count, carrier_outputs, own_motion, segment_speed
+from ab_sim.dynamics.system import Plant, ball_count, own_motion, segment_speed
 from ab_sim.integrate.events import within_bounds
-from ab_sim.integrate.fixed_step import record, unwind
+from ab_sim.integrate.fixed_step import unwind
 from ab_sim.integrate.left_out import COEFFICIENTS, last_coefficients
 from ab_sim.integrate.on_stack import own_array, own_room, room_of
 from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.response_tables import LINES_EACH, SAMPLES, sample_instants
 from ab_sim.integrate.responses import NODES, Nodes, gauss, nodes
+from ab_sim.integrate.samples import ANGLE, along, record, row_width
 from ab_sim.integrate.span import (
     AHEAD,
     AT,
@@ -128,20 +129,20 @@ def collocation(tolerance: float, steps: float) -> Stepper:
 
 @numba.njit(**INLINED)
 def collocate(  # type: ignore[no-untyped-def]
-    weights, system, place, start, clock, length, state, modes, work, events, rows, sample
+    weights, system, place, start, clock, length, state, modes, work, events, rows, steps
 ):
-    """``fixed_step.advance``."""
+    """See ``fixed_step.step_by_step``."""
     first, nominal, offset = clock
     plant = Plant(system, place, modes, room_of(system, work))
-    head, steps, done = work.memory[head_at(system, state)], rows.shape[0], 0
-    if sample.size > 0:
+    head, done = work.memory[head_at(system, state)], 0
+    if steps == 0 and rows.shape[0] > 0:
         begin = (first * nominal - start) + offset
         evaluate(plant, begin, state, work.slopes[0])
-        record(plant, begin, state, sample)
+        record(plant, along(place, begin), begin, state, rows[0, ANGLE:])
     size, states = state_count(system, state), state_size(system, state)
-    width = states + carrier_outputs(system.carrier) + 1
+    width, profile = row_width(system), own_array(0.0, (2, NODES))
     numbers, kept = own_array(0.0, (state.size, NODES)), own_array(0.0, (width, NODES))
-    at, row = as_lanes(numbers), as_lanes(kept)
+    at, row, angle_and_speed = as_lanes(numbers), as_lanes(kept), as_lanes(profile)
     slope = own_array(at[0], (size,))
     own = Plant(system, place, modes, own_room(system, ball_count(system), at[0]))
     while done < steps:
@@ -150,19 +151,24 @@ def collocate(  # type: ignore[no-untyped-def]
             unwind(plant, state)
             whole = (place.until - begin) / length + 1e-6 if length == nominal else 1.0
             if not take_span(weights, plant, begin, length, whole, state, work):
-                for j in range(width):
-                    rows[done, j] = np.nan
+                for j in range(states):
+                    work.trial[j] = np.nan
                 return done
         taken = int(head[TAKEN])
         group = taken // NODES
         time = states_in_span(weights, own, group, state, work, at)
         inlined_evaluate(own, time, at, slope)
-        record(own, time, at, row)
+        before = first + done - (taken - group * NODES)
+        for lane in range(NODES):
+            # Not in lanes: what is asked of the profile at a time has the same digits as elsewhere.
+            found = along(place, (before + lane + 1) * nominal - start)
+            profile[0, lane], profile[1, lane] = found
+        record(own, (angle_and_speed[0], angle_and_speed[1]), time, at, row)
         until = min(taken + steps - done, int(head[SAMPLES_IN]), (group + 1) * NODES)
         sound = all_within_bounds(system, at, work.bounds)
         for lane in range(taken - group * NODES, until - group * NODES):
             for j in range(width):
-                rows[done, j] = kept[j, lane]
+                rows[done, ANGLE + j] = kept[j, lane]
             if not sound:
                 for j in range(states):
                     work.trial[j] = numbers[j, lane]
