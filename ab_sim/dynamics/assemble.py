@@ -21,6 +21,7 @@ from ab_sim.dynamics.system import (
     MASS,
     MODES,
     RADIUS,
+    ROLLING_MASS,
     SPACING,
     TURNS,
     Place,
@@ -147,15 +148,14 @@ def drag_rate(system: System) -> float:
     n = system.balls.shape[0]
     if n == 0:
         return 0.0
-    masses = system.balls[:, MASS]
-    balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]]]
-    drag = np.array([ball_drag(system.effects, ball) for ball in balls])
-    inertia = np.array([b.mass + ball_inertia(system.effects, b) for b in balls])
+    masses, inertia = system.balls[:, MASS], system.balls[:, ROLLING_MASS]
+    balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
+    drag = [ball_drag(system.effects, ball) for ball in balls]
     fastest = 0.0
     for yields in _SCENES[type(system.carrier)].yields_of(system):
-        coupled = np.diag(inertia) - np.outer(masses, masses) * yields
+        coupled = np.diag(inertia) - masses[:, None] * masses * yields
         decays = np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag)))
-        fastest = max(fastest, float(np.max(decays.real)))
+        fastest = max(fastest, float(decays.real.max()))
     return fastest
 
 

@@ -102,7 +102,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     limits = limiting(stepper, rates)
     longest, what = largest_step(stepper, limits)
     try:
-        check_step(stepper, step, limits)
+        check_step(stepper, step, limits, (longest, what))
     except SceneError as error:
         if what == DRAG:
             other = for_stiff_drag().name

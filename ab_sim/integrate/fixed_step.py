@@ -128,7 +128,8 @@ def stepping(kept: Kept) -> Callable[..., int]:
     out.
     """
     kinds = (kept.kind, *_KINDS)
-    advance.compile(kinds)
+    if kinds not in advance.overloads:
+        advance.compile(kinds)
     return functools.partial(advance.overloads[kinds].entry_point, kept)
 
 

@@ -220,7 +220,7 @@ def test_runs_with_spans_are_their_drives_to_the_bit(scene: Any, every: int) -> 
         {"rotor.eccentricity": 2e-4},
         {"profile.variable_speed_period.duration": 0.0512},
         {"profile.target_speed": 150.0, "profile.acceleration": 300.0},
-        {"duration": 0.4},
+        {"duration": 0.7},
         {},
     ]
     runs = assert_drives_to_the_bit(spans(scene), variations, every)
