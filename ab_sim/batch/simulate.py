@@ -15,9 +15,9 @@ from ab_sim.batch.prepared import BatchRun, Course, Prepared, kept_at_first, ste
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds
 from ab_sim.dynamics.numbers.lanes import LANES, leaves
 from ab_sim.dynamics.system import MODES, Place, carrier_unknowns
-from ab_sim.errors import InputError
+from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.samples import row_width
-from ab_sim.integrate.side_by_side import Plan, Runs, advance_side_by_side, lanes_can
+from ab_sim.integrate.side_by_side import Plan, Runs, stepping_side_by_side
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.workspace import aligned, room
 from ab_sim.scene import Scene
@@ -62,7 +62,8 @@ def simulate_batch(
         progress: called with (runs done, runs).
 
     Raises:
-        SceneError: a variation is not a valid scene; names it by its number, from 0.
+        SceneError: a variation is not a valid scene, or cannot be run with its solver; names it by
+            its number, from 0.
         InputError: no variations, ``every`` is no number of steps, or more samples than there is
             room for.
     """
@@ -78,7 +79,7 @@ def simulate_batch(
     _check_room([scene for scene in scenes if scene.accuracy is None], every)
     if scene.accuracy is not None:
         scenes = varied(resolve_accuracy(scene)[0], variations)
-    prepared = [Prepared(scene) for scene in scenes]
+    prepared = [_prepared(scene, number) for number, scene in enumerate(scenes)]
     _check_room([one.scene for one in prepared], every)
     runs: list[BatchRun | None] = [None] * len(scenes)
     seconds, done, lanes_used = 0.0, 0, 0
@@ -87,10 +88,11 @@ def simulate_batch(
         fit = first.fits_a_lane
         alone = InTurn(first).run if first.has_spans else one_by_one
         width = LANES if fit else 1
+        kernels: dict[type, Callable[..., None] | None] = {}
         for begin in range(0, len(members), width):
             chosen = members[begin : begin + width]
             these = [prepared[i] for i in chosen]
-            taken = _side_by_side(these, every) if fit else None
+            taken = _side_by_side(these, every, kernels) if fit else None
             lanes_used += len(chosen) if taken else 0
             results, spent = taken or alone(these, every)
             for i, result in zip(chosen, results, strict=True):
@@ -111,6 +113,13 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, Any]]) -> list[Scene]
         changed_scene(scene, variation, f"variation {number}")
         for number, variation in enumerate(variations)
     ]
+
+
+def _prepared(scene: Scene, number: int) -> Prepared:
+    try:
+        return Prepared(scene)
+    except SceneError as error:
+        raise SceneError(f"variation {number}: {error}") from error
 
 
 def _check_room(scenes: list[Scene], every: int) -> None:
@@ -140,8 +149,16 @@ def _alike(prepared: list[Prepared]) -> dict[Any, list[int]]:
     return groups
 
 
-def _side_by_side(members: list[Prepared], every: int) -> tuple[list[BatchRun], float] | None:
-    """Runs and CPU time; None if lanes cannot do what an effect does."""
+def _side_by_side(
+    members: list[Prepared], every: int, kernels: dict[type, Callable[..., None] | None]
+) -> tuple[list[BatchRun], float] | None:
+    """Runs and CPU time; None if lanes cannot do what an effect does.
+
+    Args:
+        members: up to eight of one likeness.
+        every: keep each so-many-th step.
+        kernels: those that have served others of this likeness, by the kind of segments.
+    """
     # Lanes without a run of their own repeat the last one.
     lanes = [*members, *itertools.repeat(members[-1], LANES - len(members))]
     first, stepper = members[0], members[0].stepper
@@ -156,10 +173,15 @@ def _side_by_side(members: list[Prepared], every: int) -> tuple[list[BatchRun], 
     runs = _empty_runs(lanes, stepper, steps // in_kernel)
     clock = step, in_kernel
     arguments = first.system, place, stepper.weights, constants, plan, clock, runs
-    if not lanes_can(*arguments):
+    # Numba's look at each argument takes as long as a hundred steps.
+    kind = type(place.segment)
+    if kind not in kernels:
+        kernels[kind] = stepping_side_by_side(*arguments)
+    kernel = kernels[kind]
+    if kernel is None:
         return None
     begin = time.thread_time()
-    advance_side_by_side(*arguments)
+    kernel(*arguments)
     seconds = time.thread_time() - begin
     results = []
     for lane, member in enumerate(members):

@@ -1,6 +1,7 @@
 """Fixed steps of eight runs at once, each in a lane of its own; see dynamics.numbers.lanes."""
 
 import functools
+from collections.abc import Callable
 from math import pi
 from typing import Any, NamedTuple
 
@@ -136,21 +137,23 @@ def put_sample(runs, steps, step, every):  # type: ignore[no-untyped-def]
             runs.samples[lane, at, ANGLE + j] = runs.row[j, lane]
 
 
-def lanes_can(*arguments: Any) -> bool:
-    """Whether ``advance_side_by_side`` can take these, compiling it if need be.
+def stepping_side_by_side(*arguments: Any) -> Callable[..., None] | None:
+    """``advance_side_by_side`` for arguments of the same types as these, compiled if need be.
 
-    It cannot where an effect does with its numbers what lanes do not: see dynamics.numbers.lanes.
+    Returns:
+        None where an effect does with its numbers what lanes do not: see dynamics.numbers.lanes.
     """
-    return _compiles(tuple(map(numba.typeof, arguments)))
+    return _compiled(tuple(map(numba.typeof, arguments)))
 
 
 @functools.cache
-def _compiles(kinds: tuple[Any, ...]) -> bool:
+def _compiled(kinds: tuple[Any, ...]) -> Callable[..., None] | None:
     try:
         advance_side_by_side.compile(kinds)
     except TypingError:
-        return False
-    return True
+        return None
+    kernel: Callable[..., None] = advance_side_by_side.overloads[kinds].entry_point
+    return kernel
 
 
 @numba.njit(**INLINED)

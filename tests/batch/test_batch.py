@@ -327,7 +327,7 @@ def test_order_of_results_counts_and_progress(scene: Any) -> None:
         ([{}, {"balls.mas": 1.0}], 1, SceneError, "variation 1: balls.mas.*mass"),
         ([{}] * 731 + [{"race.radius": -1.0}], 1, SceneError, "variation 731: race.radius = -1.0"),
         ([{}, {"race.radius": 1e-4}], 1, SceneError, "variation 1: balls.radius = .*race.radius"),
-        ([{"solver.step": 0.5}], 1, SceneError, "solver.step = 0.5 s: is beyond"),
+        ([{}, {"solver.step": 0.5}], 1, SceneError, "variation 1: solver.step = 0.5 s: is beyond"),
         ([{"balls.mass": float("nan")}], 1, SceneError, "variation 0: balls.mass"),
         ([{"duration.long": 1.0}], 1, SceneError, "duration is a value"),
         ([{"duration": 9e5, "solver.step": 1e-6}], 1, InputError, "would need room for"),

@@ -159,7 +159,7 @@ def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray,
         # An effect that branches on its numbers takes them one by one.
         each = [_force(effects, Deck(*one)) for one in moved.reshape(4, -1).T.tolist()]
         f1, f2 = np.array(each).T.reshape(2, *moved.shape[1:])
-    there, back, passing = -(c * f1 + s * f2)
+    there, back, passing = np.broadcast_to(-(c * f1 + s * f2), moved.shape[1:])
     return passing, (there - back) / (2.0 * far)
 
 
