@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ab_sim.batch.prepared import BatchRun, Prepared, kept_at_first, way_along
+from ab_sim.batch.sample_room import SampleRoom
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import place_along, start_modes, start_state, state_bounds
 from ab_sim.errors import DivergedError
@@ -17,7 +18,7 @@ from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.spindle.profile import Segment
 
 _AT_ONCE = 10_000
-"""Steps whose samples are in memory before they are thinned."""
+"""Steps whose samples are in memory at a time where they are thinned."""
 
 
 def one_by_one(members: Sequence[Prepared], every: int) -> tuple[list[BatchRun], float]:
@@ -46,23 +47,28 @@ class InTurn:
 
     Args:
         first: one of them.
+        room: for what comes out of the kernel.
     """
 
-    def __init__(self, first: Prepared) -> None:
-        self._step, self._stepper = first.scene.solver.step, first.stepper
+    def __init__(self, first: Prepared, room: SampleRoom) -> None:
+        self._step, self._stepper, self._room = first.scene.solver.step, first.stepper, room
         bounds = state_bounds(first.system, self._step / self._stepper.parts)
         self._work = workspace(first.system, self._stepper, bounds)
         self._state = aligned(bounds.shape)
         self._modes = start_modes(first.scene, first.system)
+        self._rows = np.empty((min(first.steps, _AT_ONCE), len(first.channels)))
         self._kernels: dict[type[Segment], tuple[Kept, Callable[..., int]]] = {}
 
     def run(self, members: Sequence[Prepared], every: int) -> tuple[list[BatchRun], float]:
         """As ``one_by_one``."""
         runs, seconds = [], 0.0
         for member in members:
-            in_kernel = kept_at_first(member.scene, every)
-            samples, spent = self._samples(member, in_kernel)
-            if len(samples) == member.steps // in_kernel:
+            in_kernel, samples = kept_at_first(member.scene, every), self._room.take(1)[0]
+            self._to_start(member)
+            begin = time.thread_time()
+            sound = self._take(member, in_kernel, samples)
+            spent = time.thread_time() - begin
+            if sound:
                 taken = member.trajectory(samples, every // in_kernel)
                 runs.append(BatchRun(member.scene, taken, ""))
             else:
@@ -72,38 +78,39 @@ class InTurn:
             seconds += spent
         return runs, seconds
 
-    def _samples(self, member: Prepared, every: int) -> tuple[np.ndarray, float]:
-        """Each so-many-th of a run's samples, those that are sound, and CPU time [s]."""
+    def _to_start(self, member: Prepared) -> None:
         doubt(self._work.tables, len(member.system.balls))
         self._state[:] = start_state(member.scene, member.system)
         self._modes[:] = start_modes(member.scene, member.system)
         self._work.smooth[0] = math.nan
         for kept, _ in self._kernels.values():
             kept.begin_with(member.system)
-        parts, seconds, width = [], 0.0, len(member.channels)
-        for done in range(0, member.steps, _AT_ONCE):
-            samples = np.empty((min(_AT_ONCE, member.steps - done), width))
-            begin = time.thread_time()
-            sound = self._advance(member, done, samples)
-            seconds += time.thread_time() - begin
-            parts.append(samples[(-1 - done) % every : sound : every])
-            if sound < len(samples):
-                break
-        return parts[0] if len(parts) == 1 and every == 1 else np.concatenate(parts), seconds
 
-    def _advance(self, member: Prepared, first: int, samples: np.ndarray) -> int:
-        """Fill in samples, ``first`` steps having been taken before; how many were sound."""
+    def _take(self, member: Prepared, every: int, samples: np.ndarray) -> bool:
+        """Fill in each so-many-th of a run's samples; whether all of them were sound."""
+        if every == 1:
+            return self._advance(member, 0, samples)
+        for done in range(0, member.steps, len(self._rows)):
+            rows = self._rows[: member.steps - done]
+            if not self._advance(member, done, rows):
+                return False
+            chosen = rows[(-1 - done) % every :: every]
+            samples[done // every :][: len(chosen)] = chosen
+        return True
+
+    def _advance(self, member: Prepared, first: int, samples: np.ndarray) -> bool:
+        """Fill in samples, ``first`` steps having been taken before; whether all were sound."""
         done = 0
         for leg, at in way_along(member.course).after(first):
             left = len(samples) - done
             kernel = self._kernel(leg.kind, member)
             taken = kernel(leg.table, at, first + done, left, math.nan, samples[done:])
             if taken < 0:
-                return done - 1 - taken
+                return False
             done += taken
             if done == len(samples):
                 break
-        return done
+        return True
 
     def _kernel(self, kind: type[Segment], member: Prepared) -> Callable[..., int]:
         if kind not in self._kernels:

@@ -2,11 +2,13 @@
 
 import functools
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
+from ab_sim.batch.sample_room import SampleRoom
 from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.way import Way
@@ -24,7 +26,8 @@ class BatchRun(NamedTuple):
 
     scene: Scene
     trajectory: Trajectory
-    """Every ``every``-th step; up to the last sound one, if the run diverged."""
+    """Every ``every``-th step; up to the last sound one, if the run diverged. Its samples may share
+    a block of memory with others'; who keeps few of many runs copies theirs."""
     failure: str
     """Why it ended early; empty if it did not."""
 
@@ -89,6 +92,15 @@ class Prepared:
 def steps_of(scene: Scene) -> int:
     """How many steps a scene's run has."""
     return max(1, math.ceil(scene.duration / scene.solver.step - 1e-9))
+
+
+def room_for(members: Sequence[Prepared], every: int) -> SampleRoom:
+    """For the samples that come out of the kernel, of runs of one likeness."""
+    first = members[0]
+    # Where not all of them are kept, each run's are let go when it has been thinned.
+    runs = len(members) if kept_at_first(first.scene, every) == every else 0
+    samples = first.steps // kept_at_first(first.scene, every)
+    return SampleRoom(runs, (samples, len(first.channels)))
 
 
 def kept_at_first(scene: Scene, every: int) -> int:

@@ -11,7 +11,8 @@ import numpy as np
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.in_turn import InTurn, one_by_one
 from ab_sim.batch.plan import merged
-from ab_sim.batch.prepared import BatchRun, Course, Prepared, kept_at_first, steps_of
+from ab_sim.batch.prepared import BatchRun, Course, Prepared, kept_at_first, room_for, steps_of
+from ab_sim.batch.sample_room import SampleRoom
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds
 from ab_sim.dynamics.numbers.lanes import LANES, leaves
 from ab_sim.dynamics.system import MODES, Place, carrier_unknowns
@@ -86,13 +87,14 @@ def simulate_batch(
     for members in _alike(prepared).values():
         first = prepared[members[0]]
         fit = first.fits_a_lane
-        alone = InTurn(first).run if first.has_spans else one_by_one
+        sample_room = room_for([prepared[i] for i in members], every)
+        alone = InTurn(first, sample_room).run if first.has_spans else one_by_one
         width = LANES if fit else 1
         kernels: dict[type, Callable[..., None] | None] = {}
         for begin in range(0, len(members), width):
             chosen = members[begin : begin + width]
             these = [prepared[i] for i in chosen]
-            taken = _side_by_side(these, every, kernels) if fit else None
+            taken = _side_by_side(these, every, kernels, sample_room) if fit else None
             lanes_used += len(chosen) if taken else 0
             results, spent = taken or alone(these, every)
             for i, result in zip(chosen, results, strict=True):
@@ -150,7 +152,10 @@ def _alike(prepared: list[Prepared]) -> dict[Any, list[int]]:
 
 
 def _side_by_side(
-    members: list[Prepared], every: int, kernels: dict[type, Callable[..., None] | None]
+    members: list[Prepared],
+    every: int,
+    kernels: dict[type, Callable[..., None] | None],
+    sample_room: SampleRoom,
 ) -> tuple[list[BatchRun], float] | None:
     """Runs and CPU time; None if lanes cannot do what an effect does.
 
@@ -158,6 +163,7 @@ def _side_by_side(
         members: up to eight of one likeness.
         every: keep each so-many-th step.
         kernels: those that have served others of this likeness, by the kind of segments.
+        sample_room: for what comes out of them.
     """
     # Lanes without a run of their own repeat the last one.
     lanes = [*members, *itertools.repeat(members[-1], LANES - len(members))]
@@ -170,7 +176,7 @@ def _side_by_side(
         _stacked([state_bounds(lane.system, step) for lane in lanes]),
     )
     in_kernel = kept_at_first(first.scene, every)
-    runs = _empty_runs(lanes, stepper, steps // in_kernel)
+    runs = _empty_runs(lanes, stepper, sample_room.take(LANES))
     clock = step, in_kernel
     arguments = first.system, place, stepper.weights, constants, plan, clock, runs
     # Numba's look at each argument takes as long as a hundred steps.
@@ -203,7 +209,7 @@ def _plan(courses: tuple[Course, ...], steps: int) -> tuple[Place, Plan]:
     return merged([course.stretches(steps) for course in courses], courses[0].grid.step)
 
 
-def _empty_runs(lanes: list[Prepared], stepper: Stepper, samples: int) -> Runs:
+def _empty_runs(lanes: list[Prepared], stepper: Stepper, samples: np.ndarray) -> Runs:
     n = lanes[0].scene.balls.count
     states = [start_state(lane.scene, lane.system) for lane in lanes]
     size = len(states[0])
@@ -216,7 +222,7 @@ def _empty_runs(lanes: list[Prepared], stepper: Stepper, samples: int) -> Runs:
         modes=modes,
         sound=sound,
         row=aligned((row_width(lanes[0].system), LANES)),
-        samples=np.empty((LANES, samples, len(lanes[0].channels))),
+        samples=samples,
         slopes=aligned((stepper.slopes, size, LANES)),
         trial=aligned((size, LANES)),
         room=room(carrier_unknowns(lanes[0].system.carrier) + 1, n, 1, LANES),
