@@ -58,7 +58,10 @@ class Stepper:
     locates_events: bool = True
     """Its steps may be cut at events."""
     priced: bool = True
-    """It is tried where a scene asks for an accuracy."""
+    """It is tried where a scene asks for an accuracy: with shorter and shorter steps, or"""
+    keeps_tolerance: bool = False
+    """with smaller values of its parameter ``tolerance``, from which its error follows, and not
+    from the step."""
 
 
 step = forward("step")

@@ -123,7 +123,7 @@ def collocation(tolerance: float, steps: float) -> Stepper:
         solves_drag=True,
         solves_own_motion=True,
         locates_events=False,
-        priced=False,
+        keeps_tolerance=True,
     )
 
 
