@@ -5,12 +5,13 @@ do: it looks through each of some forty Python objects. Here that is done once. 
 addresses and lengths of arrays, lie one after the other in memory, and a call passes where.
 """
 
-from collections.abc import Iterator
+import struct
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
 from numba import typeof
+from numba._dispatcher import compute_fingerprint
 from numba.core import types
 from numba.core.types.containers import BaseTuple
 from numba.core.types.misc import NoneType
@@ -51,30 +52,50 @@ class Kept:
 
     def __init__(self, values: tuple[Any, ...]) -> None:
         self._values = values  # its arrays must not go
-        self._words = np.array([*_words(values)], np.int64)
+        self._words = np.array(_words(values), np.int64)
         self.address = int(self._words.ctypes.data)
-        self.kind = KeptKind(typeof(values))
+        self.kind = _kind(values)
 
     def begin_with(self, first: Any) -> None:
         """Have another value of the same kind, and arrays of the same shapes, for the first."""
         self._values = (first, *self._values[1:])
-        words = [*_words(first)]
+        words = _words(first)
         self._words[: len(words)] = words
 
 
-def _words(value: Any) -> Iterator[int]:
+_kinds: dict[bytes, KeptKind] = {}
+
+
+def _kind(values: tuple[Any, ...]) -> KeptKind:
+    # By numba's own short form of what a type follows from: a type takes a hundred times longer.
+    fingerprint = compute_fingerprint(values)
+    if fingerprint not in _kinds:
+        _kinds[fingerprint] = KeptKind(typeof(values))
+    return _kinds[fingerprint]
+
+
+def _words(value: Any) -> list[int]:
+    words: list[int] = []
+    _put(value, words)
+    return words
+
+
+def _put(value: Any, words: list[int]) -> None:
+    """Append what stands for a value."""
     if isinstance(value, tuple):
         for part in value:
-            yield from _words(part)
+            _put(part, words)
     elif isinstance(value, np.ndarray):
         if not value.flags.c_contiguous:
             raise ValueError(f"an array of shape {value.shape} is not C-contiguous: copy it")
-        yield int(value.ctypes.data)
-        yield from value.shape
+        words += value.__array_interface__["data"][0], *value.shape
     elif isinstance(value, float):
-        yield int(np.float64(value).view(np.int64))
+        words += _AS_WORD.unpack(_AS_FLOAT.pack(value))
     elif value is not None:
-        yield int(value)
+        words.append(int(value))
+
+
+_AS_FLOAT, _AS_WORD = struct.Struct("d"), struct.Struct("q")
 
 
 @register_model(KeptKind)

@@ -270,8 +270,9 @@ class Tilting(NamedTuple):
 
     def felt(self, system: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
         """Specific force at a point of the deck on its axes [m/s^2], shape (samples, 3)."""
-        _, _, acceleration, quaternion, rates, change = np.split(shown, [3, 6, 9, 13, 16], axis=1)
-        turn = np.array(_turn_of(*quaternion.T)).reshape(3, 3, -1)
+        _, _, acceleration, _, rates, change = np.split(shown, [3, 6, 9, 13, 16], axis=1)
+        # The quaternion lies behind three others, as in a state.
+        turn = np.array(turn_of(shown.T[6:])).reshape(3, 3, -1)
         force = np.einsum("jis,sj->si", turn, acceleration - np.array(self.gravity))
         own: np.ndarray = (
             force + np.cross(change, point) + np.cross(rates, np.cross(rates, point[None, :]))
@@ -349,12 +350,7 @@ def _symmetric(six: Any) -> np.ndarray:
 @register_jitable(**INLINED)
 def turn_of(state: Any) -> Any:
     """The turn from deck axes to the ground's, row by row: nine numbers."""
-    return _turn_of(state[3], state[4], state[5], state[6])
-
-
-@register_jitable(**INLINED)
-def _turn_of(w: Any, x: Any, y: Any, z: Any) -> Any:
-    """The same of a quaternion."""
+    w, x, y, z = state[3], state[4], state[5], state[6]
     # Divided by its square, the quaternion may have any length.
     two = 2.0 / (w * w + x * x + y * y + z * z)
     xx, yy, zz = two * x * x, two * y * y, two * z * z
