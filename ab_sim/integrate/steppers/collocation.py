@@ -2,7 +2,7 @@
 
 See integrate/span.py for what a span is. How long one is follows from the motion: its length is a
 power of two times the scene's step, at most sixteen; a span that leaves too large an error, or
-whose iteration does not come to an end, is halved, down to a 64th of a step; and after one whose
+whose iteration does not come to an end, is halved, down to a 1024th of a step; and after one whose
 error is far below what is asked the next is twice as long. Behind a kink of the motion, where there
 is no span to carry on, the first one is short beside the spindle's turns and the deck's cycles, as
 is fit for what decays after a jump.
@@ -35,7 +35,12 @@ from ab_sim.integrate.fixed_step import unwind
 from ab_sim.integrate.left_out import COEFFICIENTS, last_coefficients
 from ab_sim.integrate.on_stack import own_array, own_room, room_of
 from ab_sim.integrate.registry import Parameter, register_family
-from ab_sim.integrate.response_tables import LINES_EACH, SAMPLES, sample_instants
+from ab_sim.integrate.response_tables import (
+    LINES_EACH,
+    SAMPLES,
+    drag_rate_of,
+    sample_instants,
+)
 from ab_sim.integrate.responses import NODES, Nodes, gauss, nodes
 from ab_sim.integrate.samples import ANGLE, along, record, row_width
 from ab_sim.integrate.span import (
@@ -54,10 +59,12 @@ from ab_sim.integrate.span import (
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.workspace import aligned
 
-PARTS = 64
+PARTS = 1024
 """The finest parts of a step; one that cannot be solved is given up: its result is not finite."""
 FIRST_TURN = 0.5
-"""How far the spindle turns at most in a first span, or the deck goes in its cycle [rad]."""
+"""How far the spindle turns at most in a first span, or the deck goes in its cycle, or what drag
+makes of a jump decays [rad]: no estimate by later coefficients sees what is over before the first
+node."""
 LARGEST = 1e300
 """An error [rad] that is taken where there is no choice but that of an iteration without end."""
 FAR_BELOW = 1e-3
@@ -272,6 +279,8 @@ def first_size(weights, plant, begin, length):  # type: ignore[no-untyped-def]
     """How long the first span behind a kink is, in parts of a step."""
     _, k = own_motion(plant.system.carrier, plant.system.effects)
     rate = max(abs(segment_speed(plant.place.segment, begin)), math.sqrt(max(k, 0.0)))
+    for i in range(ball_count(plant.system)):
+        rate = max(rate, drag_rate_of(plant.system, i))
     size, most = SAMPLES * PARTS, weights.steps if weights.steps >= 1.0 else SAMPLES
     while size > 1 and (size * (length / PARTS) * rate > FIRST_TURN or size > most * PARTS):
         size //= 2
