@@ -51,8 +51,8 @@ def simulate_batch(
     side, with vector instructions, and give what a Drive gives to rounding; in the last digits they
     may depend on what goes beside them. Runs of scenes with events (friction, contact, a motor),
     with an effect that branches on its numbers (see dynamics.effects), or whose stepper solves for
-    the drag, go one by one, and give what a Drive gives to the bit; with ``collocation``, whose
-    vector instructions are for the instants of one run, that is the quickest of all.
+    the drag, go one by one, and give what a Drive gives to the bit; so do those with
+    ``collocation``, whose vector instructions are for the instants of one run.
 
     Args:
         scene: what the runs have in common; an accuracy that it asks for is measured with it as it
