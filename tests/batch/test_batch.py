@@ -235,10 +235,18 @@ def test_a_curve_and_an_accelerometer_with_spans(scene: Any) -> None:
 
 
 def test_a_run_with_spans_that_diverges_leaves_the_next_alone(scene: Any) -> None:
-    wild = {"start.ball_rates": [140.0, -140.0], "start.deck.velocity": [1e6, 0.0]}
+    # At resonance without damping, and next to the bound from the start.
+    wild = {
+        "profile": None,
+        "start.speed": 99.9,
+        "start.deck.velocity": [9.999e5, 0.0],
+        "rotor.eccentricity": 1.0,
+        "effects.suspension.damping": 0.0,
+        "effects.viscous_drag.coefficient": 0.0,
+    }
     good, bad, after = simulate_batch(spans(scene), [{}, wild, {}]).runs
     assert (good.failure, after.failure) == ("", "")
-    assert "beyond all bounds at t = 0.01 s" in bad.failure and len(bad.trajectory) == 1
+    assert "beyond all bounds at t = " in bad.failure and 10 < len(bad.trajectory) < 120
     assert after.trajectory.samples.tobytes() == good.trajectory.samples.tobytes()
 
 
