@@ -1,19 +1,19 @@
-"""Simulated time per CPU time of many runs side by side, and beside one run after the other.
+"""Simulated time per CPU time of many runs in a batch, and of one run after the other.
 
-    python benchmarks/batch_throughput.py [--out docs] [--repeats 101]
+    python benchmarks/batch_throughput.py [--out docs] [--repeats 31]
 
 writes batch-throughput.json and batch-throughput.png. The runs are the thesis' start-up with a
-hold, two balls, no friction, with balls of different masses; rk8, every step recorded. "One by one"
-and "side by side" are the compiled loops with their calls, in turns; "whole call" is
-`simulate_batch` with its checks of every scene and its trajectories. Errors are against rk8 at
-0.25 ms, at every step.
+hold, two balls, no friction, with balls of different masses: rk8, whose runs go side by side, and
+collocation, whose runs go one after the other. "One by one" is the compiled loop of one run with
+its call; "kernel" those of the batch; "whole call" is `simulate_batch` with its checks of every
+scene and its trajectories, of every step, and of the last one only. All of them in turns. Errors
+are against rk8 at 0.25 ms, at every step.
 """
 
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,24 +30,55 @@ from ab_sim.dynamics.numbers.lanes import LANES  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
-SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.stepper=rk8"]
-STEPS = (6e-3, 5e-3, 3.75e-3, 2.5e-3)
+SCENE, SMOOTH = "thesis-hold", "effects.rolling_friction="
+RUNS = 25 * LANES
 REFERENCE_STEP = 2.5e-4
 """s; it divides all steps, so that every one of them is compared."""
-VARIATIONS: list[dict[str, Any]] = [{"balls.mass": 1e-3 * (1.0 + 0.01 * i)} for i in range(LANES)]
-GOAL, GOAL_RATIO, ERROR = 40_000.0, 5.0, 1e-9
+VARIATIONS: list[dict[str, Any]] = [
+    {"balls.mass": 1e-3 * (1.0 + 0.08 * i / RUNS)} for i in range(RUNS)
+]
+COMPARED = slice(None, None, RUNS // LANES)
+"""The runs whose errors are found."""
+GOALS = {"kernel": 60_000.0, "whole_call": 10_000.0}
+ERROR = 1e-9
 
 
-def scene_at(step: float) -> Scene:
-    """The scene with this step [s]."""
-    return load_scene(SCENE, [*CHANGES, f"solver.step={step}"])
+class Method(NamedTuple):
+    """A stepper with its settings."""
+
+    stepper: str
+    step: float
+    """s."""
+    tolerance: float | None = None
+    """rad."""
+
+    @property
+    def said(self) -> str:
+        """What to call it."""
+        tolerance = "" if self.tolerance is None else f", tolerance {self.tolerance:g}"
+        return f"{self.stepper}, {1e3 * self.step:g} ms{tolerance}"
 
 
-def errors(step: float) -> Deviation:
-    """Largest over all runs of the batch."""
-    found = []
-    runs = simulate_batch(scene_at(step), VARIATIONS).runs
-    references = simulate_batch(scene_at(REFERENCE_STEP), VARIATIONS).runs
+METHODS = [
+    *(Method("rk8", step) for step in (6e-3, 5e-3, 3.75e-3, 2.5e-3)),
+    *(Method("collocation", 5e-3, tolerance) for tolerance in (1e-7, 1e-9, 1e-11)),
+    *(Method("collocation", 0.02, tolerance) for tolerance in (1e-9, 1e-11)),
+]
+
+
+def scene_of(method: Method) -> Scene:
+    """The scene with it."""
+    own = [SMOOTH, f"solver.stepper={method.stepper}", f"solver.step={method.step}"]
+    if method.tolerance is not None:
+        own.append(f"solver.parameters.tolerance={method.tolerance}")
+    return load_scene(SCENE, own)
+
+
+def errors(method: Method) -> Deviation:
+    """Largest over some runs of the batch."""
+    found, compared = [], VARIATIONS[COMPARED]
+    runs = simulate_batch(scene_of(method), compared).runs
+    references = simulate_batch(scene_of(Method("rk8", REFERENCE_STEP)), compared).runs
     for run, reference in zip(runs, references, strict=True):
         ours, truth = Samples.of(run.trajectory), Samples.of(reference.trajectory)
         found.append(deviation(ours, truth, run.scene.whirl_unit[0]))
@@ -55,61 +86,77 @@ def errors(step: float) -> Deviation:
 
 
 class Alone:
-    """The compiled loop of a single run, with its calls: what Drive does but for trajectories."""
+    """The compiled loop of a single run, with its call."""
 
     def __init__(self, scene: Scene) -> None:
-        self._drive = Drive(scene)
-        self._start, self._steps = self._drive.snapshot(), round(scene.duration / scene.solver.step)
-        self._samples = np.zeros((self._steps, len(self._drive.channels)))
+        self._drive, self._steps = Drive(scene), round(scene.duration / scene.solver.step)
+        self._samples = self._drive._room_for(self._steps)
 
-    def run(self) -> None:
-        """From the start to the end."""
-        drive = self._drive
-        drive._state[:], drive._modes[:] = self._start.state, self._start.modes
-        drive._work.smooth[0] = np.nan
-        drive._take(drive._way, self._steps, self._samples)
-
-
-def _seconds(run: Callable[[], Any]) -> float:
-    begin = time.thread_time()
-    run()
-    return time.thread_time() - begin
+    def run(self) -> float:
+        """From the start to the end; CPU time [s]."""
+        self._drive.reset()
+        begin = time.thread_time()
+        self._drive._take(self._drive._way, self._steps, self._samples)
+        return time.thread_time() - begin
 
 
-def compare(step: float, repeats: int) -> dict[str, Any]:
+class Measured(NamedTuple):
     """Simulated seconds per CPU second, repeat by repeat."""
-    scene = scene_at(step)
-    alone = Alone(scene)
-    found: dict[str, list[float]] = {"one_by_one": [], "side_by_side": [], "whole_call": []}
-    simulate_batch(scene, VARIATIONS)
-    alone.run()
-    for _ in range(repeats):
-        found["one_by_one"].append(scene.duration / _seconds(alone.run))
-        results: list[Any] = []
-        whole = _seconds(lambda into=results: into.append(simulate_batch(scene, VARIATIONS)))
-        together = len(VARIATIONS) * scene.duration
-        found["side_by_side"].append(together / results[0].integration_seconds)
-        found["whole_call"].append(together / whole)
-    numbers = {name: np.array(values) for name, values in found.items()}
-    ratio = Spread.of(numbers["side_by_side"] / numbers["one_by_one"])
-    return {
-        "step": step,
-        "error": errors(step)._asdict(),
-        **{name: Spread.of(values)._asdict() for name, values in numbers.items()},
-        "most_side_by_side": float(numbers["side_by_side"].max()),
-        "ratio": ratio._asdict(),
-    }
+
+    one_by_one: list[float]
+    kernel: list[float]
+    whole_call: list[float]
+    last_kernel: list[float]
+    """Where the last step is all that is kept."""
+    last_whole_call: list[float]
+
+
+def measure(scene: Scene, alone: Alone, into: Measured) -> None:
+    """Once each."""
+    into.one_by_one.append(scene.duration / alone.run())
+    steps = round(scene.duration / scene.solver.step)
+    kinds = (1, into.kernel, into.whole_call), (steps, into.last_kernel, into.last_whole_call)
+    for every, kernel, whole in kinds:
+        begin = time.thread_time()
+        batch = simulate_batch(scene, VARIATIONS, every)
+        whole.append(RUNS * scene.duration / (time.thread_time() - begin))
+        kernel.append(RUNS * scene.duration / batch.integration_seconds)
+
+
+def compare(repeats: int) -> list[dict[str, Any]]:
+    """All methods, in turns."""
+    scenes = {method: scene_of(method) for method in METHODS}
+    alone = {method: Alone(scene) for method, scene in scenes.items()}
+    found = {method: Measured([], [], [], [], []) for method in METHODS}
+    for repeat in range(-1, repeats):
+        for method, scene in scenes.items():
+            # The first time compiles what is not there yet.
+            into = Measured([], [], [], [], []) if repeat < 0 else found[method]
+            measure(scene, alone[method], into)
+    rows = []
+    for method, measured in found.items():
+        numbers = {name: np.array(values) for name, values in measured._asdict().items()}
+        ratio = Spread.of(numbers["kernel"] / numbers["one_by_one"])
+        spreads = {name: Spread.of(values)._asdict() for name, values in numbers.items()}
+        error = errors(method)._asdict()
+        rows.append({**method._asdict(), "error": error, **spreads, "ratio": ratio._asdict()})
+    return rows
+
+
+def name_of(row: dict[str, Any]) -> str:
+    """What to call its method."""
+    return Method(row["stepper"], row["step"], row["tolerance"]).said
 
 
 def figure(report: dict[str, Any], path: Path) -> None:
-    """Bars per step: one by one, side by side, the whole call."""
+    """Bars per method: one by one, the whole call, the kernel."""
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    made, axes = plt.subplots(figsize=(9, 4), constrained_layout=True)
-    rows, names = report["rows"], ("one_by_one", "whole_call", "side_by_side")
+    rows, names = report["rows"], ("one_by_one", "whole_call", "kernel")
+    made, axes = plt.subplots(figsize=(9, 1 + 0.75 * len(rows)), constrained_layout=True)
     for k, (name, colour) in enumerate(zip(names, ("0.5", "tab:orange", "tab:red"), strict=True)):
         medians = np.array([row[name]["median"] for row in rows])
         low = medians - [row[name]["lower"] for row in rows]
@@ -121,9 +168,11 @@ def figure(report: dict[str, Any], path: Path) -> None:
         )
         for place, value, end in zip(places, medians, medians + high, strict=True):
             axes.text(end, place, f"   {value:,.0f}", va="center", fontsize=8)
-    axes.axvline(GOAL, color="0.3", linestyle=":", label=f"goal: {GOAL:,.0f} at {ERROR:g} rad")
+    for name, goal in GOALS.items():
+        said = f"goal of the {name.replace('_', ' ')}: {goal:,.0f} at {ERROR:g} rad"
+        axes.axvline(goal, color="0.3", linestyle=":" if name == "kernel" else "--", label=said)
     labels = [
-        f"step {1e3 * row['step']:g} ms\n{row['error']['angle']:.0e} rad over the run,\n"
+        f"{name_of(row)}\n{row['error']['angle']:.0e} rad over the run,\n"
         f"{row['error']['angle_end']:.0e} rad at its end"
         for row in rows
     ]
@@ -131,7 +180,7 @@ def figure(report: dict[str, Any], path: Path) -> None:
     axes.invert_yaxis()
     axes.set_xlabel("simulated seconds per CPU second, one core")
     axes.margins(x=0.15)
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.4, -0.09), ncols=3)
     try:
         made.savefig(path, dpi=120)
     finally:
@@ -140,27 +189,28 @@ def figure(report: dict[str, Any], path: Path) -> None:
 
 def main() -> None:
     """Measure and write the two files."""
-    asked = arguments("Throughput of runs side by side.", 101).parse_args()
-    rows = [compare(step, asked.repeats) for step in STEPS]
+    asked = arguments("Throughput of runs in a batch.", 31).parse_args()
+    rows = compare(asked.repeats)
     report = {
         **conditions(),
         "scene": SCENE,
-        "changes": CHANGES,
-        "runs": len(VARIATIONS),
+        "changes": [SMOOTH],
+        "runs": RUNS,
         "repeats": asked.repeats,
-        "goal": {"side_by_side": GOAL, "ratio": GOAL_RATIO, "error": ERROR},
+        "goal": {**GOALS, "error": ERROR},
         "rows": rows,
     }
     write_json(report, str(asked.out / "batch-throughput.json"))
     figure(report, asked.out / "batch-throughput.png")
-    console = Console(markup=False, highlight=False)
+    console = Console(markup=False, highlight=False, soft_wrap=True)
     for row in rows:
         console.print(
-            f"{1e3 * row['step']:g} ms, {row['error']['angle']:.1e} rad over the run "
-            f"({row['error']['angle_end']:.1e} at its end): {row['side_by_side']['median']:,.0f} "
-            f"simulated s per CPU s side by side, {row['ratio']['median']:.2f} times one by one "
+            f"{name_of(row)}: {row['error']['angle']:.1e} rad over the run "
+            f"({row['error']['angle_end']:.1e} at its end): {row['kernel']['median']:,.0f} "
+            f"simulated s per CPU s in the kernel, {row['ratio']['median']:.2f} times one by one "
             f"({row['ratio']['lower']:.2f} to {row['ratio']['upper']:.2f}); whole call "
-            f"{row['whole_call']['median']:,.0f}"
+            f"{row['whole_call']['median']:,.0f}; of the last step only "
+            f"{row['last_kernel']['median']:,.0f} and {row['last_whole_call']['median']:,.0f}"
         )
 
 

@@ -1,7 +1,7 @@
 """Many runs of one scene at once, eight side by side."""
 
+import functools
 import itertools
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -9,36 +9,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
+from ab_sim.batch.in_turn import InTurn, one_by_one
 from ab_sim.batch.plan import merged
-from ab_sim.drive import Drive
-from ab_sim.drive.rows import RowReader
-from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
-from ab_sim.dynamics.numbers.lanes import LANES, leaves, pattern
-from ab_sim.dynamics.system import MODES, carrier_unknowns, has_events
-from ab_sim.errors import DivergedError, InputError
-from ab_sim.integrate.choose import choose_stepper
-from ab_sim.integrate.samples import ANGLE, STEP, TIME, row_width
-from ab_sim.integrate.side_by_side import Runs, advance_side_by_side, lanes_can
+from ab_sim.batch.prepared import BatchRun, Course, Prepared, kept_at_first, room_for, steps_of
+from ab_sim.batch.sample_room import SampleRoom
+from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds
+from ab_sim.dynamics.numbers.lanes import LANES, leaves
+from ab_sim.dynamics.system import MODES, Place, carrier_unknowns
+from ab_sim.errors import InputError, SceneError
+from ab_sim.integrate.samples import row_width
+from ab_sim.integrate.side_by_side import Plan, Runs, stepping_side_by_side
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.workspace import aligned, room
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
-from ab_sim.spindle import SpeedProfile
-from ab_sim.spindle.stretches import Grid, stretches
 
 MOST_VALUES = 500_000_000
 """4 GB of samples; more are refused before anything runs, but for accuracies to be measured."""
-
-
-class BatchRun(NamedTuple):
-    """One of the runs."""
-
-    scene: Scene
-    trajectory: Trajectory
-    """Every ``every``-th step; up to the last sound one, if the run diverged."""
-    failure: str
-    """Why it ended early; empty if it did not."""
 
 
 class Batch(NamedTuple):
@@ -64,7 +51,8 @@ def simulate_batch(
     side, with vector instructions, and give what a Drive gives to rounding; in the last digits they
     may depend on what goes beside them. Runs of scenes with events (friction, contact, a motor),
     with an effect that branches on its numbers (see dynamics.effects), or whose stepper solves for
-    the drag, go one by one.
+    the drag, go one by one, and give what a Drive gives to the bit; so do those with
+    ``collocation``, whose vector instructions are for the instants of one run.
 
     Args:
         scene: what the runs have in common; an accuracy that it asks for is measured with it as it
@@ -75,7 +63,8 @@ def simulate_batch(
         progress: called with (runs done, runs).
 
     Raises:
-        SceneError: a variation is not a valid scene; names it by its number, from 0.
+        SceneError: a variation is not a valid scene, or cannot be run with its solver; names it by
+            its number, from 0.
         InputError: no variations, ``every`` is no number of steps, or more samples than there is
             room for.
     """
@@ -91,19 +80,23 @@ def simulate_batch(
     _check_room([scene for scene in scenes if scene.accuracy is None], every)
     if scene.accuracy is not None:
         scenes = varied(resolve_accuracy(scene)[0], variations)
-    prepared = [_Prepared(scene) for scene in scenes]
+    prepared = [_prepared(scene, number) for number, scene in enumerate(scenes)]
     _check_room([one.scene for one in prepared], every)
     runs: list[BatchRun | None] = [None] * len(scenes)
     seconds, done, lanes_used = 0.0, 0, 0
     for members in _alike(prepared).values():
-        fit = prepared[members[0]].fits_a_lane
+        first = prepared[members[0]]
+        fit = first.fits_a_lane
+        sample_room = room_for([prepared[i] for i in members], every)
+        alone = InTurn(first, sample_room).run if first.has_spans else one_by_one
         width = LANES if fit else 1
+        kernels: dict[type, Callable[..., None] | None] = {}
         for begin in range(0, len(members), width):
             chosen = members[begin : begin + width]
             these = [prepared[i] for i in chosen]
-            taken = _side_by_side(these, every) if fit else None
+            taken = _side_by_side(these, every, kernels, sample_room) if fit else None
             lanes_used += len(chosen) if taken else 0
-            results, spent = taken or _one_by_one(these, every)
+            results, spent = taken or alone(these, every)
             for i, result in zip(chosen, results, strict=True):
                 runs[i] = result
             seconds, done = seconds + spent, done + len(chosen)
@@ -124,103 +117,77 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, Any]]) -> list[Scene]
     ]
 
 
-def _steps(scene: Scene) -> int:
-    return max(1, math.ceil(scene.duration / scene.solver.step - 1e-9))
-
-
-def _kept_at_first(scene: Scene, every: int) -> int:
-    """Each so-manieth step comes out of the kernel: an accelerometer's filter takes all of them."""
-    return 1 if scene.sensors else every
-
-
-class _Prepared:
-    """A scene with what its run needs."""
-
-    def __init__(self, scene: Scene) -> None:
-        self.scene, _ = resolve_accuracy(scene)
-        self.system = system_of(self.scene)
-        choice = choose_stepper(self.scene, self.system)
-        self.stepper, self.grid = choice.stepper, Grid(self.scene.solver.step, choice.cycle)
-        self.steps = _steps(self.scene)
-        events = has_events(self.system.effects)
-        self.fits_a_lane = self.stepper.takes_lanes and not events
-
-    @property
-    def likeness(self) -> Any:
-        """Runs in which this is the same go side by side."""
-        names = tuple(self.scene.effects), tuple(self.scene.sensors)
-        constants = pattern((self.system.carrier, self.system.effects))
-        solver = self.stepper.name, self.scene.solver.step
-        return names, constants, self.scene.balls.count, solver, self.steps
+def _prepared(scene: Scene, number: int) -> Prepared:
+    try:
+        return Prepared(scene)
+    except SceneError as error:
+        raise SceneError(f"variation {number}: {error}") from error
 
 
 def _check_room(scenes: list[Scene], every: int) -> None:
-    fewest = min(map(_steps, scenes), default=every)
+    fewest = min(map(steps_of, scenes), default=every)
     if every > fewest:
         raise InputError(
             f"every = {every!r}: must be at most {fewest}, the steps of the shortest run"
         )
     kept = at_work = 0
     for scene in scenes:
-        width, steps = 14 + 2 * (scene.balls.count + len(scene.sensors)), _steps(scene)
+        width, steps = 14 + 2 * (scene.balls.count + len(scene.sensors)), steps_of(scene)
         kept += steps // every * width
-        most = steps // _kept_at_first(scene, every) * width * LANES + 3 * steps
+        most = steps // kept_at_first(scene, every) * width * LANES + 3 * steps
         at_work = max(at_work, most)
     if kept + at_work > MOST_VALUES:
         raise InputError(
-            f"{len(scenes)} runs of at most {max(map(_steps, scenes))} steps: would need room for "
-            f"{kept + at_work:.2g} numbers, at most {MOST_VALUES:.2g} are allowed; keep fewer "
+            f"{len(scenes)} runs of at most {max(map(steps_of, scenes))} steps: would need room "
+            f"for {kept + at_work:.2g} numbers, at most {MOST_VALUES:.2g} are allowed; keep fewer "
             "with a larger every, run fewer at once, or make solver.step longer"
         )
 
 
-def _alike(prepared: list[_Prepared]) -> dict[Any, list[int]]:
+def _alike(prepared: list[Prepared]) -> dict[Any, list[int]]:
     groups: dict[Any, list[int]] = {}
     for i, one in enumerate(prepared):
         groups.setdefault(one.likeness, []).append(i)
     return groups
 
 
-def _one_by_one(members: list[_Prepared], every: int) -> tuple[list[BatchRun], float]:
-    runs, seconds = [], 0.0
-    for member in members:
-        drive, failure = Drive(member.scene), ""
-        begin = time.thread_time()
-        try:
-            taken = drive.advance(member.steps, every)
-        except DivergedError as error:
-            # Once more, up to where it was sound.
-            failure, sound = str(error), drive.steps
-            drive.reset()
-            taken = drive.advance(sound, every)
-        seconds += time.thread_time() - begin
-        runs.append(BatchRun(member.scene, taken, failure))
-    return runs, seconds
+def _side_by_side(
+    members: list[Prepared],
+    every: int,
+    kernels: dict[type, Callable[..., None] | None],
+    sample_room: SampleRoom,
+) -> tuple[list[BatchRun], float] | None:
+    """Runs and CPU time; None if lanes cannot do what an effect does.
 
-
-def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun], float] | None:
-    """Runs and CPU time; None if lanes cannot do what an effect does."""
+    Args:
+        members: up to eight of one likeness.
+        every: keep each so-many-th step.
+        kernels: those that have served others of this likeness, by the kind of segments.
+        sample_room: for what comes out of them.
+    """
     # Lanes without a run of their own repeat the last one.
     lanes = [*members, *itertools.repeat(members[-1], LANES - len(members))]
     first, stepper = members[0], members[0].stepper
     step, steps = first.scene.solver.step, first.steps
-    ways = [
-        list(stretches(SpeedProfile.of_scene(lane.scene), lane.grid, 0, steps)) for lane in lanes
-    ]
-    place, plan = merged(ways, step)
+    place, plan = _plan(tuple(lane.course for lane in lanes), steps)
     constants = (
         _stacked([leaves((lane.system.carrier, lane.system.effects)) for lane in lanes]),
         _stacked([lane.system.balls for lane in lanes]),
         _stacked([state_bounds(lane.system, step) for lane in lanes]),
     )
-    in_kernel = _kept_at_first(first.scene, every)
-    runs = _empty_runs(lanes, stepper, steps // in_kernel)
+    in_kernel = kept_at_first(first.scene, every)
+    runs = _empty_runs(lanes, stepper, sample_room.take(LANES))
     clock = step, in_kernel
     arguments = first.system, place, stepper.weights, constants, plan, clock, runs
-    if not lanes_can(*arguments):
+    # Numba's look at each argument takes as long as a hundred steps.
+    kind = type(place.segment)
+    if kind not in kernels:
+        kernels[kind] = stepping_side_by_side(*arguments)
+    kernel = kernels[kind]
+    if kernel is None:
         return None
     begin = time.thread_time()
-    advance_side_by_side(*arguments)
+    kernel(*arguments)
     seconds = time.thread_time() - begin
     results = []
     for lane, member in enumerate(members):
@@ -230,18 +197,19 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
                 f"went beyond all bounds at t = {(sound + 1) * step:.9g} s; a Drive of this scene "
                 "says what did, and why"
             )
-        rows = runs.rows[: sound // in_kernel, :, lane]
-        reader = RowReader(member.scene, member.system)
-        samples = np.empty((len(rows), len(reader.channels)))
-        samples[:, STEP] = in_kernel * np.arange(1, 1 + len(rows))
-        samples[:, TIME] = samples[:, STEP] * step
-        samples[:, ANGLE : ANGLE + rows.shape[1]] = rows
-        whole = reader.trajectory(samples)
-        results.append(BatchRun(member.scene, whole.thinned(every // in_kernel), failure))
+        samples = runs.samples[lane, : sound // in_kernel]
+        taken = member.trajectory(samples, every // in_kernel)
+        results.append(BatchRun(member.scene, taken, failure))
     return results, seconds
 
 
-def _empty_runs(lanes: list[_Prepared], stepper: Stepper, samples: int) -> Runs:
+@functools.lru_cache(maxsize=8)
+def _plan(courses: tuple[Course, ...], steps: int) -> tuple[Place, Plan]:
+    """See ``merged``; runs whose profile does not vary have the same."""
+    return merged([course.stretches(steps) for course in courses], courses[0].grid.step)
+
+
+def _empty_runs(lanes: list[Prepared], stepper: Stepper, samples: np.ndarray) -> Runs:
     n = lanes[0].scene.balls.count
     states = [start_state(lane.scene, lane.system) for lane in lanes]
     size = len(states[0])
@@ -253,7 +221,8 @@ def _empty_runs(lanes: list[_Prepared], stepper: Stepper, samples: int) -> Runs:
         state=_stacked(states),
         modes=modes,
         sound=sound,
-        rows=aligned((samples, row_width(lanes[0].system), LANES)),
+        row=aligned((row_width(lanes[0].system), LANES)),
+        samples=samples,
         slopes=aligned((stepper.slopes, size, LANES)),
         trial=aligned((size, LANES)),
         room=room(carrier_unknowns(lanes[0].system.carrier) + 1, n, 1, LANES),

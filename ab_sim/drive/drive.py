@@ -12,7 +12,7 @@ from ab_sim.drive.rows import RowReader
 from ab_sim.drive.trajectory import Trajectory, check_room
 from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import (
-    place_on,
+    place_along,
     start_modes,
     start_state,
     state_bounds,
@@ -25,6 +25,7 @@ from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.events import compiling_events, events_address
 from ab_sim.integrate.fixed_step import Run, stepping
+from ab_sim.integrate.kept import Kept
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene.model import Scene
@@ -318,10 +319,9 @@ class Drive:
     def _kernel(self, kind: type[Segment]) -> Callable[..., int]:
         """``fixed_step.advance`` along pieces with segments of a kind."""
         if kind not in self._kernels:
-            pattern = place_on(Piece(0.0, 0.0, 0.0, kind(*[0.0] * len(kind._fields))))
-            fixed = self.system, pattern, self.stepper.weights, self.step
+            fixed = self.system, place_along(kind), self.stepper.weights, self.step
             changing = self._state, self._modes, self._work
-            self._kernels[kind] = stepping(Run(*fixed, *changing, self._events))
+            self._kernels[kind] = stepping(Kept(Run(*fixed, *changing, self._events)))
         return self._kernels[kind]
 
     def _take(self, way: Way, steps: int, samples: np.ndarray) -> None:

@@ -22,6 +22,7 @@ from ab_sim.dynamics.system import (
     MASS,
     MODES,
     RADIUS,
+    ROLLING_MASS,
     SPACING,
     TURNS,
     Place,
@@ -38,6 +39,7 @@ from ab_sim.dynamics.system import (
 )
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece
+from ab_sim.spindle.profile import Segment
 
 FEW = 2
 """Balls up to which a kernel with events, too, is compiled for their number: it takes a fifth to a
@@ -148,15 +150,14 @@ def drag_rate(system: System) -> float:
     n = system.balls.shape[0]
     if n == 0:
         return 0.0
-    masses = system.balls[:, MASS]
-    balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]]]
-    drag = np.array([ball_drag(system.effects, ball) for ball in balls])
-    inertia = np.array([b.mass + ball_inertia(system.effects, b) for b in balls])
+    masses, inertia = system.balls[:, MASS], system.balls[:, ROLLING_MASS]
+    balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
+    drag = [ball_drag(system.effects, ball) for ball in balls]
     fastest = 0.0
     for yields in _SCENES[type(system.carrier)].yields_of(system):
-        coupled = np.diag(inertia) - np.outer(masses, masses) * yields
+        coupled = np.diag(inertia) - masses[:, None] * masses * yields
         decays = np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag)))
-        fastest = max(fastest, float(np.max(decays.real)))
+        fastest = max(fastest, float(decays.real.max()))
     return fastest
 
 
@@ -187,6 +188,11 @@ _SCENES: dict[type, Any] = {Planar: planar_scene, Tilting: tilting_scene}
 def _of(scene: Scene) -> Any:
     """What makes the carrier of a scene."""
     return planar_scene if scene.deck is None else tilting_scene
+
+
+def place_along(kind: type[Segment]) -> Place:
+    """A pattern of places on segments of a kind."""
+    return place_on(Piece(0.0, 0.0, 0.0, kind(*[0.0] * len(kind._fields))))
 
 
 def place_on(piece: Piece) -> Place:

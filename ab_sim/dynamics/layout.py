@@ -5,6 +5,7 @@ with a motor psi [rad], w [rad/s] and the speed loop's integral [rad]; with a le
 work and the energy dissipated [J]. Kernels ask by the functions, Python by a ``Layout``.
 """
 
+import functools
 from typing import Any, NamedTuple
 
 from numba.extending import overload, register_jitable
@@ -149,12 +150,16 @@ class Layout(NamedTuple):
 def layout_of(system: System) -> Layout:
     """Where quantities lie in the state of a system."""
     own, n = type(system.carrier).STATE_NAMES, ball_count(system)
+    return _layout(own, n, bool(has_motor(system.effects)), bool(system.ledger))
+
+
+@functools.lru_cache
+def _layout(own: tuple[str, ...], n: int, motor: bool, ledger: bool) -> Layout:
     names = [*own, *(f"ball_{i} angle" for i in range(n)), *(f"ball_{i} rate" for i in range(n))]
-    angles = slice(angle_at(system, 0), angle_at(system, n))
-    rates = slice(rate_at(system, 0), rate_at(system, n))
-    names += MOTOR_NAMES if has_motor(system.effects) else ()
+    angles, rates = slice(len(own), len(own) + n), slice(len(own) + n, len(names))
+    names += MOTOR_NAMES if motor else ()
     spindle = slice(rates.stop, len(names))
-    names += LEDGER_NAMES if system.ledger else ()
+    names += LEDGER_NAMES if ledger else ()
     return Layout(
         tuple(names), slice(0, len(own)), angles, rates, spindle, slice(spindle.stop, len(names))
     )

@@ -100,14 +100,15 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
             f"balls, and {type(system.carrier).__name__} says nothing of it; name one of: {able}"
         )
     limits = limiting(stepper, rates)
+    longest, what = largest_step(stepper, limits)
     try:
-        check_step(stepper, step, limits)
+        check_step(stepper, step, limits, (longest, what))
     except SceneError as error:
-        if largest_step(stepper, limits)[1] == DRAG:
+        if what == DRAG:
             other = for_stiff_drag().name
             raise SceneError(f"{error}; or leave solver.stepper to auto, or name {other}") from None
         raise
     fastest_rate = max((abs(rate) for rate in beside_drag.values()), default=0.0)
     # Where nothing moves by itself, and the spindle stands, there is no cycle and no curve.
     cycle = 2.0 * math.pi / fastest_rate if fastest_rate else step
-    return Choice(stepper, reason, *largest_step(stepper, limits), cycle)
+    return Choice(stepper, reason, longest, what, cycle)

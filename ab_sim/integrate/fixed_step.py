@@ -121,13 +121,12 @@ _TABLE = types.float64[:, ::1]
 _KINDS = (_TABLE, *(types.int64,) * 3, types.float64, _TABLE)
 
 
-def stepping(run: Run) -> Callable[..., int]:
-    """``advance`` for a run, of the other arguments; compiled if need be.
+def stepping(kept: Kept) -> Callable[..., int]:
+    """``advance`` for a Kept of a Run, of the other arguments; compiled if need be.
 
     They have to be of just their types: numba's look at each costs more than a step, and is left
     out.
     """
-    kept = Kept(run)
     kinds = (kept.kind, *_KINDS)
     if kinds not in advance.overloads:
         advance.compile(kinds)

@@ -56,6 +56,12 @@ class Kept:
         self.address = int(self._words.ctypes.data)
         self.kind = _kind(values)
 
+    def begin_with(self, first: Any) -> None:
+        """Have another value of the same kind, and arrays of the same shapes, for the first."""
+        self._values = (first, *self._values[1:])
+        words = _words(first)
+        self._words[: len(words)] = words
+
 
 _kinds: dict[bytes, KeptKind] = {}
 

@@ -68,13 +68,21 @@ def largest_step(stepper: Stepper, rates: Mapping[str, complex]) -> tuple[float,
     return math.floor(steps[what] * 10.0**digits) / 10.0**digits, what
 
 
-def check_step(stepper: Stepper, step: float, rates: Mapping[str, complex]) -> None:
+def check_step(
+    stepper: Stepper, step: float, rates: Mapping[str, complex], limit: tuple[float, str]
+) -> None:
     """Refuse a step that is beyond the stability limit.
+
+    Args:
+        stepper: the method.
+        step: s.
+        rates: eigenvalues [1/s] by what they belong to.
+        limit: their ``largest_step``.
 
     Raises:
         SceneError: names what limits the step, and the largest allowed one.
     """
-    largest, what = largest_step(stepper, rates)
+    largest, what = limit
     if step <= largest:
         return
     advice = f"with {stepper.name} use at most {largest:g} s"

@@ -108,9 +108,14 @@ def _family(name: str) -> _Family:
     )
 
 
-def _known() -> dict[str, _Family]:
+@functools.cache
+def _import_all() -> None:
     folder = import_module(_FOLDER)
     for found in pkgutil.iter_modules(folder.__path__):
         import_module(f"{_FOLDER}.{found.name}")
+
+
+def _known() -> dict[str, _Family]:
+    _import_all()
     # By name: whoever imports a stepper before registers it before.
     return dict(sorted(_families.items()))

@@ -5,6 +5,7 @@ time; each for every equation of second order, and for what is only integrated.
 """
 
 import numba
+import numpy as np
 
 from ab_sim.dynamics.carriers import own_motion
 from ab_sim.dynamics.carriers.own_motion import DAMPINGS, STIFFNESSES
@@ -23,10 +24,12 @@ from ab_sim.integrate.on_stack import own_array
 from ab_sim.integrate.responses import (
     BEYOND,
     COUNT,
+    DAMPING,
     LENGTH,
     LINES,
     NODES,
     NUMBERS,
+    STIFFNESS,
     fill,
     polynomials,
 )
@@ -42,6 +45,29 @@ last begins; from line OWN on what is linear, see ``carriers.own_motion``."""
 HEAD = OWN + own_motion.LINES
 LINES_EACH = HEAD + KEPT * (1 + SAMPLES // NODES) * LINES
 """Enough for each equation, and for what is only integrated."""
+
+
+def sample_instants() -> list[np.ndarray]:
+    """For ``responses.nodes``: the samples in a span, as many as a power of two, eight at a time.
+
+    Where there are fewer than eight, the last one again.
+    """
+    counts = [2**power for power in range(SAMPLES.bit_length())]
+    return [
+        np.minimum(np.arange(group + 1, group + 1 + NODES) / count, 1.0)
+        for count in counts
+        for group in range(0, count, NODES)
+    ]
+
+
+@numba.njit(**INLINED)
+def instants_of(count, group):  # type: ignore[no-untyped-def]
+    """Which of the Nodes' sets of instants has a group of eight of so many samples."""
+    chosen = 1 + group
+    while count > 1:
+        count //= 2
+        chosen += 1
+    return chosen
 
 
 @numba.njit(**INLINED)
@@ -82,10 +108,25 @@ def found(weights, system, length, count, tables):  # type: ignore[no-untyped-de
     every = (1 + SAMPLES // NODES) * lines_for(system)
     for kept in range(KEPT):
         first = HEAD + kept * every
-        if tables[first + NUMBERS, LENGTH] == length and tables[first + NUMBERS, COUNT] == count:
+        has, of = tables[first + NUMBERS, LENGTH], tables[first + NUMBERS, COUNT]
+        if has == length and abs(of) == count:
+            if of < 0.0:
+                fill_set(weights, system, length, count, first, tables)
             tables[0, LATEST] = first - HEAD
             return first
-    return made_anew(weights, system, length, count, tables)
+    kept = int(tables[0, NEXT])
+    tables[0, NEXT] = (kept + 1) % KEPT
+    first = HEAD + kept * every
+    fill_set(weights, system, length, count, first, tables)
+    tables[0, LATEST] = first - HEAD
+    return first
+
+
+def doubt(tables: np.ndarray, equations: int) -> None:
+    """Have tables serve a system with other numbers: each is looked at when it is asked for."""
+    every = (1 + SAMPLES // NODES) * LINES * (equations + 1)
+    counts = tables[HEAD + NUMBERS : HEAD + KEPT * every : every, COUNT]
+    counts[:] = -np.abs(counts)
 
 
 @numba.njit(**INLINED)
@@ -95,54 +136,54 @@ def up_to_samples(system, first, group):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**APART)
-def made_anew(weights, system, length, count, tables):  # type: ignore[no-untyped-def]
-    """The set for such a span, in place of the oldest; returns where it begins.
+def fill_set(weights, system, length, count, first, tables):  # type: ignore[no-untyped-def]
+    """The set for such a span, from a line on; what is there and serves stays.
 
     BEYOND of the tables up to the first samples is that of all samples.
     """
-    kept = int(tables[0, NEXT])
-    tables[0, NEXT] = (kept + 1) % KEPT
-    every = lines_for(system)
-    first = HEAD + kept * (1 + SAMPLES // NODES) * every
-    values, ends = own_array(0.0, (NODES,)), own_array(0.0, (NODES,))
-    for j in range(NODES):
-        ends[j] = weights.nodes.at[j]
-    fill_all(weights, system, length, ends, values, tables, first)
-    for group in range((count + NODES - 1) // NODES):
-        for j in range(NODES):
-            ends[j] = min(1.0, (NODES * group + j + 1) / count)
-        at = first + (1 + group) * every
-        fill_all(weights, system, length, ends, values, tables, at)
-        for line in range(NUMBERS, every, LINES):
-            most = max(tables[at + line, BEYOND], tables[first + every + line, BEYOND])
-            tables[first + every + line, BEYOND] = most
-    tables[first + NUMBERS, COUNT] = count
-    tables[0, LATEST] = first - HEAD
-    return first
-
-
-@numba.njit(**APART)
-def fill_all(weights, system, length, ends, values, tables, first):  # type: ignore[no-untyped-def]
-    """The tables of all equations up to the same instants; see ``responses.fill``."""
-    equations, before = equation_count(system), (-1.0, -1.0)
+    values = own_array(0.0, (1, NODES))
+    every, equations = lines_for(system), equation_count(system)
+    groups = (count + NODES - 1) // NODES
     for q in range(equations + 1):
-        c, k = linear_part(system, tables, q) if q < equations else (0.0, 0.0)
         at = first + q * LINES
-        if q > 0 and (c, k) == before:
-            for line in range(LINES):
-                for j in range(NODES):
-                    tables[at + line, j] = tables[at - LINES + line, j]
-        else:
-            fill(weights.nodes, length, c, k, ends, values, tables[at : at + LINES])
-        before = c, k
+        # The last one is of what is only integrated.
+        damping, stiffness = linear_part(system, tables, q) if q < equations else (0.0, 0.0)
+        if serves(tables[at + NUMBERS], length, count, damping, stiffness):
+            continue
+        if q > 0 and serves(tables[at - LINES + NUMBERS], length, count, damping, stiffness):
+            for group in range(1 + groups):
+                for line in range(at + group * every, at + group * every + LINES):
+                    for j in range(NODES):
+                        tables[line, j] = tables[line - LINES, j]
+            continue
+        beyond = 0.0
+        for group in range(1 + groups):
+            chosen = 0 if group == 0 else instants_of(count, group - 1)
+            own = tables[at + group * every : at + group * every + LINES]
+            fill(weights.nodes, chosen, length, damping, stiffness, values, own)
+            if group > 0:
+                beyond = max(beyond, own[NUMBERS, BEYOND])
+        tables[at + NUMBERS, COUNT], tables[at + every + NUMBERS, BEYOND] = count, beyond
+    tables[first + NUMBERS, COUNT] = count
+
+
+@numba.njit(**INLINED)
+def serves(numbers, length, count, damping, stiffness):  # type: ignore[no-untyped-def]
+    """Whether a table with these numbers is the one for such a span."""
+    return (
+        numbers[LENGTH] == length
+        and abs(numbers[COUNT]) == count
+        and numbers[DAMPING] == damping
+        and numbers[STIFFNESS] == stiffness
+    )
 
 
 @numba.njit(**APART)
 def carry_on(weights, ratio, tables):  # type: ignore[no-untyped-def]
     """Make the tables carry polynomials on into a span so many times as long."""
-    values = own_array(0.0, (NODES,))
+    values, nodes = own_array(0.0, (NODES,)), weights.nodes
     for j in range(NODES):
-        polynomials(weights.nodes, 1.0 + ratio * weights.nodes.at[j], values)
+        polynomials(nodes.at, nodes.scale, 1.0 + ratio * nodes.at[j], values)
         for k in range(NODES):
             tables[CARRY + k, j] = values[k]
     tables[0, RATIO] = ratio

@@ -11,21 +11,26 @@ drag has k = 0; with c = 0 as well, v is the plain integral of f.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 from numpy.polynomial import legendre
 
 from ab_sim.dynamics.dispatch import APART
+from ab_sim.dynamics.numbers.across import put_column
+from ab_sim.dynamics.numbers.cos_sin import cos_sin
 from ab_sim.dynamics.numbers.kinds import EIGHT
+from ab_sim.dynamics.numbers.lanes import as_lanes
+from ab_sim.integrate.workspace import aligned
 
 NODES = EIGHT
 LEADING = 12870.0
 """Of x^8 in P_8 on 0 .. 1."""
-POINTS = 16
+POINTS = 24
 """Of the quadrature on each panel."""
-REACH = 5.0
+REACH = 20.0
 """Rate times length of a panel: there the quadrature is right to rounding."""
 GONE = 40.0
 """Decay rate times time after which a response is nothing any more."""
@@ -48,29 +53,55 @@ class Nodes(NamedTuple):
     """1 / prod_i (c_k - c_i), shape (8,)."""
     points: np.ndarray
     """Points and weights of the quadrature of a panel, on 0 .. 1, shape (2, POINTS)."""
+    ends: np.ndarray
+    """Sets of eight instants up to which there are tables, as fractions of the step: the nodes, and
+    others; shape (sets, 8)."""
+    within: np.ndarray
+    """l_k so long before each of them as the quadrature of a panel from there to the beginning
+    asks for, shape (sets, 8, POINTS, 8)."""
+    beyond: np.ndarray
+    """P_8 there, shape (sets, 8, POINTS)."""
 
 
 def gauss(count: int) -> np.ndarray:
     """Points and weights of Gauss' quadrature on 0 .. 1, shape (2, count)."""
-    x, w = legendre.leggauss(count)
-    return np.array([0.5 * (1.0 + x), 0.5 * w])
+    # To more digits than doubles have: numpy's are off by ten roundings.
+    x: Any = np.asarray(legendre.leggauss(count)[0], np.longdouble)
+    for _ in range(2):
+        last, value = np.ones_like(x), x
+        for n in range(1, count):
+            last, value = value, ((2 * n + 1) * x * value - n * last) / (n + 1)
+        slope = count * (last - x * value) / ((1 - x) * (1 + x))
+        x = x - value / slope
+    w = 2 / ((1 - x) * (1 + x) * slope**2)
+    return np.array([0.5 * (1 + x), 0.5 * w], float)
 
 
-def nodes() -> Nodes:
-    """The nodes."""
+def nodes(instants: Sequence[np.ndarray]) -> Nodes:
+    """The nodes, and sets of eight instants beside them, in rising order."""
     at = gauss(NODES)[0]
     apart = at[:, None] - at[None, :] + np.eye(NODES)
-    return Nodes(at, 1.0 / apart.prod(axis=1), gauss(POINTS))
+    scale, points = 1.0 / apart.prod(axis=1), gauss(POINTS)
+    ends = np.array([at, *instants])
+    ago = ends[..., None] * (1.0 - points[0])
+    within, beyond = aligned((*ago.shape, NODES)), np.empty(ago.shape)
+    for place in np.ndindex(ago.shape):
+        beyond[place] = polynomials.py_func(at, scale, ago[place], within[place])
+    return Nodes(at, scale, points, ends, within, beyond)
 
 
 @numba.njit(**APART)
 def impulse(c, k, t):  # type: ignore[no-untyped-def]
     """G(t) and G'(t) of x'' + c x' + k x = 0."""
+    if k == 0.0 and c > 0.0:
+        fallen = math.expm1(-c * t)
+        return -fallen / c, 1.0 + fallen
     a = 0.5 * c
     if k > a * a:
         w, left = math.sqrt(k - a * a), math.exp(-a * t)
-        g = left * math.sin(w * t) / w
-        return g, left * math.cos(w * t) - a * g
+        cosine, sine = cos_sin(w * t)
+        g = left * sine / w
+        return g, left * cosine - a * g
     d = math.sqrt(a * a - k)
     if d == 0.0:
         left = math.exp(-a * t)
@@ -92,65 +123,118 @@ def rates(c, k):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**APART)
-def polynomials(nodes, x, out):  # type: ignore[no-untyped-def]
-    """l_k(x) into ``out``, shape (8,), x as a fraction of the step; returns P_8 there."""
+def polynomials(at, scale, x, out):  # type: ignore[no-untyped-def]
+    """l_k(x) into ``out``, shape (8,), x as a fraction of the step; returns P_8 there.
+
+    Args:
+        at, scale: of the Nodes.
+    """
     before = 1.0
     for k in range(NODES):
-        out[k] = before * nodes.scale[k]
-        before *= x - nodes.at[k]
+        out[k] = before * scale[k]
+        before *= x - at[k]
     behind = 1.0
     for i in range(NODES):
         k = NODES - 1 - i
         out[k] *= behind
-        behind *= x - nodes.at[k]
+        behind *= x - at[k]
     return LEADING * behind
 
 
 @numba.njit(**APART)
-def fill(nodes, length, c, k, ends, values, table):  # type: ignore[no-untyped-def]
+def fill(nodes, chosen, length, c, k, values, table):  # type: ignore[no-untyped-def]
     """The table of a step.
 
     Args:
         nodes: the Nodes.
+        chosen: up to which of their sets of instants.
         length: h [s].
         c, k: not negative [1/s, 1/s^2].
-        ends: the instants as fractions of the step, shape (8,).
-        values: room for eight numbers.
+        values: room for eight numbers in lanes, shape (1, 8).
         table: shape (LINES, 8).
     """
-    fast, fades, slow, fades_slowly = rates(c, k)
-    table[NUMBERS, MOST_UNIT] = table[NUMBERS, BEYOND] = 0.0
-    for j in range(NODES + 1):
-        end = length * (ends[j] if j < NODES else 1.0)
-        for i in range(NODES):
-            if j < NODES:
-                table[INTO_X + i, j] = table[INTO_V + i, j] = 0.0
-        t, beyond, last = 0.0, 0.0, 0.0
-        while t < end and t * fades_slowly < GONE:
-            rate = fast if t * fades < GONE else slow
-            width = end - t
-            if rate * width > REACH:
-                width = REACH / rate
-            for p in range(POINTS):
-                ago = t + width * nodes.points[0, p]
-                g, r = impulse(c, k, ago)
-                weight = width * nodes.points[1, p]
-                if j == NODES:
-                    last += weight * g
-                    continue
-                beyond += weight * g * polynomials(nodes, (end - ago) / length, values)
-                for i in range(NODES):
-                    table[INTO_X + i, j] += weight * g * values[i]
-                    table[INTO_V + i, j] += weight * r * values[i]
-            t += width
-        table[NUMBERS, MOST_UNIT] = max(table[NUMBERS, MOST_UNIT], abs(last))
-        if j < NODES:
-            table[NUMBERS, BEYOND] = max(table[NUMBERS, BEYOND], abs(beyond))
-            table[IMPULSE, j], table[IMPULSE_RATE, j] = impulse(c, k, end)
-    table[NUMBERS, LENGTH] = length
-    table[NUMBERS, DAMPING], table[NUMBERS, STIFFNESS] = c, k
+    ends, most, unit = nodes.ends[chosen], 0.0, abs(last_unit(nodes, length, c, k))
     for j in range(NODES):
+        if j > 0 and ends[j] == ends[j - 1]:
+            for line in range(NUMBERS):
+                table[line, j] = table[line, j - 1]
+            continue
+        end = length * ends[j]
+        if rates(c, k)[0] * end <= REACH:
+            beyond = integrate(nodes, chosen, j, end, c, k, table)
+        else:
+            beyond = integrate_far(nodes, j, end, length, c, k, values, table)
+        most = max(most, abs(beyond))
+        table[IMPULSE, j], table[IMPULSE_RATE, j] = impulse(c, k, end)
         table[UNIT, j] = 0.0
         for i in range(NODES):
             table[UNIT, j] += table[INTO_X + i, j]
-        table[NUMBERS, MOST_UNIT] = max(table[NUMBERS, MOST_UNIT], abs(table[UNIT, j]))
+        unit = max(unit, abs(table[UNIT, j]))
+    table[NUMBERS, LENGTH], table[NUMBERS, BEYOND] = length, most
+    table[NUMBERS, DAMPING], table[NUMBERS, STIFFNESS] = c, k
+    table[NUMBERS, MOST_UNIT] = unit
+
+
+@numba.njit(**APART)
+def integrate(nodes, chosen, j, end, c, k, table):  # type: ignore[no-untyped-def]
+    """The integrals up to an instant into column j, in one panel; returns that of P_8 into x."""
+    within, beyond = as_lanes(nodes.within[chosen, j]), 0.0
+    into_x = into_v = 0.0 * within[0]
+    for p in range(POINTS):
+        g, r = impulse(c, k, end * nodes.points[0, p])
+        weight = end * nodes.points[1, p]
+        into_x += (weight * g) * within[p]
+        into_v += (weight * r) * within[p]
+        beyond += weight * g * nodes.beyond[chosen, j, p]
+    put_column(into_x, table[INTO_X : INTO_X + NODES], j)
+    put_column(into_v, table[INTO_V : INTO_V + NODES], j)
+    return beyond
+
+
+@numba.njit(**APART)
+def integrate_far(nodes, j, end, length, c, k, values, table):  # type: ignore[no-untyped-def]
+    """The same in panels, as long as the response lasts."""
+    polynomial, begin, beyond = as_lanes(values), 0.0, 0.0
+    into_x = into_v = 0.0 * polynomial[0]
+    while begin < end:
+        width = panel(c, k, begin, end)
+        if width == 0.0:
+            break
+        for p in range(POINTS):
+            ago = begin + width * nodes.points[0, p]
+            g, r = impulse(c, k, ago)
+            weight = width * nodes.points[1, p]
+            left_out = polynomials(nodes.at, nodes.scale, (end - ago) / length, values[0])
+            into_x += (weight * g) * polynomial[0]
+            into_v += (weight * r) * polynomial[0]
+            beyond += weight * g * left_out
+        begin += width
+    put_column(into_x, table[INTO_X : INTO_X + NODES], j)
+    put_column(into_v, table[INTO_V : INTO_V + NODES], j)
+    return beyond
+
+
+@numba.njit(**APART)
+def last_unit(nodes, length, c, k):  # type: ignore[no-untyped-def]
+    """U at the end of the step."""
+    begin, unit = 0.0, 0.0
+    while begin < length:
+        width = panel(c, k, begin, length)
+        if width == 0.0:
+            break
+        for p in range(POINTS):
+            unit += (
+                width * nodes.points[1, p] * impulse(c, k, begin + width * nodes.points[0, p])[0]
+            )
+        begin += width
+    return unit
+
+
+@numba.njit(**APART)
+def panel(c, k, begin, end):  # type: ignore[no-untyped-def]
+    """How long the next panel is, from ``begin`` to ``end`` at most; 0 where nothing is left."""
+    fast, fades, slow, fades_slowly = rates(c, k)
+    if begin * fades_slowly >= GONE:
+        return 0.0
+    rate = fast if begin * fades < GONE else slow
+    return min(end - begin, REACH / rate) if rate > 0.0 else end - begin

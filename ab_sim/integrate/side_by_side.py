@@ -1,6 +1,7 @@
 """Fixed steps of eight runs at once, each in a lane of its own; see dynamics.numbers.lanes."""
 
 import functools
+from collections.abc import Callable
 from math import pi
 from typing import Any, NamedTuple
 
@@ -10,13 +11,13 @@ from numba.core.errors import TypingError
 
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import angle_at, state_size
-from ab_sim.dynamics.numbers.lanes import as_lanes, spread, where_less
+from ab_sim.dynamics.numbers.lanes import LANES, as_lanes, spread, where_less
 from ab_sim.dynamics.slope import inlined_evaluate
 from ab_sim.dynamics.system import TURNS, Plant, Room, System, ball_count
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.fixed_step import TWO_PI_REST
 from ab_sim.integrate.on_stack import room_of
-from ab_sim.integrate.samples import along, record
+from ab_sim.integrate.samples import ANGLE, STEP, TIME, along, record
 from ab_sim.integrate.stepper import step as take_step
 
 FIRST, STEPS, FINISHES = 0, 1, 2
@@ -47,8 +48,10 @@ class Runs(NamedTuple):
     """Turns taken out of the angles, in a column of their own: shape (n + 1, 4, 8)."""
     sound: np.ndarray
     """1 while a run is within its bounds, and how many steps it was: shape (2, 8)."""
-    rows: np.ndarray
-    """Shape (samples, row_width, 8): see integrate.samples."""
+    row: np.ndarray
+    """Of the sample at hand, shape (row_width, 8)."""
+    samples: np.ndarray
+    """Of each run, shape (8, samples, channels): see integrate.samples."""
     slopes: np.ndarray
     """The stepper's stages, shape (stages, states, 8)."""
     trial: np.ndarray
@@ -82,7 +85,7 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
             (states, 8)).
         plan: a Plan.
         clock: (step [s], how many steps from one recorded sample to the next).
-        runs: a Runs; state, modes and rows are the last and all states at the end.
+        runs: a Runs; state and modes are the last at the end.
     """
     step, every = clock
     carrier, effects = spread((system.carrier, system.effects), as_lanes(constants[0]))
@@ -97,7 +100,7 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
         as_lanes(runs.room.motor),
     )
     work = LaneArrays(as_lanes(runs.slopes), as_lanes(runs.trial), as_lanes(runs.trial), room)
-    places, times, rows = as_lanes(plan.places), as_lanes(plan.times), as_lanes(runs.rows)
+    places, times, row = as_lanes(plan.places), as_lanes(plan.times), as_lanes(runs.row)
     slopes, states, own = work.slopes, state_size(drives, state), room_of(drives, work)
     for s in range(plan.stretches.shape[0]):
         first, finishes = plan.stretches[s, FIRST], plan.stretches[s, FINISHES]
@@ -120,24 +123,37 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
                 sound[1] += sound[0]
                 if (first + k + 1) % every == 0:
                     profile = along(here.place, (first + k + 1) * step - start)
-                    record(here, profile, end, state, rows[(first + k + 1) // every - 1])
+                    record(here, profile, end, state, row)
+                    put_sample(runs, first + k + 1, step, every)
 
 
-def lanes_can(*arguments: Any) -> bool:
-    """Whether ``advance_side_by_side`` can take these, compiling it if need be.
+@numba.njit(**INLINED)
+def put_sample(runs, steps, step, every):  # type: ignore[no-untyped-def]
+    """The row at hand, as each run's sample after so many steps of that length [s]."""
+    at = steps // every - 1
+    for lane in range(LANES):
+        runs.samples[lane, at, STEP], runs.samples[lane, at, TIME] = steps, steps * step
+        for j in range(runs.row.shape[0]):
+            runs.samples[lane, at, ANGLE + j] = runs.row[j, lane]
 
-    It cannot where an effect does with its numbers what lanes do not: see dynamics.numbers.lanes.
+
+def stepping_side_by_side(*arguments: Any) -> Callable[..., None] | None:
+    """``advance_side_by_side`` for arguments of the same types as these, compiled if need be.
+
+    Returns:
+        None where an effect does with its numbers what lanes do not: see dynamics.numbers.lanes.
     """
-    return _compiles(tuple(map(numba.typeof, arguments)))
+    return _compiled(tuple(map(numba.typeof, arguments)))
 
 
 @functools.cache
-def _compiles(kinds: tuple[Any, ...]) -> bool:
+def _compiled(kinds: tuple[Any, ...]) -> Callable[..., None] | None:
     try:
         advance_side_by_side.compile(kinds)
     except TypingError:
-        return False
-    return True
+        return None
+    kernel: Callable[..., None] = advance_side_by_side.overloads[kinds].entry_point
+    return kernel
 
 
 @numba.njit(**INLINED)

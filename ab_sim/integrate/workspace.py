@@ -108,10 +108,15 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
 def tables_for(system: System, stepper: Stepper) -> np.ndarray:
     """``Workspace.tables``."""
     tables = aligned((stepper.tables * (1 + equation_count(system)), EIGHT))
+    put_own_motion(system, stepper, tables)
+    return tables
+
+
+def put_own_motion(system: System, stepper: Stepper, tables: np.ndarray) -> None:
+    """Have tables say what of a system's motion is linear, if the stepper wants to know."""
     if stepper.own_motion_at is not None:
         own = own_motion(system)
         tables[stepper.own_motion_at : stepper.own_motion_at + len(own)] = own
-    return tables
 
 
 def room(accelerations: int, lines: int, blocks: int, *side_by_side: int) -> Room:

@@ -52,7 +52,7 @@ def parsed(change: str) -> Change:
 
 
 def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
-    """Make changes to nested mappings.
+    """Make changes to a mapping of nested ones, of which those that change are copied first.
 
     Raises:
         SceneError: there is nothing to remove, or a key leads into what is no mapping.
@@ -108,4 +108,5 @@ def _inside(here: dict[str, Any], section: str, change: Change) -> dict[str, Any
         )
     if not isinstance(inner, dict):
         raise SceneError(f"{change.said}: {section} is a value, it has no keys")
-    return inner
+    here[section] = own = dict(inner)
+    return own

@@ -1,9 +1,8 @@
 """Find a scene by name or file, read it, apply ``key=value`` changes, check it."""
 
 import contextlib
-import copy
 import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -98,7 +97,10 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
             f"{origin} = {changes!r}: must be a mapping of dotted keys to values, e.g. "
             "{'balls.mass': 0.002}"
         )
-    raw = copy.deepcopy(scene.as_mapping())
+    # Sections that no change goes into are passed on as they have been checked; together with the
+    # others they are seen to like those of any scene.
+    touched = {key.partition(".")[0] for key in changes}
+    raw = scene.with_plain(touched)
     apply(
         raw,
         [
@@ -106,7 +108,9 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
             for key, value in changes.items()
         ],
     )
-    return check_scene(raw, origin)
+    if "effects" in touched:
+        return check_scene(raw, origin)
+    return _checked(raw, scene.effects, [], origin)
 
 
 def with_solver(
@@ -124,23 +128,29 @@ def with_solver(
 
 def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
     """A scene out of nested mappings; ``origin`` names their source in messages."""
-    sections = dict(raw)
     problems: list[str] = []
     effects: dict[str, Any] = {}
     try:
-        if "effects" not in sections:
+        if "effects" not in raw:
             raise ValueError("effects: is missing; add it, if empty as []")
-        named = _effects_model().model_validate(_by_name(sections["effects"]))
+        named = _effects_model().model_validate(_by_name(raw["effects"]))
         effects = {name: getattr(named, name) for name in named.model_fields_set}
         effects = {name: effects[name] for name in effect_classes() if name in effects}
     except ValidationError as error:
         problems += explain(error, ("effects",))
     except ValueError as error:
         problems.append(str(error))
+    return _checked(raw, effects, problems, origin)
+
+
+def _checked(
+    raw: Mapping[str, Any], effects: Mapping[str, Any], problems: Sequence[str], origin: str
+) -> Scene:
+    """The scene with effects that have been checked, unless there have been problems with them."""
     try:
-        checked = Scene.model_validate({**sections, "effects": effects})
+        checked = Scene.model_validate({**raw, "effects": effects})
     except ValidationError as error:
-        problems += explain(error, (), only_own_fields=bool(problems))
+        problems = [*problems, *explain(error, (), only_own_fields=bool(problems))]
     if problems:
         raise SceneError("\n".join(f"{origin}: {problem}" for problem in problems))
     return checked

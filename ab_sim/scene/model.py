@@ -1,6 +1,7 @@
 """The sections of a scene. All values in SI units; angles in rad, speeds in rad/s."""
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, Any
 
 from pydantic import Field, model_validator
@@ -289,10 +290,22 @@ class Scene(Section):
 
     def as_mapping(self) -> dict[str, Any]:
         """The scene as nested plain values, which ``check_scene`` reads back to an equal scene."""
-        left_out = {"effects"} if self.accuracy is None else {"effects", "solver"}
-        mapping = self.model_dump(mode="json", exclude_none=True, exclude=left_out)
-        mapping["effects"] = {name: effect._asdict() for name, effect in self.effects.items()}
-        return mapping
+        return self.with_plain(type(self).model_fields)
+
+    def with_plain(self, keys: Iterable[str]) -> dict[str, Any]:
+        """What is given in the scene, by key: plain values of these keys, the rest as it is."""
+        given = {
+            key: value
+            for key in type(self).model_fields
+            if (value := getattr(self, key)) is not None
+        }
+        if self.accuracy is not None:
+            del given["solver"]
+        wanted = given.keys() & keys
+        given |= self.model_dump(mode="json", exclude_none=True, include=wanted - {"effects"})
+        if "effects" in wanted:
+            given["effects"] = {name: effect._asdict() for name, effect in self.effects.items()}
+        return given
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scene":
@@ -304,7 +317,6 @@ class Scene(Section):
             _check_accuracy,
             _check_sensors,
             _check_start,
-            _check_sensors,
             check_deck,
         ):
             check(self)

@@ -14,6 +14,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate import responses, span
 from ab_sim.integrate.responses import LINES, NODES, NUMBERS
+from ab_sim.integrate.workspace import aligned
 from ab_sim.scene import load_scene
 
 NAME, STEP = "collocation", 0.02
@@ -48,10 +49,8 @@ def true() -> Trajectory:
 
 
 @numba.njit
-def filled(
-    nodes: Any, length: float, c: float, k: float, ends: Any, values: Any, table: Any
-) -> None:
-    responses.fill(nodes, length, c, k, ends, values, table)
+def filled(nodes: Any, length: float, c: float, k: float, values: Any, table: Any) -> None:
+    responses.fill(nodes, 1, length, c, k, values, table)
 
 
 def exactly(until: float, length: float, c: float, k: float, force: Any, state: Any) -> Any:
@@ -70,13 +69,27 @@ def exactly(until: float, length: float, c: float, k: float, force: Any, state: 
 
 @pytest.mark.parametrize(
     ("c", "k"),
-    [(0.0, 0.0), (2.0, 1e4), (300.0, 1e4), (200.0, 1e4), (0.0, 9e4), (714.0, 0.0), (7e4, 0.0)],
+    [
+        (0.0, 0.0),
+        (2.0, 1e4),
+        (300.0, 1e4),
+        (200.0, 1e4),
+        (0.0, 9e4),
+        (0.0, 9.9e5),
+        (0.0, 4e6),
+        (1e-6, 0.0),
+        (714.0, 0.0),
+        (999.0, 0.0),
+        (3e3, 0.0),
+        (7e4, 0.0),
+        (2000.0, 900.0),
+    ],
 )
 def test_responses_to_polynomials_are_exact(c: float, k: float) -> None:
-    length, made = 0.02, responses.nodes()
-    table, values = np.zeros((LINES, NODES)), np.zeros(NODES)
-    ends = np.array([1e-3, 0.1, 0.25, 0.5, 0.6, 0.75, 0.9, 1.0])
-    filled(made, length, c, k, ends, values, table)
+    ends = np.array([1e-3, 0.1, 0.25, 0.5, 0.6, 0.75, 1.0, 1.0])
+    length, made = 0.02, responses.nodes([ends])
+    table = np.zeros((LINES, NODES))
+    filled(made, length, c, k, aligned((1, NODES)), table)
     state = np.array([0.3, -2.0])
     force = np.array([5.0, -20.0, 8.0, 8.0, -5.0, 0.0, -3.0, 12.0])
     nodes = np.polynomial.polynomial.polyval(made.at, force)

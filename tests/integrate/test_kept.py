@@ -64,3 +64,15 @@ def test_what_is_there_is_read_and_written(number: int, size: float, columns: in
 def test_an_array_with_gaps_is_refused() -> None:
     with pytest.raises(ValueError, match=r"shape \(3, 2\) is not C-contiguous: copy it"):
         Kept(outer(1, 1.0, 2)._replace(inner=np.empty((2, 3)).T))
+
+
+def test_the_first_of_the_values_may_be_another() -> None:
+    """The rest stays where it is."""
+    found = np.empty(10)
+    kept = Kept(outer(3, 0.5, 2))
+    read(kept, found)
+    before = found.copy()
+    kept.begin_with(-8)
+    read(kept, found)
+    assert found[0] == -8.0
+    assert found[1:8].tolist() == before[1:8].tolist()

@@ -8,7 +8,8 @@ import pytest
 
 from ab_sim.drive import Drive
 from ab_sim.errors import SceneError
-from ab_sim.scene import check_scene, find_scene, load_scene, scene_names
+from ab_sim.scene import Scene, check_scene, find_scene, load_scene, scene_names
+from ab_sim.scene.changes import REMOVED, Change, apply
 from ab_sim.scene.load import changed_scene
 
 EXPECTED = {
@@ -155,6 +156,68 @@ def test_a_variation_cannot_remove_what_is_not_there() -> None:
     with pytest.raises(SceneError, match="run 3: effects.rolling_fricton: effects has no"):
         changed_scene(scene, {"effects.rolling_fricton": None}, "run 3")
     assert changed_scene(scene, {"balls": scene.as_mapping()["balls"]}, "same") == scene
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"balls.mass": 0.0011},
+        {"balls.mass": -1.0, "rotor.eccentricity": "much"},
+        {"balls.mass": [0.001, 0.002], "start.ball_angles": [0.0, 1.0]},
+        {"balls.count": 3},
+        {"balls.radius": 0.02},
+        {"balls": {"count": 0}, "effects": ["suspension"]},
+        {"effects.suspension.stiffness": 900, "effects.rolling_friction": None},
+        {"effects.ball_contact.restitution_coefficient": 0.5},
+        {"effects.suspension.stiffness": -1, "balls.mass": 1e9},
+        {"effects": None},
+        {"effects": 3},
+        {"profile": None, "start.speed": 100.0},
+        {"profile.target_speed": 1e4},
+        {"profile.variable_speed_period.duration": 0.6},
+        {"profile.variable_speed_period": None},
+        {"sensors.pickup.bandwidth": 100.0, "solver.step": 0.003},
+        {"sensors.pickup": None},
+        {"accuracy.angle": 1e-6},
+        {"accuracy.angle": 1e-6, "solver.step": 0.001},
+        {"start.deck.tilt": [0.1, 0.0, 0.0]},
+        {"start.deck.position": [1e-5, 0.0], "duration": 7},
+        {"rotor.mass": 0.2},
+        {"race": 3, "balls.mass": None},
+        {"name": "another", "no.such.key": 1},
+    ],
+)
+@pytest.mark.parametrize("name", ["thesis-hold", "on-edge", "feeding-deck"])
+def test_a_changed_scene_is_what_a_check_of_the_whole_makes_of_it(name: str, changes: Any) -> None:
+    """Though only those of its sections are looked at again that a change goes into."""
+    scene, found = load_scene(name), []
+
+    def whole() -> Scene:
+        raw = scene.as_mapping()
+        apply(
+            raw,
+            [Change(k, REMOVED if v is None else v, f"it: {k}") for k, v in changes.items()],
+        )
+        return check_scene(raw, "it")
+
+    for made in (whole, lambda: changed_scene(scene, changes, "it")):
+        try:
+            found.append(made())
+        except SceneError as error:
+            found.append(str(error))
+    assert found[0] == found[1]
+    if isinstance(found[0], Scene):
+        assert found[0].as_mapping() == found[1].as_mapping()
+
+
+def test_a_change_leaves_alone_what_it_is_made_of() -> None:
+    profile = {"kind": "start_up", "acceleration": 40.0, "target_speed": 200.0}
+    made = changed_scene(
+        load_scene("thesis-hold"), {"profile": profile, "profile.acceleration": 30.0}, "test"
+    )
+    assert made.profile is not None and made.profile.acceleration == 30.0
+    assert profile["acceleration"] == 40.0
 
 
 JUST_BEYOND = [

@@ -1,6 +1,7 @@
 """A deck in the plane, from a scene."""
 
 import math
+from typing import Any
 
 import numpy as np
 from scipy.optimize import root
@@ -23,6 +24,11 @@ from ab_sim.dynamics.system import (
 )
 from ab_sim.errors import SceneError, exact
 from ab_sim.scene.model import Scene
+
+_DIRECTIONS = np.array([[math.cos(a), math.sin(a)] for a in math.pi * np.arange(8) / 8]).T
+"""In which the suspension is looked at."""
+_AWAY, _PASSING = np.array([[1.0], [-1.0], [0.0]]), np.array([[0.0], [0.0], [1.0]])
+"""Displaced, the other way, and passing the place of rest."""
 
 
 def carrier_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
@@ -59,14 +65,13 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     """
     body, effects = system.carrier, system.effects
     mass = body.total_mass - float(system.balls[:, MASS].sum())
-    poles = np.concatenate(
-        [
-            np.roots([mass, *_resistance(effects, body, along)])
-            for along in np.linspace(0.0, math.pi, 8, endpoint=False)
-        ]
-    )
-    turning = [pole + 1j * (top_speed if pole.imag >= 0 else -top_speed) for pole in poles]
-    return {f"the deck's whirl at {exact(top_speed)} rad/s": complex(max(turning, key=abs))}
+    damping, stiffness = _resistances(effects, body)
+    mean, apart = damping / (2.0 * mass), stiffness / mass
+    half = np.sqrt(mean**2 - apart + 0j)
+    poles = np.concatenate([-mean + half, -mean - half])
+    turning = poles + 1j * np.where(poles.imag >= 0, top_speed, -top_speed)
+    fastest = complex(turning[np.abs(turning).argmax()])
+    return {f"the deck's whirl at {exact(top_speed)} rad/s": fastest}
 
 
 def yields_of(system: System) -> list[np.ndarray]:
@@ -162,17 +167,23 @@ def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
     return float(deck_energy(effects, deck) + space_energy(effects, deck))
 
 
-def _resistance(effects: tuple[object, ...], body: Planar, along: float) -> tuple[float, float]:
-    """Damping and stiffness against small displacements from rest in one direction."""
-    c, s = math.cos(along), math.sin(along)
+def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray, np.ndarray]:
+    """Damping and stiffness against small displacements from rest, in all directions."""
     # Far enough from rest for a cubic spring to count: as far as the deck hangs, or 10 e.
     far = max(10.0 * body.eccentricity, math.hypot(body.sag_x, body.sag_y), 1e-9)
+    c, s = _DIRECTIONS
+    moved = np.concatenate([far * _AWAY * _DIRECTIONS[:, None], _PASSING * _DIRECTIONS[:, None]])
+    try:
+        f1, f2 = _force(effects, Deck(*moved))
+    except (TypeError, ValueError):
+        # An effect that branches on its numbers takes them one by one.
+        each = [_force(effects, Deck(*one)) for one in moved.reshape(4, -1).T.tolist()]
+        f1, f2 = np.array(each).T.reshape(2, *moved.shape[1:])
+    there, back, passing = np.broadcast_to(-(c * f1 + s * f2), moved.shape[1:])
+    return passing, (there - back) / (2.0 * far)
 
-    def resisting(moved: Deck) -> float:
-        f, g = deck_force(effects, moved), space_force(effects, moved)
-        return float(-(c * (f[0] + g[0]) + s * (f[1] + g[1])))
 
-    stiffness = (
-        resisting(Deck(far * c, far * s, 0.0, 0.0)) - resisting(Deck(-far * c, -far * s, 0.0, 0.0))
-    ) / (2.0 * far)
-    return resisting(Deck(0.0, 0.0, c, s)), stiffness
+def _force(effects: tuple[object, ...], deck: Deck) -> tuple[Any, Any]:
+    """Of the suspension [N], at a place of the deck or at many."""
+    f, g = deck_force(effects, deck), space_force(effects, deck)
+    return f[0] + g[0], f[1] + g[1]

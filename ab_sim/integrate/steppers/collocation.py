@@ -36,7 +36,13 @@ from ab_sim.integrate.fixed_step import unwind
 from ab_sim.integrate.left_out import COEFFICIENTS, last_coefficients
 from ab_sim.integrate.on_stack import own_array, own_room, room_of
 from ab_sim.integrate.registry import Parameter, register_family
-from ab_sim.integrate.response_tables import LINES_EACH, OWN, SAMPLES, linear_part
+from ab_sim.integrate.response_tables import (
+    LINES_EACH,
+    OWN,
+    SAMPLES,
+    linear_part,
+    sample_instants,
+)
 from ab_sim.integrate.responses import NODES, Nodes, gauss, nodes
 from ab_sim.integrate.samples import ANGLE, along, record, row_width
 from ab_sim.integrate.span import (
@@ -109,7 +115,7 @@ def growth_of(z: complex) -> complex:
 @register_family("collocation", {"tolerance": TOLERANCE, "steps": STEPS})
 def collocation(tolerance: float, steps: float) -> Stepper:
     """The method with a tolerance [rad], and a number of steps in a span."""
-    own, lines = nodes(), aligned((COEFFICIENTS + NODES, NODES))
+    own, lines = nodes(sample_instants()), aligned((COEFFICIENTS + NODES, NODES))
     lines[AT], lines[SHARE] = gauss(NODES)
     lines[COEFFICIENTS:] = last_coefficients(lines[AT], lines[SHARE])
     return Stepper(
