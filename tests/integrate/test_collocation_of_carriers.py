@@ -110,7 +110,7 @@ def test_errors_are_what_was_asked_for(kind: Callable[..., Scene], tolerance: fl
     ],
 )
 def test_scenes_at_random_are_as_exact_as_asked(plant: str, seed: int) -> None:
-    """Where errors hardly grow by themselves; benchmarks/collocation_at_random.py has the others."""
+    """Where errors hardly grow by themselves: benchmarks/collocation_at_random.py has others."""
     angles = []
     for name, step, own in (("rk8", 2e-4, {}), ("collocation", 4e-3, {"tolerance": 1e-9})):
         solver = {"stepper": name, "step": step, "parameters": own}
