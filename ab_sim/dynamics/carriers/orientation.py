@@ -8,6 +8,12 @@ from ab_sim.dynamics.dispatch import INLINED
 
 
 @register_jitable(**INLINED)
+def quaternion_of(state: Any) -> Any:
+    """It turns deck axes to the ground's."""
+    return state[3], state[4], state[5], state[6]
+
+
+@register_jitable(**INLINED)
 def turn_of(state: Any) -> Any:
     """The turn from deck axes to the ground's, row by row: nine numbers."""
     w, x, y, z = state[3], state[4], state[5], state[6]

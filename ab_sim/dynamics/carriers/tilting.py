@@ -37,12 +37,13 @@ from numba.extending import register_jitable
 from ab_sim.dynamics.carriers.facts import carrier
 from ab_sim.dynamics.carriers.orientation import (
     half_product,
+    quaternion_of,
     to_deck,
     to_ground,
     turn_of,
     turning_of,
 )
-from ab_sim.dynamics.carriers.own_motion import FROM_MODES, TO_MODES
+from ab_sim.dynamics.carriers.own_motion import into_modes, out_of_modes
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import angle_at, rate_at
 from ab_sim.dynamics.race.ball import ball_of, place_from_shaft, relative_load
@@ -409,46 +410,6 @@ class Tilting(NamedTuple):
 def _symmetric(six: Any) -> np.ndarray:
     xx, yy, zz, xy, xz, yz = six
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-@register_jitable(**INLINED)
-def quaternion_of(state: Any) -> Any:
-    """It turns deck axes to the ground's."""
-    return state[3], state[4], state[5], state[6]
-
-
-@register_jitable(**INLINED)
-def row_times(own: Any, r: int, x: Any, y: Any, z: Any, a: Any, b: Any, c: Any) -> Any:
-    """Line r of a table times six numbers."""
-    one = own[r, 0] * x + own[r, 1] * y + own[r, 2] * z
-    return one + (own[r, 3] * a + own[r, 4] * b + own[r, 5] * c)
-
-
-@register_jitable(**INLINED)
-def into_modes(own: Any, place: Any, turn: Any, out: Any) -> None:
-    """Coordinates of a place and a quaternion, or their rates of those of these."""
-    x, y, z = place
-    w, a, b, c = turn
-    for q in range(6):
-        out[q] = row_times(own, TO_MODES + q, x, y, z, a, b, c)
-    out[6] = own[TO_MODES + 6, 6] * w
-
-
-@register_jitable(**INLINED)
-def out_of_modes(own: Any, x: Any) -> Any:
-    """The reverse of ``into_modes``."""
-    first, six = FROM_MODES, (x[0], x[1], x[2], x[3], x[4], x[5])
-    place = (
-        row_times(own, first, *six),
-        row_times(own, first + 1, *six),
-        row_times(own, first + 2, *six),
-    )
-    return place, (
-        own[first + 6, 6] * x[6],
-        row_times(own, first + 3, *six),
-        row_times(own, first + 4, *six),
-        row_times(own, first + 5, *six),
-    )
 
 
 @register_jitable(**INLINED)
