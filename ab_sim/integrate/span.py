@@ -7,26 +7,30 @@ and balls is exact (responses.py), however stiff, and at any instant of the span
 
 A span is kept whole in a run's memory, which belongs to the state. Its lines are f of each state
 that is a velocity, at the nodes, and the slope of what else there is; the state at the beginning,
-in the first column of as many lines more; and the head.
+in the first column of as many lines more; the head; and a line for who goes over events.
 """
 
 import math
 
 import numba
 
-from ab_sim.dynamics.dispatch import APART, INLINED
+from ab_sim.dynamics.dispatch import APART, INLINED, only_if
 from ab_sim.dynamics.layout import angle_at, rate_at, state_count, state_size
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.numbers.across import product, total
 from ab_sim.dynamics.numbers.cos_sin import SMALL, cos_sin, turned
 from ab_sim.dynamics.numbers.lanes import as_lanes
+from ab_sim.dynamics.race.elimination import sticks
+from ab_sim.dynamics.race.race import race_of
 from ab_sim.dynamics.race.table import COS, SIN
 from ab_sim.dynamics.slope import evaluate
 from ab_sim.dynamics.spindle_motion import spindle_motion
 from ab_sim.dynamics.system import (
+    RACE_RADIUS,
     Plant,
     ball_count,
     carrier_ways,
+    has_friction,
     own_motion,
     segment_speed,
     turn,
@@ -251,13 +255,28 @@ def iterate(plant, spindle, axes, at, still, slope, free, force, first, numbers)
     book(system.ledger, plant, spindle, at, slope)
     if n == 0:
         return total(change), total(all_of) + TINY
-    change = 0.0 * change
+    # Balls that friction holds say nothing of what the deck does.
+    said = numbers[first + NUMBERS, LAST_UNIT] / system.balls[0, RACE_RADIUS]
+    change *= said if any_sticks(plant) else 0.0
     for i in range(n):
         table, _, v = place_of(system, first, ways + i)
         new = slope[v] + numbers[table + NUMBERS, DAMPING] * at[v]
         change += abs(new - force[ways + i]) * numbers[table + NUMBERS, LAST_UNIT]
         force[ways + i] = new
     return total(change), 1.0
+
+
+@numba.njit(**INLINED)
+def _any_sticks(plant):  # type: ignore[no-untyped-def]
+    race = race_of(plant)
+    for i in range(ball_count(plant.system)):
+        if sticks(race, i):
+            return True
+    return False
+
+
+any_sticks = only_if(has_friction, _any_sticks)
+"""Whether friction holds a ball; ``(plant)``."""
 
 
 @numba.njit(**INLINED)

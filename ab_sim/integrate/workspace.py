@@ -32,7 +32,7 @@ class Workspace(NamedTuple):
     of them, and for the tables of drag_response."""
     memory: np.ndarray
     """What a stepper carries from one step to the next, shape (rows, states); of one that takes
-    spans the last one, shape (2 states + 1, 8)."""
+    spans the last one, shape (2 states + 2, 8)."""
     tables: np.ndarray
     """What it keeps for as long as it serves, shape (lines, 8)."""
     bounds: np.ndarray
@@ -83,7 +83,7 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
             (1 + nodes) * balls + table_rows(balls, nodes, accelerations),
             1 + nodes,
         ),
-        memory=aligned((2 * states + 1, EIGHT) if stepper.spans else (stepper.memory, states)),
+        memory=aligned((2 * states + 2, EIGHT) if stepper.spans else (stepper.memory, states)),
         tables=aligned((stepper.tables * (2 + balls), EIGHT)),
         bounds=bounds,
         margin=aligned((margins,)),

@@ -32,16 +32,28 @@ from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
 from ab_sim.dynamics.slope import evaluate, inlined_evaluate
 from ab_sim.dynamics.system import Plant, ball_count, carrier_outputs, own_motion, segment_speed
 from ab_sim.integrate.events import within_bounds
-from ab_sim.integrate.fixed_step import record, unwind
+from ab_sim.integrate.fixed_step import record, room_kept, unwind
+from ab_sim.integrate.hand_over import (
+    GOOD,
+    PIECES,
+    before_events,
+    bounds_within_pieces,
+    due,
+    given_up,
+    hand_over,
+    keep_good,
+    line_of,
+    look,
+    reach_of,
+)
 from ab_sim.integrate.left_out import COEFFICIENTS
-from ab_sim.integrate.on_stack import own_array, own_room, room_of
+from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.response_tables import LINES_EACH, SAMPLES
 from ab_sim.integrate.responses import NODES, Nodes, gauss, nodes
 from ab_sim.integrate.span import (
     AHEAD,
     AT,
-    SAMPLES_IN,
     SHARE,
     STEP,
     TAKEN,
@@ -51,6 +63,7 @@ from ab_sim.integrate.span import (
     states_in_span,
 )
 from ab_sim.integrate.stepper import Stepper
+from ab_sim.integrate.steppers.rk8 import RK8
 from ab_sim.integrate.workspace import aligned
 
 PARTS = 64
@@ -73,6 +86,12 @@ class Weights(NamedTuple):
     """rad."""
     steps: float
     """In a span; 0 as many as the tolerance allows."""
+    bounds: np.ndarray
+    """``hand_over.bounds_within_pieces``."""
+    over_events: Any
+    """Weights of the stepper that steps with events are handed over to."""
+    reach: float
+    """Rates times steps at which that one leaves as much of an error."""
 
     def march(self, *arguments: Any) -> Any:
         """See ``Stepper.weights``."""
@@ -109,20 +128,23 @@ def collocation(tolerance: float, steps: float) -> Stepper:
         power = NODES - 1 - back
         values = legendre.legval(2.0 * lines[AT] - 1.0, [0.0] * power + [1.0])
         lines[COEFFICIENTS + back] = (2 * power + 1) * lines[SHARE] * values
+    bounds = bounds_within_pieces(lines[AT])
+    near = aligned(bounds.shape)
+    near[:] = bounds
     return Stepper(
         "collocation",
         2 * NODES,
         "Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339, on Gauss nodes",
-        Weights(own, lines, tolerance, steps),
+        Weights(own, lines, tolerance, steps, near, RK8.weights, reach_of(tolerance)),
         evaluations=5 * NODES,
         growth=growth_of,
-        slopes=1,
+        slopes=RK8.slopes,
         spans=True,
         parts=PARTS,
         tables=LINES_EACH,
         solves_drag=True,
         solves_own_motion=True,
-        locates_events=False,
+        over_events=RK8,
         priced=False,
     )
 
@@ -133,12 +155,15 @@ def collocate(  # type: ignore[no-untyped-def]
 ):
     """``fixed_step.advance``."""
     first, nominal, offset = clock
-    plant = Plant(system, place, modes, room_of(system, work))
-    head, steps, done = work.memory[head_at(system, state)], rows.shape[0], 0
+    plant = Plant(system, place, modes, room_kept(system, work))
+    head, line = work.memory[head_at(system, state)], line_of(system, state, work)
+    steps, done = rows.shape[0], 0
     if sample.size > 0:
         begin = (first * nominal - start) + offset
         evaluate(plant, begin, state, work.slopes[0])
         record(plant, begin, state, sample)
+    elif steps == 0 and head[STEP] != length:
+        look(plant, weights, start, clock, length, state, work, events, rows, sample)
     size, states = state_count(system, state), state_size(system, state)
     width = states + carrier_outputs(system.carrier) + 1
     numbers, kept = own_array(0.0, (state.size, NODES)), own_array(0.0, (width, NODES))
@@ -146,20 +171,37 @@ def collocate(  # type: ignore[no-untyped-def]
     slope = own_array(at[0], (size,))
     own = Plant(system, place, modes, own_room(system, ball_count(system), at[0]))
     while done < steps:
-        if head[TAKEN] == head[SAMPLES_IN] or head[STEP] != length:
+        if head[TAKEN] == line[GOOD] or head[STEP] != length:
+            now = first + done, nominal, offset
+            count = min(due(plant, length, state, work), steps - done)
+            if count > 0:
+                ahead = rows[done : done + count]
+                taken = hand_over(
+                    plant, weights, start, now, length, state, work, events, ahead, sample
+                )
+                done += taken
+                if taken < count:
+                    return done
+                continue
             begin = ((first + done) * nominal - start) + offset
             unwind(plant, state)
+            if head[STEP] != length:
+                look(plant, weights, start, now, length, state, work, events, rows, sample)
             whole = (place.until - begin) / length + 1e-6 if length == nominal else 1.0
             if not take_span(weights, plant, begin, length, whole, state, work):
+                if given_up(plant, state, work):
+                    continue
                 for j in range(width):
                     rows[done, j] = np.nan
                 return done
+            if line[GOOD] == 0.0:
+                continue
         taken = int(head[TAKEN])
         group = taken // NODES
         time = states_in_span(weights, own, group, state, work, at)
         inlined_evaluate(own, time, at, slope)
         record(own, time, at, row)
-        until = min(taken + steps - done, int(head[SAMPLES_IN]), (group + 1) * NODES)
+        until = min(taken + steps - done, int(line[GOOD]), (group + 1) * NODES)
         sound = all_within_bounds(system, at, work.bounds)
         for lane in range(taken - group * NODES, until - group * NODES):
             for j in range(width):
@@ -224,9 +266,15 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
         error, within = solve_span(weights, plant, at, share, samples, allowed, trial, work)
         if error <= allowed:
             done += size
+            good = before_events(plant, weights, state, work)
             size = next_size(weights, size, error, within)
             head[AHEAD] = size
-            if done < PARTS:
+            if done >= PARTS:
+                keep_good(plant.system, good * samples // PIECES, state, work)
+            elif good < PIECES:
+                keep_good(plant.system, 0, state, work)
+                return True
+            else:
                 go_to_end(weights, plant, state, work)
                 while size > (done & -done):
                     size //= 2
