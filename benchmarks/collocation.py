@@ -48,6 +48,23 @@ CASES: dict[str, tuple[str, ...]] = {
     "gravity": ("effects.gravity.tilt=1.5707963",),
     "runout": ("effects.race_runout.offset_1=1e-5", "effects.race_runout.offset_2=0",
                "effects.race_runout.lobe=0", "effects.race_runout.lobe_angle=0"),
+    "as shipped": ("effects.rolling_friction.arm=1e-6",),
+    "stick-slip": (
+        "effects.rolling_friction.arm=3e-4",
+        "effects.gravity.tilt=0.32",
+        "effects.viscous_drag.coefficient=0.05",
+        "profile=",
+        "start.speed=30",
+        "start.ball_angles=[0.5,2.5]",
+    ),
+    "packed row": (
+        "balls.count=4",
+        "balls.mass=5e-4",
+        "start.ball_angles=",
+        "effects.viscous_drag.coefficient=0.5",
+        "effects.rolling_friction.arm=1e-6",
+        "effects.ball_contact.restitution_coefficient=0.6",
+    ),
 }  # fmt: skip
 """What is changed in each."""
 METHODS = [("rk8", h, None) for h in (0.005, 0.0025, 0.001)] + [

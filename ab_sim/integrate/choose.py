@@ -66,10 +66,11 @@ def check_parts(
     most, what = largest_step(other, rates)
     if step <= most * stepper.parts:
         return
+    able = for_stiff_drag().name
     raise SceneError(
         f"solver.step = {exact(step)} s: {stepper.name} leaves steps with events to {other.name}, "
         f"which goes over them in at most {stepper.parts} parts, each stable up to {most:g} s "
-        f"because of {what}; use at most {most * stepper.parts:g} s, or name {for_stiff_drag().name}"
+        f"because of {what}; use at most {most * stepper.parts:g} s, or name {able}"
     )
 
 

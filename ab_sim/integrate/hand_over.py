@@ -47,8 +47,8 @@ WORTH = 8
 """Samples that spans have to bring between two hand-overs."""
 MOST = 128
 """Steps that are handed over at once."""
-FINEST = 64
-"""Parts of a step in which the other stepper goes over it."""
+PARTS = 64
+"""The finest parts of a step, whichever stepper goes over it."""
 REACH, ERROR, ORDER = 0.7, 3e-14, 8
 """The other stepper, rk8, leaves this ERROR [rad] of a run's angles where REACH is what rates times
 its steps come to (drag 714 1/s in steps of 1 ms), and as its order says elsewhere."""
@@ -224,6 +224,6 @@ def parts_of(weights, plant, begin, length):  # type: ignore[no-untyped-def]
     for i in range(ball_count(system)):
         rate = max(rate, drag_rate_of(system, i))
     parts = 1
-    while parts < FINEST and rate * length > weights.reach * parts:
+    while parts < PARTS and rate * length > weights.reach * parts:
         parts *= 2
     return parts

@@ -225,22 +225,6 @@ def test_a_step_without_a_solution_is_told() -> None:
         drive.advance(200)
 
 
-MOTOR = {"rotor_inertia": 2.9e-5, "torque_limit": 1e-3, "proportional_gain": 1e-3}
-
-
-@pytest.mark.parametrize(
-    ("effects", "words"),
-    [
-        ({"race_friction": {"coefficient": 1e-5}}, "cannot be cut at events"),
-        ({"ball_contact": {"restitution_coefficient": 0.5}}, "cannot be cut at events"),
-        ({"motor": MOTOR}, "cannot be cut at events"),
-    ],
-)
-def test_what_has_events_is_refused(effects: Any, words: str, scene: Any) -> None:
-    with pytest.raises(SceneError, match=f"solver.stepper = 'collocation': .*{words}"):
-        Drive(scene(effects=effects, solver={"stepper": NAME}, start={"ball_angles": [0, 1]}))
-
-
 def test_a_deck_in_space_is_refused() -> None:
     with pytest.raises(SceneError, match="'collocation': is for a deck that moves in the plane"):
         Drive(load_scene("feeding-deck", [f"solver.stepper={NAME}"]))

@@ -12,6 +12,8 @@ belongs to the state, with how many of its samples have been taken. A command in
 drops the rest of it, and the next begins at the very sample that was the present. No span goes
 beyond the end of a piece of the speed profile.
 
+Steps in which a law might take another branch are another stepper's: see integrate/hand_over.py.
+
 Of order 16 at the end of a span where the iterations are carried far enough: Gauss nodes, Hairer,
 Norsett, Wanner, Solving Ordinary Differential Equations I, II.7; Hochbruck and Ostermann (2005),
 Appl. Numer. Math. 53, 323-339: exponential collocation.
@@ -35,6 +37,7 @@ from ab_sim.integrate.events import within_bounds
 from ab_sim.integrate.fixed_step import record, room_kept, unwind
 from ab_sim.integrate.hand_over import (
     GOOD,
+    PARTS,
     PIECES,
     before_events,
     bounds_within_pieces,
@@ -66,8 +69,6 @@ from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.rk8 import RK8
 from ab_sim.integrate.workspace import aligned
 
-PARTS = 64
-"""The finest parts of a step; one that cannot be solved is given up: its result is not finite."""
 FIRST_TURN = 0.5
 """How far the spindle turns at most in a first span, or the deck goes in its cycle [rad]."""
 LARGEST = 1e300
