@@ -90,9 +90,9 @@ def bounds_within_pieces(nodes: np.ndarray) -> np.ndarray:
 
 
 @numba.njit(**INLINED)
-def line_of(system, state, work):  # type: ignore[no-untyped-def]
-    """The memory's line behind the head."""
-    return work.memory[head_at(system, state) + 1]
+def line_at(system, state):  # type: ignore[no-untyped-def]
+    """Which line of the memory is the one behind the head."""
+    return head_at(system, state) + 1
 
 
 @numba.njit(**APART)
@@ -133,14 +133,17 @@ weights, state, work)``."""
 @numba.njit(**INLINED)
 def keep_good(system, good, state, work):  # type: ignore[no-untyped-def]
     """Take so many samples of the span in memory to be good."""
-    line = line_of(system, state, work)
+    line = work.memory[line_at(system, state)]
     line[GOOD] = good
     line[SINCE] += good
 
 
 @numba.njit(**INLINED)
 def _due(plant, length, state, work):  # type: ignore[no-untyped-def]
-    head, line = work.memory[head_at(plant.system, state)], line_of(plant.system, state, work)
+    head, line = (
+        work.memory[head_at(plant.system, state)],
+        work.memory[line_at(plant.system, state)],
+    )
     if head[STEP] == length and line[GOOD] < head[SAMPLES_IN]:
         line[AT_ONCE] = 1.0 if line[SINCE] >= WORTH else min(max(2.0 * line[AT_ONCE], 1.0), MOST)
         line[REST], line[SINCE] = line[AT_ONCE], 0.0
@@ -155,7 +158,10 @@ length, state, work)``, the length of steps [s]."""
 
 @numba.njit(**INLINED)
 def _given_up(plant, state, work):  # type: ignore[no-untyped-def]
-    head, line = work.memory[head_at(plant.system, state)], line_of(plant.system, state, work)
+    head, line = (
+        work.memory[head_at(plant.system, state)],
+        work.memory[line_at(plant.system, state)],
+    )
     head[SAMPLES_IN], head[TAKEN], line[GOOD] = 1.0, 0.0, 0.0
     return True
 
@@ -203,7 +209,7 @@ def _hand_over(plant, weights, start, clock, length, state, work, events, rows, 
                 ):
                     return done
             done += 1
-    line_of(system, state, work)[REST] -= done
+    work.memory[line_at(system, state)][REST] -= done
     return done
 
 

@@ -45,7 +45,7 @@ from ab_sim.integrate.hand_over import (
     given_up,
     hand_over,
     keep_good,
-    line_of,
+    line_at,
     look,
     reach_of,
 )
@@ -157,7 +157,7 @@ def collocate(  # type: ignore[no-untyped-def]
     """``fixed_step.advance``."""
     first, nominal, offset = clock
     plant = Plant(system, place, modes, room_kept(system, work))
-    head, line = work.memory[head_at(system, state)], line_of(system, state, work)
+    head, line = work.memory[head_at(system, state)], work.memory[line_at(system, state)]
     steps, done = rows.shape[0], 0
     if sample.size > 0:
         begin = (first * nominal - start) + offset
