@@ -109,14 +109,16 @@ def _before_events(plant, weights, state, work):  # type: ignore[no-untyped-def]
     margin, rate = own_array(at[0], (size,)), own_array(at[0], (size,))
     rounding = own_array(at[0], (size,))
     margins(race_of(own), at, slope, margin, rounding, rate)
+    coefficients = own_array(0.0, (1, NODES))
+    last = as_lanes(coefficients)
     lines, bounds, end = as_lanes(weights.lines), as_lanes(weights.bounds), PIECES
     for slot in range(size):
         values = margin[slot]
         mean = total(values) / NODES
         if mean > FAR * total(abs(values - mean)):
             continue
-        doubt = abs(total(lines[COEFFICIENTS] * values))
-        doubt += abs(total(lines[COEFFICIENTS + 1] * values))
+        last[0] = product(lines, COEFFICIENTS, values)
+        doubt = abs(coefficients[0, 0]) + abs(coefficients[0, 1])
         for piece in range(end):
             lowest = product(bounds, NODES * piece, values)
             if total(where_less(lowest, doubt, 1.0, 0.0)) > 0.0:

@@ -1,19 +1,33 @@
 """What a span of collocation leaves out of the motion, by the polynomials that it found."""
 
 import numba
+import numpy as np
+from numpy.polynomial import legendre
 
 from ab_sim.dynamics.dispatch import INLINED
-from ab_sim.dynamics.numbers.across import total
+from ab_sim.dynamics.numbers.across import product
+from ab_sim.dynamics.numbers.lanes import as_lanes
 from ab_sim.dynamics.system import RACE_RADIUS, ball_count, carrier_ways
+from ab_sim.integrate.on_stack import own_array
 from ab_sim.integrate.response_tables import place_of, up_to_samples
-from ab_sim.integrate.responses import BEYOND, NUMBERS
+from ab_sim.integrate.responses import BEYOND, NODES, NUMBERS
 
 COEFFICIENTS = 2
-"""Of the lines of a stepper's weights the first of four that give the last coefficients of a
-polynomial through the nodes by Legendre's, the last first."""
+"""Of the lines of a stepper's weights the first of eight that make of a polynomial's values at the
+nodes its last four coefficients by Legendre's, the last first."""
 FALLS = 1e-3
 """How fast coefficients are taken to fall at most, from one pair to the next."""
 TINY = 1e-300
+
+
+def last_coefficients(nodes: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """The lines COEFFICIENTS are the first of, shape (8, 8), from the nodes and their weights."""
+    found = np.zeros((NODES, NODES))
+    for back in range(4):
+        power = NODES - 1 - back
+        values = legendre.legval(2.0 * nodes - 1.0, [0.0] * power + [1.0])
+        found[:, back] = (2 * power + 1) * shares * values
+    return found
 
 
 @numba.njit(**INLINED)
@@ -26,15 +40,21 @@ def left_out(system, first, numbers, lines, force):  # type: ignore[no-untyped-d
     are right there for polynomials of twice the degree.
     """
     n, ways = ball_count(system), carrier_ways(system.carrier)
-    samples, error, within = up_to_samples(system, first, 0) - first, 0.0, 0.0
+    samples = up_to_samples(system, first, 0) - first
+    kept = own_array(0.0, (2, NODES))
+    sums = as_lanes(kept)
+    sums[0] = sums[1] = 0.0
     for q in range(ways + n):
         table = place_of(system, first, q)[0] + NUMBERS
         scale = 1.0 / system.balls[0, RACE_RADIUS] if n > 0 and q < ways else 1.0
-        last = abs(total(lines[COEFFICIENTS] * force[q]))
-        last += abs(total(lines[COEFFICIENTS + 1] * force[q]))
-        before = abs(total(lines[COEFFICIENTS + 2] * force[q]))
-        before += abs(total(lines[COEFFICIENTS + 3] * force[q]))
-        last *= scale * min(max(last / (before + TINY), FALLS), 1.0)
-        error += last * numbers[table + samples, BEYOND] if n > 0 else last
-        within += last * numbers[table, BEYOND] if n > 0 else last
-    return error, within
+        last = abs(product(lines, COEFFICIENTS, force[q])) * scale
+        sums[0] += last * (numbers[table + samples, BEYOND] if n > 0 else 1.0)
+        sums[1] += last * (numbers[table, BEYOND] if n > 0 else 1.0)
+    return continued(kept, 0), continued(kept, 1)
+
+
+@numba.njit(**INLINED)
+def continued(kept, row):  # type: ignore[no-untyped-def]
+    """What comes after the last two pairs of coefficients, if it falls as they do."""
+    last, before = kept[row, 0] + kept[row, 1], kept[row, 2] + kept[row, 3]
+    return last * min(max(last / (before + TINY), FALLS), 1.0)

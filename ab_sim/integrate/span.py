@@ -71,10 +71,10 @@ SETTLED = 1e-10
 FED_BACK = 1.0 / 70.0
 """Of an error within a span, what an iteration makes of it, and so the motion at its end."""
 
-SPAN, SAMPLES_IN, TAKEN, BEGIN, COS_MOVED, SIN_MOVED, STEP, AHEAD = range(8)
+SPAN, SAMPLES_IN, TAKEN, BEGIN, MOVED, STEP, AHEAD, WAIT = range(8)
 """The memory's head: length of the span [s]; how many samples there are in it, and how many have
-been taken; local time of its beginning [s]; cosine and sine of the angle that the rotor's axes make
-in it; from one sample to the next [s]; and what only the stepper knows."""
+been taken; local time of its beginning [s]; the angle that the rotor's axes make in it; from one
+sample to the next [s]; and what only the stepper knows, twice."""
 
 
 @numba.njit(**INLINED)
@@ -100,7 +100,8 @@ def begin_anew(plant, begin, length, state, work):  # type: ignore[no-untyped-de
     for i in range(n):
         at = rate_at(system, i)
         memory[at] = slope[at] + drag_rate_of(system, i) * state[at]
-    head[SPAN], head[COS_MOVED], head[SIN_MOVED] = length, 1.0, 0.0
+    head[SPAN] = length
+    head[MOVED] = head[WAIT] = 0.0
 
 
 @numba.njit(**INLINED)
@@ -138,7 +139,7 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
         at[j] = state[j]
     for q in range(ways + n):
         force[q] = product(tables, CARRY, memory[place_of(system, first, q)[2]])
-    c, s = head[COS_MOVED], head[SIN_MOVED]
+    c, s = cos_sin(head[MOVED])
     # Here and below two axes: of a carrier whose own motion is one along each.
     force[0], force[1] = c * force[0] + s * force[1], c * force[1] - s * force[0]
     for q in range(ways + n):
@@ -186,9 +187,8 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
         memory[j] = slope[j]
     for q in range(ways + n):
         memory[place_of(system, first, q)[2]] = force[q]
-    c, s = cos_sin(length * total(lines[SHARE] * w))
     head[SPAN], head[SAMPLES_IN], head[TAKEN], head[BEGIN] = length, samples, 0.0, begin
-    head[COS_MOVED], head[SIN_MOVED] = c, s
+    head[MOVED] = length * total(lines[SHARE] * w)
     return error, within
 
 

@@ -106,11 +106,11 @@ def children_of(parent: int) -> list[int]:
 
 
 def test_ctrl_c_ends_all_processes_and_keeps_what_is_done() -> None:
-    """A map that would take a minute, of a drag that no earlier run has kept."""
+    """A map of a million points, of a drag that no earlier run has kept."""
     drag = 0.2 + 1e-9 * (time.time_ns() % 10**6)
     program = Program(
         "ab_sim", "stability", "nsc-case-3", "--set", f"effects.viscous_drag.coefficient={drag!r}",
-        "--map", "speed=60:500:400,effects.suspension.damping=1:121:401", "--coarse", "2",
+        "--map", "speed=60:500:1000,effects.suspension.damping=1:121:1001", "--coarse", "1",
     )  # fmt: skip
     while len(started := children_of(program.process.pid)) < 2:
         assert program.process.poll() is None, program.process.communicate()

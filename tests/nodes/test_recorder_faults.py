@@ -1,6 +1,7 @@
 """What befalls viewer, disk, drive, wire and recorder: it is said, counted, and recovered from."""
 
 import os
+import re
 import resource
 import signal
 from collections.abc import Iterator
@@ -179,12 +180,14 @@ class FakeDrive:
         from ab_msgs_py.samples import description_message
 
         self._lives += 1
+        before = self._files_begun()
         what = describe(channels=NAMES, run=f"life {self._lives}", effects=[])
         self._description.publish(description_message(what))
-        self._fleet.until(
-            lambda: self._fleet.log("recorder").count("recording to /") > self._lives - 1,
-            "the recorder has heard of it",
-        )
+        self._fleet.until(lambda: self._files_begun() > before, "the recorder has heard of it")
+
+    def _files_begun(self) -> int:
+        # Where it will record, it says before: that line goes on.
+        return len(re.findall(r"recording to \S+\.rrd$", self._fleet.log("recorder"), re.MULTILINE))
 
     def block(self, first: int, last: int) -> None:
         from ab_msgs_py import Block

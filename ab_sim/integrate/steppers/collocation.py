@@ -25,7 +25,6 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numpy.polynomial import legendre
 
 from ab_sim.dynamics.dispatch import APART, INLINED
 from ab_sim.dynamics.layout import state_count, state_size
@@ -49,7 +48,7 @@ from ab_sim.integrate.hand_over import (
     look,
     reach_of,
 )
-from ab_sim.integrate.left_out import COEFFICIENTS
+from ab_sim.integrate.left_out import COEFFICIENTS, last_coefficients
 from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.response_tables import LINES_EACH, SAMPLES
@@ -60,6 +59,7 @@ from ab_sim.integrate.span import (
     SHARE,
     STEP,
     TAKEN,
+    WAIT,
     begin_anew,
     head_at,
     solve_span,
@@ -75,6 +75,8 @@ LARGEST = 1e300
 """An error [rad] that is taken where there is no choice but that of an iteration without end."""
 FAR_BELOW = 1e-3
 """What a span's error is times what is asked for, for the next one to be twice as long."""
+PATIENCE = 16.0
+"""Spans after one that was not taken before a longer one is tried again."""
 
 
 class Weights(NamedTuple):
@@ -82,7 +84,7 @@ class Weights(NamedTuple):
 
     nodes: Nodes
     lines: np.ndarray
-    """In lanes: see span.AT; shape (6, 8)."""
+    """In lanes: see span.AT; shape (10, 8)."""
     tolerance: float
     """rad."""
     steps: float
@@ -123,12 +125,9 @@ def growth_of(z: complex) -> complex:
 @register_family("collocation", {"tolerance": TOLERANCE, "steps": STEPS})
 def collocation(tolerance: float, steps: float) -> Stepper:
     """The method with a tolerance [rad], and a number of steps in a span."""
-    own, lines = nodes(), aligned((COEFFICIENTS + 4, NODES))
+    own, lines = nodes(), aligned((COEFFICIENTS + NODES, NODES))
     lines[AT], lines[SHARE] = gauss(NODES)
-    for back in range(4):
-        power = NODES - 1 - back
-        values = legendre.legval(2.0 * lines[AT] - 1.0, [0.0] * power + [1.0])
-        lines[COEFFICIENTS + back] = (2 * power + 1) * lines[SHARE] * values
+    lines[COEFFICIENTS:] = last_coefficients(lines[AT], lines[SHARE])
     bounds = bounds_within_pieces(lines[AT])
     near = aligned(bounds.shape)
     near[:] = bounds
@@ -268,7 +267,7 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
         if error <= allowed:
             done += size
             good = before_events(plant, weights, state, work)
-            size = next_size(weights, size, error, within)
+            size = next_size(weights, head, size, error, within)
             head[AHEAD] = size
             if done >= PARTS:
                 keep_good(plant.system, good * samples // PIECES, state, work)
@@ -281,16 +280,20 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
                     size //= 2
         elif size > 1:
             size //= 2
+            head[WAIT] = PATIENCE
         else:
             return False
     return True
 
 
 @numba.njit(**INLINED)
-def next_size(weights, size, error, within):  # type: ignore[no-untyped-def]
+def next_size(weights, head, size, error, within):  # type: ignore[no-untyped-def]
     """How long the next span is, after one without a kink behind it, in parts of a step."""
     if weights.steps >= 1.0:
         return 2 * size if 2 * size <= weights.steps * PARTS else size
+    if head[WAIT] > 0.0:
+        head[WAIT] -= 1.0
+        return size
     # One twice as long has a sample within it if it is longer than a step.
     most = error if size < PARTS else max(error, within)
     if most < FAR_BELOW * weights.tolerance and size < SAMPLES * PARTS:
