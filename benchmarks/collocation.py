@@ -3,10 +3,10 @@
     python benchmarks/collocation.py [--out docs] [--repeats 9]
 
 writes collocation.json. Runs are of the thesis' start-up with a hold, without friction, and of it
-with one thing changed each. The error is the largest in a ball's angle over the run [rad], beside
-rk8 at a fifth of its shortest step here or less, whose own error is given: how far it is from
-itself at twice the step. CPU time per simulated second is that of ``Drive.advance``, and of the
-compiled loop alone, calls included.
+with one thing changed each, and of decks in space. The error is the largest in a ball's angle over
+the run [rad], beside rk8 at a fifth of its shortest step here or less, whose own error is given:
+how far it is from itself at twice the step. CPU time per simulated second is that of
+``Drive.advance``, and of the compiled loop alone, calls included.
 """
 
 import itertools
@@ -30,43 +30,92 @@ from ab_sim.scene import load_scene  # noqa: E402
 from ab_sim.spindle.stretches import stretches  # noqa: E402
 from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
-SCENE, SMOOTH, SECONDS, EVERY = "thesis-hold", "effects.rolling_friction=", 6.0, 0.02
-CASES: dict[str, tuple[str, ...]] = {
-    "thesis-hold": (),
-    "five balls": ("balls.count=5", "start.ball_angles=[0.0,0.4,0.8,2.0,3.0]"),
-    "drag x 100": ("effects.viscous_drag.coefficient=100",),
-    "no drag": ("effects.viscous_drag=",),
-    "900 rad/s": (
-        "profile.acceleration=900",
-        "profile.target_speed=900",
-        "profile.variable_speed_period=",
-        "spindle.max_speed=900",
-        "spindle.max_acceleration=900",
-        "start.ball_angles=[0.0,0.5]",
+EVERY = 0.02
+
+
+class Case(NamedTuple):
+    """A scene, with what is changed in it."""
+
+    changes: tuple[str, ...] = ()
+    scene: str = "thesis-hold"
+    seconds: float = 6.0
+
+    @property
+    def all_changes(self) -> list[str]:
+        """The thesis' friction is left out, but where it is named anew."""
+        smooth = ["effects.rolling_friction="] if self.scene == "thesis-hold" else []
+        return [*smooth, *self.changes]
+
+
+MOTOR = (
+    "effects.motor.rotor_inertia=2.9e-5",
+    "effects.motor.torque_limit=1",
+    "effects.motor.proportional_gain=2e-3",
+    "effects.motor.integral_gain=0.02",
+    "effects.motor.back_emf_slope=1e-5",
+)
+RUNOUT = ("effects.race_runout.offset_1=1e-5", "effects.race_runout.offset_2=0",
+          "effects.race_runout.lobe=0", "effects.race_runout.lobe_angle=0")  # fmt: skip
+UNEQUAL = (
+    "effects.suspension=",
+    "effects.unequal_suspension.stiffness_1=1000",
+    "effects.unequal_suspension.stiffness_2=1500",
+    "effects.unequal_suspension.damping_1=0.2",
+    "effects.unequal_suspension.damping_2=0.2",
+    "effects.unequal_suspension.axis_angle=0.3",
+)
+FAST = (
+    "profile.acceleration=900",
+    "profile.target_speed=900",
+    "profile.variable_speed_period=",
+    "spindle.max_speed=900",
+    "spindle.max_acceleration=900",
+    "start.ball_angles=[0.0,0.5]",
+)
+STICK_SLIP = (
+    "effects.rolling_friction.arm=3e-4",
+    "effects.gravity.tilt=0.32",
+    "effects.viscous_drag.coefficient=0.05",
+    "profile=",
+    "start.speed=30",
+    "start.ball_angles=[0.5,2.5]",
+)
+ROW = (
+    "balls.count=4",
+    "balls.mass=5e-4",
+    "start.ball_angles=",
+    "effects.viscous_drag.coefficient=0.5",
+    "effects.rolling_friction.arm=1e-6",
+    "effects.ball_contact.restitution_coefficient=0.6",
+)
+CASES: dict[str, Case] = {
+    "thesis-hold": Case(),
+    "five balls": Case(("balls.count=5", "start.ball_angles=[0.0,0.4,0.8,2.0,3.0]")),
+    "drag x 100": Case(("effects.viscous_drag.coefficient=100",)),
+    "no drag": Case(("effects.viscous_drag=",)),
+    "900 rad/s": Case(FAST),
+    "hardening": Case(("effects.hardening_suspension.cubic_stiffness=1e9",)),
+    "gravity": Case(("effects.gravity.tilt=1.5707963",)),
+    "unequal": Case(UNEQUAL),
+    "runout": Case(RUNOUT),
+    "motor": Case(MOTOR),
+    "feeding-deck": Case((), "feeding-deck", 4.0),
+    "feeding-deck on edge": Case(
+        (
+            "effects.gravity.tilt=1.5707963",
+            "effects.hardening_suspension.cubic_stiffness=1e8",
+            "start.deck.tilt=[0.01,-0.02,0.01]",
+        ),
+        "feeding-deck",
+        4.0,
     ),
-    "hardening": ("effects.hardening_suspension.cubic_stiffness=1e9",),
-    "gravity": ("effects.gravity.tilt=1.5707963",),
-    "runout": ("effects.race_runout.offset_1=1e-5", "effects.race_runout.offset_2=0",
-               "effects.race_runout.lobe=0", "effects.race_runout.lobe_angle=0"),
-    "as shipped": ("effects.rolling_friction.arm=1e-6",),
-    "stick-slip": (
-        "effects.rolling_friction.arm=3e-4",
-        "effects.gravity.tilt=0.32",
-        "effects.viscous_drag.coefficient=0.05",
-        "profile=",
-        "start.speed=30",
-        "start.ball_angles=[0.5,2.5]",
-    ),
-    "packed row": (
-        "balls.count=4",
-        "balls.mass=5e-4",
-        "start.ball_angles=",
-        "effects.viscous_drag.coefficient=0.5",
-        "effects.rolling_friction.arm=1e-6",
-        "effects.ball_contact.restitution_coefficient=0.6",
-    ),
-}  # fmt: skip
-"""What is changed in each."""
+    "couple-unbalance": Case((), "couple-unbalance", 6.0),
+    "as shipped": Case(("effects.rolling_friction.arm=1e-6",)),
+    "stick-slip": Case(STICK_SLIP),
+    "packed row": Case(ROW),
+    "motor at its limit": Case((*MOTOR, "effects.motor.torque_limit=2e-3")),
+}
+"""What is changed in each; a deck in space has no friction."""
 METHODS = [("rk8", h, None) for h in (0.005, 0.0025, 0.001)] + [
     ("collocation", h, tolerance)
     for h in (0.02, 0.005, 0.001)
@@ -89,25 +138,26 @@ def drive_of(method: Method) -> Drive:
     own = [f"solver.stepper={method.stepper}", f"solver.step={method.step}"]
     if method.tolerance is not None:
         own.append(f"solver.parameters.tolerance={method.tolerance}")
-    return Drive(load_scene(SCENE, [SMOOTH, *own, *CASES[method.case]]))
+    case = CASES[method.case]
+    return Drive(load_scene(case.scene, [*own, *case.all_changes]))
 
 
-def angles(drive: Drive) -> np.ndarray:
+def angles(drive: Drive, seconds: float) -> np.ndarray:
     """The balls' angles on the common grid."""
     drive.reset()
-    run = drive.advance(round(SECONDS / drive.step))
+    run = drive.advance(round(seconds / drive.step))
     every = round(EVERY / drive.step)
     return np.asarray(run.ball_angles[every - 1 :: every])
 
 
-def whole(drive: Drive) -> None:
+def whole(drive: Drive, seconds: float) -> None:
     """A run as a user makes it."""
-    drive.advance(round(SECONDS / drive.step))
+    drive.advance(round(seconds / drive.step))
 
 
-def loop(drive: Drive) -> Callable[[], None]:
+def loop(drive: Drive, seconds: float) -> Callable[[], None]:
     """The same run's calls of the compiled loop."""
-    steps = round(SECONDS / drive.step)
+    steps = round(seconds / drive.step)
     ahead = list(stretches(drive.profile, drive._grid(), 0, steps))
     rows = [drive._empty_rows(max(stretch.steps, 1)) for stretch in ahead]
 
@@ -118,24 +168,26 @@ def loop(drive: Drive) -> Callable[[], None]:
     return run
 
 
-def cpu(drive: Drive, run: Callable[[], None]) -> float:
+def cpu(drive: Drive, run: Callable[[], None], seconds: float) -> float:
     """Of one run [us per simulated second]."""
     drive.reset()
     begin = time.thread_time_ns()
     run()
-    return (time.thread_time_ns() - begin) / SECONDS / 1e3
+    return (time.thread_time_ns() - begin) / seconds / 1e3
 
 
 def measure(case: str, repeats: int, say: Callable[[str], None]) -> list[dict[str, Any]]:
     """All methods in a case, in turns."""
-    step = REFERENCE.get(case, 2e-4)
-    true, check = (angles(drive_of(Method(case, "rk8", h, None))) for h in (step, 2 * step))
+    step, seconds = REFERENCE.get(case, 2e-4), CASES[case].seconds
+    true, check = (
+        angles(drive_of(Method(case, "rk8", h, None)), seconds) for h in (step, 2 * step)
+    )
     drives, rows = {}, []
     for settings in METHODS:
         method = Method(case, *settings)
         try:
             drives[method] = drive_of(method)
-            error = float(np.abs(angles(drives[method]) - true).max())
+            error = float(np.abs(angles(drives[method], seconds) - true).max())
         except AbSimError as refused:
             drives.pop(method, None)
             say(f"{case}: {method.stepper} at {method.step} s: {refused}"[:110])
@@ -143,8 +195,10 @@ def measure(case: str, repeats: int, say: Callable[[str], None]) -> list[dict[st
         rows.append({**method._asdict(), "error": error})
     times: dict[Any, list[float]] = {}
     for _, (method, drive) in itertools.product(range(repeats), drives.items()):
-        times.setdefault((method, "run"), []).append(cpu(drive, lambda d=drive: whole(d)))
-        times.setdefault((method, "loop"), []).append(cpu(drive, loop(drive)))
+        one = cpu(drive, lambda d=drive: whole(d, seconds), seconds)
+        times.setdefault((method, "run"), []).append(one)
+        one = cpu(drive, loop(drive, seconds), seconds)
+        times.setdefault((method, "loop"), []).append(one)
     for method, row in zip(drives, rows, strict=True):
         for name in ("run", "loop"):
             row[f"{name}_us"] = Spread.of(np.array(times[method, name]))._asdict()
@@ -167,7 +221,7 @@ def main() -> None:
     rows = [
         row for case in asked.case or CASES for row in measure(case, asked.repeats, console.print)
     ]
-    report = {**conditions(), "scene": SCENE, "repeats": asked.repeats, "rows": rows}
+    report = {**conditions(), "repeats": asked.repeats, "rows": rows}
     write_json(report, str(asked.out / "collocation.json"))
 
 

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.dynamics.carriers import planar_scene, tilting_scene
+from ab_sim.dynamics.carriers.own_motion import DAMPINGS
 from ab_sim.dynamics.carriers.planar import Planar
 from ab_sim.dynamics.carriers.tilting import Tilting
 from ab_sim.dynamics.layout import layout_of
@@ -28,6 +29,7 @@ from ab_sim.dynamics.system import (
     back_torque,
     ball_drag,
     ball_inertia,
+    carrier_coordinates,
     has_events,
     has_motor,
     has_spin,
@@ -165,6 +167,17 @@ def linearised(system: System) -> Linearised:
         SceneError: there is no such place.
     """
     found: Linearised = _SCENES[type(system.carrier)].linearised(system)
+    return found
+
+
+def own_motion(system: System) -> np.ndarray:
+    """What of the motion of what carries the balls is linear, see ``carriers.own_motion``."""
+    kind = _SCENES[type(system.carrier)]
+    found: np.ndarray = kind.own_motion(system)
+    if has_motor(system.effects):
+        damping = loop_torque(system.effects, 1.0, 0.0) + back_torque(system.effects, 1.0)
+        column = carrier_coordinates(system.carrier)
+        found[DAMPINGS, column] = damping / kind.spindle_inertia(system)
     return found
 
 

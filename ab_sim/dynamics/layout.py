@@ -10,7 +10,14 @@ from typing import Any, NamedTuple
 from numba.extending import overload, register_jitable
 
 from ab_sim.dynamics.dispatch import INLINED, effect_class, found_in, part_of
-from ab_sim.dynamics.system import System, ball_count, ball_number, carrier_states, has_motor
+from ab_sim.dynamics.system import (
+    System,
+    ball_count,
+    ball_number,
+    carrier_coordinates,
+    carrier_states,
+    has_motor,
+)
 
 MOTOR_NAMES = ("spindle angle", "spindle speed", "speed loop's integral")
 LEDGER_NAMES = ("motor work", "energy dissipated")
@@ -44,6 +51,28 @@ def spindle_speed_at(system: System) -> int:
 def integral_at(system: System) -> int:
     """Of the speed loop's integral; only with a motor."""
     return spindle_angle_at(system) + 2
+
+
+@register_jitable(**INLINED)
+def equation_count(system: System) -> int:
+    """Equations of second order: of the carrier's coordinates, each ball, and a motor's spindle."""
+    driven = 1 if has_motor(system.effects) else 0
+    return int(carrier_coordinates(system.carrier) + ball_count(system) + driven)
+
+
+@register_jitable(**INLINED)
+def angle_and_rate_at(system: System, q: int) -> tuple[int, int]:
+    """Of what moves by equation q, behind those of the carrier: a ball, or a motor's spindle."""
+    i = q - carrier_coordinates(system.carrier)
+    if i < ball_count(system):
+        return angle_at(system, i), rate_at(system, i)
+    return spindle_angle_at(system), spindle_speed_at(system)
+
+
+@register_jitable(**INLINED)
+def integrals_at(system: System) -> int:
+    """The first of those states that are only integrated."""
+    return integral_at(system) if has_motor(system.effects) else spindle_angle_at(system)
 
 
 @register_jitable(**INLINED)

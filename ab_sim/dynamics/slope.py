@@ -20,13 +20,13 @@ from ab_sim.dynamics.system import (
     bear,
     begin,
     carrier_unknowns,
-    has_events,
     has_motor,
+    may_hold,
     move,
 )
 
 _eliminate = chosen_by(
-    has_events,
+    may_hold,
     lambda plant: eliminate(race_of(plant)),
     lambda plant: eliminate_free(race_of(plant)),
 )

@@ -126,12 +126,14 @@ output = forward("output")
 dissipate = forward("dissipate")
 kick = forward("kick")
 straighten = forward("straighten")
-own_motion = forward("own_motion")
-turn = forward("turn")
+carrier_coordinates = attribute("COORDINATES")
+"""In how many coordinates a carrier's own motion is solved exactly."""
+to_coordinates = forward("to_coordinates")
+from_coordinates = forward("from_coordinates")
 give_way = forward("give_way")
-unturned = forward("unturned")
-carrier_ways = attribute("WAYS")
-"""Along how many axes a carrier moves."""
+coordinate_accelerations = forward("coordinate_accelerations")
+accelerate = forward("accelerate")
+on_next_axes = forward("on_next_axes")
 
 deck_force = sum_over_effects("deck_force", (0.0, 0.0))
 space_force = sum_over_effects("space_force", (0.0, 0.0))
@@ -166,6 +168,8 @@ has_space_force = any_effect_has("space_force")
 acts_in_space = any_effect_has("space_force", "gravity")
 has_stiffening = any_effect_has("mount_stiffening")
 has_motor = any_effect_has("rotor_moment")
+may_hold = any_effect_has("friction_coefficient", "restitution")
+"""Whether balls may stick, or move in rows."""
 has_events = any_effect_has("friction_coefficient", "restitution", "rotor_moment")
 
 segment_speed = forward("speed")

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ab_sim.dynamics.assemble import DRAG, linear_rates
-from ab_sim.dynamics.system import System, has_events, has_motor
+from ab_sim.dynamics.system import System, carrier_coordinates, has_events
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.limits import check_step, largest_step
 from ab_sim.integrate.registry import AUTO, stepper_named, steppers
@@ -112,15 +112,11 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
             f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which "
             f"friction, contact and a motor have; name one of: {able}"
         )
-    if stepper.solves_own_motion and not hasattr(system.carrier, "own_motion"):
-        able = ", ".join(n for n, known in steppers().items() if not known.solves_own_motion)
+    if stepper.own_motion_at is not None and not carrier_coordinates(system.carrier):
+        able = ", ".join(n for n, known in steppers().items() if known.own_motion_at is None)
         raise SceneError(
-            f"solver.stepper = {stepper.name!r}: is for a deck that moves in the plane of the "
-            f"disc; remove the section deck, or name one of: {able}"
-        )
-    if has_motor(system.effects) and stepper.spans:
-        raise SceneError(
-            f"solver.stepper = {stepper.name!r}: cannot be cut at events, takes no motor yet"
+            f"solver.stepper = {stepper.name!r}: needs to know the own motion of what carries the "
+            f"balls, and {type(system.carrier).__name__} says nothing of it; name one of: {able}"
         )
     if has_events(system.effects) and stepper.over_events:
         check_parts(stepper, stepper.over_events, step, rates)

@@ -18,23 +18,18 @@ import numba
 import numpy as np
 
 from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
-from ab_sim.dynamics.layout import state_count
+from ab_sim.dynamics.layout import equation_count, state_count
 from ab_sim.dynamics.numbers.across import product, total
 from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
 from ab_sim.dynamics.race.margins import margins, slots
 from ab_sim.dynamics.race.race import race_of
 from ab_sim.dynamics.slope import evaluate
-from ab_sim.dynamics.system import (
-    Plant,
-    ball_count,
-    has_events,
-    own_motion,
-    segment_speed,
-)
+from ab_sim.dynamics.spindle_motion import spindle_motion
+from ab_sim.dynamics.system import Plant, ball_count, has_events
 from ab_sim.integrate.fixed_step import step_by_step
 from ab_sim.integrate.left_out import COEFFICIENTS
 from ab_sim.integrate.on_stack import own_array, own_room
-from ab_sim.integrate.response_tables import drag_rate_of
+from ab_sim.integrate.response_tables import linear_part
 from ab_sim.integrate.responses import NODES
 from ab_sim.integrate.span import SAMPLES_IN, STEP, TAKEN, head_at, states_in_span
 
@@ -191,7 +186,7 @@ def _hand_over(plant, weights, start, clock, length, state, work, events, rows, 
     system, place, modes = plant.system, plant.place, plant.modes
     own, (first, nominal, offset) = weights.over_events, clock
     begin = (first * nominal - start) + offset
-    parts = parts_of(weights, plant, begin, length)
+    parts = parts_of(weights, plant, begin, length, state, work)
     done = 0
     if parts == 1:
         done = _apart(
@@ -224,14 +219,14 @@ hand_over = chosen_by(has_events, _hand_over, lambda plant, *_: 0)
 
 
 @numba.njit(**INLINED)
-def parts_of(weights, plant, begin, length):  # type: ignore[no-untyped-def]
+def parts_of(weights, plant, begin, length, state, work):  # type: ignore[no-untyped-def]
     """Into how many parts a step is cut that is handed over: a power of two."""
-    system = plant.system
-    _, k = own_motion(system.carrier, system.effects)
-    rate = abs(segment_speed(plant.place.segment, begin)) + math.sqrt(max(k, 0.0))
-    for i in range(ball_count(system)):
-        rate = max(rate, drag_rate_of(system, i))
-    parts = 1
+    system, decay, turns = plant.system, 0.0, 0.0
+    for q in range(equation_count(system)):
+        c, k = linear_part(system, work.tables, q)
+        decay, turns = max(decay, c), max(turns, k)
+    turns = math.sqrt(turns) + abs(spindle_motion(plant, begin, state).speed)
+    rate, parts = max(decay, turns), 1
     while parts < PARTS and rate * length > weights.reach * parts:
         parts *= 2
     return parts

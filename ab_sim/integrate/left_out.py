@@ -5,11 +5,12 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from ab_sim.dynamics.dispatch import INLINED
+from ab_sim.dynamics.layout import equation_count
 from ab_sim.dynamics.numbers.across import product
 from ab_sim.dynamics.numbers.lanes import as_lanes
-from ab_sim.dynamics.system import RACE_RADIUS, ball_count, carrier_ways
+from ab_sim.dynamics.system import ball_count, carrier_coordinates
 from ab_sim.integrate.on_stack import own_array
-from ab_sim.integrate.response_tables import place_of, up_to_samples
+from ab_sim.integrate.response_tables import table_of, up_to_samples
 from ab_sim.integrate.responses import BEYOND, NODES, NUMBERS
 
 COEFFICIENTS = 2
@@ -31,22 +32,23 @@ def last_coefficients(nodes: np.ndarray, shares: np.ndarray) -> np.ndarray:
 
 
 @numba.njit(**INLINED)
-def left_out(system, first, numbers, lines, force):  # type: ignore[no-untyped-def]
+def left_out(plant, first, numbers, lines, force, scales):  # type: ignore[no-untyped-def]
     """What f leaves out by being a polynomial, as an error of the span's samples, and within it.
 
-    In the balls' angles, and the deck's displacement over the race's radius; without a ball of f.
+    In angles, and the deck's displacement over the race's radius; without a ball as a share of f.
     The next coefficients are taken to fall as the last two pairs do. What that does is as exact as
     the tables: at the span's end much less than within, unless the drag is stiff, as Gauss' nodes
-    are right there for polynomials of twice the degree.
+    are right there for polynomials of twice the degree. ``scales`` as of ``span.iterate``.
     """
-    n, ways = ball_count(system), carrier_ways(system.carrier)
+    system, n = plant.system, ball_count(plant.system)
+    ways = carrier_coordinates(system.carrier)
     samples = up_to_samples(system, first, 0) - first
     kept = own_array(0.0, (2, NODES))
     sums = as_lanes(kept)
     sums[0] = sums[1] = 0.0
-    for q in range(ways + n):
-        table = place_of(system, first, q)[0] + NUMBERS
-        scale = 1.0 / system.balls[0, RACE_RADIUS] if n > 0 and q < ways else 1.0
+    for q in range(equation_count(system)):
+        table = table_of(plant, first, q) + NUMBERS
+        scale = scales[0] if q < ways else 1.0 if q < ways + n else scales[1]
         last = abs(product(lines, COEFFICIENTS, force[q])) * scale
         sums[0] += last * (numbers[table + samples, BEYOND] if n > 0 else 1.0)
         sums[1] += last * (numbers[table, BEYOND] if n > 0 else 1.0)

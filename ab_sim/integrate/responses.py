@@ -33,8 +33,8 @@ GONE = 40.0
 INTO_X, INTO_V, UNIT, IMPULSE, IMPULSE_RATE, NUMBERS = 0, 8, 16, 17, 18, 19
 """Lines of a table: the integrals into x and v at eight instants, a line for each k; U, G and G'
 there; and numbers:"""
-LENGTH, DAMPING, STIFFNESS, LAST_UNIT, BEYOND, COUNT = range(6)
-"""h [s]; c, k; U at the end; what f = P_8, the first of Legendre's polynomials that none through
+LENGTH, DAMPING, STIFFNESS, MOST_UNIT, BEYOND, COUNT = range(6)
+"""h [s]; c, k; U at most; what f = P_8, the first of Legendre's polynomials that none through
 the nodes has in it, makes of x at the instants, at most; and one for who keeps tables."""
 LINES = 20
 
@@ -119,13 +119,13 @@ def fill(nodes, length, c, k, ends, values, table):  # type: ignore[no-untyped-d
         table: shape (LINES, 8).
     """
     fast, fades, slow, fades_slowly = rates(c, k)
-    table[NUMBERS, LAST_UNIT] = table[NUMBERS, BEYOND] = 0.0
+    table[NUMBERS, MOST_UNIT] = table[NUMBERS, BEYOND] = 0.0
     for j in range(NODES + 1):
         end = length * (ends[j] if j < NODES else 1.0)
         for i in range(NODES):
             if j < NODES:
                 table[INTO_X + i, j] = table[INTO_V + i, j] = 0.0
-        t, beyond = 0.0, 0.0
+        t, beyond, last = 0.0, 0.0, 0.0
         while t < end and t * fades_slowly < GONE:
             rate = fast if t * fades < GONE else slow
             width = end - t
@@ -136,13 +136,14 @@ def fill(nodes, length, c, k, ends, values, table):  # type: ignore[no-untyped-d
                 g, r = impulse(c, k, ago)
                 weight = width * nodes.points[1, p]
                 if j == NODES:
-                    table[NUMBERS, LAST_UNIT] += weight * g
+                    last += weight * g
                     continue
                 beyond += weight * g * polynomials(nodes, (end - ago) / length, values)
                 for i in range(NODES):
                     table[INTO_X + i, j] += weight * g * values[i]
                     table[INTO_V + i, j] += weight * r * values[i]
             t += width
+        table[NUMBERS, MOST_UNIT] = max(table[NUMBERS, MOST_UNIT], abs(last))
         if j < NODES:
             table[NUMBERS, BEYOND] = max(table[NUMBERS, BEYOND], abs(beyond))
             table[IMPULSE, j], table[IMPULSE_RATE, j] = impulse(c, k, end)
@@ -152,3 +153,4 @@ def fill(nodes, length, c, k, ends, values, table):  # type: ignore[no-untyped-d
         table[UNIT, j] = 0.0
         for i in range(NODES):
             table[UNIT, j] += table[INTO_X + i, j]
+        table[NUMBERS, MOST_UNIT] = max(table[NUMBERS, MOST_UNIT], abs(table[UNIT, j]))

@@ -1,52 +1,67 @@
 """One span of collocation: its polynomials f found by iteration, and the motion anywhere in it.
 
-Deck and balls are written as x'' + c x' + k x = f: on axes that stand still during the span, with
-the suspension's c and k at rest, and the drag of the race. f is a polynomial through its values at
-eight Gauss nodes, which are the lanes of one evaluation of the equations; what that makes of deck
-and balls is exact (responses.py), however stiff, and at any instant of the span.
+What carries the balls, the balls, and a motor's spindle are written as x'' + c x' + k x = f: of the
+first its own motion at rest (``carriers.own_motion``), of balls the race's drag, of the spindle its
+speed loop's. f is a polynomial through its values at eight Gauss nodes, which are the lanes of one
+evaluation of the equations; what that makes of x is exact (responses.py), however stiff, and at any
+instant of the span.
 
-A span is kept whole in a run's memory, which belongs to the state. Its lines are f of each state
-that is a velocity, at the nodes, and the slope of what else there is; the state at the beginning,
-in the first column of as many lines more; the head; and a line for who goes over events.
+A span is kept whole in a run's memory, which belongs to the state. Its lines are f of each such
+equation at the nodes, and the slope of what else there is; the state at the beginning, in the first
+column of as many lines more; the head; and a line for who goes over events.
 """
 
 import math
 
 import numba
 
-from ab_sim.dynamics.dispatch import APART, INLINED, only_if
-from ab_sim.dynamics.layout import angle_at, rate_at, state_count, state_size
+from ab_sim.dynamics.dispatch import APART, INLINED, chosen_by
+from ab_sim.dynamics.layout import (
+    angle_and_rate_at,
+    angle_at,
+    equation_count,
+    integral_at,
+    integrals_at,
+    rate_at,
+    spindle_angle_at,
+    spindle_speed_at,
+    state_count,
+    state_size,
+)
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.numbers.across import product, total
 from ab_sim.dynamics.numbers.cos_sin import SMALL, cos_sin, turned
 from ab_sim.dynamics.numbers.lanes import as_lanes
-from ab_sim.dynamics.race.elimination import sticks
-from ab_sim.dynamics.race.race import race_of
 from ab_sim.dynamics.race.table import COS, SIN
 from ab_sim.dynamics.slope import evaluate
 from ab_sim.dynamics.spindle_motion import spindle_motion
 from ab_sim.dynamics.system import (
-    RACE_RADIUS,
+    RACE_CURVATURE,
     Plant,
+    accelerate,
     ball_count,
-    carrier_ways,
-    has_friction,
-    own_motion,
+    carrier_coordinates,
+    carrier_unknowns,
+    coordinate_accelerations,
+    from_coordinates,
+    has_motor,
+    on_next_axes,
     segment_speed,
-    turn,
-    unturned,
+    to_coordinates,
 )
 from ab_sim.dynamics.unsolved import be_carried, carry
 from ab_sim.integrate.left_out import TINY, left_out
 from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.response_tables import (
     CARRY,
+    HEAD,
+    OWN,
     RATIO,
     carry_on,
-    drag_rate_of,
     first_line,
     integral_line,
-    place_of,
+    linear_part,
+    table_of,
     up_to_samples,
 )
 from ab_sim.integrate.responses import (
@@ -55,7 +70,8 @@ from ab_sim.integrate.responses import (
     IMPULSE_RATE,
     INTO_V,
     INTO_X,
-    LAST_UNIT,
+    LINES,
+    MOST_UNIT,
     NUMBERS,
     STIFFNESS,
     UNIT,
@@ -83,25 +99,59 @@ def head_at(system, state):  # type: ignore[no-untyped-def]
     return 2 * state_size(system, state)
 
 
+@numba.njit(**INLINED)
+def into_equations(system, own, state, x, v):  # type: ignore[no-untyped-def]
+    """x and v of all equations, of a state at a span's beginning."""
+    to_coordinates(system.carrier, own, state, x, v)
+    for q in range(carrier_coordinates(system.carrier), equation_count(system)):
+        angle, rate = angle_and_rate_at(system, q)
+        x[q], v[q] = state[angle], state[rate]
+
+
 @numba.njit(**APART)
 def begin_anew(plant, begin, length, state, work):  # type: ignore[no-untyped-def]
     """Fill the memory as if f had been so far, for so long, what it is now."""
-    system, slope, states = plant.system, work.slopes[0], state_size(plant.system, state)
+    system, slope = plant.system, work.slopes[0]
+    states, size = state_size(system, state), state_count(system, state)
     memory, head = as_lanes(work.memory), work.memory[head_at(system, state)]
-    ways, n = carrier_ways(system.carrier), ball_count(system)
+    own, ways = work.tables[OWN:HEAD], carrier_coordinates(system.carrier)
+    x, v = own_array(0.0, (size,)), own_array(0.0, (size,))
+    force = own_array(0.0, (size,))
     evaluate(plant, begin, state, slope)
-    c, k = own_motion(system.carrier, system.effects)
     spindle = spindle_motion(plant, begin, state)
-    acceleration = unturned(system.carrier, plant, spindle, 1.0, 0.0)
-    for j in range(states):
+    into_equations(system, own, state, x, v)
+    coordinate_accelerations(system.carrier, plant, spindle, own, (1.0, 0.0), state, force)
+    for q in range(equation_count(system)):
+        if q >= ways:
+            force[q] = slope[angle_and_rate_at(system, q)[1]]
+        c, k = linear_part(system, work.tables, q)
+        memory[q] = force[q] + c * v[q] + k * x[q]
+    for j in range(integrals_at(system), states):
         memory[j] = slope[j]
-    for q in range(ways):
-        memory[ways + q] = acceleration[q] + c * state[ways + q] + k * state[q]
-    for i in range(n):
-        at = rate_at(system, i)
-        memory[at] = slope[at] + drag_rate_of(system, i) * state[at]
     head[SPAN] = length
     head[MOVED] = head[WAIT] = 0.0
+
+
+@numba.njit(**INLINED)
+def _as_prescribed(plant, tables, first, time, state, at, x, v):  # type: ignore[no-untyped-def]
+    w = segment_speed(plant.place.segment, time)
+    axes = cos_sin(product(tables, integral_line(plant.system, first) + INTO_V, w))
+    return axes, spindle_motion(plant, time, at)
+
+
+@numba.njit(**INLINED)
+def _as_driven(plant, tables, first, time, state, at, x, v):  # type: ignore[no-untyped-def]
+    system, angle = plant.system, spindle_angle_at(plant.system)
+    q = equation_count(system) - 1
+    at[angle], at[spindle_speed_at(system)] = x[q], v[q]
+    axes = cos_sin(x[q] - state[angle])
+    return axes, spindle_motion(plant, time, at)
+
+
+turning = chosen_by(has_motor, _as_driven, _as_prescribed)
+"""Cosine and sine of the angle that the rotor's axes have turned in a span, and the Spindle's
+motion; ``(plant, tables, first, time, state, at, x, v)``: of the state at the beginning, and with a
+motor of x and v, which go into the states."""
 
 
 @numba.njit(**INLINED)
@@ -123,160 +173,187 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
         error anywhere within the span.
     """
     system, numbers, head = plant.system, work.tables, work.memory[head_at(plant.system, state)]
-    n, ways = ball_count(system), carrier_ways(system.carrier)
+    n, ways = ball_count(system), carrier_coordinates(system.carrier)
+    equations, integrals = equation_count(system), integrals_at(system)
     states, size = state_size(system, state), state_count(system, state)
     first = first_line(weights, system, length, samples, numbers)
     if numbers[0, RATIO] * head[SPAN] != length:
         carry_on(weights, length / head[SPAN], numbers)
     lines, tables, memory = as_lanes(weights.lines), as_lanes(numbers), as_lanes(work.memory)
     time = begin + length * lines[AT]
-    w = segment_speed(plant.place.segment, time)
-    axes = cos_sin(product(tables, integral_line(system, first) + INTO_V, w))
 
     force, at, slope = own_array(time, (size,)), own_array(time, (size,)), own_array(time, (size,))
-    free, still = own_array(time, (size,)), own_array(time, (size,))
+    x, v = own_array(time, (size,)), own_array(time, (size,))
+    free_x, free_v = own_array(time, (size,)), own_array(time, (size,))
+    cosines, sines = own_array(time, (size,)), own_array(time, (size,))
+    first_x, first_v = own_array(0.0, (size,)), own_array(0.0, (size,))
+    into_equations(system, numbers[OWN:HEAD], state, first_x, first_v)
     for j in range(states):
         at[j] = state[j]
-    for q in range(ways + n):
-        force[q] = product(tables, CARRY, memory[place_of(system, first, q)[2]])
+    for q in range(equations):
+        force[q] = product(tables, CARRY, memory[q])
     c, s = cos_sin(head[MOVED])
-    # Here and below two axes: of a carrier whose own motion is one along each.
-    force[0], force[1] = c * force[0] + s * force[1], c * force[1] - s * force[0]
-    for q in range(ways + n):
-        leave(system, numbers, first, q, state, free)
-        if q < ways:
-            respond(system, tables, first, q, free, force, still)
+    on_next_axes(system.carrier, c, s, force)
+    for q in range(equations):
+        table = table_of(plant, first, q)
+        free_x[q], free_v[q] = freely(numbers, table, first_x[q], first_v[q])
+        if q < ways or q >= ways + n:
+            x[q], v[q] = response(tables, table, free_x[q], free_v[q], force[q])
+    for j in range(integrals, states):
+        slope[j] = product(tables, CARRY, memory[j])
+    integrate(system, tables, first, state, slope, at)
 
     own = Plant(system, plant.place, plant.modes, own_room(system, n, time))
-    spindle = spindle_motion(own, time, at)
-    before, solved, last, all_of = 2.0 * SMALL, False, 0.0, 1.0
+    axes, spindle = turning(own, tables, first, time, state, at, x, v)
+    before, solved, scales = math.inf, False, (1.0, 1.0)
+    carried_before, turned_before = 0.0, 0.0
     for count in range(MOST):
-        for q in range(ways, ways + n):
-            angle = angle_at(system, q - ways)
+        for i in range(n):
+            q, angle = ways + i, angle_at(system, i)
             was = at[angle]
-            respond(system, tables, first, q, free, force, at)
-            if before > SMALL:
+            at[angle], at[rate_at(system, i)] = response(
+                tables, table_of(plant, first, q), free_x[q], free_v[q], force[q]
+            )
+            if not turned_before <= SMALL or count == 0:
                 c, s = cos_sin(at[angle])
             else:
-                c, s = own.room.table[q - ways, COS], own.room.table[q - ways, SIN]
-                c, s = turned(c, s, at[angle] - was)
-            own.room.table[q - ways, COS], own.room.table[q - ways, SIN] = c, s
-        last, all_of = iterate(own, spindle, axes, at, still, slope, free, force, first, numbers)
-        # Each iteration leaves of an error what it left of the one before.
-        most = weights.tolerance * all_of
-        shrinks = last < 0.5 * before or count == 0
-        if (
-            last <= most
-            or (count > 0 and last * last <= most * before)
-            or (last <= SETTLED * all_of and not shrinks)
-        ):
+                c, s = turned(cosines[i], sines[i], at[angle] - was)
+            own.room.table[i, COS], own.room.table[i, SIN] = cosines[i], sines[i] = c, s
+        carried, turned_by, scales = iterate(
+            own, spindle, axes, at, x, v, slope, free_x, free_v, force, first, numbers
+        )
+        # Each iteration leaves of an error what it left of the one before: of each kind of its own.
+        last = carried + turned_by
+        left = remains(carried, carried_before) + remains(turned_by, turned_before)
+        if left <= weights.tolerance or (last <= SETTLED and not last < 0.5 * before):
             solved = True
             break
-        before = last
+        carried_before, turned_before, before = carried, turned_by, last
+        if has_motor(system.effects):
+            integrate(system, tables, first, state, slope, at)
+            axes, spindle = turning(own, tables, first, time, state, at, x, v)
     if not solved:
         return math.inf, math.inf
-    error, within = left_out(system, first, numbers, lines, force)
+    error, within = left_out(plant, first, numbers, lines, force, scales)
     # What is wrong within the span acts on f; the end alone may be right by chance.
-    error, within = max(error, FED_BACK * within) / all_of, within / all_of
+    error = max(error, FED_BACK * within)
     if not error <= allowed:  # not a number, neither
         return error, within
 
     for j in range(states):
         memory[states + j] = state[j]
-    for j in range(rate_at(system, n), states):
+    for j in range(integrals, states):
         memory[j] = slope[j]
-    for q in range(ways + n):
-        memory[place_of(system, first, q)[2]] = force[q]
+    for q in range(equations):
+        memory[q] = force[q]
     head[SPAN], head[SAMPLES_IN], head[TAKEN], head[BEGIN] = length, samples, 0.0, begin
-    head[MOVED] = length * total(lines[SHARE] * w)
+    head[MOVED] = length * total(lines[SHARE] * spindle.speed)
     return error, within
 
 
 @numba.njit(**INLINED)
-def leave(system, numbers, first, q, state, free):  # type: ignore[no-untyped-def]
-    """x and v of equation q without f into ``free``, from a state, as the tables there say."""
+def remains(change, before):  # type: ignore[no-untyped-def]
+    """What the next iteration will change, after such a change and the one before; 0 before any."""
+    return change * (change / before) if before > change else change
+
+
+@numba.njit(**INLINED)
+def freely(numbers, table, x, v):  # type: ignore[no-untyped-def]
+    """What x and v become without f, as the table there says."""
     tables = as_lanes(numbers)
-    table, x, v = place_of(system, first, q)
     k, g = numbers[table + NUMBERS, STIFFNESS], tables[table + IMPULSE]
-    free[x] = state[x] + (g * state[v] - tables[table + UNIT] * (k * state[x]))
-    free[v] = tables[table + IMPULSE_RATE] * state[v] - g * (k * state[x])
+    return (
+        x + (g * v - tables[table + UNIT] * (k * x)),
+        tables[table + IMPULSE_RATE] * v - g * (k * x),
+    )
 
 
 @numba.njit(**INLINED)
-def respond(system, tables, first, q, free, force, out):  # type: ignore[no-untyped-def]
-    """x and v of equation q into ``out``, from what they are without f, and f at the nodes."""
-    table, x, v = place_of(system, first, q)
-    out[x] = free[x] + product(tables, table + INTO_X, force[q])
-    out[v] = free[v] + product(tables, table + INTO_V, force[q])
+def response(tables, table, free_x, free_v, force):  # type: ignore[no-untyped-def]
+    """x and v, from what they are without f, and f at the nodes."""
+    return (
+        free_x + product(tables, table + INTO_X, force),
+        free_v + product(tables, table + INTO_V, force),
+    )
 
 
 @numba.njit(**INLINED)
-def iterate(plant, spindle, axes, at, still, slope, free, force, first, numbers):  # type: ignore[no-untyped-def]
-    """f at the nodes anew: of the deck with the balls accelerated as before, then of the balls.
+def integrate(system, tables, first, state, slope, at):  # type: ignore[no-untyped-def]
+    """The speed loop's integral at the nodes: nothing else depends on what is only integrated."""
+    if has_motor(system.effects):
+        j, line = integral_at(system), integral_line(system, first) + INTO_V
+        at[j] = state[j] + product(tables, line, slope[j])
+
+
+@numba.njit(**INLINED)
+def iterate(plant, spindle, axes, at, x, v, slope, free_x, free_v, force, first, numbers):  # type: ignore[no-untyped-def]
+    """f at the nodes anew: of what carries the balls, these accelerated as before, then of them.
 
     Args:
         plant: whose table holds the balls' cosines and sines.
         spindle: its motion at the nodes.
         axes: cosine and sine of the rotor's axes on those that stand still.
-        at: the balls' angles and rates at the nodes.
-        still: the deck's states there, on axes that stand still; made anew.
+        at: the states at the nodes, but for the carrier's.
+        x, v: of the carrier's equations, and of a motor's; made anew.
         slope: room; afterwards the slope of what is only integrated.
-        free: what the states are without f.
+        free_x, free_v: what x and v are without f.
         force: f.
         first, numbers: the tables.
 
     Returns:
-        How much f of the balls is from what it was, as an angle at the span's end; and what that is
-        to be measured by: 1, or without a ball all that f is made of.
+        How far f of the carrier, and of the others, is from what it was, as angles at the span's
+        end; without balls, beside what it is made of. And what makes an angle of the carrier's x,
+        and of the spindle's angle.
     """
-    system, x, tables = plant.system, plant.room.acceleration, as_lanes(numbers)
-    carrier, n, ways = system.carrier, ball_count(system), carrier_ways(system.carrier)
-    damping, stiffness = numbers[first + NUMBERS, DAMPING], numbers[first + NUMBERS, STIFFNESS]
-    change, all_of = 0.0 * spindle.speed, 0.0 * spindle.speed
-    for j in range(2 * ways):
-        at[j] = still[j]
-    turn(carrier, axes[0], axes[1], at)
+    system, a, tables = plant.system, plant.room.acceleration, as_lanes(numbers)
+    carrier, n, ways = system.carrier, ball_count(system), carrier_coordinates(system.carrier)
+    own, nothing = numbers[OWN:HEAD], 0.0 * spindle.speed
+    change, all_of, angles, all_of_angles = nothing, nothing, nothing, nothing
+    from_coordinates(carrier, own, axes, x, v, at)
     for i in range(n):
-        table, _, v = place_of(system, first, ways + i)
-        slope[v] = force[ways + i] - numbers[table + NUMBERS, DAMPING] * at[v]
+        damping = numbers[first + (ways + i) * LINES + NUMBERS, DAMPING]
+        rate = rate_at(system, i)
+        slope[rate] = force[ways + i] - damping * at[rate]
     carry(plant, spindle, at, slope)
-    accelerations = unturned(carrier, plant, spindle, axes[0], axes[1])
+    coordinate_accelerations(carrier, plant, spindle, own, axes, at, slope)
     for q in range(ways):
-        linear = damping * still[ways + q] + stiffness * still[q]
-        new = accelerations[q] + linear
-        change += abs(new - force[q])
+        table = first + q * LINES
+        damping = numbers[table + NUMBERS, DAMPING]
+        stiffness = numbers[table + NUMBERS, STIFFNESS]
+        linear = damping * v[q] + stiffness * x[q]
+        new = slope[q] + linear
+        unit = numbers[table + NUMBERS, MOST_UNIT] if n > 0 else 1.0
+        change += abs(new - force[q]) * unit
         all_of += abs(new) + abs(linear)
         force[q] = new
-        respond(system, tables, first, q, free, force, still)
-        slope[q] = linear - (damping * still[ways + q] + stiffness * still[q])
-    x[0] += axes[0] * slope[0] + axes[1] * slope[1]
-    x[1] += axes[0] * slope[1] - axes[1] * slope[0]
+        x[q], v[q] = response(tables, table, free_x[q], free_v[q], new)
+        slope[q] = linear - (damping * v[q] + stiffness * x[q])
+    accelerate(carrier, plant, own, axes, at, slope)
+    if has_motor(system.effects):
+        q, row = ways + n, carrier_unknowns(carrier)
+        table = table_of(plant, first, q)
+        damping = numbers[table + NUMBERS, DAMPING]
+        linear = damping * v[q]
+        new = a[row] + linear
+        unit = numbers[table + NUMBERS, MOST_UNIT] if n > 0 else 1.0
+        angles += abs(new - force[q]) * unit
+        all_of_angles += abs(new) + abs(linear)
+        force[q] = new
+        x[q], v[q] = response(tables, table, free_x[q], free_v[q], new)
+        a[row] += linear - damping * v[q]
+        slope[integral_at(system)] = spindle.integral_rate
     be_carried(plant, at, slope)
     book(system.ledger, plant, spindle, at, slope)
     if n == 0:
-        return total(change), total(all_of) + TINY
-    # Balls that friction holds say nothing of what the deck does.
-    said = numbers[first + NUMBERS, LAST_UNIT] / system.balls[0, RACE_RADIUS]
-    change *= said if any_sticks(plant) else 0.0
+        scales = 1.0 / (total(all_of) + TINY), 1.0 / (total(all_of_angles) + TINY)
+        return total(change) * scales[0], total(angles) * scales[1], scales
     for i in range(n):
-        table, _, v = place_of(system, first, ways + i)
-        new = slope[v] + numbers[table + NUMBERS, DAMPING] * at[v]
-        change += abs(new - force[ways + i]) * numbers[table + NUMBERS, LAST_UNIT]
+        table, rate = first + (ways + i) * LINES + NUMBERS, rate_at(system, i)
+        new = slope[rate] + numbers[table, DAMPING] * at[rate]
+        angles += abs(new - force[ways + i]) * numbers[table, MOST_UNIT]
         force[ways + i] = new
-    return total(change), 1.0
-
-
-@numba.njit(**INLINED)
-def _any_sticks(plant):  # type: ignore[no-untyped-def]
-    race = race_of(plant)
-    for i in range(ball_count(plant.system)):
-        if sticks(race, i):
-            return True
-    return False
-
-
-any_sticks = only_if(has_friction, _any_sticks)
-"""Whether friction holds a ball; ``(plant)``."""
+    scales = system.balls[0, RACE_CURVATURE], 1.0
+    return total(change) * scales[0], total(angles), scales
 
 
 @numba.njit(**INLINED)
@@ -295,21 +372,31 @@ def states_in_span(weights, plant, group, state, work, at):  # type: ignore[no-u
         Local times [s], lanes.
     """
     system, numbers, head = plant.system, work.tables, work.memory[head_at(plant.system, state)]
-    n, ways, states = ball_count(system), carrier_ways(system.carrier), state_size(system, state)
+    ways, equations = carrier_coordinates(system.carrier), equation_count(system)
+    states, size = state_size(system, state), state_count(system, state)
     lines, tables, memory = as_lanes(weights.lines), as_lanes(numbers), as_lanes(work.memory)
     length, begin = head[SPAN], head[BEGIN]
     first = first_line(weights, system, length, int(head[SAMPLES_IN]), numbers)
     first = up_to_samples(system, first, group)
     integral = integral_line(system, first)
-    w = segment_speed(plant.place.segment, begin + length * lines[AT])
-    axes = cos_sin(product(tables, integral + INTO_V, w))
     at_first = work.memory[states : 2 * states, 0]
-    for q in range(ways + n):
-        table, x, v = place_of(system, first, q)
-        leave(system, numbers, first, q, at_first, at)
-        at[x] += product(tables, table + INTO_X, memory[v])
-        at[v] += product(tables, table + INTO_V, memory[v])
-    for j in range(rate_at(system, n), states):
+    x, v = own_array(at[0], (size,)), own_array(at[0], (size,))
+    first_x, first_v = own_array(0.0, (size,)), own_array(0.0, (size,))
+    into_equations(system, numbers[OWN:HEAD], at_first, first_x, first_v)
+    for q in range(equations):
+        table = table_of(plant, first, q)
+        free_x, free_v = freely(numbers, table, first_x[q], first_v[q])
+        x[q], v[q] = response(tables, table, free_x, free_v, memory[q])
+        if q >= ways:
+            angle, rate = angle_and_rate_at(system, q)
+            at[angle], at[rate] = x[q], v[q]
+    for j in range(integrals_at(system), states):
         at[j] = at_first[j] + product(tables, integral + INTO_V, memory[j])
-    turn(system.carrier, axes[0], axes[1], at)
+    if has_motor(system.effects):
+        angle = spindle_angle_at(system)
+        axes = cos_sin(at[angle] - at_first[angle])
+    else:
+        w = segment_speed(plant.place.segment, begin + length * lines[AT])
+        axes = cos_sin(product(tables, integral + INTO_V, w))
+    from_coordinates(system.carrier, numbers[OWN:HEAD], axes, x, v, at)
     return begin + tables[integral + IMPULSE]

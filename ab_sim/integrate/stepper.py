@@ -46,13 +46,14 @@ class Stepper:
     parts: int = 1
     """Into how many it divides a step of the scene, where the motion asks for that."""
     tables: int = 0
-    """Lines of eight numbers that it keeps for each ball, for what carries them and for one thing
+    """Lines of eight numbers that it keeps for each equation of second order and for one thing
     more, as long as they serve; they follow from the scene and the step's length, and are no part
     of the state."""
+    own_motion_at: int | None = None
+    """From which of these lines on it finds what of the motion of what carries the balls is linear:
+    it needs to know that; see ``carriers.own_motion``."""
     solves_drag: bool = False
     """Any amount of the race's drag leaves it stable."""
-    solves_own_motion: bool = False
-    """It needs to know the own motion of what carries the balls: see ``carriers``."""
     takes_lanes: bool = False
     """Runs side by side can take its steps: ``numbers.lanes``."""
     locates_events: bool = True

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
+from ab_sim.dynamics.assemble import own_motion
 from ab_sim.dynamics.drag_response import table_rows
-from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.layout import equation_count, layout_of
 from ab_sim.dynamics.numbers.kinds import EIGHT
 from ab_sim.dynamics.race.margins import slots
 from ab_sim.dynamics.race.pools import POOL_WIDTH
@@ -84,7 +85,7 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
             1 + nodes,
         ),
         memory=aligned((2 * states + 2, EIGHT) if stepper.spans else (stepper.memory, states)),
-        tables=aligned((stepper.tables * (2 + balls), EIGHT)),
+        tables=tables_for(system, stepper),
         bounds=bounds,
         margin=aligned((margins,)),
         margin_ahead=aligned((margins,)),
@@ -98,6 +99,15 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
         between=aligned((accelerations,)),
         counts=np.zeros(2, np.int64),
     )
+
+
+def tables_for(system: System, stepper: Stepper) -> np.ndarray:
+    """``Workspace.tables``."""
+    tables = aligned((stepper.tables * (1 + equation_count(system)), EIGHT))
+    if stepper.own_motion_at is not None:
+        own = own_motion(system)
+        tables[stepper.own_motion_at : stepper.own_motion_at + len(own)] = own
+    return tables
 
 
 def room(accelerations: int, lines: int, blocks: int, *side_by_side: int) -> Room:

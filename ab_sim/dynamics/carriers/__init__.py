@@ -14,6 +14,8 @@ nothing of it. It has
         whether its equations contain the spindle's angle whatever the effects are
     WAYS
         along how many axes it moves
+    COORDINATES
+        see below; 0 if it says nothing of that
     CHANNELS
         names of what a trajectory shows of it: displacement, velocity and acceleration along these
         axes come first
@@ -55,16 +57,22 @@ and the methods, compiled into kernels, of a Plant, the Spindle's motion and the
     straighten(self, state) -> bool
         take out what has drifted and means nothing; whether there was anything
 
-and, if its states are displacement and velocity along WAYS axes, on which it would by itself move
-as x'' + c x' + k x = 0 if they stood still,
+and, if COORDINATES is not 0, for those who solve exactly what of its motion is x'' + c x' + k x = 0
+in each of so many coordinates x (``own_motion``): ``own`` is what its scene module's ``own_motion``
+says of them, v are their rates, both on axes that stand still for a while; ``axes`` are cosine and
+sine of the angle that the rotor's have turned in that time,
 
-    own_motion(self, effects) -> (c, k)
-        [1/s, 1/s^2]
-    turn(self, c, s, state)
-        its states from axes that stand still onto the rotor's, of which (c, s) is cosine and sine
+    to_coordinates(self, own, state, x, v)
+        x and v of a state, at its beginning
+    from_coordinates(self, own, axes, x, v, state)
+        the reverse, then
     give_way(self, plant)
-        its accelerations, but for the spindle's, under the forces in the room and the balls' path
+        the accelerations that are solved for, under the forces in the room and the balls' path
         accelerations there
-    unturned(self, plant, spindle, c, s) -> accelerations
-        along the axes that stand still, of those in the room
+    coordinate_accelerations(self, plant, spindle, own, axes, state, out)
+        x'' into ``out``, of those in the room
+    accelerate(self, plant, own, axes, state, change)
+        add to those in the room a change of x''
+    on_next_axes(self, c, s, force)
+        forces on the right of these equations, on axes that have turned by an angle
 """

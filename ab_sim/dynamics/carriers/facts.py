@@ -15,6 +15,7 @@ def carrier(
     NEEDS_ANGLE: bool,
     WAYS: int,
     CHANNELS: tuple[str, ...],
+    COORDINATES: int = 0,
 ) -> Callable[[Class], Class]:
     """Class decorator: make these attributes of a NamedTuple; ``carriers`` says what they mean."""
     # Tuples whose lengths are numbers that compiled code knows: see ``dispatch.number_of``.

@@ -31,7 +31,6 @@ from ab_sim.dynamics.carriers.facts import carrier
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import angle_at, rate_at
 from ab_sim.dynamics.motion import Deck
-from ab_sim.dynamics.numbers.duals import dual, partial_of
 from ab_sim.dynamics.numbers.multiply_add import multiply_add
 from ab_sim.dynamics.race.ball import (
     ball_of,
@@ -40,6 +39,8 @@ from ab_sim.dynamics.race.ball import (
     relative_load,
     spindle_lever,
 )
+from ab_sim.dynamics.race.elimination import solve_with_balls
+from ab_sim.dynamics.race.race import race_of
 from ab_sim.dynamics.race.table import COS, LOAD, PATH, PATH_ACCELERATION, REACH, SIN
 from ab_sim.dynamics.system import (
     MASS,
@@ -52,6 +53,7 @@ from ab_sim.dynamics.system import (
     gravity,
     has_friction,
     has_gravity,
+    has_motor,
     has_runout,
     has_space_force,
     has_spin,
@@ -72,6 +74,7 @@ _K = 3
     OUTPUTS=2,
     NEEDS_ANGLE=False,
     WAYS=2,
+    COORDINATES=2,
     CHANNELS=("x", "y", "vx", "vy", "ax", "ay"),
 )
 class Planar(NamedTuple):
@@ -150,24 +153,22 @@ class Planar(NamedTuple):
             slope[2] += g1
             slope[3] += g2
 
-    def own_motion(self, effects: Any) -> Any:
-        """See ``carriers``: of the suspension at rest, the mean of two directions."""
-        x, y, vx, vy = dual(self.sag_x, 0), dual(self.sag_y, 1), dual(0.0, 2), dual(0.0, 3)
-        f1, f2 = deck_force(effects, Deck(x, y, vx, vy))
-        g1, g2 = space_force(effects, Deck(x, y, vx, vy))
-        k = partial_of(f1, 0) + partial_of(f2, 1) + partial_of(g1, 0) + partial_of(g2, 1)
-        c = partial_of(f1, 2) + partial_of(f2, 3) + partial_of(g1, 2) + partial_of(g2, 3)
-        return -0.5 * c / self.total_mass, -0.5 * k / self.total_mass
-
-    def turn(self, c: Any, s: Any, state: Any) -> None:
+    def to_coordinates(self, own: Any, state: Any, x: Any, v: Any) -> None:
         """See ``carriers``."""
-        for j in range(0, 4, 2):
-            one, two = state[j], state[j + 1]
-            state[j], state[j + 1] = c * one + s * two, c * two - s * one
+        x[0], x[1], v[0], v[1] = state[0], state[1], state[2], state[3]
+
+    def from_coordinates(self, own: Any, axes: Any, x: Any, v: Any, state: Any) -> None:
+        """See ``carriers``."""
+        c, s = axes
+        state[0], state[1] = c * x[0] + s * x[1], c * x[1] - s * x[0]
+        state[2], state[3] = c * v[0] + s * v[1], c * v[1] - s * v[0]
 
     def give_way(self, plant: Any) -> None:
         """See ``carriers``."""
         system, room = plant.system, plant.room
+        if has_motor(system.effects):
+            solve_with_balls(race_of(plant))
+            return
         x, lightness = room.acceleration, 1.0 / self.total_mass
         for r in range(2):
             force = room.block[r, _K] - room.block[r, 2] * x[2]
@@ -176,11 +177,25 @@ class Planar(NamedTuple):
                 force = multiply_add(room.table[i, REACH + r], path, force)
             x[r] = force * lightness
 
-    def unturned(self, plant: Any, spindle: Any, c: Any, s: Any) -> Any:
+    def coordinate_accelerations(
+        self, plant: Any, spindle: Any, own: Any, axes: Any, state: Any, out: Any
+    ) -> None:
         """See ``carriers``."""
+        c, s = axes
         g1, g2 = gravity_on_rotating_axes(plant, spindle)
         one, two = plant.room.acceleration[0] + g1, plant.room.acceleration[1] + g2
-        return c * one - s * two, s * one + c * two
+        out[0], out[1] = c * one - s * two, s * one + c * two
+
+    def accelerate(self, plant: Any, own: Any, axes: Any, state: Any, change: Any) -> None:
+        """See ``carriers``."""
+        c, s = axes
+        plant.room.acceleration[0] += c * change[0] + s * change[1]
+        plant.room.acceleration[1] += c * change[1] - s * change[0]
+
+    def on_next_axes(self, c: Any, s: Any, force: Any) -> None:
+        """See ``carriers``."""
+        one, two = force[0], force[1]
+        force[0], force[1] = c * one + s * two, c * two - s * one
 
     def output(self, plant: Any, spindle: Any, state: Any, acceleration: Any, row: Any) -> None:
         """The deck's acceleration on the rotating axes [m/s^2]."""

@@ -5,16 +5,19 @@ import math
 import numpy as np
 from scipy.optimize import root
 
+from ab_sim.dynamics.carriers.own_motion import alike
 from ab_sim.dynamics.carriers.planar import Planar
 from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.motion import Deck
 from ab_sim.dynamics.system import (
     MASS,
+    RACE_RADIUS,
     System,
     deck_energy,
     deck_force,
     gravity,
     has_gravity,
+    rotor_moment,
     space_energy,
     space_force,
 )
@@ -104,6 +107,18 @@ def linearised(system: System) -> Linearised:
         units=("m", "m"),
         across=((0, 1),),
     )
+
+
+def own_motion(system: System) -> np.ndarray:
+    """Of its suspension at rest, see ``carriers.own_motion``; the same in every direction."""
+    return alike(linearised(system))
+
+
+def spindle_inertia(system: System) -> float:
+    """Of all that turns with the spindle, about the shaft [kg m^2]."""
+    body = system.carrier
+    held = system.balls[:, MASS] @ system.balls[:, RACE_RADIUS] ** 2
+    return float(rotor_moment(system.effects) + body.unbalance * body.eccentricity + held)
 
 
 def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:

@@ -35,9 +35,19 @@ import numpy as np
 from numba.extending import register_jitable
 
 from ab_sim.dynamics.carriers.facts import carrier
+from ab_sim.dynamics.carriers.orientation import (
+    half_product,
+    to_deck,
+    to_ground,
+    turn_of,
+    turning_of,
+)
+from ab_sim.dynamics.carriers.own_motion import FROM_MODES, TO_MODES
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import angle_at, rate_at
 from ab_sim.dynamics.race.ball import ball_of, place_from_shaft, relative_load
+from ab_sim.dynamics.race.elimination import solve_with_balls
+from ab_sim.dynamics.race.race import race_of
 from ab_sim.dynamics.race.table import COS, LOAD, PATH, REACH, SIN
 from ab_sim.dynamics.system import (
     MASS,
@@ -73,6 +83,7 @@ depends on its length but its own digits."""
     OUTPUTS=6,
     NEEDS_ANGLE=True,
     WAYS=3,
+    COORDINATES=7,
     CHANNELS=(
         *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
         *("qw", "qx", "qy", "qz", "wx", "wy", "wz", "wx_rate", "wy_rate", "wz_rate"),
@@ -209,17 +220,66 @@ class Tilting(NamedTuple):
         """See ``carriers``."""
         x = plant.room.acceleration
         ox, oy, oz = state[10], state[11], state[12]
-        qw, qx, qy, qz = state[3], state[4], state[5], state[6]
         slope[0], slope[1], slope[2] = state[7], state[8], state[9]
-        slope[3] = -0.5 * (qx * ox + qy * oy + qz * oz)
-        slope[4] = 0.5 * (qw * ox + qy * oz - qz * oy)
-        slope[5] = 0.5 * (qw * oy + qz * ox - qx * oz)
-        slope[6] = 0.5 * (qw * oz + qx * oy - qy * ox)
+        slope[3], slope[4], slope[5], slope[6] = half_product(quaternion_of(state), ox, oy, oz)
         ax, ay, az = to_ground(frame, x[0], x[1], x[2])
         slope[7] = ax + self.gravity[0]
         slope[8] = ay + self.gravity[1]
         slope[9] = az + self.gravity[2]
         slope[10], slope[11], slope[12] = x[3], x[4], x[5]
+
+    def to_coordinates(self, own: Any, state: Any, x: Any, v: Any) -> None:
+        """See ``carriers``."""
+        turn = quaternion_of(state)
+        rate = half_product(turn, state[10], state[11], state[12])
+        into_modes(own, (state[0], state[1], state[2]), turn, x)
+        into_modes(own, (state[7], state[8], state[9]), rate, v)
+
+    def from_coordinates(self, own: Any, axes: Any, x: Any, v: Any, state: Any) -> None:
+        """See ``carriers``."""
+        place, turn = out_of_modes(own, x)
+        velocity, rate = out_of_modes(own, v)
+        state[0], state[1], state[2] = place
+        state[3], state[4], state[5], state[6] = turn
+        state[7], state[8], state[9] = velocity
+        state[10], state[11], state[12] = turning_of(turn, rate)
+
+    def give_way(self, plant: Any) -> None:
+        """See ``carriers``."""
+        solve_with_balls(race_of(plant))
+
+    def coordinate_accelerations(
+        self, plant: Any, spindle: Any, own: Any, axes: Any, state: Any, out: Any
+    ) -> None:
+        """See ``carriers``."""
+        a, turn = plant.room.acceleration, quaternion_of(state)
+        x, y, z = to_ground(turn_of(state), a[0], a[1], a[2])
+        ox, oy, oz = state[10], state[11], state[12]
+        change = half_product(half_product(turn, ox, oy, oz), ox, oy, oz)
+        more = half_product(turn, a[3], a[4], a[5])
+        change = (
+            change[0] + more[0],
+            change[1] + more[1],
+            change[2] + more[2],
+            change[3] + more[3],
+        )
+        g = self.gravity
+        into_modes(own, (x + g[0], y + g[1], z + g[2]), change, out)
+
+    def accelerate(self, plant: Any, own: Any, axes: Any, state: Any, change: Any) -> None:
+        """See ``carriers``."""
+        a, (place, turn) = plant.room.acceleration, out_of_modes(own, change)
+        x, y, z = to_deck(turn_of(state), place[0], place[1], place[2])
+        px, py, pz = turning_of(quaternion_of(state), turn)
+        a[0] += x
+        a[1] += y
+        a[2] += z
+        a[3] += px
+        a[4] += py
+        a[5] += pz
+
+    def on_next_axes(self, c: Any, s: Any, force: Any) -> None:
+        """See ``carriers``: the axes stand still for ever."""
 
     def output(self, plant: Any, spindle: Any, state: Any, acceleration: Any, row: Any) -> None:
         """Acceleration of C on the ground's axes [m/s^2], of the turn on deck axes [rad/s^2]."""
@@ -352,38 +412,42 @@ def _symmetric(six: Any) -> np.ndarray:
 
 
 @register_jitable(**INLINED)
-def turn_of(state: Any) -> Any:
-    """The turn from deck axes to the ground's, row by row: nine numbers."""
-    w, x, y, z = state[3], state[4], state[5], state[6]
-    # Divided by its square, the quaternion may have any length.
-    two = 2.0 / (w * w + x * x + y * y + z * z)
-    xx, yy, zz = two * x * x, two * y * y, two * z * z
-    xy, xz, yz = two * x * y, two * x * z, two * y * z
-    wx, wy, wz = two * w * x, two * w * y, two * w * z
-    return (
-        *(1.0 - yy - zz, xy - wz, xz + wy),
-        *(xy + wz, 1.0 - xx - zz, yz - wx),
-        *(xz - wy, yz + wx, 1.0 - xx - yy),
-    )
+def quaternion_of(state: Any) -> Any:
+    """It turns deck axes to the ground's."""
+    return state[3], state[4], state[5], state[6]
 
 
 @register_jitable(**INLINED)
-def to_ground(turn: Any, x: Any, y: Any, z: Any) -> Any:
-    """A vector on deck axes, on the ground's."""
-    return (
-        turn[0] * x + turn[1] * y + turn[2] * z,
-        turn[3] * x + turn[4] * y + turn[5] * z,
-        turn[6] * x + turn[7] * y + turn[8] * z,
-    )
+def row_times(own: Any, r: int, x: Any, y: Any, z: Any, a: Any, b: Any, c: Any) -> Any:
+    """Line r of a table times six numbers."""
+    one = own[r, 0] * x + own[r, 1] * y + own[r, 2] * z
+    return one + (own[r, 3] * a + own[r, 4] * b + own[r, 5] * c)
 
 
 @register_jitable(**INLINED)
-def to_deck(turn: Any, x: Any, y: Any, z: Any) -> Any:
-    """A vector on the ground's axes, on deck axes."""
-    return (
-        turn[0] * x + turn[3] * y + turn[6] * z,
-        turn[1] * x + turn[4] * y + turn[7] * z,
-        turn[2] * x + turn[5] * y + turn[8] * z,
+def into_modes(own: Any, place: Any, turn: Any, out: Any) -> None:
+    """Coordinates of a place and a quaternion, or their rates of those of these."""
+    x, y, z = place
+    w, a, b, c = turn
+    for q in range(6):
+        out[q] = row_times(own, TO_MODES + q, x, y, z, a, b, c)
+    out[6] = own[TO_MODES + 6, 6] * w
+
+
+@register_jitable(**INLINED)
+def out_of_modes(own: Any, x: Any) -> Any:
+    """The reverse of ``into_modes``."""
+    first, six = FROM_MODES, (x[0], x[1], x[2], x[3], x[4], x[5])
+    place = (
+        row_times(own, first, *six),
+        row_times(own, first + 1, *six),
+        row_times(own, first + 2, *six),
+    )
+    return place, (
+        own[first + 6, 6] * x[6],
+        row_times(own, first + 3, *six),
+        row_times(own, first + 4, *six),
+        row_times(own, first + 5, *six),
     )
 
 

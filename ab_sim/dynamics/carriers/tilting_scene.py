@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
+from ab_sim.dynamics.carriers.own_motion import in_modes, length_beside_turns
 from ab_sim.dynamics.carriers.tilting import MOUNT_WIDTH, Tilting
 from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.race.ball import ball_of
@@ -161,6 +162,25 @@ def linearised(system: System) -> Linearised:
         units=("m", "m", "m", "rad", "rad", "rad"),
         across=((0, 1), (3, 4)),
     )  # fmt: skip
+
+
+def own_motion(system: System) -> np.ndarray:
+    """In modes about where it hangs at rest, see ``carriers.own_motion``.
+
+    Of one that nothing holds, about where its mounts are relaxed.
+    """
+    try:
+        motion = linearised(system)
+    except SceneError:
+        motion = linearised(_weightless(system))
+    radius = float(system.balls[0, RACE_RADIUS]) if len(system.balls) else None
+    return in_modes(motion, length_beside_turns(radius, motion))
+
+
+def spindle_inertia(system: System) -> float:
+    """Of all that turns with the spindle, about the shaft [kg m^2]."""
+    xx, yy = system.carrier.rotor_second[:2]
+    return float(xx + yy + system.balls[:, MASS] @ system.balls[:, RACE_RADIUS] ** 2)
 
 
 def _weightless(system: System) -> System:

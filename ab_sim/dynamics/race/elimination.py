@@ -213,6 +213,36 @@ def solve(race: Race) -> None:
             for q in range(free):
                 if q < r:
                     reduced[r, q] = reduced[q, r]
+    _solve_reduced(race)
+    for i in range(number_of(race.number)):
+        g = table[i, FREE]
+        for r in range(free):
+            g = multiply_add(table[i, gain + r], x[r], g)
+        table[i, PATH_ACCELERATION] = g
+
+
+@register_jitable(**INLINED)
+def solve_with_balls(race: Race) -> None:
+    """The accelerations of what carries the balls, these accelerating as the table says."""
+    table, block, reduced = race.room.table, race.room.block, race.room.reduced
+    free, every, x = number_of(race.free), number_of(race.all), race.room.acceleration
+    for r in range(free):
+        for q in range(r, free):
+            reduced[r, q] = reduced[q, r] = block[r, q]
+        force = block[r, every]
+        if not holds(race.driven):
+            force -= block[r, every - 1] * x[every - 1]
+        for i in range(number_of(race.number)):
+            force = multiply_add(table[i, REACH + r], table[i, PATH_ACCELERATION], force)
+        reduced[r, every] = force
+    _solve_reduced(race)
+
+
+@register_jitable(**INLINED)
+def _solve_reduced(race: Race) -> None:
+    """Solve the equations in ``room.reduced``."""
+    reduced, x = race.room.reduced, race.room.acceleration
+    free, every = number_of(race.free), number_of(race.all)
     # From the last one up, until two are left; masses and inertias need no pivoting.
     for p in range(free - 1, 1, -1):
         pivot = 1.0 / reduced[p, p]
@@ -231,11 +261,6 @@ def solve(race: Race) -> None:
         for q in range(p):
             rest = multiply_add(-reduced[p, q], x[q], rest)
         x[p] = rest / reduced[p, p]
-    for i in range(number_of(race.number)):
-        g = table[i, FREE]
-        for r in range(free):
-            g = multiply_add(table[i, gain + r], x[r], g)
-        table[i, PATH_ACCELERATION] = g
 
 
 @register_jitable(**INLINED)

@@ -31,7 +31,8 @@ from ab_sim.dynamics.layout import state_count, state_size
 from ab_sim.dynamics.numbers.across import total
 from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
 from ab_sim.dynamics.slope import evaluate, inlined_evaluate
-from ab_sim.dynamics.system import Plant, ball_count, carrier_outputs, own_motion, segment_speed
+from ab_sim.dynamics.spindle_motion import spindle_motion
+from ab_sim.dynamics.system import Plant, ball_count, carrier_coordinates, carrier_outputs
 from ab_sim.integrate.events import within_bounds
 from ab_sim.integrate.fixed_step import record, room_kept, unwind
 from ab_sim.integrate.hand_over import (
@@ -51,7 +52,7 @@ from ab_sim.integrate.hand_over import (
 from ab_sim.integrate.left_out import COEFFICIENTS, last_coefficients
 from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.registry import Parameter, register_family
-from ab_sim.integrate.response_tables import LINES_EACH, SAMPLES
+from ab_sim.integrate.response_tables import LINES_EACH, OWN, SAMPLES, linear_part
 from ab_sim.integrate.responses import NODES, Nodes, gauss, nodes
 from ab_sim.integrate.span import (
     AHEAD,
@@ -142,8 +143,8 @@ def collocation(tolerance: float, steps: float) -> Stepper:
         spans=True,
         parts=PARTS,
         tables=LINES_EACH,
+        own_motion_at=OWN,
         solves_drag=True,
-        solves_own_motion=True,
         over_events=RK8,
         priced=False,
     )
@@ -250,7 +251,7 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
     for j in range(state_size(system, state)):
         trial[j] = state[j]
     if head[STEP] != length:
-        size = first_size(weights, plant, begin, length)
+        size = first_size(weights, plant, begin, length, state, work)
         begin_anew(plant, begin, length * (size / PARTS), state, work)
         head[STEP] = length
     else:
@@ -311,10 +312,12 @@ def go_to_end(weights, plant, state, work):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**APART)
-def first_size(weights, plant, begin, length):  # type: ignore[no-untyped-def]
+def first_size(weights, plant, begin, length, state, work):  # type: ignore[no-untyped-def]
     """How long the first span behind a kink is, in parts of a step."""
-    _, k = own_motion(plant.system.carrier, plant.system.effects)
-    rate = max(abs(segment_speed(plant.place.segment, begin)), math.sqrt(max(k, 0.0)))
+    system, k = plant.system, 0.0
+    for q in range(carrier_coordinates(system.carrier)):
+        k = max(k, linear_part(system, work.tables, q)[1])
+    rate = max(abs(spindle_motion(plant, begin, state).speed), math.sqrt(k))
     size, most = SAMPLES * PARTS, weights.steps if weights.steps >= 1.0 else SAMPLES
     while size > 1 and (size * (length / PARTS) * rate > FIRST_TURN or size > most * PARTS):
         size //= 2
