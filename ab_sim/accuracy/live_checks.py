@@ -20,19 +20,22 @@ import itertools
 import math
 import time
 from collections import deque
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ab_sim.accuracy.deviation import Samples, deviation
 from ab_sim.drive import Drive
 from ab_sim.drive.faults.fault import of_the_plant
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError
+from ab_sim.integrate.registry import parameters_of
 from ab_sim.scene.model import Scene
 
 WINDOW = 1000
 """Steps of the drive in a window if checks keep up: many turns of the spindle."""
 SHORTEST = 125
 """Steps in the first window, and in those of checks that do not keep up."""
+SHARPER = 1e-3
+"""What is left of a tolerance where there is one: what a run differs by is then its own error."""
 SLICE = 128
 """Steps of half the length in a slice, of which calling them is then a small part."""
 
@@ -262,8 +265,16 @@ class LiveChecks:
 
 
 def half_step(drive: Drive) -> Scene:
-    """The drive's scene at half its step, without sensors: they do not act on the motion."""
-    solver = {"stepper": drive.stepper.name, "step": drive.step / 2.0}
+    """The drive's scene at half its step, without sensors: they do not act on the motion.
+
+    Of a stepper that keeps to a tolerance the step says nothing: it gets ``SHARPER`` of that, too.
+    """
+    solver: dict[str, Any] = {"stepper": drive.stepper.name, "step": drive.step / 2.0}
+    if drive.stepper.keeps_tolerance:
+        allowed = parameters_of(drive.stepper.name)["tolerance"]
+        parameters = drive.scene.solver.parameters
+        sharper = SHARPER * parameters.get("tolerance", allowed.default)
+        solver["parameters"] = {**parameters, "tolerance": max(sharper, allowed.lowest)}
     # Unchecked: half a step need not be whole nanoseconds, which only stamps need.
     return drive.scene.model_copy(
         update={"sensors": {}, "solver": drive.scene.solver.model_copy(update=solver)}

@@ -1,5 +1,6 @@
 """The setting that was chosen for an accuracy."""
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from ab_sim.accuracy.deviation import Deviation
@@ -16,6 +17,8 @@ class Price(NamedTuple):
     stepper: str
     step: float
     """s."""
+    parameters: Mapping[str, float]
+    """What the stepper is given."""
     measured: Deviation
     """Largest error over the scene's run, without safety factor; the reference's is included."""
     reference: str
@@ -36,8 +39,10 @@ class Price(NamedTuple):
             if wish is not None:
                 measured.append(f"{error:.1e} {unit}")
                 asked.append(f"{wish:g} {unit}")
+        given = "".join(f", {name} {value:g}" for name, value in self.parameters.items())
         return (
-            f"{self.stepper} at {1e3 * self.step:g} ms: measured error {', '.join(measured)} "
+            f"{self.stepper} at {1e3 * self.step:g} ms{given}: "
+            f"measured error {', '.join(measured)} "
             f"(asked {', '.join(asked)}, safety factor {SAFETY:g}) by ab_sim's own "
             f"{self.reference}, "
             f"{1e6 * self.seconds:.0f} us of CPU time per simulated second"

@@ -12,6 +12,8 @@ other, which takes some milliseconds each for a start-up of seconds:
    spindle's acceleration, errors peak for some milliseconds, which the longest steps leave out.
 2. The other methods run with the steps that their order lets expect to be enough, as long as they
    can be cheaper than what has been found.
+   One that keeps to a tolerance runs with as long a step as the first method can take, which only
+   says how close samples are, and with tolerances from what is asked downwards.
 3. Of each method the longest step whose error, times ``SAFETY``, is within what is asked is timed
    again, in turns. The cheapest one is taken; of those that cost the same within ``ALIKE``, which
    a clock cannot tell apart, the most accurate one: errors are the same in every measurement, so
@@ -28,7 +30,7 @@ from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.choose import USUAL, for_stiff_drag, limiting, top_speed
 from ab_sim.integrate.limits import largest_step
-from ab_sim.integrate.registry import stepper_named, steppers
+from ab_sim.integrate.registry import parameters_of, stepper_named, steppers
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.scene.model import Scene
 
@@ -47,6 +49,8 @@ DRAG_PAYS = 4.0
 """``sweeps``, whose steps cost several of rk8's, is looked at where they can be longer by this."""
 DRAG_RULES = 20.0
 """Where it can be longer by this, the explicit methods are not looked at any more."""
+TOLERANCES = 6
+"""So many, a power of ten apart each, are tried of a method that keeps to one."""
 FEWEST = 4
 """Steps to choose from that a period has to leave."""
 
@@ -77,9 +81,11 @@ class _Search:
         rates = linear_rates(system_of(scene), top_speed(scene, commanded))
         beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
         known = [stepper for stepper in steppers().values() if stepper.priced]
-        longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in known}
+        self._tolerant = [s for s in known if s.keeps_tolerance]
+        by_step = [s for s in known if not s.keeps_tolerance]
+        longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in by_step}
         self._usual, self._for_drag = stepper_named(USUAL), for_stiff_drag()
-        self._others = [s for s in known if s not in (self._usual, self._for_drag)]
+        self._others = [s for s in by_step if s not in (self._usual, self._for_drag)]
         # How much longer steps of the usual one could be if it were not for the drag.
         self._drag_costs = largest_step(self._usual, beside_drag)[0] / longest[USUAL]
         self._first = self._for_drag if self._drag_costs >= DRAG_RULES else self._usual
@@ -102,6 +108,8 @@ class _Search:
                 others.append(self._for_drag)
             for stepper in others:
                 found += self._cheaper(stepper, min(one.seconds for one in found))
+        for stepper in self._tolerant:
+            found += self._within_tolerance(stepper)
         self._trials.time_again(found)
         least = min(one.seconds for one in found)
         alike = [one for one in found if one.seconds <= ALIKE * least]
@@ -110,6 +118,7 @@ class _Search:
             self.asked,
             taken.stepper.name,
             taken.step,
+            taken.scene.solver.parameters,
             self._error(taken),
             f"{self._reference.stepper.name} at {1e3 * self._reference.step:g} ms",
             self.scene.whirl_unit[1],
@@ -204,6 +213,22 @@ class _Search:
             at += 1
             while at < len(rungs) and rungs[at] < wanted:
                 at += 1
+        return []
+
+    def _within_tolerance(self, stepper: Stepper) -> list[Tried]:
+        """The largest tolerance of a method that keeps to one which is accurate enough."""
+        unit, radius = self.scene.whirl_unit[0], self.scene.race.radius
+        wishes = (self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius)
+        largest = math.floor(math.log10(min(wish for wish in wishes if wish is not None)))
+        allowed = parameters_of(stepper.name)["tolerance"]
+        rung = self._trials.rungs(self._first)[0]
+        for power in range(largest, largest - TOLERANCES, -1):
+            tolerance = min(max(10.0**power, allowed.lowest), allowed.highest)
+            tried = self._trials.run(stepper, rung, parameters={"tolerance": tolerance})
+            if tried is None:
+                return []
+            if self._passes(tried):
+                return [tried]
         return []
 
     def _between(self, one: Tried, other: Tried) -> Deviation:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
 from ab_sim.accuracy.deviation import MOST_SAMPLES, Samples
@@ -21,6 +22,7 @@ ROUNDS, ENOUGH = 5, 1.0
 """Finalists are timed in this many rounds, or in fewer that have taken this long [s]."""
 PROBE = 500
 """About so many steps are taken first with each method, which may compile a kernel."""
+NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})
 
 
 class Timed(NamedTuple):
@@ -103,15 +105,22 @@ class Trials:
             per_step = self._per_step[like.name] * stepper.evaluations / like.evaluations
         return per_step * self._bases * rung
 
-    def run(self, stepper: Stepper, rung: int, last: bool = False) -> Tried | None:
-        """Run a setting; None if it diverges, or the scene does not take that step.
+    def run(
+        self,
+        stepper: Stepper,
+        rung: int,
+        last: bool = False,
+        parameters: Mapping[str, float] = NO_PARAMETERS,
+    ) -> Tried | None:
+        """Run a setting; None if it diverges, or the scene does not take that stepper or step.
 
         Raises:
             SceneError, DivergedError: the same, of the ``last`` one.
             TooExpensiveError: it would go beyond what measuring may take.
         """
         try:
-            scene = with_solver(self.scene, stepper.name, 1e-9 * (self._base // rung))
+            step = 1e-9 * (self._base // rung)
+            scene = with_solver(self.scene, stepper.name, step, parameters)
             if stepper.name not in self._per_step:
                 few = rung * max(1, min(self._bases, PROBE // rung))
                 # Twice: the first time kernels may be compiled.

@@ -109,14 +109,16 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
     return check_scene(raw, origin)
 
 
-def with_solver(scene: Scene, stepper: str, step: float) -> Scene:
+def with_solver(
+    scene: Scene, stepper: str, step: float, parameters: Mapping[str, float] | None = None
+) -> Scene:
     """The scene with this solver, and no wish.
 
     Raises:
         SceneError: it does not take that step.
     """
     raw = {key: value for key, value in scene.as_mapping().items() if key != "accuracy"}
-    raw["solver"] = {"stepper": stepper, "step": round(step, 12)}
+    raw["solver"] = {"stepper": stepper, "step": round(step, 12), "parameters": parameters or {}}
     return check_scene(raw, scene.name)
 
 

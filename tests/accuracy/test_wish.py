@@ -271,6 +271,26 @@ def test_the_cheapest_of_all_is_found() -> None:
         assert (price.stepper, pytest.approx(price.step)) in alike
 
 
+class Tolerant(FakeRuns):
+    """A method whose error is five times its tolerance, at no price to speak of."""
+
+    def __call__(self, scene: Scene, steps: int, every: int) -> Timed:
+        samples, seconds = super().__call__(scene, steps, every)
+        tolerance = scene.solver.parameters.get("tolerance")
+        if tolerance is None:
+            return Timed(samples, seconds)
+        return Timed(samples._replace(angles=0.0 * samples.angles + 5.0 * tolerance), 1e-9 * steps)
+
+
+def test_a_tolerance_is_found_that_delivers_the_accuracy() -> None:
+    for wish, tolerance in ((1e-3, 1e-5), (3e-8, 1e-9)):
+        scene, price = cheapest(wished("nsc-case-1", angle=wish), Tolerant())
+        assert price.stepper == "collocation" and price.parameters == {"tolerance": tolerance}
+        assert scene.solver.parameters == price.parameters
+        assert f"tolerance {tolerance:g}" in price.reason
+        assert price.step == 0.005, "samples as close as the usual method would need them"
+
+
 def test_stiff_drag_leads_to_sweeps() -> None:
     """Where drag limits explicit steps by far, they are not even tried; where by little, only."""
     for coefficient, tried in ((1000, {"sweeps"}), (20, {"rk8", "tsit5", "rk4", "sweeps"})):

@@ -142,3 +142,30 @@ def test_light_balls_leave_the_plain_rotor(scene: Any) -> None:
         )
         gaps.append(np.abs(light.advance(3000).whirl - plain).max())
     assert gaps[1] == pytest.approx(gaps[0] / 10, rel=0.05)
+
+
+def test_it_hangs_where_its_springs_hold_its_weight(scene: Any) -> None:
+    """Whatever their stiffnesses are, and which way they pull."""
+    random, weight = np.random.default_rng(7), 0.1 * 9.80665
+    for _ in range(50):
+        one, two, angle = random.uniform([300.0, 300.0, -1.5], [1e4, 1e4, 1.5]).tolist()
+        cubic = float(random.uniform(0.0, 1e7))
+        springs = {
+            "stiffness_1": one,
+            "stiffness_2": two,
+            "damping_1": 0.1,
+            "damping_2": 0.1,
+            "axis_angle": angle,
+        }
+        edge = {"tilt": 1.5707963267948966, "acceleration": 9.80665}
+        effects = {
+            "suspension": None,
+            "unequal_suspension": springs,
+            "hardening_suspension": {"cubic_stiffness": cubic},
+            "gravity": edge,
+        }
+        hung = system_of(scene(effects=effects)).carrier
+        stiffness = rotation(angle) @ np.diag([one, two]) @ rotation(angle).T
+        at = np.array([hung.sag_x, hung.sag_y])
+        held = stiffness @ at + cubic * (at @ at) * at
+        np.testing.assert_allclose(held, [0.0, -weight], rtol=0.0, atol=1e-9)

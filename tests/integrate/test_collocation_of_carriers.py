@@ -132,8 +132,8 @@ def test_own_motion_of_a_deck_in_space_is_that_of_its_modes() -> None:
     plain: Changes = {
         "deck": {"center": [0, 0, 0], "inertia": [1e-4, 1e-4, 2e-4]},
         "rotor": {"inertia": [5e-6, 5e-6, 1e-5], "height": 0.0, "eccentricity": 1e-9},
-        "race": {"height": 0.0},
-        "balls": {"mass": 1e-9, "radius": 1e-3},
+        "race": {"height": [0.0, 0.0]},
+        "balls": {"mass": 1e-9},
         "mounts": four,
     }
     system = system_of(odd("smooth", plain))

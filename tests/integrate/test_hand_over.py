@@ -11,6 +11,7 @@ from ab_sim.errors import SceneError
 from ab_sim.integrate.hand_over import PIECES, bounds_within_pieces
 from ab_sim.integrate.responses import nodes
 from ab_sim.scene import load_scene
+from tests.deck.scenes import odd
 from tests.effects.parts import Changes, scene_of
 from tests.hard_cases.extremes import RUBBING
 from tests.hard_cases.extremes import scene_of as extreme
@@ -74,12 +75,32 @@ def packed(stepper: str, step: float) -> Drive:
     return Drive(extreme(balls=row, effects=effects, start=start, **solver(stepper, step)))
 
 
+def motor(stepper: str, step: float) -> Drive:
+    """Through resonance at the torque's limit."""
+    own = ["effects.motor.torque_limit=1.5e-3", f"solver.stepper={stepper}", f"solver.step={step}"]
+    return Drive(load_scene("weak-motor", own))
+
+
+def deck(stepper: str, step: float) -> Drive:
+    """In space, with all there is: its motor at the limit, its balls rubbing and meeting."""
+    changes: Changes = {
+        "effects": {
+            "race_friction": {"coefficient": 0.02},
+            "motor": {"torque_limit": 2e-3},
+        },
+        "profile": {"kind": "start_up", "acceleration": 300.0, "target_speed": 250.0},
+    }
+    return Drive(odd("all", changes, solver(stepper, step)))
+
+
 CASES: list[tuple[Maker, float, float, float, float]] = [
     (friction, 1e-3, 2e-4, 4.0, 1e-9),
     (friction, 0.01, 2e-4, 4.0, 1e-9),
     (stick_slip, 1e-3, 2e-4, 3.0, 1e-8),
     (dips, 1e-3, 1e-4, 1.0, 1e-10),
     (packed, 1e-3, 1e-4, 1.0, 1e-8),
+    (motor, 1e-3, 2e-4, 6.0, 1e-9),
+    (deck, 1e-3, 1e-4, 0.5, 1e-8),
 ]
 """Step, that of Runge and Kutta beside it, time [s], and how far balls may be apart [rad]."""
 

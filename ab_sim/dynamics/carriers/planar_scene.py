@@ -143,13 +143,18 @@ def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
                 "effects.gravity: the suspension does not hold the deck's weight within 1000 km; "
                 "stiffen it"
             )
-    found = root(unbalanced, reach / 2 * weight / np.hypot(*weight), tol=1e-15)
-    if np.abs(unbalanced(found.x)).max() > 1e-9:
+
+    def in_reaches(place: np.ndarray) -> np.ndarray:
+        # In metres the search loses itself.
+        return unbalanced(reach * place)
+
+    found = reach * root(in_reaches, 0.5 * weight / np.hypot(*weight), tol=1e-15).x
+    if np.abs(unbalanced(found)).max() > 1e-9:
         raise SceneError(
             "effects.gravity: no place was found where the suspension holds the deck's weight; "
             "give it stiffness in every direction"
         )
-    return float(found.x[0]), float(found.x[1])
+    return float(found[0]), float(found[1])
 
 
 def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:

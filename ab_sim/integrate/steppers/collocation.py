@@ -146,7 +146,7 @@ def collocation(tolerance: float, steps: float) -> Stepper:
         own_motion_at=OWN,
         solves_drag=True,
         over_events=RK8,
-        priced=False,
+        keeps_tolerance=True,
     )
 
 
