@@ -122,7 +122,7 @@ def test_events_are_those_of_fine_steps(
     np.testing.assert_array_equal(now.modes, then.modes)
 
 
-@pytest.mark.parametrize("make", [stick_slip, packed])
+@pytest.mark.parametrize("make", [stick_slip, packed, deck])
 def test_it_resumes_to_the_bit_amid_events(make: Maker) -> None:
     """However steps are grouped: in a span that is cut, in one that goes on, and handed over."""
     one, other = make(NAME, 1e-3), make(NAME, 1e-3)
