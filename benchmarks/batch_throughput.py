@@ -26,13 +26,8 @@ from ab_sim.accuracy.deviation import Deviation, Samples, deviation  # noqa: E40
 from ab_sim.batch import simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
-from ab_sim.dynamics.assemble import place_on, state_bounds  # noqa: E402
 from ab_sim.dynamics.numbers.lanes import LANES  # noqa: E402
-from ab_sim.dynamics.system import carrier_outputs  # noqa: E402
-from ab_sim.integrate.fixed_step import advance, row_width  # noqa: E402
-from ab_sim.integrate.workspace import aligned, workspace  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
-from ab_sim.spindle.stretches import Grid, stretches  # noqa: E402
 from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.stepper=rk8"]
@@ -63,36 +58,16 @@ class Alone:
     """The compiled loop of a single run, with its calls: what Drive does but for trajectories."""
 
     def __init__(self, scene: Scene) -> None:
-        drive = Drive(scene)
-        self._drive, self._start = drive, drive.snapshot()
-        grid = Grid(drive.step, drive.choice.cycle)
-        steps = round(scene.duration / drive.step)
-        self._ways = list(stretches(drive.profile, grid, 0, steps))
-        bounds = state_bounds(drive.system, drive.step)
-        self._work = workspace(drive.system, drive.stepper, bounds)
-        width = row_width(len(self._start.state), carrier_outputs(drive.system.carrier))
-        self._rows, self._no_sample = aligned((steps, width)), aligned((0,))
-        self._state = aligned(self._start.state.shape)
+        self._drive = Drive(scene)
+        self._start, self._steps = self._drive.snapshot(), round(scene.duration / scene.solver.step)
+        self._samples = np.zeros((self._steps, len(self._drive.channels)))
 
     def run(self) -> None:
         """From the start to the end."""
-        drive, state, modes = self._drive, self._state, self._start.modes.copy()
-        state[:] = self._start.state
-        for way in self._ways:
-            advance(
-                drive.system,
-                place_on(way.piece),
-                drive.stepper.weights,
-                way.piece.start,
-                (way.first, drive.step, way.offset),
-                way.length,
-                state,
-                modes,
-                self._work,
-                0,
-                self._rows[way.first : way.first + max(way.steps, 1)],
-                self._no_sample,
-            )
+        drive = self._drive
+        drive._state[:], drive._modes[:] = self._start.state, self._start.modes
+        drive._work.smooth[0] = np.nan
+        drive._take(drive._way, self._steps, self._samples)
 
 
 def _seconds(run: Callable[[], Any]) -> float:

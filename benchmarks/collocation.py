@@ -27,7 +27,6 @@ from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.errors import AbSimError  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.spindle.stretches import stretches  # noqa: E402
 from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
 EVERY = 0.02
@@ -158,14 +157,9 @@ def whole(drive: Drive, seconds: float) -> None:
 def loop(drive: Drive, seconds: float) -> Callable[[], None]:
     """The same run's calls of the compiled loop."""
     steps = round(seconds / drive.step)
-    ahead = list(stretches(drive.profile, drive._grid(), 0, steps))
-    rows = [drive._empty_rows(max(stretch.steps, 1)) for stretch in ahead]
-
-    def run() -> None:
-        for stretch, part in zip(ahead, rows, strict=True):
-            drive._integrate(stretch, part)
-
-    return run
+    samples = drive._room_for(steps)
+    samples[:] = 0.0
+    return lambda: drive._take(drive._way, steps, samples)
 
 
 def cpu(drive: Drive, run: Callable[[], None], seconds: float) -> float:

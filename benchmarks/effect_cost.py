@@ -60,21 +60,22 @@ class Both:
             one.drive.system,
             one.drive.stepper.weights,
             one.piece.start,
+            one.place.angle,
             FIRST,
             one.drive.step,
             one.state,
             one.modes,
             one.work,
-            one.rows,
+            one.samples,
         )
 
     def disagreement(self) -> float:
-        """Largest difference of the rows, relative to each column's largest magnitude."""
+        """Largest difference of the samples, relative to each column's largest magnitude."""
         self.package.run()
-        package = self.package.rows.copy()
+        package = self.package.samples.copy()
         self.hand()
         size = np.abs(package).max(axis=0)
-        off = np.abs(self.package.rows - package) / np.where(size > 0, size, 1.0)
+        off = np.abs(self.package.samples - package) / np.where(size > 0, size, 1.0)
         return float(off.max())
 
     def compare(self, repeats: int) -> dict[str, Any]:
@@ -134,7 +135,7 @@ def page(report: dict[str, Any], costs: list[EffectCost]) -> str:
         f"| by hand | {_numbers(by_hand)} |",
         f"| ratio | {_numbers(ratio, 3)} |",
         "",
-        f"The goal, at most {GOAL}, is {verdict}. Both give the same rows to "
+        f"The goal, at most {GOAL}, is {verdict}. Both give the same samples to "
         f"{hand['disagreement']:.1g}.",
         "",
     ]

@@ -2,7 +2,7 @@
 
 Suspension, drag, spindle acceleration and spin, prescribed speed, no friction: that and nothing
 else, the equations written out for two balls (see dynamics/carriers/planar.py). The same algorithm,
-tableau loop, bounds, counting of turns and rows as the package, on the package's own arrays, so
+tableau loop, bounds, counting of turns and samples as the package, on the package's own arrays, so
 that only what the assembly of effects leaves behind differs. Compiled with the options that serve
 it best: no reference counts, as it allocates nothing, and everything inlined.
 """
@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numba
 
+from ab_sim.dynamics.carriers.planar import on_inertial_axes
 from ab_sim.dynamics.numbers.cos_sin import cos_sin
 from ab_sim.dynamics.numbers.multiply_add import multiply_add
 from ab_sim.dynamics.system import MASS, MOBILITY, MOMENT, ROUND_LEVER
@@ -91,19 +92,28 @@ def thesis_derivatives(drive, balls, time, state, slope, scratch):  # type: igno
 
 
 @compiled
-def thesis_advance(drive, system, weights, start, first, step, state, modes, work, rows):  # type: ignore[no-untyped-def]
-    """``ab_sim.integrate.fixed_step.advance`` for this drive; the arguments mean the same.
+def thesis_advance(  # type: ignore[no-untyped-def]
+    drive, system, weights, start, angle, first, step, state, modes, work, samples
+):
+    """``ab_sim.integrate.fixed_step.advance`` for this drive, within one segment.
 
     Args:
+        drive: a ThesisDrive.
         system: the package's, of which only the balls' masses and radii are used.
+        weights: the tableau.
+        start, angle: when the segment begins [s], and the spindle's angle then [rad].
         first: number of the first step.
+        step: s.
+        state: changed.
         modes: only the turns, its last column, are used.
+        work: a Workspace.
+        samples: shape (steps, channels).
     """
     slopes, bounds, balls = work.slopes, work.bounds, system.balls
     trial, scratch = trial_of(system, work), room_of(system, work).table
     n, states, stages = BALLS, STATES, weights.b.size
     thesis_derivatives(drive, balls, first * step - start, state, slopes[0], scratch)
-    for k in range(rows.shape[0]):
+    for k in range(samples.shape[0]):
         begin = (first + k) * step - start
         for stage in range(1, stages):
             for j in range(states):
@@ -136,11 +146,15 @@ def thesis_advance(drive, system, weights, start, first, step, state, modes, wor
                 modes[i, 3] += int(turn)
         end = (first + k + 1) * step - start
         A1, A2 = thesis_derivatives(drive, balls, end, state, slopes[0], scratch)
-        for j in range(states):
-            rows[k, j] = state[j]
+        speed = drive.start_speed + drive.slope * end
+        psi = angle + (drive.start_speed + 0.5 * drive.slope * end) * end
+        samples[k, 0], samples[k, 1] = first + k + 1, (first + k + 1) * step
+        samples[k, 2], samples[k, 3], samples[k, 4] = psi, speed, speed
+        c, s = cos_sin(psi)
+        samples[k, 5], samples[k, 6] = on_inertial_axes(c, s, state[0], state[1])
+        samples[k, 7], samples[k, 8] = on_inertial_axes(c, s, state[2], state[3])
+        samples[k, 9], samples[k, 10] = on_inertial_axes(c, s, A1, A2)
         for i in range(n):
-            rows[k, 4 + i] = state[4 + i] + 2.0 * pi * modes[i, 3]
-        rows[k, states] = A1
-        rows[k, states + 1] = A2
-        rows[k, states + 2] = 0.0
-    return rows.shape[0]
+            samples[k, 11 + 2 * i] = state[4 + i] + 2.0 * pi * modes[i, 3]
+            samples[k, 12 + 2 * i] = state[4 + n + i]
+    return samples.shape[0]

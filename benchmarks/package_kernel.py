@@ -3,13 +3,17 @@
 import time
 from collections.abc import Callable
 
+import numpy as np
+
 from ab_sim.drive import Drive
+from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import place_on, state_bounds
-from ab_sim.dynamics.system import carrier_outputs, has_events
+from ab_sim.dynamics.system import has_events
 from ab_sim.integrate.events import events_address
-from ab_sim.integrate.fixed_step import advance, row_width
+from ab_sim.integrate.fixed_step import Run, stepping
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene import Scene
+from ab_sim.spindle.stretches import Stretch
 
 
 class PackageKernel:
@@ -31,34 +35,25 @@ class PackageKernel:
             raise SystemExit(f"{scene.name}: the steps run across a breakpoint of the profile")
         system = drive.system
         self.work = workspace(system, drive.stepper, state_bounds(system, drive.step))
-        self._events = events_address() if has_events(system.effects) else 0
+        events = events_address() if has_events(system.effects) else 0
         self.state, self.modes = aligned(self.start.state.shape), self.start.modes.copy()
-        width = row_width(self.state.size, carrier_outputs(system.carrier))
-        self.rows, self._no_sample = aligned((steps, width)), aligned((0,))
+        self.place, changing = place_on(self.piece), (self.state, self.modes, self.work, events)
+        fixed = system, self.place, drive.stepper.weights, drive.step
+        self._advance = stepping(Run(*fixed, *changing))
+        way = Way([Stretch(self.piece, first, steps, 0.0, drive.step)])
+        self._leg, self._at = next(way.after(first))
+        self.samples = np.zeros((steps, len(drive.channels)))
 
     def rewind(self) -> None:
         """Back to before the steps."""
         self.state[:], self.modes[:] = self.start.state, self.start.modes
+        self.work.smooth[0] = np.nan
 
     def run(self) -> None:
         """Take the steps."""
         self.rewind()
-        drive, step = self.drive, self.drive.step
-        taken = advance(
-            drive.system,
-            place_on(self.piece),
-            drive.stepper.weights,
-            self.piece.start,
-            (self.first, step, 0.0),
-            step,
-            self.state,
-            self.modes,
-            self.work,
-            self._events,
-            self.rows,
-            self._no_sample,
-        )
-        assert taken == self.steps
+        asked = self.first, self.steps, np.nan, self.samples
+        assert self._advance(self._leg.table, self._at, *asked) == self.steps
 
 
 def ns_per_step(run: Callable[[], None], steps: int, runs: int) -> float:

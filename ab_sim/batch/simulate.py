@@ -11,13 +11,14 @@ import numpy as np
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.plan import merged
 from ab_sim.drive import Drive
-from ab_sim.drive.rows import RowReader, follow
+from ab_sim.drive.rows import RowReader
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
 from ab_sim.dynamics.numbers.lanes import LANES, leaves, pattern
 from ab_sim.dynamics.system import MODES, carrier_unknowns, has_events
 from ab_sim.errors import DivergedError, InputError
 from ab_sim.integrate.choose import choose_stepper
+from ab_sim.integrate.samples import ANGLE, STEP, TIME, row_width
 from ab_sim.integrate.side_by_side import Runs, advance_side_by_side, lanes_can
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.workspace import aligned, room
@@ -223,21 +224,19 @@ def _side_by_side(members: list[_Prepared], every: int) -> tuple[list[BatchRun],
     seconds = time.thread_time() - begin
     results = []
     for lane, member in enumerate(members):
-        spindle = np.empty((steps, 3))
-        for stretch in ways[lane]:
-            at = slice(stretch.first, stretch.first + max(stretch.steps, 1))
-            follow(stretch, step, spindle[at, :2])
-        spindle[:, 2] = spindle[:, 1]
         sound, failure = int(runs.sound[1, lane]), ""
         if sound < steps:
             failure = (
                 f"went beyond all bounds at t = {(sound + 1) * step:.9g} s; a Drive of this scene "
                 "says what did, and why"
             )
-        kept = slice(in_kernel - 1, sound, in_kernel)
-        rows = np.ascontiguousarray(runs.rows[: sound // in_kernel, :, lane])
+        rows = runs.rows[: sound // in_kernel, :, lane]
         reader = RowReader(member.scene, member.system)
-        whole = reader.trajectory(1 + np.arange(steps)[kept], rows, spindle[kept])
+        samples = np.empty((len(rows), len(reader.channels)))
+        samples[:, STEP] = in_kernel * np.arange(1, 1 + len(rows))
+        samples[:, TIME] = samples[:, STEP] * step
+        samples[:, ANGLE : ANGLE + rows.shape[1]] = rows
+        whole = reader.trajectory(samples)
         results.append(BatchRun(member.scene, whole.thinned(every // in_kernel), failure))
     return results, seconds
 
@@ -254,7 +253,7 @@ def _empty_runs(lanes: list[_Prepared], stepper: Stepper, samples: int) -> Runs:
         state=_stacked(states),
         modes=modes,
         sound=sound,
-        rows=aligned((samples, RowReader(lanes[0].scene, lanes[0].system).width, LANES)),
+        rows=aligned((samples, row_width(lanes[0].system), LANES)),
         slopes=aligned((stepper.slopes, size, LANES)),
         trial=aligned((size, LANES)),
         room=room(carrier_unknowns(lanes[0].system.carrier) + 1, n, 1, LANES),

@@ -1,16 +1,16 @@
 """One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
 
 import math
-from typing import Any
+from collections.abc import Callable
 
-import numba
 import numpy as np
 
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
 from ab_sim.drive.observation import Energy, Observation, Snapshot
-from ab_sim.drive.rows import RowReader, follow
+from ab_sim.drive.rows import RowReader
 from ab_sim.drive.trajectory import Trajectory, check_room
+from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import (
     place_on,
     start_modes,
@@ -24,12 +24,13 @@ from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_events, has_fri
 from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.events import compiling_events, events_address
-from ab_sim.integrate.fixed_step import advance
+from ab_sim.integrate.fixed_step import Run, stepping
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
-from ab_sim.spindle.stretches import Grid, Stretch, parts, piece_after, same_instant, stretches
+from ab_sim.spindle.profile import Segment
+from ab_sim.spindle.stretches import Grid, Stretch, parts, piece_after, same_instant
 
 AT_ONCE = 10_000
 """Steps between two thinnings of what need not all be kept."""
@@ -93,7 +94,12 @@ class Drive:
         self._work = workspace(
             self.system, self.stepper, state_bounds(self.system, self.step / self.stepper.parts)
         )
+        self._state = aligned((len(self._work.trial),))
+        self._modes = start_modes(scene, self.system)
+        self._kernels: dict[type, Callable[..., int]] = {}
+        self._first_way = Way.along(self._first_profile, self._grid(), 0)
         self._events = 0
+        self._to_start()
         if has_events(self.system.effects):
             self._compile_events()
         self.reset()
@@ -116,34 +122,29 @@ class Drive:
     def reset(self) -> None:
         """Back to t = 0 and the scene's start state; commands are forgotten."""
         self._to_start()
-        self._integrate(self._no_steps(), self._empty_rows(0))
+        self._take(self._way, 0, self._room_for(0))
         self._start_energy = self._stored_energy(self._state, 0.0)
         self._reader.reset()
 
     def _to_start(self) -> None:
         self.steps = 0
-        self.profile = self._first_profile
+        self.profile, self._way = self._first_profile, self._first_way
         self._command: float | None = None
         self._acceleration = self.servo.max_acceleration
-        self._state = aligned((len(self._work.trial),))
         self._state[:] = start_state(self.scene, self.system)
         if held := held_balls(self.faults):
             self._state[self.layout.rates][held] = 0.0
-        self._modes = start_modes(self.scene, self.system)
+        self._modes[:] = start_modes(self.scene, self.system)
         self._work.counts[:] = 0
-        self._smooth_piece: Piece | None = None
-
-    def _no_steps(self) -> Stretch:
-        """At the start."""
-        return Stretch(self._piece_at(0.0), 0, 0, 0.0, self.step)
+        self._work.smooth[0] = math.nan
 
     def _compile_events(self) -> None:
         """What locates events, and the scene's own kernel in the meantime."""
-        self._to_start()
-        arguments = self._arguments(self._no_steps(), self._state, self._empty_rows(0), _NO_SAMPLE)
+        leg, _ = next(self._way.after(0))
         with compiling_events():
-            advance.compile(tuple(map(numba.typeof, arguments)))
+            self._kernel(leg.kind)
         self._events = events_address()
+        self._kernels.clear()
 
     def command(self, speed: float, acceleration: float | None = None) -> None:
         """Ask for a spindle speed from the present instant on.
@@ -167,6 +168,8 @@ class Drive:
         now = self.time
         angle, present = self.profile.angle(now), self.profile.speed(now)
         self.profile = self.servo.approach(now, angle, present, speed, slope)
+        self._way = Way.along(self.profile, self._grid(), self.steps)
+        self._work.smooth[0] = math.nan
         self._command, self._acceleration = float(speed), float(slope)
 
     def _check_stable(self, speed: float) -> None:
@@ -208,24 +211,20 @@ class Drive:
         return Trajectory.join(kept)
 
     def _advance(self, steps: int) -> Trajectory:
-        rows, spindle = self._empty_rows(steps), np.empty((steps, 3))
-        begin = self.steps
-        for stretch in stretches(self.profile, self._grid(), begin, steps):
-            at = slice(stretch.first - begin, stretch.first - begin + max(stretch.steps, 1))
-            self.steps = stretch.first
-            self._integrate(stretch, rows[at])
-            follow(stretch, self.step, spindle[at, :2])
-        self.steps = begin + steps
-        spindle[:, 2] = spindle[:, 1] if self._command is None else self._command
-        return self._reader.trajectory(begin + 1 + np.arange(steps), rows, spindle)
+        samples = self._room_for(steps)
+        self._take(self._way, steps, samples)
+        self.steps += steps
+        return self._reader.trajectory(samples)
 
     def present(self) -> Trajectory:
         """The present as a trajectory of one sample."""
-        return self._present(self.time, self._state)
+        sample = self._room_for(1)
+        self._take(self._way, 0, sample)
+        return self._reader.present(sample)
 
     def observe(self) -> Observation:
         """The drive now."""
-        return self._observation(self.time, self._state)
+        return self._reader.observation(self.present(), self.time, self._stuck())
 
     def observe_at(self, time: float) -> Observation:
         """The drive at a time within the next step, which is not taken by this.
@@ -241,19 +240,20 @@ class Drive:
                 f"time = {time} s: must lie within the next step, "
                 f"{self.time} to {self.time + self.step} s"
             )
-        kept, modes, counts = self._state.copy(), self._modes.copy(), self._work.counts.copy()
-        memory, smooth_piece = self._work.memory.copy(), self._smooth_piece
+        work = self._work
+        changed = self._state, self._modes, work.counts, work.memory, work.smooth
+        kept = [array.copy() for array in changed]
         try:
             if time - self.time > same_instant(time, self.step):
-                for part in parts(self.profile, self._grid(), self.steps, time):
-                    self._integrate(part, self._empty_rows(1))
-            return self._observation(time, self._state)
+                part = Way(parts(self.profile, self._grid(), self.steps, time))
+                self._take(part, 1, self._room_for(1))
+            there = Stretch(self._piece_at(time), self.steps, 0, time - self.time, self.step)
+            sample = self._room_for(1)
+            self._take(Way([there]), 0, sample)
+            return self._reader.observation(self._reader.present(sample), time, self._stuck())
         finally:
-            self._state[:] = kept
-            self._modes = modes
-            self._work.counts[:] = counts
-            self._work.memory[:] = memory
-            self._smooth_piece = smooth_piece
+            for array, values in zip(changed, kept, strict=True):
+                array[:] = values
 
     def energy(self) -> Energy:
         """The energy balance since the start.
@@ -274,7 +274,7 @@ class Drive:
     def snapshot(self) -> Snapshot:
         """The present, to return to with ``restore``."""
         memory = self._work.memory.copy()
-        if self._smooth_piece != self._piece_at(self.time):
+        if self._work.smooth[0] != self._piece_at(self.time).start:
             memory[:] = 0.0
         return Snapshot(
             self.steps,
@@ -295,11 +295,12 @@ class Drive:
         self.steps, self.profile = snapshot.steps, snapshot.profile
         self._command, self._acceleration = snapshot.command, snapshot.acceleration
         self._state[:] = snapshot.state
-        self._modes = snapshot.modes.copy()
-        self._smooth_piece = None
+        self._modes[:] = snapshot.modes
+        self._way = Way.along(self.profile, self._grid(), self.steps)
+        self._work.smooth[0] = math.nan
         if snapshot.memory.shape == self._work.memory.shape:
             self._work.memory[:] = snapshot.memory
-            self._smooth_piece = self._piece_at(self.time)
+            self._work.smooth[0] = self._piece_at(self.time).start
         for name, state in snapshot.pickups.items():
             self._reader.pickups[name].state = state
 
@@ -309,49 +310,38 @@ class Drive:
     def _piece_at(self, time: float) -> Piece:
         return piece_after(self.profile, time, self.step)
 
-    def _empty_rows(self, steps: int) -> np.ndarray:
-        return aligned((steps, self._reader.width))
+    def _room_for(self, steps: int) -> np.ndarray:
+        """Samples that are still to be written."""
+        return np.empty((steps, len(self.channels)))
 
-    def _kernel(
-        self, stretch: Stretch, state: np.ndarray, rows: np.ndarray, sample: np.ndarray
-    ) -> int:
-        """``fixed_step.advance`` along a stretch."""
-        taken: int = advance(*self._arguments(stretch, state, rows, sample))
-        return taken
+    def _kernel(self, kind: type[Segment]) -> Callable[..., int]:
+        """``fixed_step.advance`` along pieces with segments of a kind."""
+        if kind not in self._kernels:
+            pattern = place_on(Piece(0.0, 0.0, 0.0, kind(*[0.0] * len(kind._fields))))
+            fixed = self.system, pattern, self.stepper.weights, self.step
+            changing = self._state, self._modes, self._work
+            self._kernels[kind] = stepping(Run(*fixed, *changing, self._events))
+        return self._kernels[kind]
 
-    def _arguments(
-        self, stretch: Stretch, state: np.ndarray, rows: np.ndarray, sample: np.ndarray
-    ) -> tuple[Any, ...]:
-        return (
-            self.system,
-            place_on(stretch.piece),
-            self.stepper.weights,
-            stretch.piece.start,
-            (stretch.first, self.step, stretch.offset),
-            stretch.length,
-            state,
-            self._modes,
-            self._work,
-            self._events,
-            rows,
-            sample,
-        )
-
-    def _integrate(self, stretch: Stretch, rows: np.ndarray) -> None:
-        if stretch.piece != self._smooth_piece:
-            # What a stepper remembers is of no use behind a kink.
-            self._work.memory[:] = 0.0
-            self._smooth_piece = stretch.piece
-        taken = self._kernel(stretch, self._state, rows, _NO_SAMPLE)
-        if taken < len(rows):
-            self.steps += taken
-            self._smooth_piece = None
-            self._diverged(rows[taken])
+    def _take(self, way: Way, steps: int, samples: np.ndarray) -> None:
+        """Take steps along a way, from the present on; they do not count yet."""
+        command = math.nan if self._command is None else self._command
+        done = 0
+        for leg, at in way.after(self.steps):
+            kernel, first = self._kernel(leg.kind), self.steps + done
+            taken = kernel(leg.table, at, first, steps - done, command, samples[done:])
+            if taken < 0:
+                self.steps = first - 1 - taken
+                self._work.smooth[0] = math.nan
+                self._diverged(self._work.trial)
+            done += taken
+            if done == steps:
+                return
 
     def _diverged(self, bad: np.ndarray) -> None:
         wrong = [
             n
-            for n, x, most in zip(self.layout.names, bad, self._work.bounds, strict=False)
+            for n, x, most in zip(self.layout.names, bad, self._work.bounds, strict=True)
             if not abs(x) < most
         ]
         if len(wrong) > 3:
@@ -384,20 +374,8 @@ class Drive:
             float(piece.segment.speed(local)),
         )
 
-    def _present(self, time: float, state: np.ndarray) -> Trajectory:
-        piece, row = self._piece_at(time), self._empty_rows(1)[0]
-        stretch = Stretch(piece, self.steps, 0, time - self.time, self.step)
-        self._kernel(stretch, state, self._empty_rows(0), row)
-        psi, omega = self._spindle(state, time)
-        command = self._command
-        if command is None:
-            command = float(piece.segment.speed(time - piece.start))
-        return self._reader.present(self.steps, row, (psi, omega, command))
-
-    def _observation(self, time: float, state: np.ndarray) -> Observation:
+    def _stuck(self) -> np.ndarray:
+        """Whether friction holds a ball on the race, shape (balls,)."""
         modes = self._modes[: self.scene.balls.count]
-        stuck = (modes[:, DIRECTION] == 0) & (modes[:, LOADED] == 1) & self._rubs
-        return self._reader.observation(self._present(time, state), time, stuck)
-
-
-_NO_SAMPLE = np.zeros(0)
+        stuck: np.ndarray = (modes[:, DIRECTION] == 0) & (modes[:, LOADED] == 1) & self._rubs
+        return stuck

@@ -1,4 +1,4 @@
-"""From the rows that a kernel writes to a trajectory."""
+"""From the rows that a kernel writes to trajectories and observations."""
 
 import math
 
@@ -6,14 +6,13 @@ import numpy as np
 
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.drive.observation import Observation
-from ab_sim.drive.trajectory import SPINDLE_CHANNELS, Trajectory, channels_for
+from ab_sim.drive.trajectory import Trajectory, channels_for
 from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import MASS, System, carrier_outputs, has_motor
-from ab_sim.integrate.fixed_step import row_width
+from ab_sim.dynamics.system import MASS, System, has_motor
+from ab_sim.integrate.samples import CARRIER, STEP
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
-from ab_sim.spindle.stretches import Stretch
 
 
 def channels_of(scene: Scene, system: System) -> tuple[str, ...]:
@@ -42,50 +41,40 @@ class RowReader:
             name: Pickup(sensor, self._step, self._ways) for name, sensor in scene.sensors.items()
         }
         self.channels = channels_of(scene, system)
-        self._balls = len(SPINDLE_CHANNELS) + len(type(system.carrier).CHANNELS)
-        self.width = row_width(self._layout.size, carrier_outputs(system.carrier))
-        """Of a row."""
+        self._own = slice(CARRIER, CARRIER + len(type(system.carrier).CHANNELS))
         self.reset()
 
     def reset(self) -> None:
         """Back to t = 0."""
-        start = start_state(self._scene, self._system)[None, self._layout.carrier]
-        at_rest = np.zeros((1, carrier_outputs(self._carrier)))
+        start = start_state(self._scene, self._system)[self._layout.carrier]
+        at_rest = self._carrier.at_rest(start)
         for name, pickup in self.pickups.items():
             # As if the drive had hung there at rest for ever.
-            pickup.reset(self._felt(name, self._carrier.stopped(start), at_rest, np.zeros(1))[0])
+            pickup.reset(self._felt(name, at_rest)[0])
 
-    def trajectory(self, steps: np.ndarray, rows: np.ndarray, spindle: np.ndarray) -> Trajectory:
+    def trajectory(self, samples: np.ndarray) -> Trajectory:
         """The trajectory of some steps; readings of sensors go on from the last.
 
         Args:
-            steps: the rows' steps, 1 being the first of a run; with sensors none is left out.
-                Shape (rows,).
-            rows: as the kernel writes them, shape (rows, width).
-            spindle: angle and speed of the profile, and the speed asked for, shape (rows, 3).
+            samples: shape (steps, channels), with sensors one after the other, but for the
+                readings: see ``integrate.samples``. They are written, and become the trajectory's.
         """
-        samples = self._samples(steps, rows, spindle)
-        if len(steps):
-            states, beyond = rows[:, self._layout.carrier], rows[:, self._layout.size : -1]
+        if self.pickups and len(samples):
+            first = int(samples[0, STEP])
             for (name, pickup), at in zip(self.pickups.items(), self._readings(), strict=True):
-                force = self._felt(name, states, beyond, samples[:, 2])
-                samples[:, at] = pickup.process(int(steps[0]), force)
+                force = self._felt(name, samples[:, self._own])
+                samples[:, at] = pickup.process(first, force)
         return Trajectory(self.channels, samples)
 
-    def present(
-        self, step: int, row: np.ndarray, spindle: tuple[float, float, float]
-    ) -> Trajectory:
+    def present(self, sample: np.ndarray) -> Trajectory:
         """One sample; the readings of sensors are those that they hold.
 
         Args:
-            step: the row's.
-            row: shape (width,).
-            spindle: as a row of ``trajectory``.
+            sample: shape (1, channels), as of ``trajectory``.
         """
-        samples = self._samples(np.array([step]), row[None, :], np.array([spindle]))
         for pickup, at in zip(self.pickups.values(), self._readings(), strict=True):
-            samples[:, at] = pickup.reading
-        return Trajectory(self.channels, samples)
+            sample[:, at] = pickup.reading
+        return Trajectory(self.channels, sample)
 
     def observation(self, present: Trajectory, time: float, stuck: np.ndarray) -> Observation:
         """One sample with what follows from it.
@@ -128,42 +117,8 @@ class RowReader:
         ways, first = self._ways, len(self.channels) - self._ways * len(self.pickups)
         return [slice(at, at + ways) for at in range(first, len(self.channels), ways)]
 
-    def _felt(
-        self, name: str, states: np.ndarray, beyond: np.ndarray, psi: np.ndarray
-    ) -> np.ndarray:
+    def _felt(self, name: str, shown: np.ndarray) -> np.ndarray:
         """Specific force where a sensor is, on the deck's axes [m/s^2], shape (samples, ways)."""
         point = np.array(self._scene.sensors[name].position)
-        force: np.ndarray = self._carrier.felt(self._system, states, beyond, psi, point)
+        force: np.ndarray = self._carrier.felt(self._system, shown, point)
         return force
-
-    def _samples(self, steps: np.ndarray, rows: np.ndarray, spindle: np.ndarray) -> np.ndarray:
-        layout, balls = self._layout, self._balls
-        samples = np.empty((len(rows), len(self.channels)))
-        samples[:, 0] = steps
-        samples[:, 1] = samples[:, 0] * self._step
-        samples[:, 2:5] = spindle
-        if self._motor:
-            samples[:, 2:4] = rows[:, layout.spindle][:, :2]
-        beyond = rows[:, layout.size : -1]
-        own = self._carrier.read(rows[:, layout.carrier], beyond, samples[:, 2])
-        samples[:, len(SPINDLE_CHANNELS) : balls] = own
-        after = balls + 2 * self._scene.balls.count
-        samples[:, balls:after:2] = rows[:, layout.angles]
-        samples[:, balls + 1 : after : 2] = rows[:, layout.rates]
-        if self._motor:
-            samples[:, after] = rows[:, -1]
-        return samples
-
-
-def follow(stretch: Stretch, step: float, spindle: np.ndarray) -> None:
-    """Fill in the profile's angle [rad] and speed [rad/s] at the end of each of the steps.
-
-    Args:
-        stretch: where the steps lie.
-        step: s.
-        spindle: shape (steps, 2), one row for a part of a step.
-    """
-    piece = stretch.piece
-    local = np.arange(stretch.first + 1, stretch.first + 1 + len(spindle)) * step - piece.start
-    spindle[:, 0] = piece.start_angle + piece.segment.angle(local)
-    spindle[:, 1] = piece.segment.speed(local)

@@ -191,4 +191,5 @@ def _of(scene: Scene) -> Any:
 
 def place_on(piece: Piece) -> Place:
     """Where a kernel finds itself on a piece of a speed profile."""
-    return Place(piece.segment, reduced(piece.start_angle)[0], float(piece.end - piece.start))
+    phase, lasts = reduced(piece.start_angle)[0], float(piece.end - piece.start)
+    return Place(piece.segment, phase, lasts, float(piece.start_angle))

@@ -65,6 +65,8 @@ class Place(NamedTuple):
     """Spindle angle at the segment's beginning [rad], whole turns left out."""
     until: float = inf
     """Local time at which the segment ends [s]."""
+    angle: float = 0.0
+    """Spindle angle at the segment's beginning [rad], with all its turns: for samples."""
 
 
 class Room(NamedTuple):
@@ -117,12 +119,12 @@ carrier_states = attribute("STATES")
 """How many states a carrier has."""
 carrier_unknowns = attribute("UNKNOWNS")
 """How many accelerations of a carrier are solved for."""
-carrier_outputs = attribute("OUTPUTS")
-"""How many numbers a carrier gives for each sample beyond the state."""
+channel_count = attribute("SHOWN")
+"""How many channels of a sample are a carrier's."""
 begin = forward("begin")
 bear = forward("bear")
 move = forward("move")
-output = forward("output")
+show = forward("show")
 dissipate = forward("dissipate")
 kick = forward("kick")
 straighten = forward("straighten")

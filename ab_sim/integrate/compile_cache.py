@@ -28,6 +28,7 @@ from numba.core.types.containers import BaseTuple
 
 from ab_sim.dynamics.system import System, ball_number
 from ab_sim.integrate.cache_folder import cache_folder
+from ab_sim.integrate.kept import KeptKind
 from ab_sim.integrate.sources import NotOfSources, sources, versions
 
 
@@ -175,7 +176,9 @@ def _classes(kinds: tuple[Any, ...]) -> list[type[Any]]:
     """The classes of named tuples in numba's types: their methods are in the kernel."""
     found: list[type[Any]] = []
     for kind in kinds:
-        if isinstance(kind, BaseTuple):
+        if isinstance(kind, KeptKind):
+            found += _classes((kind.content,))
+        elif isinstance(kind, BaseTuple):
             named = getattr(kind, "instance_class", None)
             found += ([] if named is None else [named]) + _classes(tuple(kind.types))
         elif not isinstance(kind, _NAMED_ALIKE):
@@ -194,7 +197,8 @@ def _importable(thing: Any) -> str:
 def _counts_its_balls(signature: Any) -> bool:
     """Whether a System among the arguments says by its type how many balls it has."""
     arguments, _ = normalize_signature(signature)
-    systems = [kind for kind in arguments if getattr(kind, "instance_class", None) is System]
+    kept = [part for kind in arguments if isinstance(kind, KeptKind) for part in kind.content.types]
+    systems = [k for k in (*arguments, *kept) if getattr(k, "instance_class", None) is System]
     return any(ball_number(kind) is not None for kind in systems)
 
 

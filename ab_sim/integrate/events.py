@@ -101,7 +101,7 @@ def compiling_events() -> Iterator[None]:
 
     On a new machine that takes as long as a scene's own equations do, and there is a second core.
     """
-    if not go_on._cache.lacks(_KINDS):
+    if _KINDS in go_on.overloads or not go_on._cache.lacks(_KINDS):
         yield
         return
     code = f"from {__name__} import events_address; events_address()"

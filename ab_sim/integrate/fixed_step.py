@@ -1,76 +1,169 @@
-"""Fixed steps over one segment of the speed profile."""
+"""Fixed steps along a speed profile."""
 
+import functools
+from collections.abc import Callable
 from math import pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
+import numpy as np
+from numba.core import types
 from numba.extending import overload
 
 from ab_sim.dynamics.calling import address_of, callback
 from ab_sim.dynamics.dispatch import INLINED, chosen_by, effect_class
 from ab_sim.dynamics.layout import angle_at, spindle_angle_at, state_size
+from ab_sim.dynamics.numbers.tables import spread
 from ab_sim.dynamics.race.calls import CALLS, EVALUATE, KICK, RESTITUTION, TAKE_STEP, Calls
 from ab_sim.dynamics.race.race import race_of
 from ab_sim.dynamics.slope import evaluate, inlined_evaluate
-from ab_sim.dynamics.spindle_motion import spindle_motion
 from ab_sim.dynamics.system import (
     TURNS,
+    Place,
     Plant,
+    System,
     ball_count,
-    carrier_outputs,
     has_events,
     has_motor,
     kick,
-    output,
     restitution,
     straighten,
 )
 from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.events import RACE, WORK, call_events, within_bounds
+from ab_sim.integrate.kept import Kept, values_of
 from ab_sim.integrate.on_stack import room_of, stage_room_of
+from ab_sim.integrate.samples import ANGLE, COMMAND, STEP, TIME, along, record
 from ab_sim.integrate.stepper import step
+from ab_sim.integrate.workspace import Workspace
 
+FIRST, END, START, OFFSET, LENGTH, PLACE = range(6)
+"""Columns of a way, a line for each stretch: steps taken before it, and after it, with the step
+that a part of one ends; when its piece of the profile begins [s]; where a part begins in its step
+[s]; length of each of its steps, or of the part [s]; the first of the Place's floats."""
 TWO_PI_REST = 2.4492935982947064e-16
 """2 pi less the floating-point number nearest to it."""
 
 
+class Run(NamedTuple):
+    """What a drive's steps are taken with, call by call: see ``kept.Kept``."""
+
+    system: System
+    """What moves."""
+    place: Place
+    """A pattern of those in the way: all are of one kind of segment."""
+    weights: Any
+    """The stepper's."""
+    step: float
+    """s."""
+    state: np.ndarray
+    """The state; holds the last good one at the end."""
+    modes: np.ndarray
+    """The branches in force; changed at events."""
+    work: Workspace
+    """Where ``trial`` holds the state that left its bounds, if one did."""
+    events: int
+    """``events.events_address()``; of no account where the system has none."""
+
+
 @compiled
-def advance(  # type: ignore[no-untyped-def]
-    system, place, weights, start, clock, length, state, modes, work, events, rows, sample
-):
-    """Take steps within one segment, recording every one; with none, only see to the branches.
+def advance(kept, way, at, first, steps, command, samples):  # type: ignore[no-untyped-def]
+    """Take steps along a way, or up to its end, recording every one.
+
+    With none, only see to the branches; or, if there is room for a sample, record the state as it
+    is, without a change to anything.
 
     Args:
-        system, place: what moves, and where it is along the speed profile.
-        weights: the stepper's.
-        start: time [s] at which the segment begins.
-        clock: (number of the first step, nominal step [s], offset into it [s]). Times are
-            products of these, not sums, so that they do not depend on how a run is cut up; the
-            offset comes last, so that a segment of microseconds keeps its digits.
-        length: step to take [s]: the nominal one, or a part of it next to a breakpoint.
-        state: the state; holds the last good one at the end.
-        modes: the branches in force; changed at events.
-        work: a Workspace.
-        events: ``events.events_address()``; of no account where the system has none.
-        rows: shape (steps, ``row_width``): the state after each step, angles with all their turns,
-            what the carrier gives beyond it, and the motor's torque.
-        sample: shape (row_width,): a row of the state as it is, instead of any steps; or (0,).
+        kept: a Kept of a Run.
+        way: shape (stretches, columns as above), one after the other.
+        at: the stretch that the first step lies in, or the first of its parts.
+        first: steps taken before.
+        steps: how many to take.
+        command: speed asked for [rad/s]; if it is no number, that of the profile.
+        samples: shape (steps, channels), or more: see ``integrate.samples``.
 
     Returns:
-        How many steps were taken; fewer than asked for if the state left its bounds.
+        How many steps were taken; if the state then left its bounds -1 less as many.
     """
-    return march(
-        weights, system, place, start, clock, length, state, modes, work, events, rows, sample
-    )
+    system, pattern, weights, step, state, modes, work, events = values_of(kept)
+    looks, done, bad = steps == 0 and samples.shape[0] > 0, 0, False
+    while at < way.shape[0]:
+        start = way[at, START]
+        if start != work.smooth[0] and not looks:
+            # What a stepper remembers is of no use behind a kink.
+            forget(work.memory)
+            work.smooth[0] = start
+        place = spread(pattern, way[at, PLACE:])
+        ahead, here = way[at, END] - (first + done), steps - done
+        if ahead < here:
+            here = int(ahead)
+        # Part by part of a step makes the same sample, and the last one stays.
+        count = max(here, 1) if steps > 0 else 0
+        clock, rows = (first + done, step, way[at, OFFSET]), samples[done:]
+        length = way[at, LENGTH]
+        taken = march(
+            weights, system, place, start, clock, length, state, modes, work, events, rows, count
+        )
+        bad = taken < count
+        done += taken if bad else here
+        if bad or done == steps:
+            break
+        at += 1
+    for k in range(samples.shape[0]):
+        samples[k, STEP] = first if looks else first + k + 1
+        samples[k, TIME] = samples[k, STEP] * step
+        if command == command:
+            samples[k, COMMAND] = command
+    return -1 - done if bad else done
+
+
+_TABLE = types.float64[:, ::1]
+_KINDS = (_TABLE, *(types.int64,) * 3, types.float64, _TABLE)
+
+
+def stepping(run: Run) -> Callable[..., int]:
+    """``advance`` for a run, of the other arguments; compiled if need be.
+
+    They have to be of just their types: numba's look at each costs more than a step, and is left
+    out.
+    """
+    kept = Kept(run)
+    kinds = (kept.kind, *_KINDS)
+    if kinds not in advance.overloads:
+        advance.compile(kinds)
+    return functools.partial(advance.overloads[kinds].entry_point, kept)
+
+
+@numba.njit(**INLINED)
+def forget(memory):  # type: ignore[no-untyped-def]
+    """What a stepper remembers."""
+    for i in range(memory.shape[0]):
+        for j in range(memory.shape[1]):
+            memory[i, j] = 0.0
 
 
 @numba.njit(**INLINED)
 def step_by_step(  # type: ignore[no-untyped-def]
-    weights, system, place, start, clock, length, state, modes, work, events, rows, sample
+    weights, system, place, start, clock, length, state, modes, work, events, rows, steps
 ):
-    """``advance`` with a stepper whose steps are the scene's."""
+    """Take steps along one stretch, with a stepper whose steps are the scene's.
+
+    Args:
+        weights, system, state, modes, work, events: as of a Run.
+        place: where they are along the speed profile.
+        start: time [s] at which the piece of the profile begins.
+        clock: (number of the first step, nominal step [s], offset into it [s]). Times are
+            products of these, not sums, so that they do not depend on how a run is cut up; the
+            offset comes last, so that a piece of microseconds keeps its digits.
+        length: step to take [s]: the nominal one, or a part of it next to a breakpoint.
+        rows: samples, of which the rows are recorded: see ``integrate.samples``.
+        steps: how many; with none, rows may have room for the state as it is.
+
+    Returns:
+        How many were taken; fewer than asked for if the state left its bounds.
+    """
     first, nominal, offset = clock
-    trial, steps = work.trial, rows.shape[0]
+    trial, looks = work.trial, steps == 0 and rows.shape[0] > 0
     plant = Plant(system, place, modes, room_kept(system, work))
     owner = owner_of(plant, weights, work)
     own = Calls(
@@ -95,19 +188,18 @@ def step_by_step(  # type: ignore[no-untyped-def]
             look_back(plant, work)
         else:
             inlined_evaluate(plant, begin, state, work.slopes[0])
-            if sample.size == 0:
+            if not looks:
                 enter(plant, calls, work, events, begin, state)
         if k > 0:
-            record(plant, begin, state, rows[k - 1])
-        elif sample.size > 0:
-            record(plant, begin, state, sample)
+            end = (first + k) * nominal - start
+            record(plant, along(place, end), begin, state, rows[k - 1, ANGLE:])
+        elif looks:
+            record(plant, along(place, begin), begin, state, rows[0, ANGLE:])
         if k == steps:
             break
         end = ((first + k + 1) * nominal - start) + offset if length == nominal else begin + length
         known = step_over_events(plant, weights, calls, work, events, begin, length, end, state)
         if not within_bounds(trial, work.bounds):
-            for j in range(state_size(system, state)):
-                rows[k, j] = trial[j]
             return k
         for j in range(state_size(system, state)):
             state[j] = trial[j]
@@ -116,7 +208,7 @@ def step_by_step(  # type: ignore[no-untyped-def]
 
 
 def march(weights: Any, *arguments: Any) -> int:
-    """``advance`` as the stepper does it."""
+    """Steps along one stretch as the stepper takes them: see ``step_by_step``."""
     raise TypeError("is called by compiled code only")
 
 
@@ -124,11 +216,6 @@ def march(weights: Any, *arguments: Any) -> int:
 def _march(weights, *arguments):  # type: ignore[no-untyped-def]
     own = getattr(effect_class(weights), "march", None)
     return own or step_by_step.py_func
-
-
-def row_width(states: int, outputs: int) -> int:
-    """Columns of a row: the states, what the carrier gives, the motor's torque [N m]."""
-    return states + outputs + 1
 
 
 @numba.njit(**INLINED)
@@ -251,19 +338,3 @@ def take_out_turns(state, at, modes, i):  # type: ignore[no-untyped-def]
         modes[i, TURNS] += int(turn)
         turned = True
     return turned
-
-
-@numba.njit(**INLINED)
-def record(plant, time, state, row):  # type: ignore[no-untyped-def]
-    """One row of a run's samples, right after ``evaluate``."""
-    system = plant.system
-    n, states = ball_count(system), state_size(system, state)
-    for j in range(states):
-        row[j] = state[j]
-    for i in range(n):
-        row[angle_at(system, i)] += 2.0 * pi * plant.modes[i, TURNS]
-    if has_motor(system.effects):
-        row[spindle_angle_at(system)] += 2.0 * pi * plant.modes[n, TURNS]
-    spindle = spindle_motion(plant, time, state)
-    output(system.carrier, plant, spindle, state, plant.room.acceleration, row[states:])
-    row[states + carrier_outputs(system.carrier)] = spindle.torque

@@ -171,50 +171,44 @@ _apart = numba.njit(**APART)(step_by_step.py_func)
 
 
 @numba.njit(**APART)
-def _look(plant, weights, start, clock, length, state, work, events, rows, sample):  # type: ignore[no-untyped-def]
+def _look(plant, weights, start, clock, length, state, work, events, rows):  # type: ignore[no-untyped-def]
     system, place, modes = plant.system, plant.place, plant.modes
     own, none = weights.over_events, rows[:0]
-    _apart(own, system, place, start, clock, length, state, modes, work, events, none, sample)
+    _apart(own, system, place, start, clock, length, state, modes, work, events, none, 0)
 
 
 look = chosen_by(has_events, _look, lambda plant, *_: None)
-"""See to the branches where a span begins anew: arguments as of ``hand_over``."""
+"""See to the branches where a span begins anew: arguments as of ``hand_over``, without steps."""
 
 
 @numba.njit(**APART)
-def _hand_over(plant, weights, start, clock, length, state, work, events, rows, sample):  # type: ignore[no-untyped-def]
+def _hand_over(plant, weights, start, clock, length, state, work, events, rows, steps):  # type: ignore[no-untyped-def]
     system, place, modes = plant.system, plant.place, plant.modes
     own, (first, nominal, offset) = weights.over_events, clock
     begin = (first * nominal - start) + offset
-    parts = parts_of(weights, plant, begin, length, state, work)
-    done = 0
+    parts, done = parts_of(weights, plant, begin, length, state, work), 0
     if parts == 1:
         done = _apart(
-            own, system, place, start, clock, length, state, modes, work, events, rows, sample
+            own, system, place, start, clock, length, state, modes, work, events, rows, steps
         )
-    else:
-        part = length / parts
-        while done < rows.shape[0]:
-            row = rows[done : done + 1]
-            for p in range(parts):
-                at = first + done, nominal, offset + p * part
-                if (
-                    _apart(
-                        own, system, place, start, at, part, state, modes, work, events, row, sample
-                    )
-                    == 0
-                ):
-                    return done
-            done += 1
+    part = length / parts
+    while done < steps and parts > 1:
+        row = rows[done : done + 1]
+        for p in range(parts):
+            at = first + done, nominal, offset + p * part
+            taken = _apart(own, system, place, start, at, part, state, modes, work, events, row, 1)
+            if taken == 0:
+                return done
+        done += 1
     work.memory[line_at(system, state)][REST] -= done
     return done
 
 
 hand_over = chosen_by(has_events, _hand_over, lambda plant, *_: 0)
-"""Steps of the other stepper, as many as there are rows, all of them due.
+"""Steps of the other stepper, all of them due.
 
-``(plant, weights, start, clock, length, state, work, events, rows, sample)``, as of
-``fixed_step.advance``. Returns how many were taken; fewer if the state left its bounds.
+``(plant, weights, start, clock, length, state, work, events, rows, steps)``, as of
+``fixed_step.step_by_step``. Returns how many were taken; fewer if the state left its bounds.
 """
 
 

@@ -14,8 +14,9 @@ from ab_sim.dynamics.numbers.lanes import as_lanes, spread, where_less
 from ab_sim.dynamics.slope import inlined_evaluate
 from ab_sim.dynamics.system import TURNS, Plant, Room, System, ball_count
 from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.fixed_step import TWO_PI_REST, record
+from ab_sim.integrate.fixed_step import TWO_PI_REST
 from ab_sim.integrate.on_stack import room_of
+from ab_sim.integrate.samples import along, record
 from ab_sim.integrate.stepper import step as take_step
 
 FIRST, STEPS, FINISHES = 0, 1, 2
@@ -47,7 +48,7 @@ class Runs(NamedTuple):
     sound: np.ndarray
     """1 while a run is within its bounds, and how many steps it was: shape (2, 8)."""
     rows: np.ndarray
-    """Shape (samples, row_width, 8): see fixed_step.advance."""
+    """Shape (samples, row_width, 8): see integrate.samples."""
     slopes: np.ndarray
     """The stepper's stages, shape (stages, states, 8)."""
     trial: np.ndarray
@@ -118,7 +119,8 @@ def advance_side_by_side(  # type: ignore[no-untyped-def]
             if finishes:
                 sound[1] += sound[0]
                 if (first + k + 1) % every == 0:
-                    record(here, end, state, rows[(first + k + 1) // every - 1])
+                    profile = along(here.place, (first + k + 1) * step - start)
+                    record(here, profile, end, state, rows[(first + k + 1) // every - 1])
 
 
 def lanes_can(*arguments: Any) -> bool:

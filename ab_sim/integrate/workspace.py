@@ -34,6 +34,9 @@ class Workspace(NamedTuple):
     memory: np.ndarray
     """What a stepper carries from one step to the next, shape (rows, states); of one that takes
     spans the last one, shape (2 states + 2, 8)."""
+    smooth: np.ndarray
+    """When the piece of the profile begins that the memory belongs to [s]; NaN if it belongs to
+    none, shape (1,)."""
     tables: np.ndarray
     """What it keeps for as long as it serves, shape (lines, 8)."""
     bounds: np.ndarray
@@ -85,6 +88,7 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
             1 + nodes,
         ),
         memory=aligned((2 * states + 2, EIGHT) if stepper.spans else (stepper.memory, states)),
+        smooth=np.full(1, math.nan),
         tables=tables_for(system, stepper),
         bounds=bounds,
         margin=aligned((margins,)),

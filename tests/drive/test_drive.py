@@ -222,6 +222,32 @@ def test_breakpoints_next_to_the_grid_and_within_one_step(scene: Any, with_hold:
     np.testing.assert_allclose(final(1e-3, 2.5003, 3e-4), final(2.5e-4, 2.5003, 3e-4), rtol=1e-9)
 
 
+def test_samples_have_the_profiles_angle_and_speed_to_the_bit(scene: Any, with_hold: Any) -> None:
+    """Between breakpoints that are off the grid; and the deck lies on axes at just that angle."""
+    drive = Drive(scene(profile=with_hold(start_time=2.50033, duration=0.05)))
+    drive.advance(2490)
+    run, profile = drive.advance(100), drive.profile
+    assert {profile.number_at(time) for time in run["time"]} == {0, 1, 2}
+    assert run["angle"].tolist() == [profile.angle(time) for time in run["time"]]
+    assert run["speed"].tolist() == [profile.speed(time) for time in run["time"]]
+    assert run["command"].tolist() == run["speed"].tolist()
+    seen, c, s = drive.observe(), np.cos(run["angle"][-1]), np.sin(run["angle"][-1])
+    u1, u2 = drive.snapshot().state[:2]
+    np.testing.assert_allclose(seen.position, [c * u1 - s * u2, s * u1 + c * u2], rtol=1e-13)
+    assert drive.present().samples.tobytes() == run.samples[-1].tobytes()
+
+
+def test_a_trajectory_is_not_touched_by_what_follows(scene: Any) -> None:
+    drive = Drive(scene())
+    run, present = drive.advance(20), drive.present()
+    before = run.samples.tobytes(), present.samples.tobytes()
+    drive.advance(50)
+    drive.command(10.0)
+    drive.advance(1)
+    drive.reset()
+    assert (run.samples.tobytes(), present.samples.tobytes()) == before
+
+
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 10, 11])
 def test_any_grouping_of_steps_across_breakpoints(count: int, scene: Any) -> None:
     """Breakpoints of commands on and off the grid, met by every phase of the groups of steps."""

@@ -16,8 +16,9 @@ from ab_sim.dynamics.dispatch import APART, any_effect_has, forward, sum_over_ef
 from ab_sim.dynamics.effects import RollingFriction, Suspension, ViscousDrag
 from ab_sim.dynamics.motion import Ball, Deck
 from ab_sim.dynamics.numbers.lanes import LANES, as_lanes, leaves, spread
-from ab_sim.dynamics.system import Place, carrier_outputs, has_events
-from ab_sim.integrate.fixed_step import advance, row_width
+from ab_sim.dynamics.system import Place, has_events
+from ab_sim.integrate.fixed_step import Run, advance
+from ab_sim.integrate.kept import Kept
 from ab_sim.integrate.steppers.rk8 import RK8
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene import check_scene
@@ -150,10 +151,9 @@ def kernels() -> list[tuple[str, str]]:
         system = system_of(scene)
         state, modes = start_state(scene, system), start_modes(scene, system)
         work = workspace(system, RK8, state_bounds(system, 1e-3))
-        place, clock = Place(Ramp(0.0, 40.0), 0.0), (0, 1e-3, 0.0)
-        rows = np.empty((1, row_width(state.size, carrier_outputs(system.carrier))))
-        arguments = (system, place, RK8.weights, 0.0, clock, 1e-3, state, modes, work)
-        arguments += (0, rows, np.zeros(0))
+        place = Place(Ramp(0.0, 40.0), 0.0)
+        kept = Kept(Run(system, place, RK8.weights, 1e-3, state, modes, work, 0))
+        arguments = (kept, np.empty((1, 10)), 0, 0, 1, 0.0, np.empty((1, 20)))
         # Compiled afresh: code that came from the disk cache cannot be inspected.
         fresh = numba.njit(**APART)(advance.py_func)
         signature = tuple(numba.typeof(argument) for argument in arguments)

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import place_on, start_modes, system_of
 from ab_sim.dynamics.carriers.facts import carrier
 from ab_sim.dynamics.layout import layout_of
@@ -17,16 +19,16 @@ from ab_sim.dynamics.race.ball import moment_from_shaft, relative_load, spindle_
 from ab_sim.dynamics.race.table import COS, LOAD, REACH, SIN
 from ab_sim.dynamics.system import MASS, deck_force
 from ab_sim.integrate.events import events_address
-from ab_sim.integrate.fixed_step import advance, row_width
+from ab_sim.integrate.fixed_step import Run, stepping
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene import load_scene
+from ab_sim.spindle.stretches import Stretch
 
 
 @carrier(
     STATES=4,
     UNKNOWNS=2,
     STATE_NAMES=("x", "y", "x rate", "y rate"),
-    OUTPUTS=2,
     NEEDS_ANGLE=True,
     WAYS=2,
     CHANNELS=("x", "y", "vx", "vy", "ax", "ay"),
@@ -69,8 +71,12 @@ class OnFixedAxes(NamedTuple):
         slope[0], slope[1] = state[2], state[3]
         slope[2], slope[3] = plant.room.acceleration[0], plant.room.acceleration[1]
 
-    def output(self, plant: Any, spindle: Any, state: Any, acceleration: Any, row: Any) -> None:
-        row[0], row[1] = acceleration[0], acceleration[1]
+    def show(
+        self, plant: Any, spindle: Any, c: Any, s: Any, state: Any, acceleration: Any, shown: Any
+    ) -> None:
+        for j in range(4):
+            shown[j] = state[j]
+        shown[4], shown[5] = acceleration[0], acceleration[1]
 
     def kick(self, state: Any, jumps: Any, velocities: Any) -> None:
         velocities[2] += jumps[0]
@@ -93,16 +99,15 @@ def test_the_same_drive_on_axes_that_do_not_turn() -> None:
     state = aligned((layout.size,))
     state[layout.angles] = run.ball_angles[0] * 0.0 + np.array(scene.start.ball_angles or 0.0)
     work = workspace(system, expected.stepper, np.full(layout.size, 1e150))
-    rows = aligned((steps, row_width(layout.size, 2)))
     piece = expected.profile.piece_at(0.0)
     assert piece.end > 0.5
-    taken = advance(
-        *(system, place_on(piece), expected.stepper.weights, piece.start, (0, step, 0.0), step),
-        *(state, start_modes(scene, system), work, events_address(), rows, np.zeros(0)),
-    )
-    assert taken == steps
+    fixed = system, place_on(piece), expected.stepper.weights, step
+    advance = stepping(Run(*fixed, state, start_modes(scene, system), work, events_address()))
+    leg, at = next(Way([Stretch(piece, 0, steps, 0.0, step)]).after(0))
+    own = Trajectory(run.channels, np.empty(run.samples.shape))
+    assert advance(leg.table, at, 0, steps, np.nan, own.samples) == steps
     assert work.counts[0] == expected.events
     # Truncation differs with the axes; rk8 leaves next to none of it.
-    np.testing.assert_allclose(rows[:, layout.angles], run.ball_angles, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(rows[:, :2], run.position, rtol=0, atol=1e-13)
-    np.testing.assert_allclose(rows[:, layout.size : -1], run.acceleration, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(own.ball_angles, run.ball_angles, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(own.position, run.position, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(own.acceleration, run.acceleration, rtol=0, atol=1e-8)

@@ -268,8 +268,7 @@ def _whirl(turn: TurnMap, orbit: Orbit) -> tuple[float, float]:
     """Smallest and largest distance of C from where it hangs, across the shaft, over a turn [m]."""
     carrier, own = turn.system.carrier, turn.layout.carrier
     psi = turn.scene.start.angle + turn.speed * turn.period * np.linspace(0, 1, orbit.steps + 1)
-    beyond = np.zeros((orbit.steps + 1, type(carrier).OUTPUTS))
-    x, y = carrier.read(orbit.states[:, own], beyond, psi)[:-1, :2].T
+    x, y = carrier.place(orbit.states[:, own], psi)[:-1, :2].T
     place = rest_of(turn.scene).place
     whirl = np.abs(between((x - place[0]) + 1j * (y - place[1])))
     return float(whirl.min()), float(whirl.max())

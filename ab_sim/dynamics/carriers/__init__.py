@@ -8,8 +8,6 @@ nothing of it. It has
         how many states of its own it has, and accelerations that are solved for
     STATE_NAMES
         of its states, for messages
-    OUTPUTS
-        how many numbers it gives for each sample beyond the state
     NEEDS_ANGLE
         whether its equations contain the spindle's angle whatever the effects are
     WAYS
@@ -22,12 +20,13 @@ nothing of it. It has
 
 in Python the methods
 
-    read(self, states, beyond, psi)
-        its channels, from its own states and its outputs, one line for each sample
-    felt(self, system, states, beyond, psi, point)
-        specific force at a point of the deck on its axes, one line for each sample
-    stopped(self, states)
-        the same states at rest
+    place(self, states, psi)
+        where the deck is along these axes, from its own states, one line for each
+    felt(self, system, shown, point)
+        specific force at a point of the deck on its axes, from its channels, one line for each
+        sample
+    at_rest(self, states)
+        its channels if it stood still in such states, one line
     scale(self, length, speed)
         magnitudes of its states, for errors to be measured by, from a length and a spindle speed
     tangent(self, states)
@@ -47,8 +46,8 @@ and the methods, compiled into kernels, of a Plant, the Spindle's motion and the
         table, its mass and forces into the block; returns the force along the race [N]
     move(self, plant, spindle, frame, state, slope)
         the rates of change of its states, once the accelerations are known
-    output(self, plant, spindle, state, acceleration, row)
-        its numbers of a sample
+    show(self, plant, spindle, c, s, state, acceleration, shown)
+        its channels; (c, s) is cosine and sine of the spindle's angle
     dissipate(self, plant, spindle, state) -> W
         what its suspension dissipates
     kick(self, state, jumps, velocities)

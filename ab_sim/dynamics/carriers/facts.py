@@ -11,7 +11,6 @@ def carrier(
     STATES: int,
     UNKNOWNS: int,
     STATE_NAMES: tuple[str, ...],
-    OUTPUTS: int,
     NEEDS_ANGLE: bool,
     WAYS: int,
     CHANNELS: tuple[str, ...],
@@ -20,6 +19,7 @@ def carrier(
     """Class decorator: make these attributes of a NamedTuple; ``carriers`` says what they mean."""
     # Tuples whose lengths are numbers that compiled code knows: see ``dispatch.number_of``.
     facts = {**locals(), "ALL": (None,) * (UNKNOWNS + 1), "FREE": (None,) * UNKNOWNS}
+    facts["SHOWN"] = len(CHANNELS)
 
     def add(kind: Class) -> Class:
         for name, value in facts.items():

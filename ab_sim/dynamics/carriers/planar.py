@@ -71,7 +71,6 @@ _K = 3
     STATES=4,
     UNKNOWNS=2,
     STATE_NAMES=("u1", "u2", "v1", "v2"),
-    OUTPUTS=2,
     NEEDS_ANGLE=False,
     WAYS=2,
     COORDINATES=2,
@@ -197,11 +196,14 @@ class Planar(NamedTuple):
         one, two = force[0], force[1]
         force[0], force[1] = c * one + s * two, c * two - s * one
 
-    def output(self, plant: Any, spindle: Any, state: Any, acceleration: Any, row: Any) -> None:
-        """The deck's acceleration on the rotating axes [m/s^2]."""
+    def show(
+        self, plant: Any, spindle: Any, c: Any, s: Any, state: Any, acceleration: Any, shown: Any
+    ) -> None:
+        """Displacement, velocity and acceleration on inertial axes."""
         g1, g2 = gravity_on_rotating_axes(plant, spindle)
-        row[0] = acceleration[0] + g1
-        row[1] = acceleration[1] + g2
+        shown[0], shown[1] = on_inertial_axes(c, s, state[0], state[1])
+        shown[2], shown[3] = on_inertial_axes(c, s, state[2], state[3])
+        shown[4], shown[5] = on_inertial_axes(c, s, acceleration[0] + g1, acceleration[1] + g2)
 
     def dissipate(self, plant: Any, spindle: Any, state: Any) -> Any:
         """See ``carriers``."""
@@ -219,30 +221,18 @@ class Planar(NamedTuple):
         """Nothing drifts."""
         return False
 
-    def read(self, states: np.ndarray, beyond: np.ndarray, psi: np.ndarray) -> np.ndarray:
-        """Displacement, velocity and acceleration on inertial axes, shape (samples, 6)."""
-        c, s = np.cos(psi), np.sin(psi)
-        found = np.empty((len(states), 6))
-        for column, (one, two) in ((0, states[:, :2].T), (2, states[:, 2:].T), (4, beyond.T)):
-            found[:, column] = c * one - s * two
-            found[:, column + 1] = s * one + c * two
-        return found
+    def place(self, states: np.ndarray, psi: np.ndarray) -> np.ndarray:
+        """Displacement on inertial axes [m], shape (samples, 2)."""
+        return np.stack(on_inertial_axes(np.cos(psi), np.sin(psi), *states.T[:2]), axis=1)
 
-    def felt(
-        self,
-        system: Any,
-        states: np.ndarray,
-        beyond: np.ndarray,
-        psi: np.ndarray,
-        point: np.ndarray,
-    ) -> np.ndarray:
+    def felt(self, system: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
         """Specific force on inertial axes [m/s^2]: the same all over a deck that never turns."""
-        own: np.ndarray = self.read(states, beyond, psi)[:, 4:] - np.array(gravity(system.effects))
+        own: np.ndarray = shown[:, 4:] - np.array(gravity(system.effects))
         return own
 
-    def stopped(self, states: np.ndarray) -> np.ndarray:
-        """The same states at rest."""
-        return states * np.array([1.0, 1.0, 0.0, 0.0])
+    def at_rest(self, states: np.ndarray) -> np.ndarray:
+        """At a spindle angle of 0."""
+        return np.array([[*states[:2], 0.0, 0.0, 0.0, 0.0]])
 
     def scale(self, length: float, speed: float) -> list[float]:
         """Magnitudes of the states, for errors to be measured by; in Python only."""
@@ -282,6 +272,13 @@ class Planar(NamedTuple):
                 spin = ball.radius * w - path
                 energy += 0.5 * ball_inertia(effects, ball) * spin * spin
         return float(energy)
+
+
+@register_jitable(**INLINED)
+def on_inertial_axes(c: Any, s: Any, one: Any, two: Any) -> Any:
+    """A vector on the rotating axes, (c, s) being cosine and sine of their angle."""
+    # Fused by hand, so that a sample has the same digits wherever it is made.
+    return multiply_add(c, one, -(s * two)), multiply_add(s, one, c * two)
 
 
 @register_jitable(**INLINED)

@@ -80,7 +80,6 @@ depends on its length but its own digits."""
         *("X", "Y", "Z", "quaternion w", "quaternion x", "quaternion y", "quaternion z"),
         *("X rate", "Y rate", "Z rate", "tilt rate x", "tilt rate y", "tilt rate z"),
     ),
-    OUTPUTS=6,
     NEEDS_ANGLE=True,
     WAYS=3,
     COORDINATES=7,
@@ -281,14 +280,20 @@ class Tilting(NamedTuple):
     def on_next_axes(self, c: Any, s: Any, force: Any) -> None:
         """See ``carriers``: the axes stand still for ever."""
 
-    def output(self, plant: Any, spindle: Any, state: Any, acceleration: Any, row: Any) -> None:
-        """Acceleration of C on the ground's axes [m/s^2], of the turn on deck axes [rad/s^2]."""
-        x = acceleration
+    def show(
+        self, plant: Any, spindle: Any, c: Any, s: Any, state: Any, acceleration: Any, shown: Any
+    ) -> None:
+        """Place, velocity, acceleration, quaternion, turning and its rate."""
+        x, g = acceleration, self.gravity
         ax, ay, az = to_ground(turn_of(state), x[0], x[1], x[2])
-        row[0] = ax + self.gravity[0]
-        row[1] = ay + self.gravity[1]
-        row[2] = az + self.gravity[2]
-        row[3], row[4], row[5] = x[3], x[4], x[5]
+        shown[6], shown[7], shown[8] = ax + g[0], ay + g[1], az + g[2]
+        square = state[3] * state[3] + state[4] * state[4]
+        length = sqrt(square + state[5] * state[5] + state[6] * state[6])
+        for j in range(3):
+            shown[j], shown[3 + j] = state[j], state[7 + j]
+            shown[13 + j], shown[16 + j] = state[10 + j], x[3 + j]
+        for j in range(4):
+            shown[9 + j] = state[3 + j] / length
 
     def dissipate(self, plant: Any, spindle: Any, state: Any) -> Any:
         """See ``carriers``."""
@@ -319,34 +324,25 @@ class Tilting(NamedTuple):
             state[j] *= scale
         return True
 
-    def read(self, states: np.ndarray, beyond: np.ndarray, psi: np.ndarray) -> np.ndarray:
-        """Place, velocity, acceleration, quaternion, turning and its rate, (samples, 19)."""
-        place, turn, velocity, rates = np.split(states, [3, 7, 10], axis=1)
-        turn = turn / np.linalg.norm(turn, axis=1, keepdims=True)
-        parts = place, velocity, beyond[:, :3], turn, rates, beyond[:, 3:]
-        return np.concatenate(parts, axis=1)
+    def place(self, states: np.ndarray, psi: np.ndarray) -> np.ndarray:
+        """Of C on the ground's axes [m], shape (samples, 3)."""
+        return states[:, :3]
 
-    def felt(
-        self,
-        system: Any,
-        states: np.ndarray,
-        beyond: np.ndarray,
-        psi: np.ndarray,
-        point: np.ndarray,
-    ) -> np.ndarray:
+    def felt(self, system: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
         """Specific force at a point of the deck on its axes [m/s^2], shape (samples, 3)."""
-        turn = np.array(turn_of(states.T)).reshape(3, 3, -1)
-        force = np.einsum("jis,sj->si", turn, beyond[:, :3] - np.array(self.gravity))
-        rates, change = states[:, 10:13], beyond[:, 3:]
+        _, _, acceleration, _, rates, change = np.split(shown, [3, 6, 9, 13, 16], axis=1)
+        # The quaternion lies behind three others, as in a state.
+        turn = np.array(turn_of(shown.T[6:])).reshape(3, 3, -1)
+        force = np.einsum("jis,sj->si", turn, acceleration - np.array(self.gravity))
         own: np.ndarray = (
             force + np.cross(change, point) + np.cross(rates, np.cross(rates, point[None, :]))
         )
         return own
 
-    def stopped(self, states: np.ndarray) -> np.ndarray:
-        """The same states at rest."""
-        found = states.copy()
-        found[:, 7:] = 0.0
+    def at_rest(self, states: np.ndarray) -> np.ndarray:
+        """Where it is and as it is turned."""
+        found = np.zeros((1, 19))
+        found[0, :3], found[0, 9:13] = states[:3], states[3:7] / np.linalg.norm(states[3:7])
         return found
 
     def scale(self, length: float, speed: float) -> list[float]:

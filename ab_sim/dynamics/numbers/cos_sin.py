@@ -17,16 +17,17 @@ _QUARTERS = 0.6366197723675814
 _ROUND = 6755399441055744.0
 """1.5 * 2^52: what is added to it is rounded to a whole number."""
 _PI_2A, _PI_2B, _PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
-"""pi/2 in pieces of 33 bits, whose products with up to 2^20 quarters are exact."""
+"""pi/2 in pieces of 33 bits, whose products with up to 2^20 quarters are exact; with more, what is
+left by the first is, and the others are small."""
 
 
 def cos_sin(x: Any) -> Any:
-    """(cos x, sin x), each to within 2^-53 or so of 1 for abs(x) up to 10^6.
+    """(cos x, sin x), each to within 2^-53 or so of 1 for abs(x) up to 10^9 (in Python up to 10^6).
 
     Source: fdlibm's k_cos and k_sin (Sun Microsystems, 1993), with its three-piece reduction.
     """
     quarters = multiply_add(x, _QUARTERS, _ROUND) - _ROUND
-    r = x - quarters * _PI_2A
+    r = multiply_add(quarters, -_PI_2A, x)
     r = multiply_add(quarters, -_PI_2C, multiply_add(quarters, -_PI_2B, r))
     z = r * r
     # In pairs (Estrin), which wait for each other less than Horner's chain.

@@ -8,7 +8,7 @@ from numba.core.types.containers import BaseNamedTuple, BaseTuple
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
-from ab_sim.dynamics.numbers.kinds import BYTES
+from ab_sim.dynamics.numbers.kinds import BYTES, SeveralFloats
 
 _FLOAT = 8
 """Bytes to which a float is aligned."""
@@ -20,7 +20,7 @@ def spread(typing_context, pattern, table):  # type: ignore[no-untyped-def]
 
     Args:
         pattern: its values are of no account, but for what is not a float.
-        table: array of lanes or duals, shape (floats in the pattern,): see ``leaves``.
+        table: array of lanes, duals or floats, shape (floats in the pattern,): see ``leaves``.
     """
 
     def wide(kind: Any) -> Any:
@@ -34,6 +34,8 @@ def spread(typing_context, pattern, table):  # type: ignore[no-untyped-def]
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         entries = make_array(signature.args[1])(context, builder, value=arguments[1])
+        # Of an array of floats numba says that it is aligned if each of them is.
+        whole = table.aligned and isinstance(table.dtype, SeveralFloats)
         place = 0
 
         def fill(kind: Any, value: Any) -> Any:
@@ -47,7 +49,7 @@ def spread(typing_context, pattern, table):  # type: ignore[no-untyped-def]
                 return value
             at = builder.gep(entries.data, [context.get_constant(types.intp, place)])
             place += 1
-            return builder.load(at, align=BYTES if table.aligned else _FLOAT)
+            return builder.load(at, align=BYTES if whole else _FLOAT)
 
         return fill(signature.args[0], arguments[0])
 

@@ -32,9 +32,9 @@ from ab_sim.dynamics.numbers.across import total
 from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
 from ab_sim.dynamics.slope import evaluate, inlined_evaluate
 from ab_sim.dynamics.spindle_motion import spindle_motion
-from ab_sim.dynamics.system import Plant, ball_count, carrier_coordinates, carrier_outputs
+from ab_sim.dynamics.system import Plant, ball_count, carrier_coordinates
 from ab_sim.integrate.events import within_bounds
-from ab_sim.integrate.fixed_step import record, room_kept, unwind
+from ab_sim.integrate.fixed_step import room_kept, unwind
 from ab_sim.integrate.hand_over import (
     GOOD,
     PARTS,
@@ -54,6 +54,7 @@ from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.response_tables import LINES_EACH, OWN, SAMPLES, linear_part
 from ab_sim.integrate.responses import NODES, Nodes, gauss, nodes
+from ab_sim.integrate.samples import ANGLE, along, record, row_width
 from ab_sim.integrate.span import (
     AHEAD,
     AT,
@@ -152,23 +153,23 @@ def collocation(tolerance: float, steps: float) -> Stepper:
 
 @numba.njit(**INLINED)
 def collocate(  # type: ignore[no-untyped-def]
-    weights, system, place, start, clock, length, state, modes, work, events, rows, sample
+    weights, system, place, start, clock, length, state, modes, work, events, rows, steps
 ):
-    """``fixed_step.advance``."""
+    """See ``fixed_step.step_by_step``."""
     first, nominal, offset = clock
     plant = Plant(system, place, modes, room_kept(system, work))
     head, line = work.memory[head_at(system, state)], work.memory[line_at(system, state)]
-    steps, done = rows.shape[0], 0
-    if sample.size > 0:
+    done = 0
+    if steps == 0 and rows.shape[0] > 0:
         begin = (first * nominal - start) + offset
         evaluate(plant, begin, state, work.slopes[0])
-        record(plant, begin, state, sample)
+        record(plant, along(place, begin), begin, state, rows[0, ANGLE:])
     elif steps == 0 and head[STEP] != length:
-        look(plant, weights, start, clock, length, state, work, events, rows, sample)
+        look(plant, weights, start, clock, length, state, work, events, rows)
     size, states = state_count(system, state), state_size(system, state)
-    width = states + carrier_outputs(system.carrier) + 1
+    width, profile = row_width(system), own_array(0.0, (2, NODES))
     numbers, kept = own_array(0.0, (state.size, NODES)), own_array(0.0, (width, NODES))
-    at, row = as_lanes(numbers), as_lanes(kept)
+    at, row, angle_and_speed = as_lanes(numbers), as_lanes(kept), as_lanes(profile)
     slope = own_array(at[0], (size,))
     own = Plant(system, place, modes, own_room(system, ball_count(system), at[0]))
     while done < steps:
@@ -176,9 +177,9 @@ def collocate(  # type: ignore[no-untyped-def]
             now = first + done, nominal, offset
             count = min(due(plant, length, state, work), steps - done)
             if count > 0:
-                ahead = rows[done : done + count]
+                ahead = rows[done:]
                 taken = hand_over(
-                    plant, weights, start, now, length, state, work, events, ahead, sample
+                    plant, weights, start, now, length, state, work, events, ahead, count
                 )
                 done += taken
                 if taken < count:
@@ -187,13 +188,13 @@ def collocate(  # type: ignore[no-untyped-def]
             begin = ((first + done) * nominal - start) + offset
             unwind(plant, state)
             if head[STEP] != length:
-                look(plant, weights, start, now, length, state, work, events, rows, sample)
+                look(plant, weights, start, now, length, state, work, events, rows)
             whole = (place.until - begin) / length + 1e-6 if length == nominal else 1.0
             if not take_span(weights, plant, begin, length, whole, state, work):
                 if given_up(plant, state, work):
                     continue
-                for j in range(width):
-                    rows[done, j] = np.nan
+                for j in range(states):
+                    work.trial[j] = np.nan
                 return done
             if line[GOOD] == 0.0:
                 continue
@@ -201,12 +202,17 @@ def collocate(  # type: ignore[no-untyped-def]
         group = taken // NODES
         time = states_in_span(weights, own, group, state, work, at)
         inlined_evaluate(own, time, at, slope)
-        record(own, time, at, row)
+        before = first + done - (taken - group * NODES)
+        for lane in range(NODES):
+            # Not in lanes: what is asked of the profile at a time has the same digits as elsewhere.
+            found = along(place, (before + lane + 1) * nominal - start)
+            profile[0, lane], profile[1, lane] = found
+        record(own, (angle_and_speed[0], angle_and_speed[1]), time, at, row)
         until = min(taken + steps - done, int(line[GOOD]), (group + 1) * NODES)
         sound = all_within_bounds(system, at, work.bounds)
         for lane in range(taken - group * NODES, until - group * NODES):
             for j in range(width):
-                rows[done, j] = kept[j, lane]
+                rows[done, ANGLE + j] = kept[j, lane]
             if not sound:
                 for j in range(states):
                     work.trial[j] = numbers[j, lane]

@@ -16,7 +16,7 @@ from ab_sim.drive.observation import Energy
 from ab_sim.dynamics.assemble import place_on, start_modes, start_state, system_of
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.ledger import mechanical_energy
-from ab_sim.dynamics.system import TURNS, Place, carrier_outputs, has_events
+from ab_sim.dynamics.system import TURNS, Place, has_events
 from ab_sim.integrate.vector_field import slope_at
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile
@@ -86,8 +86,7 @@ class RightHandSide:
         """States at the sample times, shape (samples, states), as samples."""
         layout, carrier = layout_of(self.system), self.system.carrier
         psi = np.array([self.profile.angle(float(t)) for t in self.sampling.times])
-        beyond = np.zeros((len(states), carrier_outputs(carrier)))
-        position = carrier.read(states[:, layout.carrier], beyond, psi)[:, : carrier.WAYS]
+        position = carrier.place(states[:, layout.carrier], psi)
         turns = 2.0 * math.pi * self.modes[: self.scene.balls.count, TURNS]
         return Samples(position, states[:, layout.angles] + turns)
 

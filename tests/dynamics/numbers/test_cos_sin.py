@@ -42,3 +42,13 @@ def test_compiled_it_rounds_at_most_once_less() -> None:
     compiled = numba.njit(lambda x: cos_sin(x))
     for x in np.random.default_rng(3).uniform(-7.0, 7.0, 1000):
         np.testing.assert_allclose(compiled(x), cos_sin(x), rtol=0.0, atol=2 * ULP)
+
+
+def test_compiled_it_is_exact_far_beyond_a_day_of_turning() -> None:
+    if np.finfo(np.longdouble).eps > 2e-19:
+        pytest.skip("this machine has no longer floats to compare with")
+    compiled = numba.njit(lambda x: cos_sin(x))
+    x = np.random.default_rng(4).uniform(-1e9, 1e9, 10_000)
+    found, exact = np.array([compiled(each) for each in x]), x.astype(np.longdouble)
+    assert np.abs(found[:, 0] - np.cos(exact)).max() <= 1.5 * ULP
+    assert np.abs(found[:, 1] - np.sin(exact)).max() <= 1.5 * ULP

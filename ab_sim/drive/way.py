@@ -1,0 +1,72 @@
+"""The way of a drive's steps along its speed profile, as tables that its kernel walks along."""
+
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator
+from itertools import groupby, pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.dynamics.assemble import place_on
+from ab_sim.spindle import Piece, Ramp, SpeedProfile
+from ab_sim.spindle.stretches import Grid, Stretch, stretches
+
+FOREVER = 2**52
+"""Steps after which nobody asks any more; their numbers are exact as floats."""
+
+
+class Leg(NamedTuple):
+    """Stretches along pieces of one kind: what one call of the kernel can take."""
+
+    kind: type
+    """Of the segments."""
+    table: np.ndarray
+    """A line for each stretch, columns as of ``fixed_step.FIRST``."""
+    first: int
+    """Stretches of the way before it."""
+
+
+class Way:
+    """Made once for all steps ahead, so that a call has nothing to find out but where it begins.
+
+    Args:
+        ahead: the stretches, at least one, whole steps with all their parts.
+    """
+
+    def __init__(self, ahead: Iterable[Stretch]) -> None:
+        taken = list(ahead)
+        self.begin = taken[0].first
+        """Steps taken before it."""
+        self._firsts = [stretch.first for stretch in taken]
+        self._legs: list[Leg] = []
+        lines = [_line(*pair) for pair in pairwise([*taken, _END])]
+        alike = groupby(zip(taken, lines, strict=True), lambda pair: type(pair[0].piece.segment))
+        for kind, pairs in alike:
+            table = np.array([line for _, line in pairs], float)
+            self._legs.append(Leg(kind, table, sum(len(leg.table) for leg in self._legs)))
+
+    @classmethod
+    def along(cls, profile: SpeedProfile, grid: Grid, first: int) -> "Way":
+        """Of all steps along a profile, after so many."""
+        return cls(stretches(profile, grid, first, FOREVER))
+
+    def after(self, steps: int) -> Iterator[tuple[Leg, int]]:
+        """The legs after so many steps, and at which of its stretches each is begun."""
+        at = bisect_left(self._firsts, steps)
+        if at == len(self._firsts) or self._firsts[at] != steps:
+            at -= 1
+        for leg in self._legs:
+            if at < leg.first + len(leg.table):
+                yield leg, max(at - leg.first, 0)
+
+
+_END = Stretch(Piece(0.0, 0.0, 0.0, Ramp(0.0, 0.0)), -1, 0, 0.0, 0.0)
+"""Behind the last stretch."""
+
+
+def _line(stretch: Stretch, next_: Stretch) -> list[float]:
+    # The last part of a step ends it.
+    ended = stretch.steps or int(next_.first != stretch.first)
+    place, first, start = place_on(stretch.piece), stretch.first, stretch.piece.start
+    times = first, first + ended, start, stretch.offset, stretch.length
+    return [*times, *place.segment, place.phase, place.until, place.angle]
