@@ -13,6 +13,9 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from beside.page import peers_part  # noqa: E402
+from page_parts import conditions, error, left_out_list, sentence, spread, table  # noqa: E402
+
 from ab_sim.accuracy import SAFETY  # noqa: E402
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -79,22 +82,37 @@ Made by `python benchmarks/accuracy_cost.py`; {accuracy_conditions}.
 
 ## Beside other integrators, at the same error
 
-![CPU time at equal error](peers.png)
+![Error against CPU time, ours and the strongest peers](peers.png)
 
-The same right-hand side, compiled by numba, is given to all of them; MuJoCo has its own model of
-the same drive. A peer's time at just this error is interpolated between two of its settings, repeat
-by repeat.
+All have output every {peers_period:g} ms and start anew at each kink of the speed profile; errors
+are the largest over these outputs. Down and left is better; of batches, down and right. Who is
+called how:
+
+{called}
+
+What a method takes at just an error is interpolated between two of its settings, repeat by repeat;
+one whose coarsest useful setting has less error takes the time of that, and so does rk8, whose
+steps have to divide the output's period. "Times ours" is beside the quickest of ours as users run
+it. Compiling is not counted. With it, the CPU time to the end of the first run is, for
+{first_runs}. Ours is [below](#time-per-step).
 
 {peers_table}
 
 {peers_verdict}
 
-Why not more: a peer calls the right-hand side from Python. Here one evaluation takes
-{compiled_us:.2f} us in compiled code and {python_us:.2f} us from Python, so that most of a peer's
-time is calls. Multistep methods (LSODA, CVODE Adams) need fewer evaluations for the same error than
-Runge-Kutta methods do: {fewest}.
-Their lead in evaluations is what our lead in time per evaluation is divided by.
-Where our own time goes: {own_time}.
+{loop_verdict}
+
+Eight runs at once:
+
+{peers_batch_table}
+
+{peers_batch_verdict}
+
+The same drive with one thing changed, beside heyoka and SUNDIALS in C [CPU us per simulated s]:
+
+{peers_cases}
+
+{peers_left_out}
 
 Made by `python benchmarks/peers.py`; {peers_conditions}.
 
@@ -129,42 +147,6 @@ Made by `python benchmarks/batch_throughput.py`; {batch_conditions}.
 """
 
 
-def conditions(report: dict[str, Any]) -> str:
-    """When and where."""
-    machine, versions = report["machine"], report["versions"]
-    load = ", ".join(f"{value:.1f}" for value in machine["load_average"])
-    known = ", ".join(f"{name} {version}" for name, version in versions.items())
-    return (
-        f"{report['date'][:16]} UTC, {machine['processor']}, {machine['cores']} cores, "
-        f"load {load}; "
-        f"{known}; {report['clock']}, {report['repeats']} interleaved repeats"
-    )
-
-
-def table(head: list[str], rows: list[list[str]]) -> str:
-    """In Markdown."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
-def sentence(parts: list[str]) -> str:
-    """Of parts that begin in lower case."""
-    text = "; ".join(parts)
-    return text[0].upper() + text[1:] + "."
-
-
-def spread(value: dict[str, float], scale: float = 1.0, digits: int = 3) -> str:
-    """Median and quartiles."""
-    numbers = [scale * value[key] for key in ("lower", "median", "upper")]
-    low, median, high = (f"{x:,.0f}" if x >= 1000 else f"{x:.{digits}g}" for x in numbers)
-    return f"{median} ({low} to {high})"
-
-
-def error(value: dict[str, Any]) -> str:
-    """A bound, where the reference tells no more."""
-    return ("at most " if value["at_most"] else "") + f"{value['value']:.1e}"
-
-
 def accuracy_part(report: dict[str, Any]) -> dict[str, Any]:
     """The work-precision study."""
     rows, ratios = [], []
@@ -187,9 +169,6 @@ def accuracy_part(report: dict[str, Any]) -> dict[str, Any]:
         ])  # fmt: skip
     head = ["method", "setting", "angle [rad]", "whirl [e]", "angle at the end", "energy",
             "CPU ms per simulated s"]  # fmt: skip
-    left_out = "\n".join(
-        f"- Left out: {one['method']}: {one['reason']}." for one in report["left_out"]
-    )
     return {
         "accuracy_title": f"`{report['scene']}` without rolling friction, cheapest first",
         "accuracy_table": table(head, rows),
@@ -200,59 +179,9 @@ def accuracy_part(report: dict[str, Any]) -> dict[str, Any]:
         "reference": report["reference"],
         "uncertainty_angle": report["uncertainty"]["angle"],
         "uncertainty_whirl": report["uncertainty"]["whirl"],
-        "left_out": left_out,
+        "left_out": left_out_list(report["left_out"]),
         "accuracy_conditions": conditions(report),
     }
-
-
-def peers_part(report: dict[str, Any]) -> dict[str, Any]:
-    """Beside the peers."""
-    rows, verdicts, fewest = [], [], []
-    for result in report["results"]:
-        ours, wanted = result["ours"], f"{result['error']:g} rad"
-        rows.append([
-            wanted, f"ab_sim, {ours['method']} at {ours['setting']}",
-            spread(ours["cpu"], 1e3), "1",
-        ])  # fmt: skip
-        for peer in result["peers"]:
-            rows.append(["", peer["method"], spread(peer["cpu"], 1e3), spread(peer["ratio"])])
-            if peer["method"] == result["best_peer"]:
-                needs = min(s["evaluations"] for s in peer["between"] if s["evaluations"])
-                fewest.append(f"{peer['method']} {needs:.0f} per simulated second at {wanted}")
-        ratio = result["ratio"]
-        verdicts.append(
-            f"at {wanted} the best peer, {result['best_peer']}, takes {spread(ratio)} times as "
-            "much "
-            f"(goal: {result['goal']:.0f}, {'met' if result['met'] else '**not met**'})"
-        )
-    head = ["error in ball angle", "method", "CPU ms per simulated s", "times ours"]
-    cost = report["seconds_per_evaluation"]
-    return {
-        "peers_table": table(head, rows),
-        "peers_verdict": sentence(verdicts),
-        "compiled_us": 1e6 * cost["compiled"],
-        "python_us": 1e6 * cost["from_python"],
-        "fewest": ", ".join(fewest),
-        "peers_conditions": conditions(report),
-    }
-
-
-def own_time(peers: dict[str, Any], batch: dict[str, Any]) -> str:
-    """How much of a run is the compiled loop, where both have been measured at the same step."""
-    loops = {
-        f"{1e3 * row['step']:g} ms": 1e3 / row["one_by_one"]["median"] for row in batch["rows"]
-    }
-    found = []
-    for result in peers["results"]:
-        ours = result["ours"]
-        if ours["setting"] in loops:
-            whole, loop = 1e3 * ours["cpu"]["median"], loops[ours["setting"]]
-            found.append(
-                f"of {whole:.3f} ms per simulated second at {ours['setting']} the compiled loop "
-                f"takes {loop:.3f} (measured apart, in batch_throughput.py), the rest is what "
-                "`Drive.advance` does around it: calls, and a trajectory of every step"
-            )
-    return "; ".join(found) or "not measured at the same steps"
 
 
 def step_part(report: dict[str, Any]) -> dict[str, Any]:
@@ -335,7 +264,6 @@ def main() -> None:
     filled: dict[str, Any] = {"safety": SAFETY}
     for name, part in parts.items():
         filled |= part(reports[name])
-    filled["own_time"] = own_time(reports["peers"], reports["batch-throughput"])
     (docs / "accuracy.md").write_text(TEXT.format(**filled), encoding="utf-8")
 
 

@@ -16,7 +16,7 @@ FLAGS = ("-O3", "-march=native")
 
 
 class CDrive(ctypes.Structure):
-    """``struct drive`` of thesis.c."""
+    """``struct drive`` of equations.h."""
 
     _fields_ = [
         (name, ctypes.c_double)

@@ -42,7 +42,7 @@ WORTH = 8
 """Samples that spans have to bring between two hand-overs."""
 MOST = 128
 """Steps that are handed over at once."""
-PARTS = 64
+PARTS = 1024
 """The finest parts of a step, whichever stepper goes over it."""
 REACH, ERROR, ORDER = 0.7, 3e-14, 8
 """The other stepper, rk8, leaves this ERROR [rad] of a run's angles where REACH is what rates times

@@ -33,7 +33,7 @@ from ab_sim.integrate.responses import (
 
 SAMPLES = 2 * NODES
 """The most that a span may have."""
-KEPT = 12
+KEPT = 16
 """Lengths of spans whose tables are kept: all that there are for one length of steps."""
 RATIO, NEXT, LATEST, CARRY, OWN = 0, 1, 2, 1, 1 + NODES
 """The head of the tables: in line 0 the ratio of spans for which the lines from CARRY on carry a

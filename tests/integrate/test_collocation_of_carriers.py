@@ -15,6 +15,7 @@ from ab_sim.dynamics.carriers.own_motion import STIFFNESSES
 from ab_sim.scene import Scene
 from tests.conftest import merge
 from tests.deck.scenes import ODD, Changes, odd
+from tests.integrate.random_scenes import PLANTS, scene_at_random
 
 SAFETY = 10.0
 """Errors of whole runs beside what each span may leave."""
@@ -86,6 +87,23 @@ def test_errors_are_what_was_asked_for(kind: Callable[..., Scene], tolerance: fl
     if "qx" in drive.channels:
         for name in ("qw", "qx", "qy", "qz"):
             assert np.abs(found[name] - true[name]).max() < most
+
+
+@pytest.mark.parametrize(
+    ("plant", "seed"),
+    [
+        *((PLANTS[0], seed) for seed in (0, 3, 7, 17)),
+        *((PLANTS[1], seed) for seed in (3, 7, 12, 13)),
+    ],
+)
+def test_scenes_at_random_are_as_exact_as_asked(plant: str, seed: int) -> None:
+    """Where errors hardly grow by themselves; benchmarks/collocation_at_random.py has the others."""
+    angles = []
+    for name, step, own in (("rk8", 2e-4, {}), ("collocation", 4e-3, {"tolerance": 1e-9})):
+        solver = {"stepper": name, "step": step, "parameters": own}
+        drive = Drive(scene_at_random(plant, seed, **solver), ledger=True)
+        angles.append(drive.advance(round(0.6 / step)).thinned(round(4e-3 / step)).ball_angles)
+    assert np.abs(angles[1] - angles[0]).max() < SAFETY * 1e-9
 
 
 def test_to_the_bit_however_it_is_cut_up(kind: Callable[..., Scene]) -> None:

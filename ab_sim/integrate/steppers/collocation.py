@@ -2,7 +2,7 @@
 
 See integrate/span.py for what a span is. How long one is follows from the motion: its length is a
 power of two times the scene's step, at most sixteen; a span that leaves too large an error, or
-whose iteration does not come to an end, is halved, down to a 64th of a step; and after one whose
+whose iteration does not come to an end, is halved, down to a 1024th of a step; and after one whose
 error is far below what is asked the next is twice as long. Behind a kink of the motion, where there
 is no span to carry on, the first one is short beside the spindle's turns and the deck's cycles, as
 is fit for what decays after a jump.
@@ -27,7 +27,7 @@ import numba
 import numpy as np
 
 from ab_sim.dynamics.dispatch import APART, INLINED
-from ab_sim.dynamics.layout import state_count, state_size
+from ab_sim.dynamics.layout import equation_count, state_count, state_size
 from ab_sim.dynamics.numbers.across import total
 from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
 from ab_sim.dynamics.slope import evaluate, inlined_evaluate
@@ -72,7 +72,9 @@ from ab_sim.integrate.steppers.rk8 import RK8
 from ab_sim.integrate.workspace import aligned
 
 FIRST_TURN = 0.5
-"""How far the spindle turns at most in a first span, or the deck goes in its cycle [rad]."""
+"""How far the spindle turns at most in a first span, or the deck goes in its cycle, or what drag
+makes of a jump decays [rad]: no estimate by later coefficients sees what is over before the first
+node."""
 LARGEST = 1e300
 """An error [rad] that is taken where there is no choice but that of an iteration without end."""
 FAR_BELOW = 1e-3
@@ -320,10 +322,11 @@ def go_to_end(weights, plant, state, work):  # type: ignore[no-untyped-def]
 @numba.njit(**APART)
 def first_size(weights, plant, begin, length, state, work):  # type: ignore[no-untyped-def]
     """How long the first span behind a kink is, in parts of a step."""
-    system, k = plant.system, 0.0
-    for q in range(carrier_coordinates(system.carrier)):
-        k = max(k, linear_part(system, work.tables, q)[1])
-    rate = max(abs(spindle_motion(plant, begin, state).speed), math.sqrt(k))
+    system = plant.system
+    ways, rate = carrier_coordinates(system.carrier), abs(spindle_motion(plant, begin, state).speed)
+    for q in range(equation_count(system)):
+        c, k = linear_part(system, work.tables, q)
+        rate = max(rate, math.sqrt(k) if q < ways else c)
     size, most = SAMPLES * PARTS, weights.steps if weights.steps >= 1.0 else SAMPLES
     while size > 1 and (size * (length / PARTS) * rate > FIRST_TURN or size > most * PARTS):
         size //= 2

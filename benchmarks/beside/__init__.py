@@ -1,0 +1,1 @@
+"""Our steppers and other people's integrators on one drive: see ../peers.py."""

@@ -1,0 +1,94 @@
+"""The drive that all of them run: the thesis' start-up with a hold, without friction.
+
+Cases are that with something changed; the peers' own equations have its effects, and no others.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.accuracy.deviation import Samples, deviation
+from ab_sim.dynamics.motion import Ball
+from ab_sim.dynamics.system import ball_drag, ball_inertia
+from ab_sim.scene import Scene, load_scene
+from ab_sim.scene.load import changed_scene
+from ab_sim.studies.accuracy_cost.collocation import collocate, step_for
+from ab_sim.studies.accuracy_cost.reference import Reference, smooth_reference
+from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
+from ab_sim.studies.accuracy_cost.sampling import Sampling
+
+SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
+SAMPLING = Sampling(0.005, 1200)
+"""All have output every 5 ms, and are compared there."""
+VARIATIONS: list[dict[str, Any]] = [{"balls.mass": 1e-3 * (1.0 + 0.01 * i)} for i in range(8)]
+"""The runs of a batch."""
+
+
+class EqualBall(NamedTuple):
+    """Symbols as in docs/equations.md."""
+
+    m: float
+    a: float
+    mu: float
+    lever: float
+    """(m R - (I/a^2) a)/mu [m]."""
+    drag: float
+    """c_b [N s/m]."""
+
+
+class Case:
+    """One run of a drive, and what it is compared with.
+
+    Args:
+        changes: what is changed in the drive.
+    """
+
+    def __init__(self, changes: Sequence[str] = ()) -> None:
+        self.changes = (*CHANGES, *changes)
+        self.scene = self.with_solver()
+        self.f = RightHandSide(self.scene, SAMPLING)
+        self.reference: Reference = smooth_reference(self.f)
+
+    def with_solver(self, *solver: str) -> Scene:
+        """The drive with solver settings."""
+        return load_scene(SCENE, [*self.changes, *solver])
+
+    def error(self, samples: Samples) -> float:
+        """The largest in a ball's angle [rad]."""
+        return off(samples, self.reference.first, self.scene)
+
+
+class BatchCase:
+    """Eight runs that differ in the balls' mass."""
+
+    def __init__(self) -> None:
+        scenes = [changed_scene(self.with_solver(), each, str(each)) for each in VARIATIONS]
+        self.runs = [RightHandSide(scene, SAMPLING) for scene in scenes]
+        self.references = [
+            f.samples(collocate(f, min(step_for(f), SAMPLING.period))) for f in self.runs
+        ]
+
+    def with_solver(self, *solver: str) -> Scene:
+        """What they have in common, with solver settings."""
+        return load_scene(SCENE, [*CHANGES, *solver])
+
+    def error(self, runs: Sequence[Samples]) -> float:
+        """The largest in a ball's angle in any of them [rad]."""
+        each = zip(runs, self.references, self.runs, strict=True)
+        return max(off(samples, reference, f.scene) for samples, reference, f in each)
+
+
+def equal_balls(scene: Scene) -> EqualBall:
+    """What the peers' own equations know of the balls: they have to be equal."""
+    m, a = scene.balls.masses[0], scene.balls.radii[0]
+    effects = tuple(scene.effects.values())
+    inertia, drag = ball_inertia(effects, Ball(m, a)), ball_drag(effects, Ball(m, a))
+    return EqualBall(m, a, m + inertia, (m * scene.race.radius - inertia * a) / (m + inertia), drag)
+
+
+def off(samples: Samples, reference: Samples, of: Scene) -> float:
+    """How far a run is from its reference in ball angle, at most [rad]; NaN if it is not finite."""
+    if not np.isfinite(samples.angles).all():
+        return float("nan")
+    return deviation(samples, reference, of.whirl_unit[0]).angle

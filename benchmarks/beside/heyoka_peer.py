@@ -1,0 +1,276 @@
+"""heyoka.py: Taylor's method with steps and order by tolerance, compiled from expressions.
+
+    pip install heyoka
+
+It is no dependency of the package, not even of its extras: nothing but this benchmark calls it.
+
+Called as its documentation advises where time counts: double precision, ``compact_mode`` off (more
+to compile, quicker to run; the system is small), ``fast_math`` both ways, what a segment of the
+speed profile sets as runtime parameters of one compiled integrator, time counted from where the
+segment begins, output by ``propagate_grid`` from the Taylor polynomials of its steps. It starts
+anew at each kink of the profile. Of a batch, what the balls' masses make different are runtime
+parameters too; all products of constants are made before, so that no step computes them.
+"""
+
+import importlib.metadata
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.scene import Scene
+from ab_sim.spindle.segments import Ramp
+from ab_sim.studies.accuracy_cost.methods import FailedError
+from ab_sim.studies.accuracy_cost.right_hand_side import Leg
+from beside.case import SAMPLING, VARIATIONS, BatchCase, Case, equal_balls
+from beside.turns import AbsentError, Family, Maker, timed
+
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-14)
+CALLED = (
+    "heyoka.py: adaptive Taylor series, compiled from expressions of the same equations on the "
+    "rotating axes, `compact_mode` off, `fast_math` off and on; what a segment of the profile sets "
+    "are runtime parameters; output by `propagate_grid`. Batches: `taylor_adaptive_batch` with "
+    "`force_avx512`, the constants of its eight runs runtime parameters"
+)
+NAME = "heyoka"
+INSTALL = "heyoka.py is not installed; pip install heyoka"
+
+
+def versions() -> dict[str, str]:
+    """Of heyoka.py; empty where it is not installed."""
+    try:
+        return {"heyoka": importlib.metadata.version("heyoka")}
+    except importlib.metadata.PackageNotFoundError:
+        return {}
+
+
+class Constants(NamedTuple):
+    """Of a drive with equal balls, in equations divided by M and by mu R."""
+
+    stiffness: Any
+    """k/M."""
+    damping: Any
+    """c/M."""
+    unbalance: Any
+    """M0 e/M."""
+    load: Any
+    """m R/M."""
+    coupling: Any
+    """m^2/(mu M)."""
+    drag: Any
+    """c_b/mu."""
+    pull: Any
+    """m/(mu R)."""
+    dragged: Any
+    """m R c_b/(mu M)."""
+
+    @classmethod
+    def of(cls, scene: Scene) -> "Constants":
+        """From the scene's numbers."""
+        M, R, suspension = scene.total_mass, scene.race.radius, scene.effects["suspension"]
+        m, _, mu, _, drag = equal_balls(scene)
+        return cls(
+            suspension.stiffness / M,
+            suspension.damping / M,
+            scene.eccentric_mass * scene.rotor.eccentricity / M,
+            m * R / M,
+            m * m / (mu * M),
+            drag / mu,
+            m / (mu * R),
+            m * R * drag / (mu * M),
+        )
+
+
+class OnRamp(NamedTuple):
+    """What a segment of the profile sets; the first of the runtime parameters."""
+
+    speed: Any
+    """At its begin."""
+    slope: Any
+    """al."""
+    unbalance: Any
+    """M0 e al/M."""
+    lever: Any
+    """(m R - (I/a^2) a) al/(mu R): what the spindle's acceleration gives a ball."""
+    left: Any
+    """m R al/M, less m/M times what it gives the ball: what is left to the deck."""
+
+    @classmethod
+    def of(cls, scene: Scene, leg: Leg) -> "OnRamp":
+        """On a leg's segment; the expressions know no other kind than ramps."""
+        segment = leg.place.segment
+        assert isinstance(segment, Ramp)
+        al, M, R = segment.slope, scene.total_mass, scene.race.radius
+        ball = equal_balls(scene)
+        unbalance = scene.eccentric_mass * scene.rotor.eccentricity * al / M
+        return cls(
+            segment.start_speed,
+            al,
+            unbalance,
+            ball.lever * al / R,
+            ball.m * (R - ball.lever) * al / M,
+        )
+
+
+ON_RAMP = len(OnRamp._fields)
+
+
+def equations(hy: Any, k: Constants, balls: int) -> list[tuple[Any, Any]]:
+    """docs/equations.md, section 1, on the rotating axes, solved for the accelerations.
+
+    Of each ball g/R = -(drag r + lever al + pull A.t); put into the deck's equations that leaves
+    two for A, solved by hand. Constants stand beside one function each: products of parameters
+    would be functions of time to Taylor's method, and cost as much.
+    """
+    on = OnRamp(*(hy.par[i] for i in range(ON_RAMP)))
+    u1, u2, v1, v2 = hy.make_vars("u1", "u2", "v1", "v2")
+    names = [f"{what}{i}" for what in ("theta", "rate") for i in range(balls)]
+    moving = hy.make_vars(*names)
+    angles, rates = moving[:balls], moving[balls:]
+    w = on.speed + on.slope * hy.time
+    n = [(hy.cos(angle), hy.sin(angle)) for angle in angles]
+    f1 = [k.unbalance * w**2, -k.damping * v1, -k.stiffness * u1]
+    f2 = [-on.unbalance, -k.damping * v2, -k.stiffness * u2]
+    for (c, s), rate in zip(n, rates, strict=True):
+        load, along = k.load * (w + rate) ** 2, on.left - k.dragged * rate
+        f1 += [load * c, along * s]
+        f2 += [load * s, -(along * c)]
+    F1, F2 = hy.sum(f1), hy.sum(f2)
+    squares = k.coupling * hy.sum([s**2 for _, s in n])
+    d11, d22 = 1.0 - squares, 1.0 - balls * k.coupling + squares
+    d12 = k.coupling * hy.sum([s * c for c, s in n])
+    determinant = d11 * d22 - d12**2
+    A1, A2 = (F1 * d22 - F2 * d12) / determinant, (F2 * d11 - F1 * d12) / determinant
+    return [
+        (u1, v1 + w * u2),
+        (u2, v2 - w * u1),
+        (v1, A1 + w * v2),
+        (v2, A2 - w * v1),
+        *zip(angles, rates, strict=True),
+        *(
+            (rate, k.pull * (A1 * s - A2 * c) - k.drag * rate - on.lever)
+            for (c, s), rate in zip(n, rates, strict=True)
+        ),
+    ]
+
+
+class Single:
+    """One run."""
+
+    ours, continuous, simulated, evaluations = False, True, SAMPLING.end, None
+
+    def __init__(self, hy: Any, case: Case, method: str, tolerance: float, fast: bool) -> None:
+        self.case, self.method, self.setting = case, method, f"tol {tolerance:.0e}"
+        f, k = case.f, Constants.of(case.scene)
+        self.legs = [
+            (leg.grid - leg.start, np.array(OnRamp.of(case.scene, leg)), leg.keep) for leg in f.legs
+        ]
+        self.enough = hy.taylor_outcome.time_limit
+        self.integrator = hy.taylor_adaptive(
+            equations(hy, k, case.scene.balls.count),
+            f.start.copy(),
+            pars=np.zeros(ON_RAMP),
+            tol=tolerance,
+            fast_math=fast,
+            compact_mode=False,
+        )
+
+    def once(self) -> tuple[float, Any]:
+        """A run."""
+        return timed(self._run)
+
+    def _run(self) -> list[np.ndarray]:
+        integrator, kept = self.integrator, []
+        integrator.state[:] = self.case.f.start
+        for grid, pars, keep in self.legs:
+            integrator.time = grid[0]
+            integrator.pars[:] = pars
+            done = integrator.propagate_grid(grid)
+            if done[0] != self.enough:
+                raise FailedError(f"gave up: {done[0]}")
+            kept.append(done[-1][keep])
+        return kept
+
+    def error(self, kept: list[np.ndarray]) -> float:
+        """Of its states."""
+        return self.case.error(self.case.f.samples(np.concatenate(kept)))
+
+
+class EightAtOnce:
+    """A batch: eight runs in the lanes of vectors, each with steps of its own."""
+
+    ours, continuous, evaluations = False, True, None
+    simulated = len(VARIATIONS) * SAMPLING.end
+
+    def __init__(self, hy: Any, case: BatchCase, method: str, tolerance: float, fast: bool) -> None:
+        self.case, self.method, self.setting = case, method, f"tol {tolerance:.0e}"
+        each = [Constants.of(f.scene) for f in case.runs]
+        self.start = np.array([f.start for f in case.runs]).T.copy()
+        self.legs = []
+        for leg in case.runs[0].legs:
+            grid = np.repeat((leg.grid - leg.start)[:, None], len(each), axis=1)
+            runs = zip(case.runs, each, strict=True)
+            pars = np.array([[*OnRamp.of(f.scene, leg), *k] for f, k in runs]).T.copy()
+            self.legs.append((grid, pars, leg.keep))
+        self.enough = hy.taylor_outcome.time_limit
+        k = Constants(*(hy.par[ON_RAMP + i] for i in range(len(Constants._fields))))
+        self.integrator = hy.taylor_adaptive_batch(
+            equations(hy, k, case.runs[0].scene.balls.count),
+            self.start.copy(),
+            pars=self.legs[0][1].copy(),
+            tol=tolerance,
+            fast_math=fast,
+            compact_mode=False,
+            force_avx512=True,
+        )
+
+    def once(self) -> tuple[float, Any]:
+        """All eight."""
+        return timed(self._run)
+
+    def _run(self) -> list[np.ndarray]:
+        integrator, kept = self.integrator, []
+        integrator.state[:] = self.start
+        for grid, pars, keep in self.legs:
+            integrator.set_time(grid[0])
+            integrator.pars[:] = pars
+            done = integrator.propagate_grid(grid)
+            if any(result[0] != self.enough for result in integrator.propagate_res):
+                raise FailedError(f"gave up: {integrator.propagate_res}")
+            kept.append(done[-1][keep])
+        return kept
+
+    def error(self, kept: list[np.ndarray]) -> float:
+        """The largest of all."""
+        states = np.concatenate(kept)
+        runs = enumerate(self.case.runs)
+        return self.case.error([f.samples(states[:, :, lane]) for lane, f in runs])
+
+
+def families(case: Case) -> list[Family]:
+    """One run, ``fast_math`` off and on."""
+    return _both(NAME, Single, case)
+
+
+def batch_families(case: BatchCase) -> list[Family]:
+    """Eight at once, ``fast_math`` off and on."""
+    return _both(f"{NAME}, batch of 8", EightAtOnce, case)
+
+
+def _both(name: str, kind: Any, case: Any) -> list[Family]:
+    return [
+        (name + tail, partial(_settings, kind, case, name + tail, fast))
+        for tail, fast in (("", False), (", fast_math", True))
+    ]
+
+
+def _settings(kind: Any, case: Any, name: str, fast: bool) -> Iterator[tuple[str, Maker]]:
+    try:
+        import heyoka
+    except ImportError:
+        raise AbsentError(INSTALL) from None
+    heyoka.llvm_state.set_diskcache_enabled(False)  # so that what compiling takes is seen
+    for tolerance in TOLERANCES:
+        heyoka.llvm_state.clear_memcache()
+        yield f"tol {tolerance:.0e}", partial(kind, heyoka, case, name, tolerance, fast)

@@ -1,0 +1,155 @@
+"""Our steppers: as a user runs them, and their compiled loops alone."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+from ab_sim.accuracy.deviation import Samples
+from ab_sim.batch import Batch, simulate_batch
+from ab_sim.drive import Drive
+from ab_sim.scene import Scene
+from beside.case import SAMPLING, VARIATIONS, BatchCase, Case
+from beside.turns import Family, Maker, timed
+
+STEPS = (5e-3, 2.5e-3, 1e-3)
+"""s, of rk8; they have to divide the period of the output."""
+TOLERANCES = tuple(10.0**-k for k in range(5, 14))
+"""rad per span, of collocation."""
+CALLED = (
+    '`Drive.advance`, as users run it, with a trajectory at its end; "compiled loop": the calls of '
+    "compiled code alone that it makes. rk8 has a sample at each of its steps, collocation every "
+    "5 ms. Batches: `simulate_batch`, eight runs with balls of different masses, its compiled "
+    "kernel alone and the whole call"
+)
+LOOP, KERNEL, WHOLE = ", compiled loop", ", compiled kernel", ", whole call"
+
+Settings = Iterator[tuple[str, tuple[str, ...]]]
+
+
+def rk8_settings() -> Settings:
+    """Its steps; each is a sample."""
+    for step in STEPS:
+        yield f"{1e3 * step:g} ms", ("solver.stepper=rk8", f"solver.step={step}")
+
+
+def collocation_settings() -> Settings:
+    """Its tolerances; it chooses its spans, the step is that of the output."""
+    for tolerance in TOLERANCES:
+        yield (
+            f"tolerance {tolerance:.0e}",
+            (
+                "solver.stepper=collocation",
+                f"solver.step={SAMPLING.period}",
+                f"solver.parameters.tolerance={tolerance}",
+            ),
+        )
+
+
+OURS: dict[str, Callable[[], Settings]] = {"rk8": rk8_settings, "collocation": collocation_settings}
+
+
+class Whole:
+    """``Drive.advance``: the run, and a trajectory with a sample every 5 ms."""
+
+    ours, simulated, evaluations = True, SAMPLING.end, None
+
+    def __init__(self, case: Case, method: str, setting: str, of: Scene) -> None:
+        self.case, self.method, self.setting = case, method, setting
+        self.continuous = method != "rk8"
+        self.drive = Drive(of)
+        self.every = SAMPLING.per_period(self.drive.step)
+
+    def once(self) -> tuple[float, Any]:
+        """A run."""
+        self.drive.reset()
+        return timed(partial(self.drive.advance, SAMPLING.number * self.every, self.every))
+
+    def error(self, kept: Any) -> float:
+        """Of its samples."""
+        return self.case.error(Samples.of(kept))
+
+
+class Loop:
+    """The same run's call of compiled code, which writes a sample at every step."""
+
+    ours, simulated, evaluations = True, SAMPLING.end, None
+
+    def __init__(self, case: Case, method: str, setting: str, of: Scene) -> None:
+        self.case, self.method, self.setting = case, method + LOOP, setting
+        self.continuous = method != "rk8"
+        self.drive = Drive(of)
+        self.every = SAMPLING.per_period(self.drive.step)
+        self.steps = SAMPLING.number * self.every
+        self.samples = self.drive._room_for(self.steps)
+
+    def once(self) -> tuple[float, Any]:
+        """A run."""
+        self.drive.reset()
+        return timed(self._run)
+
+    def _run(self) -> Any:
+        self.drive._take(self.drive._way, self.steps, self.samples)
+        return self.samples
+
+    def error(self, kept: Any) -> float:
+        """Of ``Drive.advance``, which makes the same call."""
+        self.drive.reset()
+        whole = self.drive.advance(self.steps, self.every)
+        return self.case.error(Samples.of(whole))
+
+
+class SideBySide:
+    """``simulate_batch``: eight runs at once; the whole call, or its compiled kernel alone."""
+
+    ours, evaluations = True, None
+    simulated = len(VARIATIONS) * SAMPLING.end
+
+    def __init__(self, case: BatchCase, method: str, setting: str, of: Scene, whole: bool) -> None:
+        self.case, self.setting, self.scene, self.whole = case, setting, of, whole
+        self.method = method + (WHOLE if whole else KERNEL)
+        self.continuous = method != "rk8"
+        self.every = SAMPLING.per_period(of.solver.step)
+
+    def once(self) -> tuple[float, Any]:
+        """All eight."""
+        seconds, batch = timed(partial(simulate_batch, self.scene, VARIATIONS, self.every))
+        return (seconds if self.whole else batch.integration_seconds), batch
+
+    def error(self, kept: Batch) -> float:
+        """The largest of all."""
+        return self.case.error([Samples.of(run.trajectory) for run in kept.runs])
+
+
+def families(case: Case) -> list[Family]:
+    """One run."""
+    return [
+        (name + tail, partial(_single, kind, case, name))
+        for name in OURS
+        for kind, tail in ((Whole, ""), (Loop, LOOP))
+    ]
+
+
+def batch_families(case: BatchCase) -> list[Family]:
+    """Eight at once."""
+    return [
+        (name + tail, partial(_batch, case, name, whole))
+        for name in OURS
+        for whole, tail in ((False, KERNEL), (True, WHOLE))
+    ]
+
+
+def _single(kind: Any, case: Case, name: str) -> Iterator[tuple[str, Maker]]:
+    for setting, changes in OURS[name]():
+        yield setting, partial(_made, kind, case, name, setting, changes)
+
+
+def _made(kind: Any, case: Case, name: str, setting: str, changes: tuple[str, ...]) -> Any:
+    return kind(case, name, setting, case.with_solver(*changes))
+
+
+def _batch(case: BatchCase, name: str, whole: bool) -> Iterator[tuple[str, Maker]]:
+    for setting, changes in OURS[name]():
+        yield (
+            setting,
+            lambda s=setting, c=changes: SideBySide(case, name, s, case.with_solver(*c), whole),
+        )
