@@ -41,7 +41,7 @@ class Case(NamedTuple):
 
     @property
     def all_changes(self) -> list[str]:
-        """Friction, which has events, is left out."""
+        """The thesis' friction is left out, but where it is named anew."""
         smooth = ["effects.rolling_friction="] if self.scene == "thesis-hold" else []
         return [*smooth, *self.changes]
 
@@ -71,6 +71,22 @@ FAST = (
     "spindle.max_acceleration=900",
     "start.ball_angles=[0.0,0.5]",
 )
+STICK_SLIP = (
+    "effects.rolling_friction.arm=3e-4",
+    "effects.gravity.tilt=0.32",
+    "effects.viscous_drag.coefficient=0.05",
+    "profile=",
+    "start.speed=30",
+    "start.ball_angles=[0.5,2.5]",
+)
+ROW = (
+    "balls.count=4",
+    "balls.mass=5e-4",
+    "start.ball_angles=",
+    "effects.viscous_drag.coefficient=0.5",
+    "effects.rolling_friction.arm=1e-6",
+    "effects.ball_contact.restitution_coefficient=0.6",
+)
 CASES: dict[str, Case] = {
     "thesis-hold": Case(),
     "five balls": Case(("balls.count=5", "start.ball_angles=[0.0,0.4,0.8,2.0,3.0]")),
@@ -93,6 +109,10 @@ CASES: dict[str, Case] = {
         4.0,
     ),
     "couple-unbalance": Case((), "couple-unbalance", 6.0),
+    "as shipped": Case(("effects.rolling_friction.arm=1e-6",)),
+    "stick-slip": Case(STICK_SLIP),
+    "packed row": Case(ROW),
+    "motor at its limit": Case((*MOTOR, "effects.motor.torque_limit=2e-3")),
 }
 """What is changed in each; a deck in space has no friction."""
 METHODS = [("rk8", h, None) for h in (0.005, 0.0025, 0.001)] + [

@@ -9,7 +9,7 @@ import numba
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import rate_at
 from ab_sim.dynamics.race.ball import path_change, rate_change
-from ab_sim.dynamics.race.elimination import accelerate_ball
+from ab_sim.dynamics.race.elimination import accelerate
 from ab_sim.dynamics.race.race import race_of
 from ab_sim.dynamics.race.table import PATH_ACCELERATION
 from ab_sim.dynamics.slope import loads
@@ -21,7 +21,7 @@ def carry(plant, spindle, state, slope):  # type: ignore[no-untyped-def]
     """Accelerations of what carries the balls, from those of the balls.
 
     Args:
-        plant: the Plant, without events; its table holds the balls' cosines and sines, and its room
+        plant: the Plant; its table holds the balls' cosines and sines, and its room
             afterwards what the equations say, and these accelerations.
         spindle: the Spindle's motion.
         state: the state.
@@ -38,9 +38,8 @@ def carry(plant, spindle, state, slope):  # type: ignore[no-untyped-def]
 @numba.njit(**INLINED)
 def be_carried(plant, state, slope):  # type: ignore[no-untyped-def]
     """Each ball's theta'' into ``slope``, from the accelerations in the room, after ``carry``."""
-    race = race_of(plant)
+    accelerate(race_of(plant))
     for i in range(ball_count(plant.system)):
         at = rate_at(plant.system, i)
-        accelerate_ball(race, i)
         path = plant.room.table[i, PATH_ACCELERATION]
         slope[at] = rate_change(plant, i, state[at], path)

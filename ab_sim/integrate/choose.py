@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ab_sim.dynamics.assemble import DRAG, linear_rates
 from ab_sim.dynamics.system import System, carrier_coordinates, has_events
-from ab_sim.errors import SceneError
+from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.limits import check_step, largest_step
 from ab_sim.integrate.registry import AUTO, stepper_named, steppers
 from ab_sim.integrate.stepper import Stepper
@@ -34,7 +34,7 @@ USUAL = "rk8"
 def for_stiff_drag() -> Stepper:
     """The stepper that any amount of drag leaves stable, whatever else is in the scene."""
     able = (known for known in steppers().values() if known.locates_events)
-    return next(known for known in able if known.solves_drag)
+    return next(known for known in able if known.solves_drag and not known.over_events)
 
 
 def limiting(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
@@ -53,6 +53,25 @@ def top_speed(scene: Scene, commanded: bool = False) -> float:
     if commanded or "motor" in scene.effects:
         return scene.spindle.max_speed
     return top_speed_of(scene)
+
+
+def check_parts(
+    stepper: Stepper, other: Stepper, step: float, rates: Mapping[str, complex]
+) -> None:
+    """Refuse a step that is too long for the stepper which steps with events are handed over to.
+
+    Raises:
+        SceneError: names what limits it, and the largest allowed one.
+    """
+    most, what = largest_step(other, rates)
+    if step <= most * stepper.parts:
+        return
+    able = for_stiff_drag().name
+    raise SceneError(
+        f"solver.step = {exact(step)} s: {stepper.name} leaves steps with events to {other.name}, "
+        f"which goes over them in at most {stepper.parts} parts, each stable up to {most:g} s "
+        f"because of {what}; use at most {most * stepper.parts:g} s, or name {able}"
+    )
 
 
 def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -> Choice:
@@ -99,6 +118,8 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
             f"solver.stepper = {stepper.name!r}: needs to know the own motion of what carries the "
             f"balls, and {type(system.carrier).__name__} says nothing of it; name one of: {able}"
         )
+    if has_events(system.effects) and stepper.over_events:
+        check_parts(stepper, stepper.over_events, step, rates)
     limits = limiting(stepper, rates)
     longest, what = largest_step(stepper, limits)
     try:

@@ -8,7 +8,7 @@ instant of the span.
 
 A span is kept whole in a run's memory, which belongs to the state. Its lines are f of each such
 equation at the nodes, and the slope of what else there is; the state at the beginning, in the first
-column of as many lines more; and the head.
+column of as many lines more; the head; and a line for who goes over events.
 """
 
 import math

@@ -41,7 +41,7 @@ class Stepper:
     starts anew where they are zero, and they are made so where the motion has a kink."""
     spans: bool = False
     """Its own steps are spans of several of the scene's, and belong to the state: memory has a line
-    of eight numbers for each state's motion in it, one for the state at its beginning, and one
+    of eight numbers for each state's motion in it, one for the state at its beginning, and two
     more. It starts anew where they are zero."""
     parts: int = 1
     """Into how many it divides a step of the scene, where the motion asks for that."""
@@ -57,7 +57,9 @@ class Stepper:
     takes_lanes: bool = False
     """Runs side by side can take its steps: ``numbers.lanes``."""
     locates_events: bool = True
-    """Its steps may be cut at events."""
+    """Its steps may be cut at events, or handed over to another stepper."""
+    over_events: "Stepper | None" = None
+    """The other stepper, to which those steps are handed over."""
     priced: bool = True
     """It is tried where a scene asks for an accuracy: with shorter and shorter steps, or"""
     keeps_tolerance: bool = False

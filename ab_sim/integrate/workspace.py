@@ -33,7 +33,7 @@ class Workspace(NamedTuple):
     of them, and for the tables of drag_response."""
     memory: np.ndarray
     """What a stepper carries from one step to the next, shape (rows, states); of one that takes
-    spans the last one, shape (2 states + 1, 8)."""
+    spans the last one, shape (2 states + 2, 8)."""
     smooth: np.ndarray
     """When the piece of the profile begins that the memory belongs to [s]; NaN if it belongs to
     none, shape (1,)."""
@@ -87,7 +87,7 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
             (1 + nodes) * balls + table_rows(balls, nodes, accelerations),
             1 + nodes,
         ),
-        memory=aligned((2 * states + 1, EIGHT) if stepper.spans else (stepper.memory, states)),
+        memory=aligned((2 * states + 2, EIGHT) if stepper.spans else (stepper.memory, states)),
         smooth=np.full(1, math.nan),
         tables=tables_for(system, stepper),
         bounds=bounds,

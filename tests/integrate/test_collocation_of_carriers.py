@@ -3,7 +3,6 @@
 Beside Runge and Kutta at much finer steps, and to the bit however a run is cut up.
 """
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -13,7 +12,6 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import own_motion, start_state, system_of
 from ab_sim.dynamics.carriers.own_motion import STIFFNESSES
-from ab_sim.integrate import choose
 from ab_sim.scene import Scene
 from tests.conftest import merge
 from tests.deck.scenes import ODD, Changes, odd
@@ -44,17 +42,6 @@ DRIVEN: Changes = {
     "profile": {"kind": "start_up", "acceleration": 60.0, "target_speed": 150.0},
 }
 """A motor that never comes to its limit."""
-
-
-@pytest.fixture(autouse=True)
-def _motors_without_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What has a motor could have events; here it has none."""
-    named = choose.stepper_named
-
-    def taking_all(*arguments: Any) -> Any:
-        return dataclasses.replace(named(*arguments), locates_events=True)
-
-    monkeypatch.setattr(choose, "stepper_named", taking_all)
 
 
 def solver(stepper: str, step: float, **parameters: float) -> Changes:

@@ -9,9 +9,10 @@ from typing import Any
 from llvmlite import ir
 from numba.core import types
 from numba.core.errors import TypingError
-from numba.extending import intrinsic
+from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array
 
+from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.numbers.kinds import BYTES, EIGHT, VECTOR, call_of, in_all, lanes
 
 
@@ -53,6 +54,24 @@ def total(typing_context, x):  # type: ignore[no-untyped-def]
             half = len(parts) // 2
             parts = [builder.fadd(parts[i], parts[i + half]) for i in range(half)]
         return parts[0]
+
+    return types.float64(lanes), generate
+
+
+def whole(x: Any) -> Any:
+    """A whole number that is the same in all lanes, or is a plain number or a dual, as an index."""
+    return int(x)
+
+
+@overload(whole, jit_options=INLINED, strict=False)
+def _whole(x):  # type: ignore[no-untyped-def]
+    return (lambda x: int(_first(x))) if x == lanes else (lambda x: int(x))
+
+
+@intrinsic
+def _first(typing_context, x):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return _at(builder, arguments[0], 0)
 
     return types.float64(lanes), generate
 

@@ -2,9 +2,9 @@
 
 Compiled code that is given lanes where it otherwise has floats becomes vector instructions,
 each doing the arithmetic of all lanes; nothing has to be written twice, and no compiler has to
-find out by itself that it may do so. Lanes take arithmetic, abs, roots, cosine and sine; what
-chooses a branch by a number cannot be done side by side, as the lanes would part. What is not a
-float is the same in all lanes, and may choose.
+find out by itself that it may do so. Lanes take arithmetic, abs, max, roots, cosine and sine;
+what chooses a branch by a number cannot be done side by side, as the lanes would part. What is not
+a float is the same in all lanes, and may choose.
 """
 
 import math
@@ -74,6 +74,12 @@ def _magnitude(call: Call, x: Any) -> Any:
 @rule(lanes, 1, math.sqrt)
 def _root(call: Call, x: Any) -> Any:
     return call_of(call.builder, "sqrt", x)
+
+
+@rule(lanes, 2, max)
+def _larger(call: Call, *numbers: Any) -> Any:
+    x, y = converted(call, lanes, numbers)
+    return call.builder.select(call.builder.fcmp_ordered(">", y, x), y, x)
 
 
 @rule(lanes, 3, multiply_add)

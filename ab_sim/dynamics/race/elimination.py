@@ -11,6 +11,7 @@ from typing import Any
 from numba.extending import register_jitable
 
 from ab_sim.dynamics.dispatch import INLINED, holds, number_of
+from ab_sim.dynamics.numbers.across import whole
 from ab_sim.dynamics.numbers.multiply_add import multiply_add
 from ab_sim.dynamics.race.race import Race, around, ball_at
 from ab_sim.dynamics.race.table import (
@@ -76,6 +77,36 @@ def accelerate_ball(race: Race, i: int) -> None:
 
 
 @register_jitable(**INLINED)
+def accelerate(race: Race) -> None:
+    """Path accelerations of all balls, from the accelerations in the room: no matrix is solved."""
+    for i in range(number_of(race.number)):
+        if sticks(race, i):
+            race.room.table[i, PATH_ACCELERATION] = 0.0
+        else:
+            accelerate_ball(race, i)
+    if holds(race.meets):
+        accelerate_rows(race)
+
+
+@register_jitable(**INLINED)
+def accelerate_rows(race: Race) -> None:
+    """What pushes, which cancel in its sum of forces, make of the accelerations in each row."""
+    table, n = race.room.table, number_of(race.number)
+    lead(race)
+    for i in range(n):
+        table[i, TOTAL] = table[i, FREE] = 0.0
+    for i in range(n):
+        at = whole(table[i, LEADER])
+        if at >= 0:
+            table[at, TOTAL] += table[i, INERTIA]
+            table[at, FREE] += table[i, INERTIA] * table[i, PATH_ACCELERATION]
+    for i in range(n):
+        at = whole(table[i, LEADER])
+        if at >= 0:
+            table[i, PATH_ACCELERATION] = table[at, FREE] / table[at, TOTAL]
+
+
+@register_jitable(**INLINED)
 def hold_ball(race: Race, i: int) -> None:
     """Say that ball i does not move along the race."""
     table, gain = race.room.table, REACH + 2 * number_of(race.all)
@@ -114,20 +145,20 @@ def eliminate_rows(race: Race) -> None:
         table[i, TOTAL] = 0.0
         hold_ball(race, i)
     for i in range(n):
-        at = int(table[i, LEADER])
+        at = whole(table[i, LEADER])
         if at >= 0:
             table[at, TOTAL] += table[i, INERTIA]
             table[at, FREE] += pull_on(race, i)
             for r in range(number_of(race.free)):
                 table[at, gain + r] += row_at(race, i, r)
     for i in range(n):
-        if int(table[i, LEADER]) == i:
+        if whole(table[i, LEADER]) == i:
             mobility = 1.0 / table[i, TOTAL]
             table[i, FREE] *= mobility
             for r in range(number_of(race.free)):
                 table[i, gain + r] *= mobility
     for i in range(n):
-        at = int(table[i, LEADER])
+        at = whole(table[i, LEADER])
         if at >= 0 and at != i:
             table[i, FREE] = table[at, FREE]
             for r in range(number_of(race.free)):

@@ -38,6 +38,7 @@ ASKED, MOST, SPEED = 0, 1, 2
 """Entries of ``Room.motor``."""
 
 
+@register_jitable(**INLINED)
 def slots(balls: int) -> int:
     """How many margins a number of balls has, with those of a motor."""
     return MOTOR * balls + 2

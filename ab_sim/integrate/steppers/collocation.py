@@ -12,6 +12,8 @@ belongs to the state, with how many of its samples have been taken. A command in
 drops the rest of it, and the next begins at the very sample that was the present. No span goes
 beyond the end of a piece of the speed profile.
 
+Steps in which a law might take another branch are another stepper's: see integrate/hand_over.py.
+
 Of order 16 at the end of a span where the iterations are carried far enough: Gauss nodes, Hairer,
 Norsett, Wanner, Solving Ordinary Differential Equations I, II.7; Hochbruck and Ostermann (2005),
 Appl. Numer. Math. 53, 323-339: exponential collocation.
@@ -32,9 +34,23 @@ from ab_sim.dynamics.slope import evaluate, inlined_evaluate
 from ab_sim.dynamics.spindle_motion import spindle_motion
 from ab_sim.dynamics.system import Plant, ball_count
 from ab_sim.integrate.events import within_bounds
-from ab_sim.integrate.fixed_step import unwind
+from ab_sim.integrate.fixed_step import room_kept, unwind
+from ab_sim.integrate.hand_over import (
+    GOOD,
+    PARTS,
+    PIECES,
+    before_events,
+    bounds_within_pieces,
+    due,
+    given_up,
+    hand_over,
+    keep_good,
+    line_at,
+    look,
+    reach_of,
+)
 from ab_sim.integrate.left_out import COEFFICIENTS, last_coefficients
-from ab_sim.integrate.on_stack import own_array, own_room, room_of
+from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.response_tables import (
     LINES_EACH,
@@ -48,7 +64,6 @@ from ab_sim.integrate.samples import ANGLE, along, record, row_width
 from ab_sim.integrate.span import (
     AHEAD,
     AT,
-    SAMPLES_IN,
     SHARE,
     STEP,
     TAKEN,
@@ -59,10 +74,9 @@ from ab_sim.integrate.span import (
     states_in_span,
 )
 from ab_sim.integrate.stepper import Stepper
+from ab_sim.integrate.steppers.rk8 import RK8
 from ab_sim.integrate.workspace import aligned
 
-PARTS = 1024
-"""The finest parts of a step; one that cannot be solved is given up: its result is not finite."""
 FIRST_TURN = 0.5
 """How far the spindle turns at most in a first span, or the deck goes in its cycle, or what drag
 makes of a jump decays [rad]: no estimate by later coefficients sees what is over before the first
@@ -85,6 +99,12 @@ class Weights(NamedTuple):
     """rad."""
     steps: float
     """In a span; 0 as many as the tolerance allows."""
+    bounds: np.ndarray
+    """``hand_over.bounds_within_pieces``."""
+    over_events: Any
+    """Weights of the stepper that steps with events are handed over to."""
+    reach: float
+    """Rates times steps at which that one leaves as much of an error."""
 
     def march(self, *arguments: Any) -> Any:
         """See ``Stepper.weights``."""
@@ -118,20 +138,23 @@ def collocation(tolerance: float, steps: float) -> Stepper:
     own, lines = nodes(sample_instants()), aligned((COEFFICIENTS + NODES, NODES))
     lines[AT], lines[SHARE] = gauss(NODES)
     lines[COEFFICIENTS:] = last_coefficients(lines[AT], lines[SHARE])
+    bounds = bounds_within_pieces(lines[AT])
+    near = aligned(bounds.shape)
+    near[:] = bounds
     return Stepper(
         "collocation",
         2 * NODES,
         "Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339, on Gauss nodes",
-        Weights(own, lines, tolerance, steps),
+        Weights(own, lines, tolerance, steps, near, RK8.weights, reach_of(tolerance)),
         evaluations=5 * NODES,
         growth=growth_of,
-        slopes=1,
+        slopes=RK8.slopes,
         spans=True,
         parts=PARTS,
         tables=LINES_EACH,
         own_motion_at=OWN,
         solves_drag=True,
-        locates_events=False,
+        over_events=RK8,
         keeps_tolerance=True,
     )
 
@@ -142,12 +165,15 @@ def collocate(  # type: ignore[no-untyped-def]
 ):
     """See ``fixed_step.step_by_step``."""
     first, nominal, offset = clock
-    plant = Plant(system, place, modes, room_of(system, work))
-    head, done = work.memory[head_at(system, state)], 0
+    plant = Plant(system, place, modes, room_kept(system, work))
+    head, line = work.memory[head_at(system, state)], work.memory[line_at(system, state)]
+    done = 0
     if steps == 0 and rows.shape[0] > 0:
         begin = (first * nominal - start) + offset
         evaluate(plant, begin, state, work.slopes[0])
         record(plant, along(place, begin), begin, state, rows[0, ANGLE:])
+    elif steps == 0 and head[STEP] != length:
+        look(plant, weights, start, clock, length, state, work, events, rows)
     size, states = state_count(system, state), state_size(system, state)
     width, profile = row_width(system), own_array(0.0, (2, NODES))
     numbers, kept = own_array(0.0, (state.size, NODES)), own_array(0.0, (width, NODES))
@@ -155,14 +181,31 @@ def collocate(  # type: ignore[no-untyped-def]
     slope = own_array(at[0], (size,))
     own = Plant(system, place, modes, own_room(system, ball_count(system), at[0]))
     while done < steps:
-        if head[TAKEN] == head[SAMPLES_IN] or head[STEP] != length:
+        if head[TAKEN] == line[GOOD] or head[STEP] != length:
+            now = first + done, nominal, offset
+            count = min(due(plant, length, state, work), steps - done)
+            if count > 0:
+                ahead = rows[done:]
+                taken = hand_over(
+                    plant, weights, start, now, length, state, work, events, ahead, count
+                )
+                done += taken
+                if taken < count:
+                    return done
+                continue
             begin = ((first + done) * nominal - start) + offset
             unwind(plant, state)
+            if head[STEP] != length:
+                look(plant, weights, start, now, length, state, work, events, rows)
             whole = (place.until - begin) / length + 1e-6 if length == nominal else 1.0
             if not take_span(weights, plant, begin, length, whole, state, work):
+                if given_up(plant, state, work):
+                    continue
                 for j in range(states):
                     work.trial[j] = np.nan
                 return done
+            if line[GOOD] == 0.0:
+                continue
         taken = int(head[TAKEN])
         group = taken // NODES
         time = states_in_span(weights, own, group, state, work, at)
@@ -173,7 +216,7 @@ def collocate(  # type: ignore[no-untyped-def]
             found = along(place, (before + lane + 1) * nominal - start)
             profile[0, lane], profile[1, lane] = found
         record(own, (angle_and_speed[0], angle_and_speed[1]), time, at, row)
-        until = min(taken + steps - done, int(head[SAMPLES_IN]), (group + 1) * NODES)
+        until = min(taken + steps - done, int(line[GOOD]), (group + 1) * NODES)
         sound = all_within_bounds(system, at, work.bounds)
         for lane in range(taken - group * NODES, until - group * NODES):
             for j in range(width):
@@ -238,9 +281,15 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
         error, within = solve_span(weights, plant, at, share, samples, allowed, trial, work)
         if error <= allowed:
             done += size
+            good = before_events(plant, weights, state, work)
             size = next_size(weights, head, size, error, within)
             head[AHEAD] = size
-            if done < PARTS:
+            if done >= PARTS:
+                keep_good(plant.system, good * samples // PIECES, state, work)
+            elif good < PIECES:
+                keep_good(plant.system, 0, state, work)
+                return True
+            else:
                 go_to_end(weights, plant, state, work)
                 while size > (done & -done):
                     size //= 2
