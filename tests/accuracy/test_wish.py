@@ -291,15 +291,16 @@ def test_a_tolerance_is_found_that_delivers_the_accuracy() -> None:
         assert price.step == 0.005, "samples as close as the usual method would need them"
 
 
-def test_stiff_drag_leads_to_sweeps() -> None:
+def test_stiff_drag_leads_to_what_solves_it() -> None:
     """Where drag limits explicit steps by far, they are not even tried; where by little, only."""
     for coefficient, tried in ((1000, {"sweeps"}), (20, {"rk8", "tsit5", "rk4", "sweeps"})):
         changes = [f"effects.viscous_drag.coefficient={coefficient}", "accuracy.angle=1e-1"]
         runs = FakeRuns()
         _, price = cheapest(load_scene("one-ball", [*SHORT["one-ball"], *changes]), runs)
-        assert {stepper for stepper, _ in runs.seen} <= tried and price.step > 1e-4
+        seen = {stepper for stepper, _ in runs.seen} - {"collocation"}  # which is, in any scene
+        assert seen <= tried and price.step > 1e-4
         if coefficient == 1000:
-            assert price.stepper == "sweeps"
+            assert price.stepper in {"sweeps", "collocation"}
     assert "sweeps" in {stepper for stepper, _ in runs.seen}
 
 
