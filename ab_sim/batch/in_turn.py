@@ -14,8 +14,9 @@ from ab_sim.dynamics.layout import equation_count
 from ab_sim.errors import DivergedError
 from ab_sim.integrate.fixed_step import Run, stepping
 from ab_sim.integrate.kept import Kept
+from ab_sim.integrate.linear_motion import put_own_motion
 from ab_sim.integrate.response_tables import doubt
-from ab_sim.integrate.workspace import aligned, put_own_motion, workspace
+from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.spindle.profile import Segment
 
 _AT_ONCE = 10_000

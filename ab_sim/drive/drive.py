@@ -26,6 +26,7 @@ from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.events import compiling_events, events_address
 from ab_sim.integrate.fixed_step import Run, stepping
 from ab_sim.integrate.kept import Kept
+from ab_sim.integrate.linear_motion import put_own_motion
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene.model import Scene
@@ -95,6 +96,7 @@ class Drive:
         self._work = workspace(
             self.system, self.stepper, state_bounds(self.system, self.step / self.stepper.parts)
         )
+        put_own_motion(self.system, self.stepper, self._work.tables)
         self._state = aligned((len(self._work.trial),))
         self._modes = start_modes(scene, self.system)
         self._kernels: dict[type, Callable[..., int]] = {}
@@ -120,6 +122,16 @@ class Drive:
         """Steps so far with too many events to locate them all; their results are less accurate."""
         return int(self._work.counts[1])
 
+    @property
+    def profile(self) -> SpeedProfile:
+        """The spindle's speed over time, as far as it is known; another one holds from now on."""
+        return self._profile
+
+    @profile.setter
+    def profile(self, profile: SpeedProfile) -> None:
+        self._profile = profile
+        self._way = Way.along(profile, self._grid(), self.steps)
+
     def reset(self) -> None:
         """Back to t = 0 and the scene's start state; commands are forgotten."""
         self._to_start()
@@ -129,7 +141,7 @@ class Drive:
 
     def _to_start(self) -> None:
         self.steps = 0
-        self.profile, self._way = self._first_profile, self._first_way
+        self._profile, self._way = self._first_profile, self._first_way
         self._command: float | None = None
         self._acceleration = self.servo.max_acceleration
         self._state[:] = start_state(self.scene, self.system)
@@ -169,7 +181,6 @@ class Drive:
         now = self.time
         angle, present = self.profile.angle(now), self.profile.speed(now)
         self.profile = self.servo.approach(now, angle, present, speed, slope)
-        self._way = Way.along(self.profile, self._grid(), self.steps)
         self._work.smooth[0] = math.nan
         self._command, self._acceleration = float(speed), float(slope)
 
@@ -298,7 +309,6 @@ class Drive:
         self._command, self._acceleration = snapshot.command, snapshot.acceleration
         self._state[:] = snapshot.state
         self._modes[:] = snapshot.modes
-        self._way = Way.along(self.profile, self._grid(), self.steps)
         self._work.smooth[0] = math.nan
         if snapshot.memory.shape == self._work.memory.shape:
             self._work.memory[:] = snapshot.memory

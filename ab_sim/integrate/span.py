@@ -298,8 +298,12 @@ def integrate(system, tables, first, state, slope, at):  # type: ignore[no-untyp
 
 @numba.njit(**INLINED)
 def hangs_freely(system):  # type: ignore[no-untyped-def]
-    """Whether c v + k x is all that is to be known of what carries the balls."""
-    return only_own_motion(system.carrier, system.effects) and number_of(system.ledger) == 0
+    """Whether c v + k x is all that is to be known of what carries the balls.
+
+    A motor's spindle is solved for together with it, and a ledger asks for all states.
+    """
+    prescribed = not has_motor(system.effects) and number_of(system.ledger) == 0
+    return prescribed and only_own_motion(system.carrier, system.effects)
 
 
 @numba.njit(**INLINED)

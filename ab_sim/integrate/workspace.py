@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from ab_sim.dynamics.assemble import own_motion
 from ab_sim.dynamics.drag_response import table_rows
 from ab_sim.dynamics.layout import equation_count, layout_of
 from ab_sim.dynamics.numbers.kinds import EIGHT
@@ -89,7 +88,7 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
         ),
         memory=aligned((2 * states + 2, EIGHT) if stepper.spans else (stepper.memory, states)),
         smooth=np.full(1, math.nan),
-        tables=tables_for(system, stepper),
+        tables=aligned((stepper.tables * (1 + equation_count(system)), EIGHT)),
         bounds=bounds,
         margin=aligned((margins,)),
         margin_ahead=aligned((margins,)),
@@ -103,20 +102,6 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
         between=aligned((accelerations,)),
         counts=np.zeros(2, np.int64),
     )
-
-
-def tables_for(system: System, stepper: Stepper) -> np.ndarray:
-    """``Workspace.tables``."""
-    tables = aligned((stepper.tables * (1 + equation_count(system)), EIGHT))
-    put_own_motion(system, stepper, tables)
-    return tables
-
-
-def put_own_motion(system: System, stepper: Stepper, tables: np.ndarray) -> None:
-    """Have tables say what of a system's motion is linear, if the stepper wants to know."""
-    if stepper.own_motion_at is not None:
-        own = own_motion(system)
-        tables[stepper.own_motion_at : stepper.own_motion_at + len(own)] = own
 
 
 def room(accelerations: int, lines: int, blocks: int, *side_by_side: int) -> Room:

@@ -20,6 +20,7 @@ from ab_sim.dynamics.race.table import COS, LOAD, REACH, SIN
 from ab_sim.dynamics.system import MASS, deck_force
 from ab_sim.integrate.events import events_address
 from ab_sim.integrate.fixed_step import Run, stepping
+from ab_sim.integrate.kept import Kept
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene import load_scene
 from ab_sim.spindle.stretches import Stretch
@@ -102,7 +103,8 @@ def test_the_same_drive_on_axes_that_do_not_turn() -> None:
     piece = expected.profile.piece_at(0.0)
     assert piece.end > 0.5
     fixed = system, place_on(piece), expected.stepper.weights, step
-    advance = stepping(Run(*fixed, state, start_modes(scene, system), work, events_address()))
+    run_of = Run(*fixed, state, start_modes(scene, system), work, events_address())
+    advance = stepping(Kept(run_of))
     leg, at = next(Way([Stretch(piece, 0, steps, 0.0, step)]).after(0))
     own = Trajectory(run.channels, np.empty(run.samples.shape))
     assert advance(leg.table, at, 0, steps, np.nan, own.samples) == steps

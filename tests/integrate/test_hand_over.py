@@ -141,7 +141,7 @@ def test_it_resumes_to_the_bit_amid_events(make: Maker) -> None:
 
 
 def test_polynomials_lie_within_their_bounds() -> None:
-    rng, own = np.random.default_rng(1), nodes()
+    rng, own = np.random.default_rng(1), nodes([])
     matrices = bounds_within_pieces(own.at).reshape(PIECES, 8, 8)
     for _ in range(20):
         polynomial = np.polynomial.Polynomial(rng.normal(size=8))
