@@ -61,7 +61,9 @@ def measure(repeats: int, console: Console) -> tuple[Case, dict[str, Any]]:
         missing.isdisjoint(name for name, _ in x) for x in (families, batches)
     )
     return case, {
-        "cases": [{"case": name, **other_case(CASES[name], repeats, console)} for name in OTHERS],
+        "cases": [
+            {"case": name, **other_case(CASES[name].changes, repeats, console)} for name in OTHERS
+        ],
         "left_out": [each._asdict() for each in (*left_out, *also)],
         "rows": reports(single),
         "at": [compare(single, error, _is_whole, GOAL, all_here) for error in WANTED],
