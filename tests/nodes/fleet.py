@@ -169,6 +169,8 @@ class Fleet:
         for process in self.processes.values():
             process.kill()
             process.wait()
+        # Fast DDS has crashed where a participant went while it was still hearing of others' ends.
+        time.sleep(0.1)
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
