@@ -195,7 +195,9 @@ def integrate(nodes, chosen, j, end, c, k, table):  # type: ignore[no-untyped-de
 def integrate_far(nodes, j, end, length, c, k, values, table):  # type: ignore[no-untyped-def]
     """The same in panels, as long as the response lasts."""
     polynomial, begin, beyond = as_lanes(values), 0.0, 0.0
-    into_x = into_v = 0.0 * polynomial[0]
+    # Not 0.0 times what is there, which may be anything, infinite too.
+    polynomial[0] = 0.0
+    into_x = into_v = polynomial[0]
     while begin < end:
         width = panel(c, k, begin, end)
         if width == 0.0:
