@@ -229,6 +229,8 @@ class _Search:
                 return []
             if self._passes(tried):
                 return [tried]
+            if tolerance == allowed.lowest:
+                return []
         return []
 
     def _between(self, one: Tried, other: Tried) -> Deviation:

@@ -1,5 +1,6 @@
 """Runs one after the other."""
 
+import functools
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -103,19 +104,10 @@ class InTurn:
 
     def _advance(self, member: Prepared, first: int, samples: np.ndarray) -> bool:
         """Fill in samples, ``first`` steps having been taken before; whether all were sound."""
-        done = 0
-        for leg, at in way_along(member.course).after(first):
-            left = len(samples) - done
-            kernel = self._kernel(leg.kind, member)
-            taken = kernel(leg.table, at, first + done, left, math.nan, samples[done:])
-            if taken < 0:
-                return False
-            done += taken
-            if done == len(samples):
-                break
-        return True
+        way, kernel = way_along(member.course), functools.partial(self._kernel, member)
+        return way.walk(kernel, first, len(samples), math.nan, samples) >= 0
 
-    def _kernel(self, kind: type[Segment], member: Prepared) -> Callable[..., int]:
+    def _kernel(self, member: Prepared, kind: type[Segment]) -> Callable[..., int]:
         if kind not in self._kernels:
             fixed = member.system, place_along(kind), self._stepper.weights, self._step
             kept = Kept(Run(*fixed, self._state, self._modes, self._work, 0))

@@ -337,17 +337,11 @@ class Drive:
     def _take(self, way: Way, steps: int, samples: np.ndarray) -> None:
         """Take steps along a way, from the present on; they do not count yet."""
         command = math.nan if self._command is None else self._command
-        done = 0
-        for leg, at in way.after(self.steps):
-            kernel, first = self._kernel(leg.kind), self.steps + done
-            taken = kernel(leg.table, at, first, steps - done, command, samples[done:])
-            if taken < 0:
-                self.steps = first - 1 - taken
-                self._work.smooth[0] = math.nan
-                self._diverged(self._work.trial)
-            done += taken
-            if done == steps:
-                return
+        taken = way.walk(self._kernel, self.steps, steps, command, samples)
+        if taken < 0:
+            self.steps += -1 - taken
+            self._work.smooth[0] = math.nan
+            self._diverged(self._work.trial)
 
     def _diverged(self, bad: np.ndarray) -> None:
         wrong = [

@@ -1,7 +1,7 @@
 """The way of a drive's steps along its speed profile, as tables that its kernel walks along."""
 
 from bisect import bisect_left
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import groupby, pairwise
 from typing import NamedTuple
 
@@ -9,8 +9,10 @@ import numpy as np
 
 from ab_sim.dynamics.assemble import place_on
 from ab_sim.spindle import Piece, Ramp, SpeedProfile
+from ab_sim.spindle.profile import Segment
 from ab_sim.spindle.stretches import Grid, Stretch, stretches
 
+KernelOf = Callable[[type[Segment]], Callable[..., int]]
 FOREVER = 2**52
 """Steps after which nobody asks any more; their numbers are exact as floats."""
 
@@ -58,6 +60,25 @@ class Way:
         for leg in self._legs:
             if at < leg.first + len(leg.table):
                 yield leg, max(at - leg.first, 0)
+
+    def walk(
+        self, kernel: KernelOf, first: int, steps: int, command: float, samples: np.ndarray
+    ) -> int:
+        """Take steps after so many; arguments and what is returned as of ``fixed_step.advance``.
+
+        Args:
+            kernel: the ``fixed_step.stepping`` for segments of a kind.
+        """
+        done = 0
+        for leg, at in self.after(first):
+            left = steps - done
+            taken = kernel(leg.kind)(leg.table, at, first + done, left, command, samples[done:])
+            if taken < 0:
+                return taken - done
+            done += taken
+            if done == steps:
+                break
+        return done
 
 
 _END = Stretch(Piece(0.0, 0.0, 0.0, Ramp(0.0, 0.0)), -1, 0, 0.0, 0.0)

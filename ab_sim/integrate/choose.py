@@ -28,7 +28,7 @@ class Choice(NamedTuple):
 
 
 USUAL = "rk8"
-"""What is taken where nothing speaks against it: no other has been found cheaper at an accuracy."""
+"""What ``auto`` takes where nothing speaks against it; ``accuracy:`` may find another cheaper."""
 
 
 def for_stiff_drag() -> Stepper:

@@ -32,6 +32,7 @@ from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.response_tables import linear_part
 from ab_sim.integrate.responses import NODES
 from ab_sim.integrate.span import SAMPLES_IN, STEP, TAKEN, head_at, states_in_span
+from ab_sim.integrate.workspace import aligned
 
 PIECES = 16
 """Of a span, in each of which a margin is told apart from zero or is not."""
@@ -74,14 +75,14 @@ def bounds_within_pieces(nodes: np.ndarray) -> np.ndarray:
     at = (np.arange(most + 1) + 0.5) / (most + 1)
     powers = np.arange(most + 1)
     basis = np.array([comb(most, b) * at**b * (1.0 - at) ** (most - b) for b in powers]).T
-    found = []
+    found = aligned((PIECES * len(nodes), len(nodes)))
     for piece in range(PIECES):
         x = (piece + at) / PIECES
-        for k in range(most + 1):
+        for k in powers:
             others = np.delete(nodes, k)
             values = np.prod((x[:, None] - others) / (nodes[k] - others), axis=1)
-            found.append(np.linalg.solve(basis, values))
-    return np.array(found)
+            found[piece * len(nodes) + k] = np.linalg.solve(basis, values)
+    return found
 
 
 @numba.njit(**INLINED)

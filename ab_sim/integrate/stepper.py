@@ -61,10 +61,9 @@ class Stepper:
     over_events: "Stepper | None" = None
     """The other stepper, to which those steps are handed over."""
     priced: bool = True
-    """It is tried where a scene asks for an accuracy: with shorter and shorter steps, or"""
+    """It is tried where a scene asks for an accuracy."""
     keeps_tolerance: bool = False
-    """with smaller values of its parameter ``tolerance``, from which its error follows, and not
-    from the step."""
+    """Its error follows from its parameter ``tolerance``, and not from the step."""
 
 
 step = forward("step")

@@ -1,6 +1,5 @@
 """Collocation over events: beside Runge and Kutta at finer steps, to the bit, and how often."""
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -15,7 +14,7 @@ from tests.deck.scenes import odd
 from tests.effects.parts import Changes, scene_of
 from tests.hard_cases.extremes import RUBBING
 from tests.hard_cases.extremes import scene_of as extreme
-from tests.integrate.test_dips import HARDEST, SPEED
+from tests.integrate.test_dips import DIPS
 
 NAME = "collocation"
 
@@ -54,17 +53,7 @@ def stick_slip(stepper: str, step: float) -> Drive:
 
 def dips(stepper: str, step: float) -> Drive:
     """See test_dips: what holds them gives way for 0.7 ms of each half turn."""
-    changes: Changes = {
-        "rotor": {"total_mass": 1e3, "eccentricity": 0.0},
-        "effects": {
-            "suspension": {"stiffness": 1e9, "damping": 1e5},
-            "gravity": {"tilt": math.pi / 2},
-            "race_friction": {"coefficient": HARDEST / 1.0002},
-        },
-        "start": {"speed": SPEED, "ball_angles": [0.0, 2.0]},
-        "profile": None,
-    }
-    return Drive(scene_of("friction", changes, solver(stepper, step)))
+    return Drive(scene_of("friction", DIPS, solver(stepper, step)))
 
 
 def packed(stepper: str, step: float) -> Drive:

@@ -139,13 +139,11 @@ def collocation(tolerance: float, steps: float) -> Stepper:
     lines[AT], lines[SHARE] = gauss(NODES)
     lines[COEFFICIENTS:] = last_coefficients(lines[AT], lines[SHARE])
     bounds = bounds_within_pieces(lines[AT])
-    near = aligned(bounds.shape)
-    near[:] = bounds
     return Stepper(
         "collocation",
         2 * NODES,
         "Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339, on Gauss nodes",
-        Weights(own, lines, tolerance, steps, near, RK8.weights, reach_of(tolerance)),
+        Weights(own, lines, tolerance, steps, bounds, RK8.weights, reach_of(tolerance)),
         evaluations=5 * NODES,
         growth=growth_of,
         slopes=RK8.slopes,
@@ -178,6 +176,7 @@ def collocate(  # type: ignore[no-untyped-def]
     width, profile = row_width(system), own_array(0.0, (2, NODES))
     numbers, kept = own_array(0.0, (state.size, NODES)), own_array(0.0, (width, NODES))
     at, row, angle_and_speed = as_lanes(numbers), as_lanes(kept), as_lanes(profile)
+    angle_and_speed[0] = angle_and_speed[1] = 0.0
     slope = own_array(at[0], (size,))
     own = Plant(system, place, modes, own_room(system, ball_count(system), at[0]))
     while done < steps:
@@ -210,15 +209,16 @@ def collocate(  # type: ignore[no-untyped-def]
         group = taken // NODES
         time = states_in_span(weights, own, group, state, work, at)
         inlined_evaluate(own, time, at, slope)
+        until = min(taken + steps - done, int(line[GOOD]), (group + 1) * NODES)
+        lanes = range(taken - group * NODES, until - group * NODES)
         before = first + done - (taken - group * NODES)
-        for lane in range(NODES):
+        for lane in lanes:
             # Not in lanes: what is asked of the profile at a time has the same digits as elsewhere.
             found = along(place, (before + lane + 1) * nominal - start)
             profile[0, lane], profile[1, lane] = found
         record(own, (angle_and_speed[0], angle_and_speed[1]), time, at, row)
-        until = min(taken + steps - done, int(line[GOOD]), (group + 1) * NODES)
         sound = all_within_bounds(system, at, work.bounds)
-        for lane in range(taken - group * NODES, until - group * NODES):
+        for lane in lanes:
             for j in range(width):
                 rows[done, ANGLE + j] = kept[j, lane]
             if not sound:
