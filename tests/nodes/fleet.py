@@ -147,9 +147,15 @@ class Fleet:
         if "command" not in self._publishers:
             self._publishers["command"] = topics.COMMAND.publisher(self.node)
         publisher = self._publishers["command"]
-        self.until(publisher.get_subscription_count, "somebody listens to commands")
+        self.until(lambda: self._all_hear(publisher), "the drive listens to commands")
         for speed in speeds:
             publisher.publish(command_message(speed))
+
+    def _all_hear(self, publisher: Any) -> bool:
+        """Whether a drive is among those who are known to listen, and each of them is reached."""
+        known = self.node.get_subscriptions_info_by_topic(publisher.topic_name)
+        drives = [each for each in known if each.node_name == "drive_sim"]
+        return bool(drives) and publisher.get_subscription_count() >= len(known)
 
     def stop(self, node: str, number: int = signal.SIGINT) -> int:
         """Send a signal and wait for the end; the exit code."""
