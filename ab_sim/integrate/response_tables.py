@@ -34,9 +34,10 @@ from ab_sim.integrate.responses import (
     polynomials,
 )
 
-SAMPLES = 2 * NODES
-"""The most that a span may have."""
-KEPT = 16
+COUNTS = (1, 2, 3, 4, 6, 8, 12, 16)
+"""How many samples a span may have."""
+SAMPLES = COUNTS[-1]
+KEPT = 20
 """Lengths of spans whose tables are kept: all that there are for one length of steps."""
 RATIO, NEXT, LATEST, CARRY, OWN = 0, 1, 2, 1, 1 + NODES
 """The head of the tables: in line 0 the ratio of spans for which the lines from CARRY on carry a
@@ -48,14 +49,13 @@ LINES_EACH = HEAD + KEPT * (1 + SAMPLES // NODES) * LINES
 
 
 def sample_instants() -> list[np.ndarray]:
-    """For ``responses.nodes``: the samples in a span, as many as a power of two, eight at a time.
+    """For ``responses.nodes``: the samples in a span, as many as it may have, eight at a time.
 
     Where there are fewer than eight, the last one again.
     """
-    counts = [2**power for power in range(SAMPLES.bit_length())]
     return [
         np.minimum(np.arange(group + 1, group + 1 + NODES) / count, 1.0)
-        for count in counts
+        for count in COUNTS
         for group in range(0, count, NODES)
     ]
 
@@ -64,9 +64,10 @@ def sample_instants() -> list[np.ndarray]:
 def instants_of(count, group):  # type: ignore[no-untyped-def]
     """Which of the Nodes' sets of instants has a group of eight of so many samples."""
     chosen = 1 + group
-    while count > 1:
-        count //= 2
-        chosen += 1
+    for each in COUNTS:
+        if each == count:
+            break
+        chosen += (each + NODES - 1) // NODES
     return chosen
 
 

@@ -27,12 +27,18 @@ import numba
 import numpy as np
 
 from ab_sim.dynamics.dispatch import APART, INLINED
-from ab_sim.dynamics.layout import equation_count, state_count, state_size
+from ab_sim.dynamics.layout import (
+    angle_at,
+    equation_count,
+    spindle_angle_at,
+    state_count,
+    state_size,
+)
 from ab_sim.dynamics.numbers.across import total
 from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
 from ab_sim.dynamics.slope import evaluate, inlined_evaluate
 from ab_sim.dynamics.spindle_motion import spindle_motion
-from ab_sim.dynamics.system import Plant, ball_count
+from ab_sim.dynamics.system import Plant, ball_count, has_motor
 from ab_sim.integrate.events import within_bounds
 from ab_sim.integrate.fixed_step import room_kept, unwind
 from ab_sim.integrate.hand_over import (
@@ -83,8 +89,8 @@ makes of a jump decays [rad]: no estimate by later coefficients sees what is ove
 node."""
 LARGEST = 1e300
 """An error [rad] that is taken where there is no choice but that of an iteration without end."""
-FAR_BELOW = 1e-3
-"""What a span's error is times what is asked for, for the next one to be twice as long."""
+NEAR = 0.05
+"""A span's error is so near to what is asked for that none longer will do, see ``power_of``."""
 PATIENCE = 16.0
 """Spans after one that was not taken before a longer one is tried again."""
 
@@ -165,7 +171,6 @@ def collocate(  # type: ignore[no-untyped-def]
     first, nominal, offset = clock
     plant = Plant(system, place, modes, room_kept(system, work))
     head, line = work.memory[head_at(system, state)], work.memory[line_at(system, state)]
-    done = 0
     if steps == 0 and rows.shape[0] > 0:
         begin = (first * nominal - start) + offset
         evaluate(plant, begin, state, work.slopes[0])
@@ -174,30 +179,57 @@ def collocate(  # type: ignore[no-untyped-def]
         look(plant, weights, start, clock, length, state, work, events, rows)
     size, states = state_count(system, state), state_size(system, state)
     width, profile = row_width(system), own_array(0.0, (2, NODES))
-    numbers, kept = own_array(0.0, (state.size, NODES)), own_array(0.0, (width, NODES))
-    at, row, angle_and_speed = as_lanes(numbers), as_lanes(kept), as_lanes(profile)
-    angle_and_speed[0] = angle_and_speed[1] = 0.0
+    found, numbers = own_array(0.0, (state.size, NODES)), own_array(0.0, (state.size, NODES))
+    times, kept = own_array(0.0, (2, NODES)), own_array(0.0, (width, NODES))
+    in_span, at, row = as_lanes(found), as_lanes(numbers), as_lanes(kept)
+    time, angle_and_speed = as_lanes(times), as_lanes(profile)
+    angle_and_speed[0] = angle_and_speed[1] = time[0] = 0.0
+    for j in range(states):
+        at[j] = 0.0
     slope = own_array(at[0], (size,))
     own = Plant(system, place, modes, own_room(system, ball_count(system), at[0]))
-    while done < steps:
+    done, written, write = 0, 0, False
+    while written < steps:
+        if write or done == steps:
+            # Samples of several spans together: eight cost what one does.
+            inlined_evaluate(own, time[0], at, slope)
+            for lane in range(done - written):
+                # Not in lanes: what is asked of the profile at a time has the same digits as
+                # elsewhere.
+                asked = along(place, (first + written + lane + 1) * nominal - start)
+                profile[0, lane], profile[1, lane] = asked
+            record(own, (angle_and_speed[0], angle_and_speed[1]), time[0], at, row)
+            for lane in range(done - written):
+                for j in range(width):
+                    rows[written + lane, ANGLE + j] = kept[j, lane]
+            written, write = done, False
+            continue
         if head[TAKEN] == line[GOOD] or head[STEP] != length:
             now = first + done, nominal, offset
             count = min(due(plant, length, state, work), steps - done)
+            anew = count > 0 or head[STEP] != length
+            if written < done and (anew or beyond_a_turn(system, state)):
+                write = True
+                continue
             if count > 0:
                 ahead = rows[done:]
                 taken = hand_over(
                     plant, weights, start, now, length, state, work, events, ahead, count
                 )
                 done += taken
+                written = done
                 if taken < count:
                     return done
                 continue
             begin = ((first + done) * nominal - start) + offset
             unwind(plant, state)
-            if head[STEP] != length:
+            if anew:
                 look(plant, weights, start, now, length, state, work, events, rows)
             whole = (place.until - begin) / length + 1e-6 if length == nominal else 1.0
             if not take_span(weights, plant, begin, length, whole, state, work):
+                if written < done:
+                    write = True
+                    continue
                 if given_up(plant, state, work):
                     continue
                 for j in range(states):
@@ -206,33 +238,48 @@ def collocate(  # type: ignore[no-untyped-def]
             if line[GOOD] == 0.0:
                 continue
         taken = int(head[TAKEN])
-        group = taken // NODES
-        time = states_in_span(weights, own, group, state, work, at)
-        inlined_evaluate(own, time, at, slope)
+        group, lane = taken // NODES, taken % NODES
         until = min(taken + steps - done, int(line[GOOD]), (group + 1) * NODES)
-        lanes = range(taken - group * NODES, until - group * NODES)
-        before = first + done - (taken - group * NODES)
-        for lane in lanes:
-            # Not in lanes: what is asked of the profile at a time has the same digits as elsewhere.
-            found = along(place, (before + lane + 1) * nominal - start)
-            profile[0, lane], profile[1, lane] = found
-        record(own, (angle_and_speed[0], angle_and_speed[1]), time, at, row)
-        sound = all_within_bounds(system, at, work.bounds)
-        for lane in lanes:
-            for j in range(width):
-                rows[done, ANGLE + j] = kept[j, lane]
-            if not sound:
+        room = done - written
+        if room + until - taken > NODES:
+            write = True
+            continue
+        time[1] = states_in_span(weights, own, group, state, work, in_span)
+        if not all_within_bounds(system, in_span, work.bounds):
+            for at_lane in range(lane, lane + until - taken):
                 for j in range(states):
-                    work.trial[j] = numbers[j, lane]
+                    work.trial[j] = found[j, at_lane]
                 if not within_bounds(work.trial, work.bounds):
-                    return done
+                    until = taken + at_lane - lane
+                    steps = done + until - taken
+                    break
+        count = until - taken
+        if room == 0 and lane == 0:
+            time[0] = time[1]
+            for j in range(states):
+                at[j] = in_span[j]
+        else:
+            for k in range(count):
+                times[0, room + k] = times[1, lane + k]
                 for j in range(states):
-                    state[j] = work.trial[j]
-            done += 1
-        for j in range(states):
-            state[j] = numbers[j, until - group * NODES - 1]
+                    numbers[j, room + k] = found[j, lane + k]
+        if count > 0:
+            for j in range(states):
+                state[j] = found[j, lane + count - 1]
         head[TAKEN] = until
+        done += count
     return done
+
+
+@numba.njit(**INLINED)
+def beyond_a_turn(system, state):  # type: ignore[no-untyped-def]
+    """Whether ``unwind`` would count a turn apart."""
+    n, beyond = ball_count(system), False
+    for i in range(n):
+        beyond = beyond or abs(state[angle_at(system, i)]) > 2.0 * math.pi
+    if has_motor(system.effects):
+        beyond = beyond or abs(state[spindle_angle_at(system)]) > 2.0 * math.pi
+    return beyond
 
 
 @numba.njit(**INLINED)
@@ -271,7 +318,7 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
     else:
         size = int(head[AHEAD])
     while size > PARTS and size > whole * PARTS:
-        size //= 2
+        size = shorter(size)
     done = 0
     while done < PARTS:
         samples = max(1, size // PARTS)
@@ -294,7 +341,7 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
                 while size > (done & -done):
                     size //= 2
         elif size > 1:
-            size //= 2
+            size = after_refusal(weights, size, error)
             head[WAIT] = PATIENCE
         else:
             return False
@@ -302,17 +349,57 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
 
 
 @numba.njit(**INLINED)
+def longer(size):  # type: ignore[no-untyped-def]
+    """The next of a span's lengths, in parts of a step."""
+    if size < 2 * PARTS:
+        return 2 * size
+    return size + size // 2 if size & (size - 1) == 0 else size + size // 3
+
+
+@numba.njit(**INLINED)
+def shorter(size):  # type: ignore[no-untyped-def]
+    """The one before."""
+    if size <= 2 * PARTS:
+        return size // 2
+    return size - size // 4 if size & (size - 1) == 0 else size - size // 3
+
+
+@numba.njit(**INLINED)
+def after_refusal(weights, size, error):  # type: ignore[no-untyped-def]
+    """How long a span is tried after one that was not taken."""
+    less = shorter(size)
+    if error * power_of(less / size) <= weights.tolerance:
+        return less
+    half = size // 2
+    return PARTS if PARTS < half < 2 * PARTS else half
+
+
+@numba.njit(**INLINED)
+def power_of(ratio):  # type: ignore[no-untyped-def]
+    """What a span's error is multiplied with where its length is with this ratio."""
+    square = ratio * ratio
+    return square * square * square * square * square
+
+
+@numba.njit(**INLINED)
 def next_size(weights, head, size, error, within):  # type: ignore[no-untyped-def]
     """How long the next span is, after one without a kink behind it, in parts of a step."""
     if weights.steps >= 1.0:
-        return 2 * size if 2 * size <= weights.steps * PARTS else size
+        next_one = longer(size)
+        return next_one if next_one <= weights.steps * PARTS else size
     if head[WAIT] > 0.0:
         head[WAIT] -= 1.0
         return size
-    # One twice as long has a sample within it if it is longer than a step.
+    # A longer one has a sample within it if it is longer than a step.
     most = error if size < PARTS else max(error, within)
-    if most < FAR_BELOW * weights.tolerance and size < SAMPLES * PARTS:
-        return 2 * size
+    if most > NEAR * weights.tolerance:
+        return size
+    for _ in range(2):
+        more = longer(size)
+        most *= power_of(more / size)
+        if more > SAMPLES * PARTS or not most < weights.tolerance:
+            break
+        size = more
     return size
 
 
@@ -335,5 +422,5 @@ def first_size(weights, plant, begin, length, state, work):  # type: ignore[no-u
         rate = max(rate, c, math.sqrt(k))
     size, most = SAMPLES * PARTS, weights.steps if weights.steps >= 1.0 else SAMPLES
     while size > 1 and (size * (length / PARTS) * rate > FIRST_TURN or size > most * PARTS):
-        size //= 2
+        size = shorter(size)
     return size
