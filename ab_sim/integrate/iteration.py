@@ -8,7 +8,7 @@ from ab_sim.dynamics.layout import (
     rate_at,
 )
 from ab_sim.dynamics.ledger import book
-from ab_sim.dynamics.numbers.across import product, total
+from ab_sim.dynamics.numbers.across import product_onto, total
 from ab_sim.dynamics.numbers.lanes import as_lanes
 from ab_sim.dynamics.system import (
     RACE_CURVATURE,
@@ -59,8 +59,8 @@ def freely(numbers, table, x, v):  # type: ignore[no-untyped-def]
 def response(tables, table, free_x, free_v, force):  # type: ignore[no-untyped-def]
     """x and v, from what they are without f, and f at the nodes."""
     return (
-        free_x + product(tables, table + INTO_X, force),
-        free_v + product(tables, table + INTO_V, force),
+        product_onto(tables, table + INTO_X, force, free_x),
+        product_onto(tables, table + INTO_V, force, free_v),
     )
 
 
@@ -123,7 +123,7 @@ def iterate(  # type: ignore[no-untyped-def]
         change += abs(new - force[q]) * unit
         force[q] = new
         if hangs_freely(system):
-            pull = free_x[q] + product(pulls, NODES * q, new)
+            pull = product_onto(pulls, NODES * q, new, free_x[q])
         else:
             x[q], v[q] = response(tables, table, free_x[q], free_v[q], new)
             pull = damping * v[q] + stiffness * x[q]

@@ -20,28 +20,54 @@ def _at(builder: Any, vector: Any, lane: int) -> Any:
     return builder.extract_element(vector, ir.Constant(ir.IntType(32), lane))
 
 
+CHAINS = 4
+"""Sums of a product's terms that are made side by side: each term waits for the one before."""
+
+
+def _sum_of_terms(builder: Any, data: Any, first: Any, x: Any, onto: Any) -> Any:
+    """M x, M's columns lying from ``first`` on, and what it is added to, if anything."""
+    sums: list[Any] = [onto] + [None] * (CHAINS - 1)
+    for k in range(EIGHT):
+        column = builder.load(builder.gep(data, [builder.add(first, first.type(k))]), align=BYTES)
+        each, chain = in_all(builder, _at(builder, x, k)), k % CHAINS
+        if sums[chain] is None:
+            sums[chain] = builder.fmul(column, each)
+        else:
+            sums[chain] = call_of(builder, "fma", column, each, sums[chain])
+    while len(sums) > 1:
+        half = len(sums) // 2
+        sums = [builder.fadd(sums[i], sums[i + half]) for i in range(half)]
+    return sums[0]
+
+
+def _check(lines: Any, first: Any, *numbers: Any) -> None:
+    sound = isinstance(lines, types.Array) and lines.dtype == lanes
+    if not (sound and all(number == lanes for number in numbers)):
+        raise TypingError(f"{lines}, {first}, {numbers}: has to be an array of lanes, and lanes")
+
+
 @intrinsic
 def product(typing_context, lines, first, x):  # type: ignore[no-untyped-def]
     """M x, M's columns being eight lines of an array of lanes from ``first`` on."""
-    if not (isinstance(lines, types.Array) and lines.dtype == lanes and x == lanes):
-        raise TypingError(f"product({lines}, {first}, {x}): takes an array of lanes, and lanes")
+    _check(lines, first, x)
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         data = make_array(signature.args[0])(context, builder, value=arguments[0]).data
-        halves = [None, None]
-        for k in range(EIGHT):
-            place = builder.add(arguments[1], context.get_constant(types.intp, k))
-            column = builder.load(builder.gep(data, [place]), align=BYTES)
-            each = in_all(builder, _at(builder, arguments[2], k))
-            # Two chains, which wait for each other less than one.
-            half = halves[k % 2]
-            if half is None:
-                halves[k % 2] = builder.fmul(column, each)
-            else:
-                halves[k % 2] = call_of(builder, "fma", column, each, half)
-        return builder.fadd(*halves)
+        return _sum_of_terms(builder, data, *arguments[1:], None)
 
     return lanes(lines, types.intp, x), generate
+
+
+@intrinsic
+def product_onto(typing_context, lines, first, x, onto):  # type: ignore[no-untyped-def]
+    """M x + ``onto``, M as of ``product``."""
+    _check(lines, first, x, onto)
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        data = make_array(signature.args[0])(context, builder, value=arguments[0]).data
+        return _sum_of_terms(builder, data, *arguments[1:])
+
+    return lanes(lines, types.intp, x, onto), generate
 
 
 @intrinsic
