@@ -233,7 +233,7 @@ def test_check_says_what_would_be_simulated(tmp_path: Path) -> None:
         "0.00117 N m to accelerate at 40 rad/s^2",
         "1000 samples/s, one every step",
         "one every 5 steps; low-pass 100 Hz; aliases: up to 71 %",
-        "sweeps (order 7), auto: rk8 would need steps of at most",
+        "collocation (order 16), auto: rk8 would need steps of at most",
         "s for the deck's whirl at 420 rad/s",
     ):
         assert words in done.stdout, words

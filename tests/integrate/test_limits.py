@@ -131,14 +131,15 @@ def test_hopeless_drag_is_told_apart(scene: Any) -> None:
 
 def test_refusal_of_stiff_drag_names_what_follows_it(scene: Any) -> None:
     stiff = {"viscous_drag": {"coefficient": 100.0}}
-    with pytest.raises(SceneError, match="leave solver.stepper to auto, or name sweeps"):
+    words = "leave solver.stepper to auto, or name collocation or sweeps"
+    with pytest.raises(SceneError, match=words):
         Drive(scene(effects=stiff, solver={"stepper": "rk8"}))
     assert Drive(scene(effects=stiff, solver={"stepper": "sweeps"})).choice.longest > 1e-3
 
 
 @pytest.mark.parametrize(
     ("coefficient", "chosen", "reason"),
-    [(1.0, "rk8", "auto: stable at this step"), (100.0, "sweeps", "rk8 would need steps of at")],
+    [(1.0, "rk8", "auto: stable at this step"), (100.0, "collocation", "rk8 would need steps of")],
 )
 def test_auto_asks_the_drag(coefficient: float, chosen: str, reason: str, scene: Any) -> None:
     effects = {"viscous_drag": {"coefficient": coefficient}}
@@ -149,7 +150,7 @@ def test_auto_asks_the_drag(coefficient: float, chosen: str, reason: str, scene:
 def test_auto_does_not_help_a_deck_that_whirls_too_fast(scene: Any) -> None:
     with pytest.raises(SceneError, match="limit of the deck's whirl at 400 rad/s") as told:
         Drive(scene(balls={"count": 0}, solver={"stepper": "auto", "step": 0.05}))
-    assert "sweeps" not in str(told.value)
+    assert "collocation" not in str(told.value)
 
 
 def test_a_speed_that_is_never_reached_limits_nothing(scene: Any) -> None:

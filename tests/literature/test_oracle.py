@@ -66,7 +66,7 @@ def go_to(drive: Drive, time: float) -> None:
 def test_trajectory(name: str, scene: Any) -> None:
     case = CASES[name]
     drive = drive_of(case, scene, len(case["theta0_rad"]))
-    assert drive.stepper.name == ("sweeps" if name == "P09" else "rk8")
+    assert drive.stepper.name == ("collocation" if name == "P09" else "rk8")
     for time, expected in case["expected"].items():
         go_to(drive, float(time))
         now = drive.observe()

@@ -53,7 +53,7 @@ def product(typing_context, lines, first, x):  # type: ignore[no-untyped-def]
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         data = make_array(signature.args[0])(context, builder, value=arguments[0]).data
-        return _sum_of_terms(builder, data, *arguments[1:], None)
+        return _sum_of_terms(builder, data, arguments[1], arguments[2], None)
 
     return lanes(lines, types.intp, x), generate
 
