@@ -1,9 +1,9 @@
 """Collocation on eight Gauss nodes, in spans of its own, the scene's steps being samples in them.
 
-See integrate/span.py for what a span is. How long one is follows from the motion: its length is a
-power of two times the scene's step, at most sixteen; a span that leaves too large an error, or
-whose iteration does not come to an end, is halved, down to a 1024th of a step; and after one whose
-error is far below what is asked the next is twice as long. Behind a kink of the motion, where there
+See integrate/span.py for what a span is. How long one is follows from the motion: of the scene's
+steps it goes over 1, 2, 3, 4, 6, 8, 12 or 16, or down to a 1024th of one, halved; a span that leaves
+too large an error, or whose iteration does not come to an end, is made shorter; and after one whose
+error is far enough below what is asked the next is longer. Behind a kink of the motion, where there
 is no span to carry on, the first one is short beside the spindle's turns and the deck's cycles, as
 is fit for what decays after a jump.
 
@@ -125,7 +125,7 @@ TOLERANCE = Parameter(
     1e-2,
 )
 STEPS = Parameter(
-    "how many of the scene's steps each of its spans goes over, rounded down to a power of two, "
+    "how many of the scene's steps each of its spans goes over, rounded down to one of 1, 2, 3, 4, 6, 8, 12, 16, "
     "whatever error that leaves; 0 for as many as the tolerance allows",
     0.0,
     0.0,
