@@ -1,7 +1,7 @@
 """Collocation on eight Gauss nodes, in spans of its own, the scene's steps being samples in them.
 
 See integrate/span.py for what a span is. How long one is follows from the motion: of the scene's
-steps it goes over 1, 2, 3, 4, 6, 8, 12 or 16, or down to a 1024th of one, halved; a span that leaves
+steps it goes over 1, 2, 3, 4, 6, 8, 12 or 16, or down to a 1024th of one, halved; one that leaves
 too large an error, or whose iteration does not come to an end, is made shorter; and after one whose
 error is far enough below what is asked the next is longer. Behind a kink of the motion, where there
 is no span to carry on, the first one is short beside the spindle's turns and the deck's cycles, as
@@ -29,7 +29,6 @@ import numpy as np
 from ab_sim.dynamics.dispatch import APART, INLINED
 from ab_sim.dynamics.layout import (
     angle_at,
-    equation_count,
     spindle_angle_at,
     state_count,
     state_size,
@@ -37,7 +36,6 @@ from ab_sim.dynamics.layout import (
 from ab_sim.dynamics.numbers.across import total
 from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
 from ab_sim.dynamics.slope import evaluate, inlined_evaluate
-from ab_sim.dynamics.spindle_motion import spindle_motion
 from ab_sim.dynamics.system import Plant, ball_count, has_motor
 from ab_sim.integrate.events import within_bounds
 from ab_sim.integrate.fixed_step import room_kept, unwind
@@ -62,7 +60,6 @@ from ab_sim.integrate.response_tables import (
     LINES_EACH,
     OWN,
     SAMPLES,
-    linear_part,
     sample_instants,
 )
 from ab_sim.integrate.responses import NODES, Nodes, gauss, nodes
@@ -79,20 +76,13 @@ from ab_sim.integrate.span import (
     solve_span,
     states_in_span,
 )
+from ab_sim.integrate.span_lengths import PATIENCE, after_refusal, first_size, next_size, shorter
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.rk8 import RK8
 from ab_sim.integrate.workspace import aligned
 
-FIRST_TURN = 0.5
-"""How far the spindle turns at most in a first span, or the deck goes in its cycle, or what drag
-makes of a jump decays [rad]: no estimate by later coefficients sees what is over before the first
-node."""
 LARGEST = 1e300
 """An error [rad] that is taken where there is no choice but that of an iteration without end."""
-NEAR = 0.05
-"""A span's error is so near to what is asked for that none longer will do, see ``power_of``."""
-PATIENCE = 16.0
-"""Spans after one that was not taken before a longer one is tried again."""
 
 
 class Weights(NamedTuple):
@@ -125,8 +115,8 @@ TOLERANCE = Parameter(
     1e-2,
 )
 STEPS = Parameter(
-    "how many of the scene's steps each of its spans goes over, rounded down to one of 1, 2, 3, 4, 6, 8, 12, 16, "
-    "whatever error that leaves; 0 for as many as the tolerance allows",
+    "how many of the scene's steps each of its spans goes over, rounded down to 1, 2, 3, 4, 6, 8, "
+    "12 or 16, whatever error that leaves; 0 for as many as the tolerance allows",
     0.0,
     0.0,
     float(SAMPLES),
@@ -348,61 +338,6 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
     return True
 
 
-@numba.njit(**INLINED)
-def longer(size):  # type: ignore[no-untyped-def]
-    """The next of a span's lengths, in parts of a step."""
-    if size < 2 * PARTS:
-        return 2 * size
-    return size + size // 2 if size & (size - 1) == 0 else size + size // 3
-
-
-@numba.njit(**INLINED)
-def shorter(size):  # type: ignore[no-untyped-def]
-    """The one before."""
-    if size <= 2 * PARTS:
-        return size // 2
-    return size - size // 4 if size & (size - 1) == 0 else size - size // 3
-
-
-@numba.njit(**INLINED)
-def after_refusal(weights, size, error):  # type: ignore[no-untyped-def]
-    """How long a span is tried after one that was not taken."""
-    less = shorter(size)
-    if error * power_of(less / size) <= weights.tolerance:
-        return less
-    half = size // 2
-    return PARTS if PARTS < half < 2 * PARTS else half
-
-
-@numba.njit(**INLINED)
-def power_of(ratio):  # type: ignore[no-untyped-def]
-    """What a span's error is multiplied with where its length is with this ratio."""
-    square = ratio * ratio
-    return square * square * square * square * square
-
-
-@numba.njit(**INLINED)
-def next_size(weights, head, size, error, within):  # type: ignore[no-untyped-def]
-    """How long the next span is, after one without a kink behind it, in parts of a step."""
-    if weights.steps >= 1.0:
-        next_one = longer(size)
-        return next_one if next_one <= weights.steps * PARTS else size
-    if head[WAIT] > 0.0:
-        head[WAIT] -= 1.0
-        return size
-    # A longer one has a sample within it if it is longer than a step.
-    most = error if size < PARTS else max(error, within)
-    if most > NEAR * weights.tolerance:
-        return size
-    for _ in range(2):
-        more = longer(size)
-        most *= power_of(more / size)
-        if more > SAMPLES * PARTS or not most < weights.tolerance:
-            break
-        size = more
-    return size
-
-
 @numba.njit(**APART)
 def go_to_end(weights, plant, state, work):  # type: ignore[no-untyped-def]
     """The state at the end of a span with one sample into ``work.trial``."""
@@ -410,17 +345,3 @@ def go_to_end(weights, plant, state, work):  # type: ignore[no-untyped-def]
     states_in_span(weights, plant, 0, state, work, as_lanes(numbers))
     for j in range(state_size(plant.system, state)):
         work.trial[j] = numbers[j, 0]
-
-
-@numba.njit(**APART)
-def first_size(weights, plant, begin, length, state, work):  # type: ignore[no-untyped-def]
-    """How long the first span behind a kink is, in parts of a step."""
-    system = plant.system
-    rate = abs(spindle_motion(plant, begin, state).speed)
-    for q in range(equation_count(system)):
-        c, k = linear_part(system, work.tables, q)
-        rate = max(rate, c, math.sqrt(k))
-    size, most = SAMPLES * PARTS, weights.steps if weights.steps >= 1.0 else SAMPLES
-    while size > 1 and (size * (length / PARTS) * rate > FIRST_TURN or size > most * PARTS):
-        size = shorter(size)
-    return size
