@@ -261,4 +261,3 @@ class Bench:
         if self.mode is TimeMode.LOCK_STEP:
             return "lock-step: time goes on by ~/step"
         return self.now.health.state(self.paused)
-
