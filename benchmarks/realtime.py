@@ -133,10 +133,10 @@ def picture(report: dict[str, Any], path: Path) -> None:
             # No share is shown of which there is less than one wake-up.
             seen = 1.0 - QUANTILES >= 1.0 / found["count"]
             late = np.maximum(np.array(found["at QUANTILES [ms]"])[seen], 1e-3)
-            told = part if what == "lateness" else f"{part}: bare loop"
+            told = f"{part}: {'drive' if what == 'lateness' else what}"
             left.plot(late, (1.0 - QUANTILES)[seen], line, color=colour, label=told)
     left.axvline(1e3 / RATE, color="0.5", linestyle=":", label="one period")
-    left.set(xscale="log", yscale="log", xlabel="lateness, as heard by a subscriber [ms]")
+    left.set(xscale="log", yscale="log", xlabel="lateness [ms]; of drives as a subscriber hears it")
     left.set_xlim(left=0.03)
     left.set_ylabel("share of wake-ups that are later")
     left.set_title(f"wake-ups at {RATE:g} Hz, five balls", fontsize=11)

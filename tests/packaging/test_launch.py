@@ -114,7 +114,7 @@ def test_two_drives(launch: Launch, fleet: Fleet) -> None:
 
 @pytest.mark.parametrize(
     ("argument", "words"),
-    [("scene:=nowhere", "no such scene"), ("changes:=balls.mas=1", "did you mean")],
+    [("scene:=nowhere", "scene 'nowhere' is not known"), ("changes:=balls.mas=1", "did you mean")],
 )
 def test_a_drive_that_fails_ends_the_launch(
     launch: Launch, fleet: Fleet, argument: str, words: str
