@@ -92,6 +92,7 @@ def test_a_start_up_with_all_arguments(launch: Launch, fleet: Fleet, tmp_path: P
         "namespace:=left",
     )
     fleet.until(lambda: fast(joints, 20.0), "it starts up by itself")
+    fleet.until(lambda: fleet.value("left/drive_sim", "scene"), "it reports, once a second")
     assert fleet.value("left/drive_sim", "scene") == "thesis-hold", "arguments go first"
     stamps = [JointSample.of(message).time for message in joints]
     assert 10_000_000 in np.diff(stamps), "the file's wake_rate"
