@@ -2,8 +2,10 @@
 
 import array
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from ab_msgs_py.errors import MalformedMessage
@@ -32,6 +34,10 @@ class Block:
         # From an array, not a list: 20 times cheaper (LAB.md).
         message.data = array.array("d", np.ascontiguousarray(self.samples).tobytes())
         return message
+
+    def encoded(self) -> bytes:
+        """The same in CDR, for `Publisher.publish`, in a tenth of the time of an object."""
+        return _head(self.channels, len(self.samples)) + self.samples.tobytes()
 
     @classmethod
     def of(cls, message: Float64MultiArray) -> "Block":
@@ -64,3 +70,11 @@ class Block:
         ):
             raise MalformedMessage("vibration/block: step must be whole numbers that grow")
         return cls(channels, samples)
+
+
+@lru_cache(maxsize=16)
+def _head(channels: tuple[str, ...], rows: int) -> bytes:
+    """All of a block in CDR but its samples, which come last."""
+    samples = np.zeros((rows, len(channels)))
+    whole: bytes = serialize_message(Block(channels, samples).message())
+    return whole[: len(whole) - samples.nbytes]

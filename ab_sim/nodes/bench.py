@@ -134,7 +134,6 @@ class Bench:
         # After catching up nothing may be due; time that stands still is not published.
         elif due := pacer.due(time.monotonic()):
             self.advance(due)
-        self._report_now_and_then()
         if self.led.checks is not None:
             # Last: what has been published does not wait for it.
             self.led.checks.work(time.thread_time() - begin)
@@ -222,6 +221,17 @@ class Bench:
         if refusals := self._commands.refusals():
             self._node.get_logger().warning(refusals)
 
+    def report_now_and_then(self) -> None:
+        """Once a second, and as soon as somebody else can command."""
+        due = self.now.health.period_over(time.monotonic(), self.standing)
+        if self._commands.others_came() or due:
+            self.report()
+        if due:
+            if self.standing:
+                # For those who come late: a clock that says nothing might be none.
+                self._outputs.tell_time(self.now.time_ns)
+            self._hardening.spare_moment()
+
     def checks_after(self, before: Values) -> LiveChecks | None:
         """Checks of the error after settings have changed; others may take long to make."""
         share = self._settings.values["error_checks"]
@@ -251,14 +261,3 @@ class Bench:
         if self.mode is TimeMode.LOCK_STEP:
             return "lock-step: time goes on by ~/step"
         return self.now.health.state(self.paused)
-
-    def _report_now_and_then(self) -> None:
-        """Once a second, and as soon as somebody else can command."""
-        due = self.now.health.period_over(time.monotonic(), self.standing)
-        if self._commands.others_came() or due:
-            self.report()
-        if due:
-            if self.standing:
-                # For those who come late: a clock that says nothing might be none.
-                self._outputs.tell_time(self.now.time_ns)
-            self._hardening.spare_moment()

@@ -50,6 +50,7 @@ class Observed:
         self._model = topics.MODEL.publisher(node)
         self._accelerometers = Accelerometers(node)
         self._streams: list[_Stream] = []
+        self._heard: list[_Stream] = []
         self._tf = None
         if topics.TF.type is None:
             node.get_logger().info(
@@ -97,7 +98,10 @@ class Observed:
             self._tf_static.publish(transforms([]))
 
     def look(self, present: Trajectory) -> list[float]:
-        """All that is shown of the last sample."""
+        """All that is shown of the last sample; nothing, if nobody listens to any of it."""
+        self._heard = [stream for stream in self._streams if stream.listeners()]
+        if not self._heard:
+            return []
         row, turning = present.samples[-1], AXES
         if self._tilts:
             present = present.last(1)
@@ -119,10 +123,13 @@ class Observed:
         return silent
 
     def publish(self, time: int, shown: list[float], silent: Set[str] = frozenset()) -> None:
-        """Publish what ``look`` has seen, stamped with a time [ns]; of silent sensors nothing."""
-        for send, message, numbers, sensor in self._streams:
-            if sensor not in silent:
-                send(message.at(time, numbers(shown)))
+        """Publish what ``look`` has seen, stamped with a time [ns]; of silent sensors nothing.
+
+        To whom did not listen then, it would have been lost anyway.
+        """
+        for stream in self._heard:
+            if stream.sensor not in silent:
+                stream.send(stream.message.at(time, stream.numbers(shown)))
 
     def sampled(self, runs: Iterable[Trajectory], faults: FaultsInForce) -> None:
         """Publish every sample of accelerometers in some integration steps."""
@@ -134,9 +141,8 @@ class Observed:
         """Messages like this one, whose numbers have these names among what is shown."""
         places = map(self._shown.index, numbers)
         # Past rclpy's publisher, whose ways cost as much as sending does.
-        return _Stream(
-            publisher.handle.publish_raw, Prefilled(message), itemgetter(*places), sensor
-        )
+        listeners, send = publisher.handle.get_subscription_count, publisher.handle.publish_raw
+        return _Stream(listeners, send, Prefilled(message), itemgetter(*places), sensor)
 
     def _of_joints(self, scene: Scene) -> "_Stream":
         none = (0.0,) * scene.balls.count
@@ -178,6 +184,8 @@ class Observed:
 class _Stream(NamedTuple):
     """One kind of message."""
 
+    listeners: Callable[[], int]
+    """How many there are."""
     send: Callable[[bytes], None]
     message: Prefilled
     numbers: Callable[[list[float]], tuple[float, ...]]

@@ -48,7 +48,7 @@ class Outputs:
     def look(self, present: Trajectory, faults: FaultsInForce) -> tuple[list[float], Set[str]]:
         """What is to be shown of the last sample, and which sensors say nothing of it."""
         shown = self._observed.look(present)
-        if not faults.faults:
+        if not shown or not faults.faults:
             return shown, frozenset()
         return shown, self._observed.heard(shown, present, faults)
 
@@ -60,12 +60,12 @@ class Outputs:
     def tell_time(self, time_ns: int) -> None:
         """Simulated time."""
         if self._clock is not None:
-            self._clock.publish(self._now.at(time_ns, ()))
+            self._clock.handle.publish_raw(self._now.at(time_ns, ()))
 
     def write(self, parts: Sequence[Trajectory]) -> None:
         """A block of the samples in these, if there are any."""
         if parts and len(block := Trajectory.join(list(parts))):
-            self._block.publish(Block(block.channels, block.samples).message())
+            self._block.publish(Block(block.channels, block.samples).encoded())
 
     def report(
         self, time_ns: int, level: Level, text: str, values: Mapping[str, str] | None = None

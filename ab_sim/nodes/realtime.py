@@ -48,20 +48,15 @@ def lock_memory() -> str:
     )
 
 
-class GarbageByHand:
-    """Python's search for garbage, done when the loop has time for it.
+def spare_what_lives() -> None:
+    """Leave what lives by now out of all of Python's searches for garbage.
 
-    What lives by then is left out of every search, so that one takes a fraction of a millisecond.
+    A compiler and a ROS node are hundreds of thousands of objects, and a full search, which may
+    come at any wake-up, looks at each. What was left out before is searched a last time.
     """
-
-    def __init__(self) -> None:
-        gc.collect()
-        gc.freeze()
-        gc.disable()
-
-    def collect(self) -> None:
-        """Search now."""
-        gc.collect()
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()
 
 
 class Hardening:
@@ -70,12 +65,12 @@ class Hardening:
     Args:
         priority: of its thread, see ``ask_for_priority``; 0: scheduled as usual.
         memory: whether it is to be locked.
-        garbage: whether it is searched for by hand.
+        by_hand: whether to search for garbage in spare moments only. What lives already is left
+            out of searches in any case.
     """
 
-    def __init__(self, priority: int, memory: bool, garbage: bool) -> None:
-        self._priority, self._memory, self._garbage = priority, memory, garbage
-        self._by_hand: GarbageByHand | None = None
+    def __init__(self, priority: int, memory: bool, by_hand: bool) -> None:
+        self._priority, self._memory, self._by_hand = priority, memory, by_hand
         self.words = "as usual"
         """What there is of it, for the diagnostics."""
 
@@ -90,8 +85,9 @@ class Hardening:
         for what, refusal in asked:
             granted += [] if refusal else [what]
             refused += [refusal] if refusal else []
-        if self._garbage:
-            self._by_hand = GarbageByHand()
+        spare_what_lives()
+        if self._by_hand:
+            gc.disable()
             granted.append("garbage by hand")
         if granted or refused:
             self.words = "; ".join([*granted, *refused])
@@ -99,5 +95,5 @@ class Hardening:
 
     def spare_moment(self) -> None:
         """The loop has a moment to spare."""
-        if self._by_hand is not None:
-            self._by_hand.collect()
+        if self._by_hand:
+            gc.collect()

@@ -160,6 +160,17 @@ def test_blocks_are_bit_exact() -> None:
     assert got.samples.tobytes() == samples.tobytes()
 
 
+@pytest.mark.parametrize(
+    "label", ["a", "ab", "abc", "abcd", "abcde", "abcdef", "abcdefg", "abcdefgh"]
+)
+@pytest.mark.parametrize("rows", [1, 2, 20])
+def test_a_block_as_bytes_is_the_same_message(label: str, rows: int) -> None:
+    """Whatever there is to pad before its numbers."""
+    steps = np.arange(2.0 * rows, dtype=float).reshape(2, rows).T
+    block = Block(("step", label), steps)
+    assert deserialize_message(block.encoded(), Float64MultiArray) == block.message()
+
+
 def test_labelled_dimensions() -> None:
     message = Block(("step", "time"), np.arange(6.0).reshape(3, 2)).message()
     assert [(d.label, d.size, d.stride) for d in message.layout.dim] == [

@@ -86,7 +86,8 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     assert fleet.set("drive_sim", await_commands=0)[0]
 
     # A snapshot, and the same again.
-    assert fleet.call("drive_sim/save_snapshot")[0]
+    done, text = fleet.call("drive_sim/save_snapshot")
+    assert done, text
     futures = []
     for _ in range(2):
         assert step(fleet).sim_time_ns == 17 * WAKE_NS

@@ -99,24 +99,43 @@ def test_a_priority_that_there_is_not_is_refused() -> None:
     )
 
 
+class Knot:
+    """What only a search for garbage can get rid of."""
+
+    alive = 0
+
+    def __init__(self) -> None:
+        self.me = self
+        Knot.alive += 1
+
+    def __del__(self) -> None:
+        Knot.alive -= 1
+
+
 def test_garbage_by_hand() -> None:
-    class Knot:
-        alive = 0
-
-        def __init__(self) -> None:
-            self.me = self
-            Knot.alive += 1
-
-        def __del__(self) -> None:
-            Knot.alive -= 1
-
     try:
-        garbage = realtime.GarbageByHand()
+        hardening = realtime.Hardening(priority=0, memory=False, by_hand=True)
+        assert hardening.apply() == []
         for _ in range(5000):
             Knot()
         assert Knot.alive == 5000 and not gc.isenabled()
-        garbage.collect()
+        hardening.spare_moment()
         assert Knot.alive == 0
     finally:
         gc.enable()
+        gc.unfreeze()
+
+
+def test_what_lives_is_left_out_of_searches_for_garbage_until_it_is_asked_for_again() -> None:
+    try:
+        knot = Knot()
+        realtime.Hardening(priority=0, memory=False, by_hand=False).apply()
+        assert gc.isenabled()
+        assert len(gc.get_objects()) < gc.get_freeze_count() / 100, "all that a search looks at"
+        del knot
+        gc.collect()
+        assert Knot.alive == 1, "it lived then"
+        realtime.spare_what_lives()
+        assert Knot.alive == 0
+    finally:
         gc.unfreeze()

@@ -1,7 +1,10 @@
 """The launch files under ROS's own launch, where there is one: PyPI has no wheel of it."""
 
 import os
+import signal
+import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +22,8 @@ __all__ = ["domain", "fleet"]
 pytestmark = pytest.mark.ros
 
 ROOT = Path(__file__).parents[2]
+Launch = Callable[..., None]
+"""Given a launch file's name, and arguments."""
 RUN = """
 import sys
 from launch import LaunchDescription, LaunchService
@@ -52,22 +57,32 @@ def prefix(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return prefix
 
 
-def launch(fleet: Fleet, name: str, *arguments: str) -> None:
-    file = ROOT / "launch" / name
-    fleet.start_process("launch", sys.executable, "-c", RUN, file, *arguments)
+@pytest.fixture
+def launch(prefix: Path, fleet: Fleet) -> Iterator[Launch]:
+    started: list[subprocess.Popen[bytes]] = []
+
+    def start(name: str, *arguments: str) -> None:
+        file = ROOT / "launch" / name
+        fleet.start_process("launch", sys.executable, "-c", RUN, file, *arguments)
+        started.append(fleet.processes["launch"])
+
+    yield start
+    for process in started:
+        if process.poll() is None:  # killed, it would leave its nodes behind
+            process.send_signal(signal.SIGINT)
+            process.wait(60.0)
 
 
 def fast(messages: list[Any], speed: float) -> bool:
     return bool(messages) and JointSample.of(messages[-1]).spindle_speed > speed
 
 
-def test_a_start_up_with_all_arguments(prefix: Path, fleet: Fleet, tmp_path: Path) -> None:
+def test_a_start_up_with_all_arguments(launch: Launch, fleet: Fleet, tmp_path: Path) -> None:
     parameters = tmp_path / "mine.yaml"
     parameters.write_text("/**/drive_sim:\n  ros__parameters: {wake_rate: 100.0, scene: no-ball}\n")
     joints = fleet.listen(topics.JOINT_STATES._replace(name="left/joint_states"))
     file = tmp_path / "run.rrd"
     launch(
-        fleet,
         "startup.launch.py",
         "scene:=thesis-hold",
         "profile:=balanced-start-up",
@@ -77,6 +92,7 @@ def test_a_start_up_with_all_arguments(prefix: Path, fleet: Fleet, tmp_path: Pat
         "namespace:=left",
     )
     fleet.until(lambda: fast(joints, 20.0), "it starts up by itself")
+    fleet.until(lambda: fleet.value("left/drive_sim", "scene"), "it reports, once a second")
     assert fleet.value("left/drive_sim", "scene") == "thesis-hold", "arguments go first"
     stamps = [JointSample.of(message).time for message in joints]
     assert 10_000_000 in np.diff(stamps), "the file's wake_rate"
@@ -85,13 +101,13 @@ def test_a_start_up_with_all_arguments(prefix: Path, fleet: Fleet, tmp_path: Pat
     assert recorded.complete and recorded.description["scene"]["balls"]["mass"] == 0.002
 
 
-def test_two_drives(prefix: Path, fleet: Fleet) -> None:
+def test_two_drives(launch: Launch, fleet: Fleet) -> None:
     sides = ("left", "right")
     joints = {
         side: fleet.listen(topics.JOINT_STATES._replace(name=f"{side}/joint_states"))
         for side in sides
     }
-    launch(fleet, "two_drives.launch.py", "right:=no-ball")
+    launch("two_drives.launch.py", "right:=no-ball")
     fleet.until(lambda: all(fast(joints[side], 2.0) for side in sides), "both start up")
     assert [len(joints[side][-1].name) for side in sides] == [3, 1], "a scene each"
     fleet.stop("launch")
@@ -99,12 +115,12 @@ def test_two_drives(prefix: Path, fleet: Fleet) -> None:
 
 @pytest.mark.parametrize(
     ("argument", "words"),
-    [("scene:=nowhere", "no such scene"), ("changes:=balls.mas=1", "did you mean")],
+    [("scene:=nowhere", "scene 'nowhere' is not known"), ("changes:=balls.mas=1", "did you mean")],
 )
 def test_a_drive_that_fails_ends_the_launch(
-    prefix: Path, fleet: Fleet, argument: str, words: str
+    launch: Launch, fleet: Fleet, argument: str, words: str
 ) -> None:
-    launch(fleet, "startup.launch.py", "profile:=thesis-hold", argument)
+    launch("startup.launch.py", "profile:=thesis-hold", argument)
     fleet.ended("launch")
     assert words in fleet.log("launch")
     assert "drive_sim-1] was required" in fleet.log("launch")
