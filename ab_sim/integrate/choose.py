@@ -38,7 +38,7 @@ def for_stiff_drag() -> Stepper:
 
 
 def quickest_for_drag(system: System, step: float, rates: Mapping[str, complex]) -> Stepper:
-    """The one that ``auto`` takes where drag is too much for the usual one.
+    """The one that ``auto`` takes where drag, and nothing else, is too much for the usual one.
 
     Spans take a tenth of the time of steps that solve for drag, and less (friction at a hundred
     times the usual drag: 1/80; rows of balls that touch at every step: 2/3). But they need to know
@@ -51,7 +51,8 @@ def quickest_for_drag(system: System, step: float, rates: Mapping[str, complex])
         if over is None or not known.spans:
             continue
         most, _ = largest_step(over, rates)
-        if not has_events(system.effects) or step <= most * known.parts:
+        reached = not has_events(system.effects) or step <= most * known.parts
+        if reached and step <= largest_step(over, limiting(known, rates))[0]:
             return known
     return for_stiff_drag()
 

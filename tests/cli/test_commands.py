@@ -234,9 +234,10 @@ def test_check_says_what_would_be_simulated(tmp_path: Path) -> None:
         "1000 samples/s, one every step",
         "one every 5 steps; low-pass 100 Hz; aliases: up to 71 %",
         "collocation (order 16), auto: rk8 would need steps of at most",
-        "s for the deck's whirl at 420 rad/s",
     ):
         assert words in done.stdout, words
+    plain = ab_sim("check", "no-ball")
+    assert "s for the deck's whirl at 200 rad/s" in plain.stdout
 
 
 def test_divergence_exits_with_3(tmp_path: Path) -> None:
