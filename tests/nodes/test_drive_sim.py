@@ -287,11 +287,9 @@ def test_parameters_are_described(fleet: Fleet) -> None:
     from rcl_interfaces.srv import DescribeParameters
 
     fleet.start("drive_sim", scene="thesis-hold")
-    client = fleet.node.create_client(DescribeParameters, "drive_sim/describe_parameters")
-    fleet.until(client.service_is_ready, "the parameter services")
-    future = client.call_async(DescribeParameters.Request(names=["wake_rate", "scene"]))
-    fleet.until(future.done, "an answer")
-    rate, scene = future.result().descriptors
+    asked = DescribeParameters.Request(names=["wake_rate", "scene"])
+    answer = fleet.ask(DescribeParameters, "drive_sim/describe_parameters", asked)
+    rate, scene = answer.descriptors
     assert "[1/s]" in rate.description and rate.read_only
     assert (rate.floating_point_range[0].from_value, rate.floating_point_range[0].to_value) == (
         1.0,
