@@ -48,7 +48,7 @@ def quickest_for_drag(system: System, step: float, rates: Mapping[str, complex])
     others = [known for known in steppers().values() if known.solves_drag]
     for known in others if carrier_coordinates(system.carrier) else ():
         over = known.over_events
-        if over is None or not known.spans:
+        if over is None:
             continue
         most, _ = largest_step(over, rates)
         reached = not has_events(system.effects) or step <= most * known.parts
