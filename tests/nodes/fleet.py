@@ -159,16 +159,20 @@ class Fleet:
 
     def stop(self, node: str, number: int = signal.SIGINT) -> int:
         """Send a signal and wait for the end; the exit code."""
-        process = self.processes.pop(node)
-        process.send_signal(number)
-        self.until(lambda: process.poll() is not None, f"{node} ends", deadline=20.0)
-        return process.returncode
+        self.processes[node].send_signal(number)
+        return self._end_of(node, f"{node} ends", 20.0)
 
     def ended(self, node: str) -> int:
         """Wait until a node ends by itself; the exit code."""
-        process = self.processes.pop(node)
-        self.until(lambda: process.poll() is not None, f"{node} ends by itself")
-        return process.returncode
+        return self._end_of(node, f"{node} ends by itself", DEADLINE)
+
+    def _end_of(self, node: str, what: str, deadline: float) -> int:
+        process = self.processes.pop(node)  # it may end with any code
+        try:
+            self.until(lambda: process.poll() is not None, what, deadline)
+        finally:
+            process.kill()
+        return process.wait()
 
     def close(self) -> None:
         """End what is left."""
