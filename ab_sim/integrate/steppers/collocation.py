@@ -281,7 +281,7 @@ def all_within_bounds(system, at, bounds):  # type: ignore[no-untyped-def]
     return total(inside) == NODES
 
 
-@numba.njit(**APART)
+@numba.njit(**INLINED)
 def take_span(weights, plant, begin, length, whole, state, work):  # type: ignore[no-untyped-def]
     """The next span, or the spans that make up one step, the last of which stays in memory.
 
