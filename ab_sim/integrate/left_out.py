@@ -18,9 +18,6 @@ COEFFICIENTS = 2
 nodes its last four coefficients by Legendre's, the last first."""
 FALLS = 1e-3
 """How fast coefficients are taken to fall at most, from one pair to the next."""
-SHARE_OF_SUM = 0.3
-"""Of a sum of magnitudes over all equations, what they together come to: they have signs. Found by
-benchmarks/collocation_at_random.py: with more, spans are shorter than errors ask for."""
 TINY = 1e-300
 
 
@@ -62,4 +59,4 @@ def left_out(plant, first, numbers, lines, force, scales):  # type: ignore[no-un
 def continued(kept, row):  # type: ignore[no-untyped-def]
     """What comes after the last two pairs of coefficients, if it falls as they do."""
     last, before = kept[row, 0] + kept[row, 1], kept[row, 2] + kept[row, 3]
-    return SHARE_OF_SUM * last * min(max(last / (before + TINY), FALLS), 1.0)
+    return last * min(max(last / (before + TINY), FALLS), 1.0)
