@@ -328,10 +328,27 @@ def unwind(plant, state):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**INLINED)
+def has_turns_to_unwind(system, state):  # type: ignore[no-untyped-def]
+    """Whether ``unwind`` would count a turn apart."""
+    found = False
+    for i in range(ball_count(system)):
+        found = found or is_beyond_a_turn(state[angle_at(system, i)])
+    if has_motor(system.effects):
+        found = found or is_beyond_a_turn(state[spindle_angle_at(system)])
+    return found
+
+
+@numba.njit(**INLINED)
+def is_beyond_a_turn(angle):  # type: ignore[no-untyped-def]
+    """Whether an angle [rad] has a whole turn in it that is to be counted apart."""
+    return abs(angle) > 2.0 * pi
+
+
+@numba.njit(**INLINED)
 def take_out_turns(state, at, modes, i):  # type: ignore[no-untyped-def]
     """Bring one angle back into -2 pi .. 2 pi; whether it was not there."""
     turned = False
-    while abs(state[at]) > 2.0 * pi:
+    while is_beyond_a_turn(state[at]):
         turn = 1.0 if state[at] > 0.0 else -1.0
         state[at] = (state[at] - turn * 2.0 * pi) - turn * TWO_PI_REST
         modes[i, TURNS] += int(turn)

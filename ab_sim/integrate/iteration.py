@@ -9,7 +9,7 @@ from ab_sim.dynamics.layout import (
 )
 from ab_sim.dynamics.ledger import book
 from ab_sim.dynamics.numbers.across import product_onto, total
-from ab_sim.dynamics.numbers.lanes import as_lanes
+from ab_sim.dynamics.numbers.lanes import as_lanes, zero_in_lanes
 from ab_sim.dynamics.system import (
     RACE_CURVATURE,
     accelerate,
@@ -99,8 +99,8 @@ def iterate(  # type: ignore[no-untyped-def]
     """
     system, a, tables = plant.system, plant.room.acceleration, as_lanes(numbers)
     carrier, n, ways = system.carrier, ball_count(system), carrier_coordinates(system.carrier)
-    own, nothing = numbers[OWN:HEAD], 0.0 * spindle.speed
-    change, all_of, angles, all_of_angles = nothing, nothing, nothing, nothing
+    own = numbers[OWN:HEAD]
+    change = all_of = angles = all_of_angles = zero_in_lanes()
     if hangs_freely(system):
         for j in range(carrier_states(carrier)):
             at[j] = 0.0
@@ -117,7 +117,7 @@ def iterate(  # type: ignore[no-untyped-def]
         damping = numbers[table + NUMBERS, DAMPING]
         stiffness = numbers[table + NUMBERS, STIFFNESS]
         # At rest in its middle it feels no pull, so that f is all there is.
-        linear = nothing if hangs_freely(system) else damping * v[q] + stiffness * x[q]
+        linear = zero_in_lanes() if hangs_freely(system) else damping * v[q] + stiffness * x[q]
         new = slope[q] + linear
         unit = numbers[table + NUMBERS, MOST_UNIT] if n > 0 else 1.0
         change += abs(new - force[q]) * unit

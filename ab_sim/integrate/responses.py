@@ -22,7 +22,7 @@ from ab_sim.dynamics.dispatch import APART
 from ab_sim.dynamics.numbers.across import put_column
 from ab_sim.dynamics.numbers.cos_sin import cos_sin
 from ab_sim.dynamics.numbers.kinds import EIGHT
-from ab_sim.dynamics.numbers.lanes import as_lanes
+from ab_sim.dynamics.numbers.lanes import as_lanes, zero_in_lanes
 from ab_sim.integrate.workspace import aligned
 
 NODES = EIGHT
@@ -32,6 +32,11 @@ POINTS = 24
 """Of the quadrature on each panel."""
 REACH = 20.0
 """Rate times length of a panel: there the quadrature is right to rounding."""
+NEAR = 4.0
+"""Rate times length of a step, up to which the response is summed as a power series: what its
+terms cancel of each other is a few roundings."""
+TERMS = 34
+"""Of that: the next one is less than rounding."""
 GONE = 40.0
 """Decay rate times time after which a response is nothing any more."""
 
@@ -61,6 +66,9 @@ class Nodes(NamedTuple):
     asks for, shape (sets, 8, POINTS, 8)."""
     beyond: np.ndarray
     """P_8 there, shape (sets, 8, POINTS)."""
+    moments: np.ndarray
+    """int_0^e (e - s)^m l_k(s) ds for each of these instants e, in lanes, a line for each k; in
+    line 8 the same of P_8, in line 9 e^m; shape (sets, TERMS, 10, 8)."""
 
 
 def gauss(count: int) -> np.ndarray:
@@ -87,7 +95,14 @@ def nodes(instants: Sequence[np.ndarray]) -> Nodes:
     within, beyond = aligned((*ago.shape, NODES)), np.empty(ago.shape)
     for place in np.ndindex(ago.shape):
         beyond[place] = polynomials.py_func(at, scale, ago[place], within[place])
-    return Nodes(at, scale, points, ends, within, beyond)
+    moments, power = aligned((len(ends), TERMS, NODES + 2, NODES)), np.arange(TERMS)
+    weights = (ends[..., None] * points[1])[:, None] * (ends[..., None] * points[0])[
+        :, None
+    ] ** power[:, None, None]
+    moments[:, :, :NODES] = np.einsum("smjp,sjpk->smkj", weights, within)
+    moments[:, :, NODES] = np.einsum("smjp,sjp->smj", weights, beyond)
+    moments[:, :, NODES + 1] = ends[:, None] ** power[:, None]
+    return Nodes(at, scale, points, ends, within, beyond, moments)
 
 
 @numba.njit(**APART)
@@ -151,8 +166,11 @@ def fill(nodes, chosen, length, c, k, values, table):  # type: ignore[no-untyped
         length: h [s].
         c, k: not negative [1/s, 1/s^2].
         values: room for eight numbers in lanes, shape (1, 8).
-        table: shape (LINES, 8).
+        table: shape (LINES, 8), aligned.
     """
+    if rates(c, k)[0] * length <= NEAR:
+        sum_series(nodes.moments[chosen], length, c, k, table)
+        return
     ends, most, unit = nodes.ends[chosen], 0.0, abs(last_unit(nodes, length, c, k))
     for j in range(NODES):
         if j > 0 and ends[j] == ends[j - 1]:
@@ -170,9 +188,44 @@ def fill(nodes, chosen, length, c, k, values, table):  # type: ignore[no-untyped
         for i in range(NODES):
             table[UNIT, j] += table[INTO_X + i, j]
         unit = max(unit, abs(table[UNIT, j]))
-    table[NUMBERS, LENGTH], table[NUMBERS, BEYOND] = length, most
-    table[NUMBERS, DAMPING], table[NUMBERS, STIFFNESS] = c, k
-    table[NUMBERS, MOST_UNIT] = unit
+    put_numbers(length, c, k, most, unit, table)
+
+
+@numba.njit(**APART)
+def put_numbers(length, c, k, most, unit, table):  # type: ignore[no-untyped-def]
+    """The last line of a table, but for COUNT."""
+    table[NUMBERS, LENGTH], table[NUMBERS, DAMPING], table[NUMBERS, STIFFNESS] = length, c, k
+    table[NUMBERS, BEYOND], table[NUMBERS, MOST_UNIT] = most, unit
+
+
+@numba.njit(**APART)
+def sum_series(moments, length, c, k, table):  # type: ignore[no-untyped-def]
+    """The table of a step that is short: of ``fill``; ``moments`` of the set of instants.
+
+    With G(t) = sum_m a_m (t/h)^m, (m + 1) (m + 2) a_m+2 = -(c h (m + 1) a_m+1 + k h^2 a_m).
+    """
+    into, beyond = as_lanes(table), zero_in_lanes()
+    for line in range(NUMBERS):
+        into[line] = 0.0
+    this, following, last_unit = 0.0, length, 0.0
+    for m in range(TERMS):
+        terms, rate = as_lanes(moments[m]), (m + 1) * following / length
+        for i in range(NODES):
+            into[INTO_X + i] += (length * this) * terms[i]
+            into[INTO_V + i] += (length * rate) * terms[i]
+        beyond += (length * this) * terms[NODES]
+        into[IMPULSE] += this * terms[NODES + 1]
+        into[IMPULSE_RATE] += rate * terms[NODES + 1]
+        last_unit += length * this / (m + 1)
+        after = -(c * (m + 1) * following + k * length * this) * length / ((m + 1) * (m + 2))
+        this, following = following, after
+    for i in range(NODES):
+        into[UNIT] += into[INTO_X + i]
+    most, unit = 0.0, abs(last_unit)
+    into[NUMBERS] = beyond  # for a moment, to look at its lanes
+    for j in range(NODES):
+        most, unit = max(most, abs(table[NUMBERS, j])), max(unit, abs(table[UNIT, j]))
+    put_numbers(length, c, k, most, unit, table)
 
 
 @numba.njit(**APART)

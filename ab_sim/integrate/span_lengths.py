@@ -8,7 +8,7 @@ from ab_sim.dynamics.dispatch import APART, INLINED
 from ab_sim.dynamics.layout import equation_count
 from ab_sim.dynamics.spindle_motion import spindle_motion
 from ab_sim.integrate.hand_over import PARTS
-from ab_sim.integrate.response_tables import SAMPLES, linear_part
+from ab_sim.integrate.response_tables import COUNTS, SAMPLES, linear_part
 from ab_sim.integrate.span import WAIT
 
 FIRST_TURN = 0.5
@@ -23,18 +23,23 @@ PATIENCE = 16.0
 
 @numba.njit(**INLINED)
 def longer(size):  # type: ignore[no-untyped-def]
-    """The next of a span's lengths, in parts of a step."""
-    if size < 2 * PARTS:
+    """The next of a span's lengths, in parts of a step: of COUNTS, or of their halves."""
+    if size < PARTS:
         return 2 * size
-    return size + size // 2 if size & (size - 1) == 0 else size + size // 3
+    for count in COUNTS:
+        if count * PARTS > size:
+            return count * PARTS
+    return 2 * size
 
 
 @numba.njit(**INLINED)
 def shorter(size):  # type: ignore[no-untyped-def]
     """The one before."""
-    if size <= 2 * PARTS:
-        return size // 2
-    return size - size // 4 if size & (size - 1) == 0 else size - size // 3
+    below = size // 2
+    for count in COUNTS:
+        if below < count * PARTS < size:
+            below = count * PARTS
+    return below
 
 
 @numba.njit(**INLINED)

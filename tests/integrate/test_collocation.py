@@ -88,7 +88,7 @@ def exactly(until: float, length: float, c: float, k: float, force: Any, state: 
 def test_responses_to_polynomials_are_exact(c: float, k: float) -> None:
     ends = np.array([1e-3, 0.1, 0.25, 0.5, 0.6, 0.75, 1.0, 1.0])
     length, made = 0.02, responses.nodes([ends])
-    table, room = np.zeros((LINES, NODES)), aligned((1, NODES))
+    table, room = aligned((LINES, NODES)), aligned((1, NODES))
     room[:] = np.inf  # as it may be on a kernel's stack
     filled(made, length, c, k, room, table)
     state = np.array([0.3, -2.0])

@@ -27,6 +27,7 @@ CHAINS = 4
 def _sum_of_terms(builder: Any, data: Any, first: Any, x: Any, onto: Any) -> Any:
     """M x, M's columns lying from ``first`` on, and what it is added to, if anything."""
     sums: list[Any] = [onto] + [None] * (CHAINS - 1)
+    data = _asked_for_with(builder, data, x)
     for k in range(EIGHT):
         column = builder.load(builder.gep(data, [builder.add(first, first.type(k))]), align=BYTES)
         each, chain = in_all(builder, _at(builder, x, k)), k % CHAINS
@@ -38,6 +39,17 @@ def _sum_of_terms(builder: Any, data: Any, first: Any, x: Any, onto: Any) -> Any
         half = len(sums) // 2
         sums = [builder.fadd(sums[i], sums[i + half]) for i in range(half)]
     return sums[0]
+
+
+def _asked_for_with(builder: Any, data: Any, x: Any) -> Any:
+    """The pointer, but as one that is only known when x is.
+
+    What is read through it in a loop is the same in each round. The compiler would read it before
+    the loop, has far too few registers to keep it, and so copies a table to read the copy instead.
+    """
+    x = _at(builder, x, 0)
+    kind = ir.FunctionType(data.type, [data.type, x.type])
+    return builder.call(ir.InlineAsm(kind, "", "=r,0,X"), [data, x], attrs=["readnone", "nounwind"])
 
 
 def _check(lines: Any, first: Any, *numbers: Any) -> None:

@@ -20,7 +20,6 @@ Appl. Numer. Math. 53, 323-339: exponential collocation.
 """
 
 import cmath
-import math
 from typing import Any, NamedTuple
 
 import numba
@@ -28,17 +27,15 @@ import numpy as np
 
 from ab_sim.dynamics.dispatch import APART, INLINED
 from ab_sim.dynamics.layout import (
-    angle_at,
-    spindle_angle_at,
     state_count,
     state_size,
 )
 from ab_sim.dynamics.numbers.across import total
 from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
 from ab_sim.dynamics.slope import evaluate, inlined_evaluate
-from ab_sim.dynamics.system import Plant, ball_count, has_motor
+from ab_sim.dynamics.system import Plant, ball_count
 from ab_sim.integrate.events import within_bounds
-from ab_sim.integrate.fixed_step import room_kept, unwind
+from ab_sim.integrate.fixed_step import has_turns_to_unwind, room_kept, unwind
 from ab_sim.integrate.hand_over import (
     GOOD,
     PARTS,
@@ -198,7 +195,7 @@ def collocate(  # type: ignore[no-untyped-def]
             now = first + done, nominal, offset
             count = min(due(plant, length, state, work), steps - done)
             anew = count > 0 or head[STEP] != length
-            if written < done and (anew or beyond_a_turn(system, state)):
+            if written < done and (anew or has_turns_to_unwind(system, state)):
                 write = True
                 continue
             if count > 0:
@@ -262,17 +259,6 @@ def collocate(  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**INLINED)
-def beyond_a_turn(system, state):  # type: ignore[no-untyped-def]
-    """Whether ``unwind`` would count a turn apart."""
-    n, beyond = ball_count(system), False
-    for i in range(n):
-        beyond = beyond or abs(state[angle_at(system, i)]) > 2.0 * math.pi
-    if has_motor(system.effects):
-        beyond = beyond or abs(state[spindle_angle_at(system)]) > 2.0 * math.pi
-    return beyond
-
-
-@numba.njit(**INLINED)
 def all_within_bounds(system, at, bounds):  # type: ignore[no-untyped-def]
     """Whether the states in all lanes are within bounds; written so that a NaN is not."""
     inside = 0.0 * at[0] + 1.0
@@ -281,7 +267,7 @@ def all_within_bounds(system, at, bounds):  # type: ignore[no-untyped-def]
     return total(inside) == NODES
 
 
-@numba.njit(**APART)
+@numba.njit(**INLINED)
 def take_span(weights, plant, begin, length, whole, state, work):  # type: ignore[no-untyped-def]
     """The next span, or the spans that make up one step, the last of which stays in memory.
 
