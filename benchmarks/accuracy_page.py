@@ -94,8 +94,8 @@ Each timed run comes just after another one of the same setting, so that its cod
 processor's caches, as it is in a study. What a method takes at just an error is interpolated
 between two of its settings, repeat by repeat; one whose coarsest useful setting has less error
 takes the time of that, and so does rk8, whose steps have to divide the output's period. "Times
-ours" is beside the quickest of ours as users run it. Compiling is not counted. With it, the CPU time
-to the end of the first run is, for
+ours" is beside the quickest of ours as users run it. Compiling is not counted. With it, the CPU
+time to the end of the first run is, for
 {first_runs}. Ours is [below](#time-per-step).
 
 {peers_table}
