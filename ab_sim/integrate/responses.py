@@ -19,7 +19,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from ab_sim.dynamics.dispatch import APART
-from ab_sim.dynamics.numbers.across import put_column
+from ab_sim.dynamics.numbers.across import product_onto, put_column, total
 from ab_sim.dynamics.numbers.cos_sin import cos_sin
 from ab_sim.dynamics.numbers.kinds import EIGHT
 from ab_sim.dynamics.numbers.lanes import as_lanes, zero_in_lanes
@@ -37,6 +37,8 @@ NEAR = 4.0
 terms cancel of each other is a few roundings."""
 TERMS = 34
 """Of that: the next one is less than rounding."""
+HYPERBOLIC = 9
+"""Terms of sinh(x) / x for x up to 1."""
 GONE = 40.0
 """Decay rate times time after which a response is nothing any more."""
 
@@ -57,7 +59,7 @@ class Nodes(NamedTuple):
     scale: np.ndarray
     """1 / prod_i (c_k - c_i), shape (8,)."""
     points: np.ndarray
-    """Points and weights of the quadrature of a panel, on 0 .. 1, shape (2, POINTS)."""
+    """Points and weights of the quadrature of a panel, on 0 .. 1, in lanes: shape (2, 3, 8)."""
     ends: np.ndarray
     """Sets of eight instants up to which there are tables, as fractions of the step: the nodes, and
     others; shape (sets, 8)."""
@@ -65,7 +67,7 @@ class Nodes(NamedTuple):
     """l_k so long before each of them as the quadrature of a panel from there to the beginning
     asks for, shape (sets, 8, POINTS, 8)."""
     beyond: np.ndarray
-    """P_8 there, shape (sets, 8, POINTS)."""
+    """P_8 there, in lanes: shape (sets, 8, 3, 8)."""
     moments: np.ndarray
     """int_0^e (e - s)^m l_k(s) ds for each of these instants e, in lanes, a line for each k; in
     line 8 the same of P_8, in line 9 e^m; shape (sets, TERMS, 10, 8)."""
@@ -89,20 +91,21 @@ def nodes(instants: Sequence[np.ndarray]) -> Nodes:
     """The nodes, and sets of eight instants beside them, in rising order."""
     at = gauss(NODES)[0]
     apart = at[:, None] - at[None, :] + np.eye(NODES)
-    scale, points = 1.0 / apart.prod(axis=1), gauss(POINTS)
-    ends = np.array([at, *instants])
-    ago = ends[..., None] * (1.0 - points[0])
-    within, beyond = aligned((*ago.shape, NODES)), np.empty(ago.shape)
-    for place in np.ndindex(ago.shape):
-        beyond[place] = polynomials.py_func(at, scale, ago[place], within[place])
-    moments, power = aligned((len(ends), TERMS, NODES + 2, NODES)), np.arange(TERMS)
-    weights = (ends[..., None] * points[1])[:, None] * (ends[..., None] * points[0])[
-        :, None
-    ] ** power[:, None, None]
+    scale, ends = 1.0 / apart.prod(axis=1), np.array([at, *instants])
+    points, groups = gauss(POINTS), (POINTS // NODES, NODES)
+    before, share = ends[..., None] * points[:, None, None]
+    within, beyond = aligned((*before.shape, NODES)), np.empty(before.shape)
+    for place in np.ndindex(before.shape):
+        ago = ends[place[:2]] - before[place]
+        beyond[place] = polynomials.py_func(at, scale, ago, within[place])
+    moments, power = aligned((len(ends), TERMS, NODES + 2, NODES)), np.arange(TERMS)[:, None]
+    weights = share[:, None] * before[:, None] ** power[..., None]
     moments[:, :, :NODES] = np.einsum("smjp,sjpk->smkj", weights, within)
     moments[:, :, NODES] = np.einsum("smjp,sjp->smj", weights, beyond)
-    moments[:, :, NODES + 1] = ends[:, None] ** power[:, None]
-    return Nodes(at, scale, points, ends, within, beyond, moments)
+    moments[:, :, NODES + 1] = ends[:, None] ** power
+    in_lanes, of_more = aligned((2, *groups)), aligned((*ends.shape, *groups))
+    in_lanes[:], of_more[:] = points.reshape(2, *groups), beyond.reshape(*ends.shape, *groups)
+    return Nodes(at, scale, in_lanes, ends, within, of_more, moments)
 
 
 @numba.njit(**APART)
@@ -231,17 +234,43 @@ def sum_series(moments, length, c, k, table):  # type: ignore[no-untyped-def]
 @numba.njit(**APART)
 def integrate(nodes, chosen, j, end, c, k, table):  # type: ignore[no-untyped-def]
     """The integrals up to an instant into column j, in one panel; returns that of P_8 into x."""
-    within, beyond = as_lanes(nodes.within[chosen, j]), 0.0
-    into_x = into_v = 0.0 * within[0]
-    for p in range(POINTS):
-        g, r = impulse(c, k, end * nodes.points[0, p])
-        weight = end * nodes.points[1, p]
-        into_x += (weight * g) * within[p]
-        into_v += (weight * r) * within[p]
-        beyond += weight * g * nodes.beyond[chosen, j, p]
+    points, shares = as_lanes(nodes.points[0]), as_lanes(nodes.points[1])
+    within, left_out = as_lanes(nodes.within[chosen, j]), as_lanes(nodes.beyond[chosen, j])
+    into_x = into_v = beyond = zero_in_lanes()
+    for group in range(POINTS // NODES):
+        g, r = impulses(c, k, end * points[group], end)
+        g, r = (end * shares[group]) * g, (end * shares[group]) * r
+        into_x = product_onto(within, NODES * group, g, into_x)
+        into_v = product_onto(within, NODES * group, r, into_v)
+        beyond += g * left_out[group]
     put_column(into_x, table[INTO_X : INTO_X + NODES], j)
     put_column(into_v, table[INTO_V : INTO_V + NODES], j)
-    return beyond
+    return total(beyond)
+
+
+@numba.njit(**APART)
+def impulses(c, k, t, until):  # type: ignore[no-untyped-def]
+    """G(t) and G'(t) at eight times up to one; to rounding beside what they are there."""
+    a = 0.5 * c
+    if k == 0.0 and c > 0.0:
+        left = math.exp(-c * t)
+        return (1.0 - left) / c, left
+    if k > a * a:
+        w, left = math.sqrt(k - a * a), math.exp(-a * t)
+        cosine, sine = cos_sin(w * t)
+        return left * sine / w, left * (cosine - (a / w) * sine)
+    d = math.sqrt(a * a - k)
+    slow, left = k / (a + d), math.exp(-(a + d) * t)
+    if d * until > 1.0:
+        g = (math.exp(-slow * t) - left) / (2.0 * d)
+    else:
+        # exp(-a t) sinh(d t) / d, where two exponentials cancel each other.
+        square, term, sinh = (d * d) * (t * t), t, t
+        for m in range(1, HYPERBOLIC):
+            term = term * square * (1.0 / (2 * m * (2 * m + 1)))
+            sinh += term
+        g = math.exp(-a * t) * sinh
+    return g, left - slow * g
 
 
 @numba.njit(**APART)
@@ -256,9 +285,10 @@ def integrate_far(nodes, j, end, length, c, k, values, table):  # type: ignore[n
         if width == 0.0:
             break
         for p in range(POINTS):
-            ago = begin + width * nodes.points[0, p]
+            group, lane = p // NODES, p % NODES
+            ago = begin + width * nodes.points[0, group, lane]
             g, r = impulse(c, k, ago)
-            weight = width * nodes.points[1, p]
+            weight = width * nodes.points[1, group, lane]
             left_out = polynomials(nodes.at, nodes.scale, (end - ago) / length, values[0])
             into_x += (weight * g) * polynomial[0]
             into_v += (weight * r) * polynomial[0]
@@ -278,9 +308,9 @@ def last_unit(nodes, length, c, k):  # type: ignore[no-untyped-def]
         if width == 0.0:
             break
         for p in range(POINTS):
-            unit += (
-                width * nodes.points[1, p] * impulse(c, k, begin + width * nodes.points[0, p])[0]
-            )
+            group, lane = p // NODES, p % NODES
+            at, share = nodes.points[0, group, lane], nodes.points[1, group, lane]
+            unit += width * share * impulse(c, k, begin + width * at)[0]
         begin += width
     return unit
 

@@ -19,6 +19,7 @@ from numba.extending import intrinsic, overload
 
 from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.numbers.cos_sin import cos_sin
+from ab_sim.dynamics.numbers.exponential import exp
 from ab_sim.dynamics.numbers.kinds import (
     EIGHT,
     Call,
@@ -97,6 +98,7 @@ def _by_arithmetic(body: Any, *functions: Any) -> None:
 
 
 _by_arithmetic(cos_sin, cos_sin)
+_by_arithmetic(exp, math.exp, np.exp)
 _by_arithmetic(lambda x: cos_sin(x)[0], math.cos, np.cos)
 _by_arithmetic(lambda x: cos_sin(x)[1], math.sin, np.sin)
 
