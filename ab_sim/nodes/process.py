@@ -1,6 +1,7 @@
 """A node's life in its process: start, spin in a thread, clean end on Ctrl-C and SIGTERM."""
 
 import contextlib
+import ctypes
 import sys
 import threading
 import time
@@ -23,6 +24,8 @@ ENOUGH = 0.5
 TURN = 0.5e-3
 """s for which a thread may keep Python's lock while another one waits for it. Python's own 5 ms are
 more than a wake-up's period: a flood of requests would make the loop late by that."""
+_ARENA_MAX = -8
+"""M_ARENA_MAX of glibc's malloc.h."""
 SomeNode = TypeVar("SomeNode", bound=Node)
 
 
@@ -62,6 +65,18 @@ def run_node(
     finally:
         rclpy.try_shutdown()
     interruption.leave(code)
+
+
+def share_one_heap() -> None:
+    """Have all threads of the process allocate from one heap, where the C library is glibc.
+
+    It makes up to eight for each core, now and then another one, and what is freed in one of them
+    serves no other: memory creeps for hours. Threads may then wait for each other: nothing for who
+    must be on time.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:
+        mallopt(_ARENA_MAX, 1)
 
 
 @contextlib.contextmanager
