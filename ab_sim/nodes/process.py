@@ -67,8 +67,8 @@ def run_node(
     interruption.leave(code)
 
 
-def share_one_heap() -> None:
-    """Have all threads of the process allocate from one heap, where the C library is glibc.
+def share_heaps() -> None:
+    """Have further threads allocate from the heaps that there are, where the C library is glibc.
 
     It makes up to eight for each core, now and then another one, and what is freed in one of them
     serves no other: memory creeps for hours. Threads may then wait for each other: nothing for who

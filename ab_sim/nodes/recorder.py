@@ -24,7 +24,7 @@ from ab_sim.nodes.parameters import (
     recording_file,
     recording_folder,
 )
-from ab_sim.nodes.process import run_node, share_one_heap
+from ab_sim.nodes.process import run_node, share_heaps
 from ab_sim.nodes.recorded_files import RecordedFiles
 from ab_sim.recording import AROUND
 from ab_sim.recording.drawing import Drawing
@@ -310,7 +310,7 @@ def _number(text: str) -> float:
 
 def main() -> None:
     """Entry point of the executable."""
-    share_one_heap()
+    share_heaps()
     run_node(Recorder, Recorder.run)
 
 
