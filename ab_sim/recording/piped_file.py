@@ -35,6 +35,7 @@ class PipedFile:
         self._error: OSError | None = None
         self._whole = 0  # size [bytes] when the file last ended in a whole message
         self._lock = threading.Lock()  # held while anything is on its way from pipe to file
+        self._room = bytearray(1 << 20)  # one for ever: to ask for it anew leaves holes in memory
         outlet, inlet = os.pipe()
         os.set_blocking(outlet, False)
         self._pipe = os.fdopen(outlet, "rb", buffering=0)
@@ -97,12 +98,12 @@ class PipedFile:
     def _drain(self) -> bool:
         """Move what is in the pipe into the file. False: the pipe has ended."""
         with self._lock:
-            while data := self._pipe.read(1 << 20):
-                rest = memoryview(data)
+            while size := self._pipe.readinto(self._room):
+                rest = memoryview(self._room)[:size]
                 self._error = self._error or self._loss()
                 try:
                     while rest and not self._error:  # after an error, only keep the pipe empty
                         rest = rest[self._file.write(rest) :]
                 except OSError as error:
                     self._error = error
-            return data is None  # None: nothing now; b"": nothing any more
+            return size is None  # None: nothing now; 0: nothing any more

@@ -85,12 +85,13 @@ class Feed:
     def _copy(self) -> None:
         pipe = self._started.process.stdin
         assert pipe is not None
+        room = bytearray(PIECE)
         try:
             with pipe, self.path.open("rb", buffering=0) as file:
                 while not self._stopping.is_set():
                     finished = self._finished.is_set()  # before reading: what came until then
-                    if piece := file.read(PIECE):
-                        self._give(pipe.fileno(), piece)
+                    if size := file.readinto(room):
+                        self._give(pipe.fileno(), memoryview(room)[:size])
                     elif finished:
                         break
                     else:
@@ -99,8 +100,7 @@ class Feed:
             # The process has ended, or the file cannot be read: then that ends the process.
             pass
 
-    def _give(self, pipe: int, piece: bytes) -> None:
-        rest = memoryview(piece)
+    def _give(self, pipe: int, rest: memoryview) -> None:
         while rest:
             given = os.write(pipe, rest)
             self.sent += given
