@@ -50,8 +50,7 @@ import os
 
 # Rerun reads this when it is imported. It would warn of every file without an index.
 os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
-# So does its allocator, which by default gives back pages only later, and never some of them: a
-# recorder's memory grew by some 10 to 40 MB an hour.
+# So does its allocator, which by default keeps freed pages for later: 10 MB more in a recorder.
 os.environ.setdefault("MIMALLOC_PURGE_DELAY", "0")
 
 from ab_sim.recording.reader import RecordedRun, read_recording  # noqa: E402

@@ -14,7 +14,7 @@ from ab_sim.dynamics.numbers.multiply_add import multiply_add
 
 _QUARTERS = 0.6366197723675814
 """2/pi."""
-_ROUND = 6755399441055744.0
+ROUND = 6755399441055744.0
 """1.5 * 2^52: what is added to it is rounded to a whole number."""
 _PI_2A, _PI_2B, _PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
 """pi/2 in pieces of 33 bits, whose products with up to 2^20 quarters are exact; with more, what is
@@ -26,7 +26,7 @@ def cos_sin(x: Any) -> Any:
 
     Source: fdlibm's k_cos and k_sin (Sun Microsystems, 1993), with its three-piece reduction.
     """
-    quarters = multiply_add(x, _QUARTERS, _ROUND) - _ROUND
+    quarters = multiply_add(x, _QUARTERS, ROUND) - ROUND
     r = multiply_add(quarters, -_PI_2A, x)
     r = multiply_add(quarters, -_PI_2C, multiply_add(quarters, -_PI_2B, r))
     z = r * r
@@ -43,7 +43,7 @@ def cos_sin(x: Any) -> Any:
     near = 1.0 - half
     c = near + multiply_add(zz, c, (1.0 - near) - half)
     # Turn by the quarters left over, -2 .. 2: their cosine and sine are whole numbers.
-    left = quarters - 4.0 * (multiply_add(quarters, 0.25, _ROUND) - _ROUND)
+    left = quarters - 4.0 * (multiply_add(quarters, 0.25, ROUND) - ROUND)
     turn_c = 1.0 - abs(left)
     turn_s = left * (2.0 - abs(left))
     return c * turn_c - s * turn_s, s * turn_c + c * turn_s
