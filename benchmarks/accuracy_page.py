@@ -159,7 +159,7 @@ def accuracy_part(report: dict[str, Any]) -> dict[str, Any]:
         (row for row in report["rows"] if row["errors"]), key=lambda row: row["cpu"]["median"]
     ):
         errors = row["errors"]
-        if not row["peer"] and not errors["angle"]["at_most"] and row["method"] != "sweeps":
+        if not row["peer"] and not errors["angle"]["at_most"]:
             ratios.append(errors["whirl"]["value"] / errors["angle"]["value"])
         setting = f"{1e3 * row['step']:g} ms" if row["step"] else f"rtol {row['tolerance']:.0e}"
         energy = errors["energy"]

@@ -22,7 +22,7 @@ class Price(NamedTuple):
     measured: Deviation
     """Largest error over the scene's run, without safety factor; the reference's is included."""
     reference: str
-    """What it was measured against: one of the package's own steppers, at a shorter step."""
+    """What it was measured against: one of the package's own steppers, at a finer setting."""
     unit: str
     """Of the whirl's error: e, or R, the race's radius."""
     seconds: float
@@ -39,9 +39,8 @@ class Price(NamedTuple):
             if wish is not None:
                 measured.append(f"{error:.1e} {unit}")
                 asked.append(f"{wish:g} {unit}")
-        given = "".join(f", {name} {value:g}" for name, value in self.parameters.items())
         return (
-            f"{self.stepper} at {1e3 * self.step:g} ms{given}: "
+            f"{setting(self.stepper, self.step, self.parameters)}: "
             f"measured error {', '.join(measured)} "
             f"(asked {', '.join(asked)}, safety factor {SAFETY:g}) by ab_sim's own "
             f"{self.reference}, "
@@ -59,6 +58,12 @@ class Price(NamedTuple):
             "cpu_seconds_per_simulated_second": self.seconds,
             "reason": self.reason,
         }
+
+
+def setting(stepper: str, step: float, parameters: Mapping[str, float]) -> str:
+    """For people: a stepper with its step [s] and what else it is given."""
+    given = "".join(f", {name} {value:g}" for name, value in parameters.items())
+    return f"{stepper} at {1e3 * step:g} ms{given}"
 
 
 def share_of(asked: Accuracy, angle: float, whirl: float) -> float:

@@ -4,16 +4,19 @@ Nothing is known beforehand of the error of a method on a scene: it depends on t
 resonance, on events, on everything. So the scene's own run is done with one setting after the
 other, which takes some milliseconds each for a start-up of seconds:
 
-1. The method of the highest order runs with shorter and shorter steps until two neighbours differ
-   by far less than what is asked. The last run is the reference; what it differs by from the one
-   before bounds what is left of its own error, rounding that events amplify included. If shorter
-   steps do not bring it down any more, that is the best that double precision gives here. Its
-   steps are such that other runs' steps end where one of its own does: just after a jump of the
-   spindle's acceleration, errors peak for some milliseconds, which the longest steps leave out.
-2. The other methods run with the steps that their order lets expect to be enough, as long as they
-   can be cheaper than what has been found.
-   One that keeps to a tolerance runs with as long a step as the first method can take, which only
-   says how close samples are, and with tolerances from what is asked downwards.
+1. The explicit method of the highest order runs with shorter and shorter steps until two
+   neighbours differ by far less than what is asked. The last run is the reference; what it differs
+   by from the one before bounds what is left of its own error, rounding that events amplify
+   included. If shorter steps do not bring it down any more, that is the best that double precision
+   gives here. Its steps are such that other runs' steps end where one of its own does: just after a
+   jump of the spindle's acceleration, errors peak for some milliseconds, which the longest steps
+   leave out.
+   Where drag alone makes its steps far shorter, the method that solves for the drag takes its
+   place, with smaller and smaller tolerances instead.
+2. A method that keeps to a tolerance runs with as long a step as the first method can take, which
+   only says how close samples are, and with tolerances from what is asked downwards. The others
+   run with the steps that their order lets expect to be enough, as long as they can be cheaper
+   than what has been found: what cannot be is not even compiled.
 3. Of each method the longest step whose error, times ``SAFETY``, is within what is asked is timed
    again, in turns. The cheapest one is taken; of those that cost the same within ``ALIKE``, which
    a clock cannot tell apart, the most accurate one: errors are the same in every measurement, so
@@ -22,13 +25,14 @@ other, which takes some milliseconds each for a start-up of seconds:
 """
 
 import math
+from collections.abc import Mapping
 
 from ab_sim.accuracy.deviation import Deviation, deviation, rounding
-from ab_sim.accuracy.price import SAFETY, Price, share_of
-from ab_sim.accuracy.trials import Run, Trials, Tried
+from ab_sim.accuracy.price import SAFETY, Price, setting, share_of
+from ab_sim.accuracy.trials import NO_PARAMETERS, Run, Trials, Tried
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
 from ab_sim.errors import SceneError, exact
-from ab_sim.integrate.choose import USUAL, for_stiff_drag, limiting, top_speed
+from ab_sim.integrate.choose import USUAL, limiting, solving_drag, top_speed
 from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import parameters_of, stepper_named, steppers
 from ab_sim.integrate.stepper import Stepper
@@ -45,12 +49,11 @@ chance."""
 SHARED = 20
 """The reference's rung is a multiple of this: the steps of all shorter rungs, and every second or
 fifth step of the others, then end at one of its samples."""
-DRAG_PAYS = 4.0
-"""``sweeps``, whose steps cost several of rk8's, is looked at where they can be longer by this."""
 DRAG_RULES = 20.0
-"""Where it can be longer by this, the explicit methods are not looked at any more."""
+"""Where steps could be longer by this if it were not for the drag, the explicit methods are not
+looked at."""
 TOLERANCES = 6
-"""So many, a power of ten apart each, are tried of a method that keeps to one."""
+"""So many are tried of a method that keeps to one, but for a reference."""
 FEWEST = 4
 """Steps to choose from that a period has to leave."""
 
@@ -78,17 +81,21 @@ class _Search:
     def __init__(self, scene: Scene, run: Run, period: float | None, commanded: bool) -> None:
         assert scene.accuracy is not None
         self.scene, self.asked = scene, scene.accuracy
-        rates = linear_rates(system_of(scene), top_speed(scene, commanded))
+        system = system_of(scene)
+        rates = linear_rates(system, top_speed(scene, commanded))
         beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
         known = [stepper for stepper in steppers().values() if stepper.priced]
         self._tolerant = [s for s in known if s.keeps_tolerance]
         by_step = [s for s in known if not s.keeps_tolerance]
         longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in by_step}
-        self._usual, self._for_drag = stepper_named(USUAL), for_stiff_drag()
-        self._others = [s for s in by_step if s not in (self._usual, self._for_drag)]
-        # How much longer steps of the usual one could be if it were not for the drag.
-        self._drag_costs = largest_step(self._usual, beside_drag)[0] / longest[USUAL]
-        self._first = self._for_drag if self._drag_costs >= DRAG_RULES else self._usual
+        self._usual, other = stepper_named(USUAL), solving_drag(system)
+        without_drag = largest_step(self._usual, beside_drag)[0]
+        stiff = other in self._tolerant and without_drag >= DRAG_RULES * longest[USUAL]
+        self._first = other if other is not None and stiff else self._usual
+        # Samples of those that keep to a tolerance are as close as the usual one's own.
+        close = without_drag if stiff else longest[USUAL]
+        longest |= {stepper.name: close for stepper in self._tolerant}
+        self._others = [] if stiff else [s for s in by_step if s is not self._usual]
         self._trials = Trials(scene, run, longest, period)
         if period is not None and len(self._trials.rungs(self._first)) < FEWEST:
             raise SceneError(
@@ -101,15 +108,11 @@ class _Search:
         """Find the reference, then what is good enough, then what is cheapest."""
         self._find_reference()
         found = [self._longest_passing(self._first)]
-        if self._first is self._usual:
-            others = sorted(self._others, key=lambda stepper: -stepper.order)
-            longest = self._trials.rungs(self._usual)[0]
-            if self._drag_costs >= DRAG_PAYS and found[0].rung == longest:
-                others.append(self._for_drag)
-            for stepper in others:
-                found += self._cheaper(stepper, min(one.seconds for one in found))
         for stepper in self._tolerant:
-            found += self._within_tolerance(stepper)
+            if stepper is not self._first:
+                found += self._within_tolerance(stepper)
+        for stepper in sorted(self._others, key=lambda stepper: -stepper.order):
+            found += self._cheaper(stepper, min(one.seconds for one in found))
         self._trials.time_again(found)
         least = min(one.seconds for one in found)
         alike = [one for one in found if one.seconds <= ALIKE * least]
@@ -118,9 +121,9 @@ class _Search:
             self.asked,
             taken.stepper.name,
             taken.step,
-            taken.scene.solver.parameters,
+            taken.parameters,
             self._error(taken),
-            f"{self._reference.stepper.name} at {1e3 * self._reference.step:g} ms",
+            _told(self._reference),
             self.scene.whirl_unit[1],
             taken.seconds / self._trials.length,
         )
@@ -133,20 +136,21 @@ class _Search:
         return Deviation(*(a + b for a, b in zip(found, self._doubt, strict=True)))
 
     def _find_reference(self) -> None:
-        """Shorten the step of the first method until that changes nothing that matters."""
+        """Refine the first method's setting until that changes nothing that matters."""
         differences: list[Deviation] = []
         least, stalled, enough = math.inf, 0, False
         previous: Tried | None = None
-        rungs = self._trials.rungs(self._first)
-        for rung in rungs:
-            if enough and rung % SHARED and rung != rungs[-1]:
+        ladder = self._ladder(self._first)
+        for place, (rung, parameters) in enumerate(ladder, start=1):
+            serves, last = bool(parameters) or rung % SHARED == 0, place == len(ladder)
+            if enough and not (serves or last):
                 continue
-            tried = self._trials.run(self._first, rung, last=rung == rungs[-1])
+            tried = self._trials.run(self._first, rung, parameters, last)
             if tried is None:
                 continue
             if previous is not None:
                 differences.append(self._between(previous, tried))
-                share = self._share(differences[-1])
+                share = max(self._share(differences[-1]), self._share(self._allowed(tried)))
                 if share > SHARPER * least:
                     least, stalled = share, 0
                 else:
@@ -154,14 +158,34 @@ class _Search:
                     least = min(least, share)
                 enough = SHARPER * SAFETY * share <= 1.0 or stalled >= STALLED
             previous = tried
-            if enough and rung % SHARED == 0:
+            if enough and serves:
                 break
         assert previous is not None, "the last one of all would have raised"
         self._reference, self._stalled = previous, stalled >= STALLED
         newest = differences[-max(stalled, 1) :]
         endless = [Deviation(*(math.inf,) * 4)]
-        doubts = [rounding(previous.samples, self.scene.whirl_unit[0]), *(newest or endless)]
+        own = rounding(previous.samples, self.scene.whirl_unit[0])
+        doubts = [own, self._allowed(previous), *(newest or endless)]
         self._doubt = Deviation(*(max(part) for part in zip(*doubts, strict=True)))
+
+    def _ladder(self, stepper: Stepper) -> list[tuple[int, Mapping[str, float]]]:
+        """Of a method's settings, from coarse to fine: rungs, or a rung with tolerances."""
+        rungs = self._trials.rungs(stepper)
+        if not stepper.keeps_tolerance:
+            return [(rung, NO_PARAMETERS) for rung in rungs]
+        unit, radius = self.scene.whirl_unit[0], self.scene.race.radius
+        wishes = (self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius)
+        allowed = parameters_of(stepper.name)["tolerance"]
+        largest = min(*(wish for wish in wishes if wish is not None), allowed.highest)
+        powers = range(math.floor(math.log10(largest)), math.ceil(math.log10(allowed.lowest)), -1)
+        tolerances = [*(10.0**power for power in powers), allowed.lowest]
+        return [(rungs[0], {"tolerance": tolerance}) for tolerance in tolerances]
+
+    def _allowed(self, tried: Tried) -> Deviation:
+        """What a run's spans were allowed to leave, which two that are alike do not show."""
+        angle = tried.parameters.get("tolerance", 0.0)
+        whirl = angle * self.scene.race.radius / self.scene.whirl_unit[0]
+        return Deviation(angle, whirl, angle, whirl)
 
     def _longest_passing(self, stepper: Stepper) -> Tried:
         runs = [one for one in self._trials.tried if one.stepper is stepper]
@@ -179,15 +203,16 @@ class _Search:
             )
             if wish is not None and SAFETY * found > wish
         ]
-        reason = "a shorter step is not tried"
+        finer = "smaller tolerance" if best.parameters else "shorter step"
+        reason = f"a {finer} is not tried"
         if self._stalled:
             reason = (
-                "shorter steps bring runs of this scene no closer to each other, because of "
+                f"{finer}s bring runs of this scene no closer to each other, because of "
                 "rounding and of what the motion makes of it"
             )
         raise SceneError(
-            f"{'; '.join(wishes)}, with {best.stepper.name} at {1e3 * best.step:g} ms and a safety "
-            f"factor of {SAFETY:g}: {reason}; ask for no more"
+            f"{'; '.join(wishes)}, with {_told(best)} and a safety factor of {SAFETY:g}: {reason}; "
+            "ask for no more"
         )
 
     def _cheaper(self, stepper: Stepper, price: float) -> list[Tried]:
@@ -217,20 +242,12 @@ class _Search:
 
     def _within_tolerance(self, stepper: Stepper) -> list[Tried]:
         """The largest tolerance of a method that keeps to one which is accurate enough."""
-        unit, radius = self.scene.whirl_unit[0], self.scene.race.radius
-        wishes = (self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius)
-        largest = math.floor(math.log10(min(wish for wish in wishes if wish is not None)))
-        allowed = parameters_of(stepper.name)["tolerance"]
-        rung = self._trials.rungs(self._first)[0]
-        for power in range(largest, largest - TOLERANCES, -1):
-            tolerance = min(max(10.0**power, allowed.lowest), allowed.highest)
-            tried = self._trials.run(stepper, rung, parameters={"tolerance": tolerance})
+        for rung, parameters in self._ladder(stepper)[:TOLERANCES]:
+            tried = self._trials.run(stepper, rung, parameters)
             if tried is None:
                 return []
             if self._passes(tried):
                 return [tried]
-            if tolerance == allowed.lowest:
-                return []
         return []
 
     def _between(self, one: Tried, other: Tried) -> Deviation:
@@ -244,6 +261,10 @@ class _Search:
 
     def _passes(self, tried: Tried) -> bool:
         return SAFETY * self._share(self._error(tried)) <= 1.0
+
+
+def _told(tried: Tried) -> str:
+    return setting(tried.stepper.name, tried.step, tried.parameters)
 
 
 def _rounded_up(value: float) -> float:

@@ -55,6 +55,11 @@ class Tried:
         """s."""
         return self.scene.solver.step
 
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """What the stepper is given."""
+        return self.scene.solver.parameters
+
 
 class TooExpensiveError(SceneError):
     """Measuring would take too long."""
@@ -109,8 +114,8 @@ class Trials:
         self,
         stepper: Stepper,
         rung: int,
-        last: bool = False,
         parameters: Mapping[str, float] = NO_PARAMETERS,
+        last: bool = False,
     ) -> Tried | None:
         """Run a setting; None if it diverges, or the scene does not take that stepper or step.
 

@@ -225,7 +225,7 @@ def _empty_runs(lanes: list[Prepared], stepper: Stepper, samples: np.ndarray) ->
         samples=samples,
         slopes=aligned((stepper.slopes, size, LANES)),
         trial=aligned((size, LANES)),
-        room=room(carrier_unknowns(lanes[0].system.carrier) + 1, n, 1, LANES),
+        room=room(carrier_unknowns(lanes[0].system.carrier) + 1, n, LANES),
     )
 
 

@@ -31,30 +31,15 @@ USUAL = "rk8"
 """What ``auto`` takes where nothing speaks against it; ``accuracy:`` may find another cheaper."""
 
 
-def for_stiff_drag() -> Stepper:
-    """The stepper in steps that any amount of drag leaves stable, whatever else is in the scene."""
-    able = (known for known in steppers().values() if known.locates_events)
-    return next(known for known in able if known.solves_drag and not known.over_events)
+def solving_drag(system: System) -> Stepper | None:
+    """The stepper that any amount of the race's drag leaves stable.
 
-
-def quickest_for_drag(system: System, step: float, rates: Mapping[str, complex]) -> Stepper:
-    """The one that ``auto`` takes where drag, and nothing else, is too much for the usual one.
-
-    Spans take a tenth of the time of steps that solve for drag, and less (friction at a hundred
-    times the usual drag: 1/80; rows of balls that touch at every step: 2/3). But they need to know
-    the own motion of what carries the balls, and leave steps with events to another stepper, which
-    may need more parts of one than there are.
+    Returns:
+        None where there is none, because it needs to know the own motion of what carries the balls.
     """
-    others = [known for known in steppers().values() if known.solves_drag]
-    for known in others if carrier_coordinates(system.carrier) else ():
-        over = known.over_events
-        if over is None:
-            continue
-        most, _ = largest_step(over, rates)
-        reached = not has_events(system.effects) or step <= most * known.parts
-        if reached and step <= largest_step(over, limiting(known, rates))[0]:
-            return known
-    return for_stiff_drag()
+    known = carrier_coordinates(system.carrier)
+    able = (stepper for stepper in steppers().values() if stepper.solves_drag)
+    return next((each for each in able if each.own_motion_at is None or known), None)
 
 
 def limiting(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
@@ -86,11 +71,11 @@ def check_parts(
     most, what = largest_step(other, rates)
     if step <= most * stepper.parts:
         return
-    able = for_stiff_drag().name
     raise SceneError(
         f"solver.step = {exact(step)} s: {stepper.name} leaves steps with events to {other.name}, "
         f"which goes over them in at most {stepper.parts} parts, each stable up to {most:g} s "
-        f"because of {what}; use at most {most * stepper.parts:g} s, or name {able}"
+        f"because of {what}, whose rate is {abs(rates[what]):.4g} 1/s; use at most "
+        f"{most * stepper.parts:g} s"
     )
 
 
@@ -120,8 +105,9 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     else:
         stepper, reason = stepper_named(USUAL), "auto: stable at this step"
         most, what = largest_step(stepper, rates)
-        if step > most and what == DRAG:
-            stepper = quickest_for_drag(system, step, rates)
+        other = solving_drag(system)
+        if step > most and what == DRAG and other is not None:
+            stepper = other
             reason = (
                 f"auto: {USUAL} would need steps of at most {most:g} s for {DRAG}, whose rate is "
                 f"{abs(rates[DRAG]):.4g} 1/s"
@@ -145,10 +131,10 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     try:
         check_step(stepper, step, limits, (longest, what))
     except SceneError as error:
-        if what == DRAG:
-            names = " or ".join(s.name for s in steppers().values() if s.solves_drag)
-            raise SceneError(f"{error}; or leave solver.stepper to auto, or name {names}") from None
-        raise
+        able = solving_drag(system)
+        if what != DRAG or able is None:
+            raise
+        raise SceneError(f"{error}; or leave solver.stepper to auto, or name {able.name}") from None
     fastest_rate = max((abs(rate) for rate in beside_drag.values()), default=0.0)
     # Where nothing moves by itself, and the spindle stands, there is no cycle and no curve.
     cycle = 2.0 * math.pi / fastest_rate if fastest_rate else step

@@ -34,8 +34,6 @@ class Stepper:
     some part of the equations harmless: with the amount of it that is worst."""
     slopes: int
     """Slopes that a step keeps: rows of the workspace."""
-    nodes: int = 0
-    """Sets of balls that a step keeps beside the one at hand."""
     memory: int = 0
     """Rows of numbers that it carries from one step to the next; they belong to the state. It
     starts anew where they are zero, and they are made so where the motion has a kink."""

@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from ab_sim.dynamics.drag_response import table_rows
 from ab_sim.dynamics.layout import equation_count, layout_of
 from ab_sim.dynamics.numbers.kinds import EIGHT
 from ab_sim.dynamics.race.margins import slots
@@ -28,8 +27,7 @@ class Workspace(NamedTuple):
     acceleration_ahead: np.ndarray
     """The accelerations there, shape (K,)."""
     room: Room
-    """Of the evaluation at hand. For a stepper with nodes the table has as many lines more for each
-    of them, and for the tables of drag_response."""
+    """Of the evaluation at hand."""
     memory: np.ndarray
     """What a stepper carries from one step to the next, shape (rows, states); of one that takes
     spans the last one, shape (2 states + 2, 8)."""
@@ -73,7 +71,6 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
         stepper: says what it keeps within a step, and from one to the next.
         bounds: magnitudes that no sound run reaches, shape (states,).
     """
-    nodes = stepper.nodes
     balls, states = system.balls.shape[0], layout_of(system).size
     margins, accelerations = slots(balls), carrier_unknowns(system.carrier) + 1
     return Workspace(
@@ -81,11 +78,7 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
         trial=aligned((states,)),
         ahead=aligned((states,)),
         acceleration_ahead=aligned((accelerations,)),
-        room=room(
-            accelerations,
-            (1 + nodes) * balls + table_rows(balls, nodes, accelerations),
-            1 + nodes,
-        ),
+        room=room(accelerations, balls),
         memory=aligned((2 * states + 2, EIGHT) if stepper.spans else (stepper.memory, states)),
         smooth=np.full(1, math.nan),
         tables=aligned((stepper.tables * (1 + equation_count(system)), EIGHT)),
@@ -104,18 +97,16 @@ def workspace(system: System, stepper: Stepper, bounds: np.ndarray) -> Workspace
     )
 
 
-def room(accelerations: int, lines: int, blocks: int, *side_by_side: int) -> Room:
+def room(accelerations: int, balls: int, *side_by_side: int) -> Room:
     """Room for evaluations.
 
     Args:
         accelerations: K.
-        lines: of the table, one for each ball.
-        blocks: how many, one behind the other.
+        balls: how many.
         side_by_side: lengths of further axes.
     """
-    table, every = (lines, table_width(accelerations)), accelerations + 1
-    block, reduced = (blocks * accelerations, every), (accelerations, every)
-    shapes = table, block, reduced, (accelerations,), (3,)
+    table, block = (balls, table_width(accelerations)), (accelerations, accelerations + 1)
+    shapes = table, block, block, (accelerations,), (3,)
     return Room(*(aligned((*shape, *side_by_side)) for shape in shapes))
 
 

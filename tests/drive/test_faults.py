@@ -114,11 +114,10 @@ def test_a_stuck_ball_is_a_part_of_the_rotor(scene: Any) -> None:
 
 
 def test_a_stepper_that_solves_for_the_drag_holds_it_too(scene: Any) -> None:
-    """It does not ask for the balls' mobility, but for their inertia."""
     texts = faults_of(["ball_0 sticks"])
     held = [
         Drive(scene(solver={"stepper": stepper}), faults=texts).advance(1000)
-        for stepper in ("sweeps", "rk8")
+        for stepper in ("collocation", "rk8")
     ]
     assert np.ptp(held[0].ball_angles[:, 0]) < 1e-100
     assert np.abs(held[0].ball_angles - held[1].ball_angles).max() < 1e-9

@@ -16,7 +16,7 @@ OPTIONS = {"error_model": "numpy", "_nrt": False}
 def plant_of(system: System, place: Place, modes: np.ndarray) -> Plant:
     """A Plant with room for one evaluation."""
     accelerations = carrier_unknowns(system.carrier) + 1
-    return Plant(system, place, modes, room(accelerations, ball_count(system), 1))
+    return Plant(system, place, modes, room(accelerations, ball_count(system)))
 
 
 @numba.njit(**OPTIONS)

@@ -77,16 +77,16 @@ def test_no_folder_where_another_user_can_write(
 
 def test_a_kernel_is_made_of_what_its_imports_lead_to() -> None:
     fixed = {"ab_sim.integrate.fixed_step", "ab_sim.spindle.segments"}
-    planar, sweeps = "ab_sim.dynamics.carriers.planar", "ab_sim.integrate.steppers.sweeps"
-    kernel = fixed | {planar, sweeps}
+    planar, spans = "ab_sim.dynamics.carriers.planar", "ab_sim.integrate.steppers.collocation"
+    kernel = fixed | {planar, spans}
     made_of = set(sources(kernel))
     assert made_of > kernel | {
-        "ab_sim.dynamics.drag_response",
+        "ab_sim.integrate.response_tables",
         "ab_sim.dynamics.race.settle",
         "ab_sim.dynamics.slope",
         "ab_sim.integrate.events",
     }
-    assert not {planar, sweeps} & set(sources(fixed)), "of carriers and steppers only its own"
+    assert not {planar, spans} & set(sources(fixed)), "of carriers and steppers only its own"
     rooms = {name.split(".")[1] for name in made_of}
     assert rooms == {"dynamics", "integrate", "spindle", "errors"}, "no plots, nodes or scenes"
     assert not any(name.startswith("ab_sim.dynamics.effects") for name in made_of)

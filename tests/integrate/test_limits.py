@@ -17,8 +17,6 @@ from ab_sim.integrate.limits import largest_step, stability_limit
 from ab_sim.integrate.registry import stepper_named, steppers
 
 LIMITED = [name for name, known in steppers().items() if math.isfinite(stability_limit(known, 1j))]
-EXPLICIT = [name for name in LIMITED if not stepper_named(name).solves_drag]
-"""Those that the race's drag limits."""
 
 
 def test_rk4_has_its_textbook_limits() -> None:
@@ -62,7 +60,7 @@ def growth(drive: Drive) -> float:
     return float(np.abs(rates[-20:]).max() / np.abs(rates[:20]).max())
 
 
-@pytest.mark.parametrize("name", EXPLICIT)
+@pytest.mark.parametrize("name", LIMITED)
 @pytest.mark.parametrize("factor", [0.99, 1.01])
 def test_the_limit_is_where_the_balls_go_unstable(name: str, factor: float, scene: Any) -> None:
     drive = Drive(scene(profile=None, solver={"stepper": name, "step": 1e-4}))
@@ -72,10 +70,10 @@ def test_the_limit_is_where_the_balls_go_unstable(name: str, factor: float, scen
 
 
 @pytest.mark.parametrize("coefficient", [1.0, 1e2, 1e4, 1e6])
-def test_no_drag_is_too_stiff_for_sweeps(coefficient: float, scene: Any) -> None:
+def test_no_drag_is_too_stiff_for_collocation(coefficient: float, scene: Any) -> None:
     """Drag rates times step from 0.7 to 7e5."""
     drag = {"viscous_drag": {"coefficient": coefficient}}
-    drive = Drive(scene(profile=None, effects=drag, solver={"stepper": "sweeps"}))
+    drive = Drive(scene(profile=None, effects=drag, solver={"stepper": "collocation"}))
     assert growth(drive) < 1
 
 
@@ -131,10 +129,10 @@ def test_hopeless_drag_is_told_apart(scene: Any) -> None:
 
 def test_refusal_of_stiff_drag_names_what_follows_it(scene: Any) -> None:
     stiff = {"viscous_drag": {"coefficient": 100.0}}
-    words = "leave solver.stepper to auto, or name collocation or sweeps"
+    words = "leave solver.stepper to auto, or name collocation"
     with pytest.raises(SceneError, match=words):
         Drive(scene(effects=stiff, solver={"stepper": "rk8"}))
-    assert Drive(scene(effects=stiff, solver={"stepper": "sweeps"})).choice.longest > 1e-3
+    assert Drive(scene(effects=stiff, solver={"stepper": "collocation"})).choice.longest > 1e-3
 
 
 @pytest.mark.parametrize(

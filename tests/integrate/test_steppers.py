@@ -10,7 +10,7 @@ from ab_sim.drive import Drive
 from ab_sim.errors import SceneError
 from ab_sim.integrate.explicit import Weights
 from ab_sim.integrate.registry import stepper_named, steppers
-from ab_sim.integrate.steppers.sweeps import SWEEPS, integration, radau_right
+from ab_sim.integrate.steppers.rk8 import RK8
 
 TABLEAUX = {name: s for name, s in steppers().items() if isinstance(s.weights, Weights)}
 
@@ -21,7 +21,6 @@ STEPS = {
     "rk4": (1e-3, 5e-4, 2.5e-4),
     "tsit5": (2e-3, 1e-3, 5e-4),
     "rk8": (5e-3, 4e-3, 2.5e-3),
-    "sweeps": (3.2e-3, 2.5e-3, 2e-3),
     "generalized-alpha": (2e-4, 1e-4, 5e-5),
     "collocation": (0.04, 0.032, 0.025),
 }
@@ -87,30 +86,6 @@ def test_declared_order_is_not_exceeded(name: str) -> None:
     assert max(missed) > 1e-9
 
 
-@pytest.mark.parametrize("m", range(1, 6))
-def test_sweeps_integrate_polynomials_exactly(m: int) -> None:
-    """Radau's right-hand quadrature: degree m - 1 on every node, 2 m - 2 over the step."""
-    c = radau_right(m)
-    q = integration(c)
-    for degree in range(m):
-        np.testing.assert_allclose(q @ c**degree, c ** (degree + 1) / (degree + 1), rtol=1e-10)
-    for degree in range(2 * m - 1):
-        assert q[-1] @ c**degree == pytest.approx(1 / (degree + 1), rel=1e-10)
-    assert abs(q[-1] @ c ** (2 * m - 1) - 1 / (2 * m)) > 1e-7, "and no further"
-    assert c[-1] == 1.0
-
-
-def test_nodes_of_radau() -> None:
-    """Hairer and Wanner, Solving Ordinary Differential Equations II, (5.14)."""
-    np.testing.assert_allclose(radau_right(2), [1 / 3, 1])
-    np.testing.assert_allclose(radau_right(3), [(4 - 6**0.5) / 10, (4 + 6**0.5) / 10, 1])
-
-
-def test_every_sweep_gains_an_order() -> None:
-    assert len(SWEEPS.weights.sizes) == SWEEPS.order
-    assert 2 * SWEEPS.nodes - 1 >= SWEEPS.order, "what its nodes allow"
-
-
 def test_breakpoints_restart_the_step(scene: Any, hold: Any) -> None:
     """The hold is off every grid: an unrestarted step would be stuck at first order."""
     fine, coarse = (state_at(scene, hold, "rk8", step) for step in (5e-4, 2e-3))
@@ -129,10 +104,10 @@ def test_result_does_not_depend_on_how_steps_are_grouped(name: str, scene: Any) 
 
 def test_their_order_does_not_depend_on_who_was_imported_first() -> None:
     assert list(steppers()) == sorted(steppers())
-    assert SWEEPS is stepper_named("sweeps")
+    assert RK8 is stepper_named("rk8")
 
 
 def test_unknown_stepper() -> None:
-    known = "collocation, generalized-alpha, rk4, rk8, sweeps, tsit5, auto"
+    known = "collocation, generalized-alpha, rk4, rk8, tsit5, auto"
     with pytest.raises(SceneError, match=rf"did you mean 'rk8'.*known are: {known}"):
         stepper_named("rk88")

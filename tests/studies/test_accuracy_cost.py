@@ -296,11 +296,12 @@ def test_missing_peers_are_named_with_what_to_install(monkeypatch: pytest.Monkey
 
 
 def test_stiff_drag_gets_steps_below_the_ladder() -> None:
-    scene = made(effects={"viscous_drag": {"coefficient": 100.0}}, solver={"stepper": "sweeps"})
+    stiff = {"viscous_drag": {"coefficient": 100.0}}
+    scene = made(effects=stiff, solver={"stepper": "collocation"})
     found, _ = all_families(scene, sampling_of(scene), None, True, LADDER, ())
     settings = {name: [what for what, _ in each] for name, each in found}
     assert settings["rk8"][-3:] == ["0.05 ms", "0.02 ms", "0.01 ms"]
-    assert settings["sweeps"][-1] == "0.1 ms"
+    assert settings["generalized-alpha"][-1] == "0.1 ms", "which drag does not limit"
 
 
 def test_samples_fall_on_steps_and_on_whole_periods() -> None:

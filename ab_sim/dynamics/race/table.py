@@ -40,11 +40,9 @@ LEADER = 16
 """The ball that leads the row that this one moves with, itself if alone; -1 if it sticks."""
 TOTAL = 17
 """Of a leader, the row's inertia [kg]."""
-DRAG = 18
-"""Force along the race per path speed [N s/m]: drag_response only."""
-FREE = 19
+FREE = 18
 """g where the accelerations x that are solved for vanish [m/s^2]."""
-REACH = 20
+REACH = 19
 """First of K columns; PRESS and GAIN follow."""
 
 

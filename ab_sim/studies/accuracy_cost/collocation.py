@@ -11,11 +11,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
+from numpy.polynomial import Polynomial, legendre
 
 from ab_sim.dynamics.assemble import linear_rates
 from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.steppers.sweeps import integration
 from ab_sim.integrate.vector_field import slope_at
 from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
@@ -43,6 +42,13 @@ class Work(NamedTuple):
     slopes: np.ndarray
     ahead: np.ndarray
     trial: np.ndarray
+
+
+def integration(nodes: np.ndarray) -> np.ndarray:
+    """Q_mj, the integral from 0 to c_m of the polynomial that is 1 at c_j and 0 at other nodes."""
+    bases = [Polynomial.fromroots(np.delete(nodes, j)) for j in range(len(nodes))]
+    integrals = [(base / base(at)).integ() for base, at in zip(bases, nodes, strict=True)]
+    return np.array([[integral(at) for integral in integrals] for at in nodes])
 
 
 def gauss_nodes(count: int = NODES) -> Nodes:
