@@ -131,10 +131,11 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     try:
         check_step(stepper, step, limits, (longest, what))
     except SceneError as error:
-        able = solving_drag(system)
-        if what != DRAG or able is None:
+        other = solving_drag(system)
+        if what != DRAG or other is None:
             raise
-        raise SceneError(f"{error}; or leave solver.stepper to auto, or name {able.name}") from None
+        way_out = f"or leave solver.stepper to auto, or name {other.name}"
+        raise SceneError(f"{error}; {way_out}") from None
     fastest_rate = max((abs(rate) for rate in beside_drag.values()), default=0.0)
     # Where nothing moves by itself, and the spindle stands, there is no cycle and no curve.
     cycle = 2.0 * math.pi / fastest_rate if fastest_rate else step

@@ -29,6 +29,7 @@ from numba.core.types.containers import BaseTuple
 from ab_sim.dynamics.system import System, ball_number
 from ab_sim.integrate.cache_folder import cache_folder
 from ab_sim.integrate.kept import KeptKind
+from ab_sim.integrate.linked import linked_only
 from ab_sim.integrate.sources import NotOfSources, sources, versions
 
 
@@ -44,11 +45,13 @@ def compiled(function: Callable[..., Any]) -> Any:
     step without events; kernels with events gain less, and would take half as long again to make.
     """
     kernel = numba.njit(nogil=True, error_model="numpy", _nrt=False)(function)
-    kernel._cache = cache = KernelFiles(function, kernel.targetctx.codegen())
+    codegen = kernel.targetctx.codegen()
+    kernel._cache = cache = KernelFiles(function, codegen)
     compile_now = kernel.compile
 
     def compile_in_turn(signature: Any) -> Any:
-        with _vector_instructions(_counts_its_balls(signature)), cache.turn(signature):
+        counted = _counts_its_balls(signature)
+        with _vector_instructions(counted), linked_only(codegen), cache.turn(signature):
             return compile_now(signature)
 
     kernel.compile = compile_in_turn
