@@ -35,6 +35,9 @@ def linked_only(codegen: Any) -> Iterator[None]:
     Args:
         codegen: numba's, of the processor.
     """
+    if codegen._library_class is _Linked:  # A kernel that another one calls.
+        yield
+        return
     tell = codegen.set_env
 
     def set_env(name: str, environment: Any) -> None:

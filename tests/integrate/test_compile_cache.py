@@ -11,10 +11,12 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numba
 import pytest
 
 import ab_sim
 from ab_sim.integrate.cache_folder import cache_folder
+from ab_sim.integrate.compile_cache import compiled
 from ab_sim.integrate.sources import sources, versions
 from tests.integrate.cache_process import (
     FACTOR,
@@ -142,6 +144,29 @@ def toy(tmp_path: Path) -> Path:
     """A folder with a toy kernel, see cache_process."""
     write_toy(tmp_path)
     return tmp_path
+
+
+@numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)
+def doubled(x):  # type: ignore[no-untyped-def]
+    return x + x
+
+
+def test_only_what_python_calls_becomes_machine_code() -> None:
+    """Also where one kernel calls another, which Python calls, too."""
+
+    @compiled
+    def inner(x):  # type: ignore[no-untyped-def]
+        return doubled(x) + 1.0
+
+    @compiled
+    def outer(x):  # type: ignore[no-untyped-def]
+        return inner(x) + doubled(x)
+
+    assert outer(2.0) == 9.0 and inner(2.0) == 5.0
+    found = [kernel.overloads[kernel.signatures[0]] for kernel in (doubled, inner, outer)]
+    at = [one.library.get_pointer_to_function(one.fndesc.llvm_func_name) for one in found]
+    assert [address != 0 for address in at] == [False, True, True]
+    assert "_library_class" not in vars(inner.targetctx.codegen()), "what was found is left"
 
 
 def test_two_processes_that_first_compile_two_laws_do_not_mix_them_up(toy: Path) -> None:

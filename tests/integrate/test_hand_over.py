@@ -57,9 +57,12 @@ def dips(stepper: str, step: float) -> Drive:
 
 
 def packed(stepper: str, step: float) -> Drive:
-    """A row of four around the unbalance, which breaks up, meets again, and rubs."""
+    """A row of four around the unbalance, which breaks up, meets again, and rubs.
+
+    With the effects of packed-balls, so that its kernel serves.
+    """
     row = {"count": 4, "mass": 5e-4, "radius": 1e-3}
-    effects = {**RUBBING, "viscous_drag": {"coefficient": 0.5}}
+    effects = {**RUBBING, "gravity": None, "viscous_drag": {"coefficient": 0.5}}
     start = {"speed": 90.0}
     return Drive(extreme(balls=row, effects=effects, start=start, **solver(stepper, step)))
 
