@@ -11,6 +11,7 @@ from ab_sim.dynamics.assemble import place_on, state_bounds
 from ab_sim.dynamics.system import has_events
 from ab_sim.integrate.events import events_address
 from ab_sim.integrate.fixed_step import Run, stepping
+from ab_sim.integrate.kept import Kept
 from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene import Scene
 from ab_sim.spindle.stretches import Stretch
@@ -39,7 +40,7 @@ class PackageKernel:
         self.state, self.modes = aligned(self.start.state.shape), self.start.modes.copy()
         self.place, changing = place_on(self.piece), (self.state, self.modes, self.work, events)
         fixed = system, self.place, drive.stepper.weights, drive.step
-        self._advance = stepping(Run(*fixed, *changing))
+        self._advance = stepping(Kept(Run(*fixed, *changing)))
         way = Way([Stretch(self.piece, first, steps, 0.0, drive.step)])
         self._leg, self._at = next(way.after(first))
         self.samples = np.zeros((steps, len(drive.channels)))

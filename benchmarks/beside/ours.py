@@ -13,7 +13,7 @@ from beside.turns import Family, Maker, timed
 
 STEPS = (5e-3, 2.5e-3, 1e-3)
 """s, of rk8; they have to divide the period of the output."""
-TOLERANCES = tuple(10.0**-k for k in range(5, 14))
+TOLERANCES = tuple(10.0**-k for k in range(5, 15))
 """rad per span, of collocation."""
 CALLED = (
     '`Drive.advance`, as users run it, with a trajectory at its end; "compiled loop": the calls of '
