@@ -164,6 +164,21 @@ def test_whole_scenes_that_the_reference_cannot_do(name: str) -> None:
     assert apart <= 1e-6 / SAFETY * 1.1
 
 
+def test_where_drag_is_stiff_it_is_met_too() -> None:
+    """Measured by collocation alone; Radau's method, on other equations, is the judge here."""
+    changes = ["effects.rolling_friction=", "effects.viscous_drag.coefficient=100"]
+    changes += ["start.speed=80", "start.ball_angles=[2,-1]", "duration=0.2"]
+    drive, price = resolved(load_scene("thesis-hold", [*changes, "accuracy.angle=1e-6"]))
+    assert price.stepper == "collocation" and price.reference.startswith("collocation at ")
+    count = round(0.2 / drive.step)
+    run, times = drive.advance(count), drive.step * np.arange(1, count + 1)
+    scene = drive.scene
+    want = simulate(params_of(scene), start_angles(scene), times, method="Radau", rtol=1e-11)
+    apart = np.abs(run.ball_angles - want.theta).max()
+    assert apart <= 1e-6 / SAFETY * 1.1 + 1e-9
+    assert apart <= 1.5 * price.measured.angle + 1e-9, "what was measured flatters nobody"
+
+
 def test_tighter_wishes_cost_more_and_looser_ones_are_not_wasted() -> None:
     settings = []
     for wish in (1e-3, 1e-6, 1e-9, 1e-12):
