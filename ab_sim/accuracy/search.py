@@ -169,17 +169,29 @@ class _Search:
         self._doubt = Deviation(*(max(part) for part in zip(*doubts, strict=True)))
 
     def _ladder(self, stepper: Stepper) -> list[tuple[int, Mapping[str, float]]]:
-        """Of a method's settings, from coarse to fine: rungs, or a rung with tolerances."""
+        """Of a method's settings, from coarse to fine: rungs, or a rung with tolerances.
+
+        Two rungs by turns for a reference: the smallest tolerances lead to the same spans, and only
+        other ones show what rounding does. Spans go over 2^k or 3 2^k samples, so that those of
+        samples five times as close are others.
+        """
         rungs = self._trials.rungs(stepper)
         if not stepper.keeps_tolerance:
             return [(rung, NO_PARAMETERS) for rung in rungs]
+        turns = rungs[:1]
+        if stepper is self._first:
+            turns += [rung for rung in rungs if rung % (5 * rungs[0]) == 0][:1]
         unit, radius = self.scene.whirl_unit[0], self.scene.race.radius
         wishes = (self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius)
         allowed = parameters_of(stepper.name)["tolerance"]
         largest = min(*(wish for wish in wishes if wish is not None), allowed.highest)
-        powers = range(math.floor(math.log10(largest)), math.ceil(math.log10(allowed.lowest)), -1)
+        last = math.ceil(math.log10(allowed.lowest))
+        powers = range(max(math.floor(math.log10(largest)), last + STALLED), last, -1)
         tolerances = [*(10.0**power for power in powers), allowed.lowest]
-        return [(rungs[0], {"tolerance": tolerance}) for tolerance in tolerances]
+        return [
+            (turns[i % len(turns)], {"tolerance": tolerance})
+            for i, tolerance in enumerate(tolerances)
+        ]
 
     def _allowed(self, tried: Tried) -> Deviation:
         """What a run's spans were allowed to leave, which two that are alike do not show."""
