@@ -100,13 +100,15 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     step, name = scene.solver.step, scene.solver.stepper
     rates = linear_rates(system, top_speed(scene) if fastest is None else fastest)
     beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
+    other = solving_drag(system)
+    # Where the step is too long for the deck's motion, too, nobody helps unasked.
+    helps = other is not None and step <= largest_step(stepper_named(USUAL), beside_drag)[0]
     if name != AUTO:
         stepper, reason = stepper_named(name, scene.solver.parameters), "named by the scene"
     else:
         stepper, reason = stepper_named(USUAL), "auto: stable at this step"
         most, what = largest_step(stepper, rates)
-        other = solving_drag(system)
-        if step > most and what == DRAG and other is not None:
+        if step > most and what == DRAG and other is not None and helps:
             stepper = other
             reason = (
                 f"auto: {USUAL} would need steps of at most {most:g} s for {DRAG}, whose rate is "
@@ -131,10 +133,9 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     try:
         check_step(stepper, step, limits, (longest, what))
     except SceneError as error:
-        other = solving_drag(system)
         if what != DRAG or other is None:
             raise
-        way_out = f"or leave solver.stepper to auto, or name {other.name}"
+        way_out = ("or leave solver.stepper to auto, " if helps else "") + f"or name {other.name}"
         raise SceneError(f"{error}; {way_out}") from None
     fastest_rate = max((abs(rate) for rate in beside_drag.values()), default=0.0)
     # Where nothing moves by itself, and the spindle stands, there is no cycle and no curve.

@@ -83,7 +83,7 @@ def test_json_to_standard_output_is_only_json() -> None:
             ("run", "thesis-hold", "--stepper", "rk9"),
             "known are: collocation, generalized-alpha, rk4, rk8",
         ),
-        (("run", "thesis-hold", "--stepper", "rk8", "--step", "0.05"), "use at most"),
+        (("run", "thesis-hold", "--step", "0.05"), "use at most"),
         (("run", "thesis-hold", "--step", "nan"), "solver.step = 'nan': must be a finite number"),
         (("run", "thesis-hold", "--plot", "p.bmp"), "must end in one of .png, .svg, .pdf"),
         (("run", "thesis-hold", "--json", "no/r.json"), "there is no folder"),
