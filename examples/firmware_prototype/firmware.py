@@ -15,6 +15,7 @@ import time
 
 import rclpy
 from geometry_msgs.msg import AccelStamped
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -45,6 +46,10 @@ class Firmware(Node):
         speed = self.start_up.tick(passed)
         if self.start_up.state != "waiting":
             self._command.publish(Float64(data=speed))
+
+    def leave(self) -> None:
+        """Wait until the last command has arrived: it would go with the process."""
+        self._command.wait_for_all_acked(Duration(seconds=1))
 
     def _spindle(self, message: JointState) -> None:
         names = list(message.name)
@@ -112,6 +117,7 @@ def main() -> int:
         signal.signal(number, interrupted)
     say("waiting: for a drive")
     run(firmware, executor)
+    firmware.leave()
     executor.shutdown()
     firmware.destroy_node()
     rclpy.shutdown()

@@ -83,8 +83,8 @@ class Fleet:
         """Listen until a condition is true; its value."""
         end = time.monotonic() + deadline
         while not (value := condition()):
-            dead = [n for n, p in self.processes.items() if p.poll() not in (None, 0)]
-            assert not dead, f"{dead} died: {what}; {self._tails()}"
+            dead = {n: p.poll() for n, p in self.processes.items() if p.poll() not in (None, 0)}
+            assert not dead, f"died with exit codes {dead}: {what}; {self._tails()}"
             assert time.monotonic() < end, f"not within {deadline} s: {what}; {self._tails()}"
             self._executor.spin_once(timeout_sec=0.05)
         return value
