@@ -66,6 +66,7 @@ setup(
             "playwright",  # drives Debian's Chromium
             "pre-commit",
             "pytest",
+            "pytest-rerunfailures",
             "pytest-timeout",
             "pytest-xdist",
             "ruff",
