@@ -66,7 +66,6 @@ setup(
             "playwright",  # drives Debian's Chromium
             "pre-commit",
             "pytest",
-            "pytest-rerunfailures",
             "pytest-timeout",
             "pytest-xdist",
             "ruff",

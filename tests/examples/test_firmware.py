@@ -17,11 +17,7 @@ from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros
 
-# Debian's Cyclone DDS now and then crashes in its own discovery of rclpy's types, before a line of
-# ours runs ("ddsi_xt_type_init_impl with invalid type object"): that, and no other failure, is
-# tried again.
-CRASHES = pytest.mark.flaky(reruns=4, only_rerun=[r"died with exit codes .'firmware': -11"])
-LANGUAGES = ("python", pytest.param("c", marks=CRASHES))
+LANGUAGES = "python", "c"
 
 
 @pytest.fixture(scope="module")

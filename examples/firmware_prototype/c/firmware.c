@@ -27,6 +27,19 @@ static const char LOOPBACK[] =
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
     "<Peers><Peer Address=\"localhost\"/></Peers></Discovery>";
 
+/* Cyclone DDS 0.10 also reads the descriptions of types that ROS nodes ask each other for, and
+   crashes on those of sequences, which JointState has (ddsi_xt_type_add_typeobj, on the thread
+   dq.builtins). Names decide here (idlc -t), so no description is needed: the library finds this
+   function instead of its own. */
+struct ddsi_domaingv;
+struct ddsi_serdata;
+void ddsi_tl_handle_reply(struct ddsi_domaingv *domain, struct ddsi_serdata *reply);
+void ddsi_tl_handle_reply(struct ddsi_domaingv *domain, struct ddsi_serdata *reply)
+{
+    (void)domain;
+    (void)reply;
+}
+
 static volatile sig_atomic_t interrupted;
 
 static void interrupt(int number)
