@@ -102,14 +102,14 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
     other = solving_drag(system)
     # Where the step is too long for the deck's motion, too, nobody helps unasked.
-    helps = other is not None and step <= largest_step(stepper_named(USUAL), beside_drag)[0]
+    unasked = other if step <= largest_step(stepper_named(USUAL), beside_drag)[0] else None
     if name != AUTO:
         stepper, reason = stepper_named(name, scene.solver.parameters), "named by the scene"
     else:
         stepper, reason = stepper_named(USUAL), "auto: stable at this step"
         most, what = largest_step(stepper, rates)
-        if step > most and what == DRAG and other is not None and helps:
-            stepper = other
+        if step > most and what == DRAG and unasked is not None:
+            stepper = unasked
             reason = (
                 f"auto: {USUAL} would need steps of at most {most:g} s for {DRAG}, whose rate is "
                 f"{abs(rates[DRAG]):.4g} 1/s"
@@ -135,7 +135,8 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     except SceneError as error:
         if what != DRAG or other is None:
             raise
-        way_out = ("or leave solver.stepper to auto, " if helps else "") + f"or name {other.name}"
+        leave = "or leave solver.stepper to auto, " if unasked else ""
+        way_out = f"{leave}or name {other.name}"
         raise SceneError(f"{error}; {way_out}") from None
     fastest_rate = max((abs(rate) for rate in beside_drag.values()), default=0.0)
     # Where nothing moves by itself, and the spindle stands, there is no cycle and no curve.

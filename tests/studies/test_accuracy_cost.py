@@ -20,6 +20,7 @@ from ab_sim.scene import check_scene, load_scene
 from ab_sim.scene.load import with_solver
 from ab_sim.studies.accuracy_cost import AccuracyCost, Bound, SettingCost, measure
 from ab_sim.studies.accuracy_cost import families as families_module
+from ab_sim.studies.accuracy_cost.collocation import gauss_nodes
 from ab_sim.studies.accuracy_cost.energy import ledger_refusal
 from ab_sim.studies.accuracy_cost.families import all_families
 from ab_sim.studies.accuracy_cost.mujoco_peer import MuJoCo, mujoco_refusal
@@ -32,6 +33,7 @@ from tests.reference import simulate
 from tests.reference.cases import oracle_cases
 from tests.reference.of_scene import params_of
 
+ROUNDING = 1e-15
 STEPS = (0.2e-3, 0.5e-3, 1e-3, 2e-3, 2.5e-3, 5e-3)
 TOLERANCES = (1e-4, 1e-7, 1e-10)
 SMOOTH: dict[str, Any] = {
@@ -48,6 +50,17 @@ FRICTION = {"effects": {"rolling_friction": {"arm": 1e-6}}}
 
 def made(**changes: Any) -> Any:
     return check_scene(merge(THESIS, changes), "test")
+
+
+@pytest.mark.parametrize("count", range(1, 9))
+def test_the_references_nodes_integrate_polynomials_exactly(count: int) -> None:
+    """Degree m - 1 up to every node, 2 m - 1 over the step, to rounding: the page rests on it."""
+    c, a, b = gauss_nodes(count)
+    for degree in range(count):
+        assert np.abs(a @ c**degree - c ** (degree + 1) / (degree + 1)).max() < ROUNDING
+    for degree in range(2 * count):
+        assert abs(b @ c**degree - 1 / (degree + 1)) < ROUNDING
+    assert abs(b @ c ** (2 * count) - 1 / (2 * count + 1)) > 1e-10, "and no further"
 
 
 @lru_cache

@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Polynomial, legendre
+from numpy.polynomial import legendre
 
 from ab_sim.dynamics.assemble import linear_rates
 from ab_sim.integrate.compile_cache import compiled
@@ -44,11 +44,19 @@ class Work(NamedTuple):
     trial: np.ndarray
 
 
+def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """l_j(at_a): what the polynomial through data on ``nodes`` is there, shape (at, nodes)."""
+    rows = [[np.prod([(t - y) / (x - y) for y in nodes if y != x]) for x in nodes] for t in at]
+    return np.array(rows)
+
+
 def integration(nodes: np.ndarray) -> np.ndarray:
-    """Q_mj, the integral from 0 to c_m of the polynomial that is 1 at c_j and 0 at other nodes."""
-    bases = [Polynomial.fromroots(np.delete(nodes, j)) for j in range(len(nodes))]
-    integrals = [(base / base(at)).integ() for base, at in zip(bases, nodes, strict=True)]
-    return np.array([[integral(at) for integral in integrals] for at in nodes])
+    """Q_mj, the integral of l_j from 0 to c_m, by Gauss' quadrature: exact but for rounding.
+
+    Coefficients of 1, x, x^2 .. would cost four digits at eight nodes.
+    """
+    x, w = legendre.leggauss((len(nodes) + 1) // 2)
+    return np.array([c / 2.0 * (w @ lagrange(nodes, c * (x + 1.0) / 2.0)) for c in nodes])
 
 
 def gauss_nodes(count: int = NODES) -> Nodes:
