@@ -33,11 +33,11 @@ from ab_sim.integrate.responses import (
     DAMPING,
     IMPULSE,
     IMPULSE_RATE,
+    INTO_PULL,
     INTO_V,
     INTO_X,
     LINES,
     MOST_UNIT,
-    NODES,
     NUMBERS,
     STIFFNESS,
     UNIT,
@@ -76,7 +76,7 @@ def hangs_freely(system):  # type: ignore[no-untyped-def]
 
 @numba.njit(**INLINED)
 def iterate(  # type: ignore[no-untyped-def]
-    plant, spindle, axes, at, x, v, slope, free_x, free_v, pulls, force, first, numbers
+    plant, spindle, axes, at, x, v, slope, free_x, free_v, force, first, numbers
 ):
     """f at the nodes anew: of what carries the balls, these accelerated as before, then of them.
 
@@ -88,7 +88,6 @@ def iterate(  # type: ignore[no-untyped-def]
         x, v: of the carrier's equations, and of a motor's; made anew.
         slope: room; afterwards the slope of what is only integrated.
         free_x, free_v: what x and v are without f; or, if it hangs freely, c v + k x.
-        pulls: what f at the nodes makes of that, columns of a matrix for each equation.
         force: f.
         first, numbers: the tables.
 
@@ -123,7 +122,7 @@ def iterate(  # type: ignore[no-untyped-def]
         change += abs(new - force[q]) * unit
         force[q] = new
         if hangs_freely(system):
-            pull = product_onto(pulls, NODES * q, new, free_x[q])
+            pull = product_onto(tables, table + INTO_PULL, new, free_x[q])
         else:
             x[q], v[q] = response(tables, table, free_x[q], free_v[q], new)
             pull = damping * v[q] + stiffness * x[q]

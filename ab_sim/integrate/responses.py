@@ -42,13 +42,13 @@ HYPERBOLIC = 9
 GONE = 40.0
 """Decay rate times time after which a response is nothing any more."""
 
-INTO_X, INTO_V, UNIT, IMPULSE, IMPULSE_RATE, NUMBERS = 0, 8, 16, 17, 18, 19
-"""Lines of a table: the integrals into x and v at eight instants, a line for each k; U, G and G'
-there; and numbers:"""
+INTO_X, INTO_V, INTO_PULL, UNIT, IMPULSE, IMPULSE_RATE, NUMBERS = 0, 8, 16, 24, 25, 26, 27
+"""Lines of a table: the integrals into x, v and c v + k x at eight instants, a line for each k; U,
+G and G' there; and numbers:"""
 LENGTH, DAMPING, STIFFNESS, MOST_UNIT, BEYOND, COUNT = range(6)
 """h [s]; c, k; U at most; what f = P_8, the first of Legendre's polynomials that none through
 the nodes has in it, makes of x at the instants, at most; and one for who keeps tables."""
-LINES = 20
+LINES = 28
 
 
 class Nodes(NamedTuple):
@@ -191,12 +191,15 @@ def fill(nodes, chosen, length, c, k, values, table):  # type: ignore[no-untyped
         for i in range(NODES):
             table[UNIT, j] += table[INTO_X + i, j]
         unit = max(unit, abs(table[UNIT, j]))
-    put_numbers(length, c, k, most, unit, table)
+    finish(length, c, k, most, unit, table)
 
 
 @numba.njit(**APART)
-def put_numbers(length, c, k, most, unit, table):  # type: ignore[no-untyped-def]
-    """The last line of a table, but for COUNT."""
+def finish(length, c, k, most, unit, table):  # type: ignore[no-untyped-def]
+    """What follows from x and v, and the last line of a table, but for COUNT."""
+    into = as_lanes(table)
+    for i in range(NODES):
+        into[INTO_PULL + i] = c * into[INTO_V + i] + k * into[INTO_X + i]
     table[NUMBERS, LENGTH], table[NUMBERS, DAMPING], table[NUMBERS, STIFFNESS] = length, c, k
     table[NUMBERS, BEYOND], table[NUMBERS, MOST_UNIT] = most, unit
 
@@ -228,7 +231,7 @@ def sum_series(moments, length, c, k, table):  # type: ignore[no-untyped-def]
     into[NUMBERS] = beyond  # for a moment, to look at its lanes
     for j in range(NODES):
         most, unit = max(most, abs(table[NUMBERS, j])), max(unit, abs(table[UNIT, j]))
-    put_numbers(length, c, k, most, unit, table)
+    finish(length, c, k, most, unit, table)
 
 
 @numba.njit(**APART)

@@ -64,8 +64,6 @@ from ab_sim.integrate.responses import (
     DAMPING,
     IMPULSE,
     INTO_V,
-    INTO_X,
-    NODES,
     NUMBERS,
     STIFFNESS,
 )
@@ -179,7 +177,6 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
     x, v = own_array(time, (size,)), own_array(time, (size,))
     free_x, free_v = own_array(time, (size,)), own_array(time, (size,))
     cosines, sines = own_array(time, (size,)), own_array(time, (size,))
-    pulls = own_array(time, (NODES * ways,))
     first_x, first_v = own_array(0.0, (size,)), own_array(0.0, (size,))
     into_equations(system, numbers[OWN:HEAD], state, first_x, first_v)
     for j in range(states):
@@ -195,9 +192,6 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
             damping = numbers[table + NUMBERS, DAMPING]
             stiffness = numbers[table + NUMBERS, STIFFNESS]
             free_x[q] = damping * free_v[q] + stiffness * free_x[q]
-            for k in range(NODES):
-                into_x, into_v = tables[table + INTO_X + k], tables[table + INTO_V + k]
-                pulls[NODES * q + k] = damping * into_v + stiffness * into_x
         elif q < ways or q >= ways + n:
             x[q], v[q] = response(tables, table, free_x[q], free_v[q], force[q])
     for j in range(integrals, states):
@@ -221,7 +215,7 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
                 c, s = turned(cosines[i], sines[i], at[angle] - was)
             own.room.table[i, COS], own.room.table[i, SIN] = cosines[i], sines[i] = c, s
         carried, turned_by, scales = iterate(
-            own, spindle, axes, at, x, v, slope, free_x, free_v, pulls, force, first, numbers
+            own, spindle, axes, at, x, v, slope, free_x, free_v, force, first, numbers
         )
         # Each iteration leaves of an error what it left of the one before: of each kind of its own.
         last = carried + turned_by
