@@ -1,6 +1,5 @@
 """Runs one after the other."""
 
-import functools
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -68,6 +67,7 @@ class InTurn:
         for member in members:
             in_kernel, samples = kept_at_first(member.scene, every), self._room.take(1)[0]
             self._to_start(member)
+            self._make_kernels(member)
             begin = time.thread_time()
             sound = self._take(member, in_kernel, samples)
             spent = time.thread_time() - begin
@@ -104,12 +104,15 @@ class InTurn:
 
     def _advance(self, member: Prepared, first: int, samples: np.ndarray) -> bool:
         """Fill in samples, ``first`` steps having been taken before; whether all were sound."""
-        way, kernel = way_along(member.course), functools.partial(self._kernel, member)
-        return way.walk(kernel, first, len(samples), math.nan, samples) >= 0
+        way = way_along(member.course)
+        return way.walk(self._kernel, first, len(samples), math.nan, samples) >= 0
 
-    def _kernel(self, member: Prepared, kind: type[Segment]) -> Callable[..., int]:
-        if kind not in self._kernels:
-            fixed = member.system, place_along(kind), self._stepper.weights, self._step
-            kept = Kept(Run(*fixed, self._state, self._modes, self._work, 0))
-            self._kernels[kind] = kept, stepping(kept)
+    def _kernel(self, kind: type[Segment]) -> Callable[..., int]:
         return self._kernels[kind][1]
+
+    def _make_kernels(self, member: Prepared) -> None:
+        for kind in way_along(member.course).kinds:
+            if kind not in self._kernels:
+                fixed = member.system, place_along(kind), self._stepper.weights, self._step
+                kept = Kept(Run(*fixed, self._state, self._modes, self._work, 0))
+                self._kernels[kind] = kept, stepping(kept)

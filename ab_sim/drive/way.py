@@ -52,6 +52,11 @@ class Way:
         """Of all steps along a profile, after so many."""
         return cls(stretches(profile, grid, first, FOREVER))
 
+    @property
+    def kinds(self) -> set[type[Segment]]:
+        """Of its segments: there is a kernel for each."""
+        return {leg.kind for leg in self._legs}
+
     def after(self, steps: int) -> Iterator[tuple[Leg, int]]:
         """The legs after so many steps, and at which of its stretches each is begun."""
         at = bisect_left(self._firsts, steps)

@@ -142,7 +142,6 @@ def fill_set(weights, system, length, count, first, tables):  # type: ignore[no-
 
     BEYOND of the tables up to the first samples is that of all samples.
     """
-    values = own_array(0.0, (1, NODES))
     every, equations = lines_for(system), equation_count(system)
     groups = (count + NODES - 1) // NODES
     for q in range(equations + 1):
@@ -161,7 +160,7 @@ def fill_set(weights, system, length, count, first, tables):  # type: ignore[no-
         for group in range(1 + groups):
             chosen = 0 if group == 0 else instants_of(count, group - 1)
             own = tables[at + group * every : at + group * every + LINES]
-            fill(weights.nodes, chosen, length, damping, stiffness, values, own)
+            fill(weights.nodes, chosen, length, damping, stiffness, own)
             if group > 0:
                 beyond = max(beyond, own[NUMBERS, BEYOND])
         tables[at + NUMBERS, COUNT], tables[at + every + NUMBERS, BEYOND] = count, beyond

@@ -23,6 +23,7 @@ from ab_sim.dynamics.numbers.across import product_onto, put_column, total
 from ab_sim.dynamics.numbers.cos_sin import cos_sin
 from ab_sim.dynamics.numbers.kinds import EIGHT
 from ab_sim.dynamics.numbers.lanes import as_lanes, zero_in_lanes
+from ab_sim.integrate.on_stack import own_array
 from ab_sim.integrate.workspace import aligned
 
 NODES = EIGHT
@@ -36,7 +37,9 @@ NEAR = 4.0
 """Rate times length of a step, up to which the response is summed as a power series: what its
 terms cancel of each other is a few roundings."""
 TERMS = 34
-"""Of that: the next one is less than rounding."""
+"""Of that, at most: the next one is less than rounding."""
+NOTHING = 1e-19
+"""Share of the first term at which two in a row are not worth adding, nor those after them."""
 HYPERBOLIC = 9
 """Terms of sinh(x) / x for x up to 1."""
 GONE = 40.0
@@ -144,14 +147,15 @@ def rates(c, k):  # type: ignore[no-untyped-def]
 def polynomials(at, scale, x, out):  # type: ignore[no-untyped-def]
     """l_k(x) into ``out``, shape (8,), x as a fraction of the step; returns P_8 there.
 
+    A number or lanes, ``out`` alike.
+
     Args:
         at, scale: of the Nodes.
     """
-    before = 1.0
+    before = behind = 0.0 * x + 1.0
     for k in range(NODES):
         out[k] = before * scale[k]
         before *= x - at[k]
-    behind = 1.0
     for i in range(NODES):
         k = NODES - 1 - i
         out[k] *= behind
@@ -160,7 +164,7 @@ def polynomials(at, scale, x, out):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**APART)
-def fill(nodes, chosen, length, c, k, values, table):  # type: ignore[no-untyped-def]
+def fill(nodes, chosen, length, c, k, table):  # type: ignore[no-untyped-def]
     """The table of a step.
 
     Args:
@@ -168,13 +172,12 @@ def fill(nodes, chosen, length, c, k, values, table):  # type: ignore[no-untyped
         chosen: up to which of their sets of instants.
         length: h [s].
         c, k: not negative [1/s, 1/s^2].
-        values: room for eight numbers in lanes, shape (1, 8).
         table: shape (LINES, 8), aligned.
     """
     if rates(c, k)[0] * length <= NEAR:
         sum_series(nodes.moments[chosen], length, c, k, table)
         return
-    ends, most, unit = nodes.ends[chosen], 0.0, abs(last_unit(nodes, length, c, k))
+    ends, most, unit = nodes.ends[chosen], 0.0, abs(last_unit(length, c, k))
     for j in range(NODES):
         if j > 0 and ends[j] == ends[j - 1]:
             for line in range(NUMBERS):
@@ -184,7 +187,7 @@ def fill(nodes, chosen, length, c, k, values, table):  # type: ignore[no-untyped
         if rates(c, k)[0] * end <= REACH:
             beyond = integrate(nodes, chosen, j, end, c, k, table)
         else:
-            beyond = integrate_far(nodes, j, end, length, c, k, values, table)
+            beyond = integrate_far(nodes, j, end, length, c, k, table)
         most = max(most, abs(beyond))
         table[IMPULSE, j], table[IMPULSE_RATE, j] = impulse(c, k, end)
         table[UNIT, j] = 0.0
@@ -215,6 +218,8 @@ def sum_series(moments, length, c, k, table):  # type: ignore[no-untyped-def]
         into[line] = 0.0
     this, following, last_unit = 0.0, length, 0.0
     for m in range(TERMS):
+        if abs(this) + abs(following) < NOTHING * length:
+            break
         terms, rate = as_lanes(moments[m]), (m + 1) * following / length
         for i in range(NODES):
             into[INTO_X + i] += (length * this) * terms[i]
@@ -277,45 +282,44 @@ def impulses(c, k, t, until):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**APART)
-def integrate_far(nodes, j, end, length, c, k, values, table):  # type: ignore[no-untyped-def]
+def integrate_far(nodes, j, end, length, c, k, table):  # type: ignore[no-untyped-def]
     """The same in panels, as long as the response lasts."""
-    polynomial, begin, beyond = as_lanes(values), 0.0, 0.0
-    # Not 0.0 times what is there, which may be anything, infinite too.
-    polynomial[0] = 0.0
-    into_x = into_v = polynomial[0]
+    points, shares, nothing = as_lanes(nodes.points[0]), as_lanes(nodes.points[1]), zero_in_lanes()
+    sums, within = own_array(nothing, (2 * NODES,)), own_array(nothing, (NODES,))
+    begin, beyond = 0.0, nothing
+    for i in range(2 * NODES):
+        sums[i] = nothing
     while begin < end:
         width = panel(c, k, begin, end)
         if width == 0.0:
             break
-        for p in range(POINTS):
-            group, lane = p // NODES, p % NODES
-            ago = begin + width * nodes.points[0, group, lane]
-            g, r = impulse(c, k, ago)
-            weight = width * nodes.points[1, group, lane]
-            left_out = polynomials(nodes.at, nodes.scale, (end - ago) / length, values[0])
-            into_x += (weight * g) * polynomial[0]
-            into_v += (weight * r) * polynomial[0]
-            beyond += weight * g * left_out
+        for group in range(POINTS // NODES):
+            ago = begin + width * points[group]
+            g, r = impulses(c, k, ago, begin + width)
+            g, r = (width * shares[group]) * g, (width * shares[group]) * r
+            left_out = polynomials(nodes.at, nodes.scale, (end - ago) / length, within)
+            for i in range(NODES):
+                sums[i] += g * within[i]
+                sums[NODES + i] += r * within[i]
+            beyond += g * left_out
         begin += width
-    put_column(into_x, table[INTO_X : INTO_X + NODES], j)
-    put_column(into_v, table[INTO_V : INTO_V + NODES], j)
-    return beyond
+    for i in range(NODES):
+        table[INTO_X + i, j], table[INTO_V + i, j] = total(sums[i]), total(sums[NODES + i])
+    return total(beyond)
 
 
 @numba.njit(**APART)
-def last_unit(nodes, length, c, k):  # type: ignore[no-untyped-def]
-    """U at the end of the step."""
-    begin, unit = 0.0, 0.0
-    while begin < length:
-        width = panel(c, k, begin, length)
-        if width == 0.0:
-            break
-        for p in range(POINTS):
-            group, lane = p // NODES, p % NODES
-            at, share = nodes.points[0, group, lane], nodes.points[1, group, lane]
-            unit += width * share * impulse(c, k, begin + width * at)[0]
-        begin += width
-    return unit
+def last_unit(length, c, k):  # type: ignore[no-untyped-def]
+    """U at the end of a step that is not short."""
+    g, r = impulse(c, k, length)
+    if k == 0.0:
+        return (length - g) / c
+    fast, _, slow, _ = rates(c, k)
+    if slow * length > 0.1:
+        return (1.0 - r - c * g) / k
+    # Of what hardly begins to give way; the roots are far from each other.
+    slowly, quickly = math.expm1(-slow * length) / slow, math.expm1(-fast * length) / fast
+    return (quickly - slowly) / (fast - slow)
 
 
 @numba.njit(**APART)
