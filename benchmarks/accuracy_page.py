@@ -1,8 +1,8 @@
-"""Write docs/accuracy.md from what the four benchmarks have measured.
+"""Write docs/accuracy.md from what the five benchmarks have measured.
 
     python benchmarks/accuracy_page.py [--docs docs]
 
-after accuracy_cost.py, peers.py, step_cost.py and batch_throughput.py.
+after accuracy_cost.py, peers.py, span_cost.py, step_cost.py and batch_throughput.py.
 """
 
 import argparse
@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from beside.page import peers_part  # noqa: E402
 from page_parts import conditions, error, left_out_list, sentence, spread, table  # noqa: E402
+from span_page import span_part  # noqa: E402
 
 from ab_sim.accuracy import SAFETY  # noqa: E402
 
@@ -117,6 +118,33 @@ The same drive with one thing changed, beside heyoka and SUNDIALS in C [CPU us p
 {peers_left_out}
 
 Made by `python benchmarks/peers.py`; {peers_conditions}.
+
+### Where the time goes, and why some goals are missed
+
+A run of `collocation` on the drive above, by what is done in it. Counted by kernels that count,
+timed with the package's own, output every {peers_period:g} ms:
+
+{span_table}
+
+Fitted to these runs and to others with spans of fixed lengths: {span_each}. An iteration is one
+chain: each of its operations waits for the one before, so that the processor has room to spare,
+but no second run to fill it with.
+
+{span_heyoka}
+
+{span_reason}. That is why we are furthest ahead at large errors, and least at the smallest.
+
+Eight runs at once, where what differs is the balls' mass, in us a run ("loop": one run alone;
+"along the profile": what a batch adds to it; "tables": the responses of deck and drag, which
+depend on the masses; "the rest of the call": checks, limits, trajectories):
+
+{span_batch}
+
+heyoka fills the lanes of its vectors with eight runs. Ours are filled already, with the eight nodes
+of one run: eight runs take eight times as long, and each makes tables. `rk8` has eight runs in its
+lanes, a step of all eight taking {span_lanes}; but its steps are short.
+
+Made by `python benchmarks/span_cost.py`; {span_conditions}.
 
 ## Time per step
 
@@ -253,22 +281,22 @@ def batch_part(report: dict[str, Any]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Read the four reports and write the page."""
+    """Read the five reports and write the page."""
     parser = argparse.ArgumentParser(description="Write the page on accuracy.")
     parser.add_argument("--docs", type=Path, default=DOCS)
     docs = parser.parse_args().docs
-    parts = {
-        "accuracy-cost": accuracy_part,
-        "peers": peers_part,
-        "step-cost": step_part,
-        "batch-throughput": batch_part,
+    names = "accuracy-cost", "peers", "span-cost", "step-cost", "batch-throughput"
+    accuracy, peers, spans, steps, batches = (
+        json.loads((docs / f"{name}.json").read_text(encoding="utf-8")) for name in names
+    )
+    filled = {
+        "safety": SAFETY,
+        **accuracy_part(accuracy),
+        **peers_part(peers),
+        **span_part(spans, batches),
+        **step_part(steps),
+        **batch_part(batches),
     }
-    reports = {
-        name: json.loads((docs / f"{name}.json").read_text(encoding="utf-8")) for name in parts
-    }
-    filled: dict[str, Any] = {"safety": SAFETY}
-    for name, part in parts.items():
-        filled |= part(reports[name])
     (docs / "accuracy.md").write_text(TEXT.format(**filled), encoding="utf-8")
 
 
