@@ -9,7 +9,8 @@ import pytest
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import place_on, start_modes, system_of
-from ab_sim.dynamics.carriers.tilting import DAMPING, MOUNT_WIDTH, PLACE, STIFFNESS, Tilting
+from ab_sim.dynamics.carriers.mounts import DAMPING, MOUNT_WIDTH, PLACE, STIFFNESS
+from ab_sim.dynamics.carriers.tilting import Tilting
 from ab_sim.dynamics.effects import BallSpin, RaceRunout, SpindleAcceleration, ViscousDrag
 from ab_sim.dynamics.layout import Layout, layout_of
 from ab_sim.dynamics.ledger import Ledger

@@ -32,9 +32,10 @@ from math import cos, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from ab_sim.dynamics.carriers.facts import carrier
+from ab_sim.dynamics.carriers.moments import add_point_mass, symmetric, turned_second_moments
+from ab_sim.dynamics.carriers.mounts import DAMPING, STIFFNESS, at_mount, mount_forces
 from ab_sim.dynamics.carriers.orientation import (
     half_product,
     quaternion_of,
@@ -44,7 +45,6 @@ from ab_sim.dynamics.carriers.orientation import (
     turning_of,
 )
 from ab_sim.dynamics.carriers.own_motion import into_modes, out_of_modes
-from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.layout import angle_at, rate_at
 from ab_sim.dynamics.race.ball import ball_of, place_from_shaft, relative_load
 from ab_sim.dynamics.race.elimination import solve_with_balls
@@ -58,17 +58,11 @@ from ab_sim.dynamics.system import (
     ball_inertia,
     has_friction,
     has_spin,
-    has_stiffening,
     mount_energy,
-    mount_stiffening,
     race_shape,
 )
 
 _K = 7
-PLACE, STIFFNESS, DAMPING, AXES = 0, 3, 6, 9
-"""First columns of a mount: where it is on deck axes [m]; stiffness [N/m] and damping [N s/m] along
-its three axes; these axes on the ground's, one after the other."""
-MOUNT_WIDTH = 18
 DRIFT = 1e-12
 """How far from 1 the quaternion's square may drift before it is made a unit one again. Nothing
 depends on its length but its own digits."""
@@ -108,7 +102,7 @@ class Tilting(NamedTuple):
     """Second moments P of the rotor about C on its own axes, the first through the unbalance: the
     integrals of x^2, y^2, z^2, x y, x z, y z [kg m^2]."""
     mounts: Any
-    """Shape (mounts, MOUNT_WIDTH), columns as above."""
+    """Shape (mounts, MOUNT_WIDTH), columns as in mounts.py."""
     gravity: tuple[float, float, float]
     """On the ground's axes [m/s^2]."""
 
@@ -378,8 +372,8 @@ class Tilting(NamedTuple):
         energy = 0.5 * (self.total_mass - balls_mass) * float(velocity @ velocity)
         first = np.array(self.deck_first)
         energy += float(velocity @ (np.cross(omega, first) + np.cross(spinning, rotor)))
-        energy += 0.5 * float(omega @ _symmetric(self.deck_inertia) @ omega)
-        own = _symmetric(moments)
+        energy += 0.5 * float(omega @ symmetric(self.deck_inertia) @ omega)
+        own = symmetric(moments)
         energy += 0.5 * float(spinning @ (np.trace(own) * np.eye(3) - own) @ spinning)
         gravity = turn.T @ np.array(self.gravity)
         energy -= float(gravity @ (first + rotor)) + self.total_mass * float(
@@ -405,108 +399,3 @@ class Tilting(NamedTuple):
             energy += 0.5 * float(self.mounts[k, STIFFNESS:DAMPING] @ moved**2)
             energy += mount_energy(system.effects, float(moved @ moved))
         return float(energy)
-
-
-def _symmetric(six: Any) -> np.ndarray:
-    xx, yy, zz, xy, xz, yz = six
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-@register_jitable(**INLINED)
-def turned_second_moments(own: Any, c: Any, s: Any) -> Any:
-    """Second moments on deck axes of what turns with the spindle."""
-    xx, yy, zz, xy, xz, yz = own
-    cross = c * s * (xx - yy) + (c * c - s * s) * xy
-    return (
-        c * c * xx - 2.0 * c * s * xy + s * s * yy,
-        s * s * xx + 2.0 * c * s * xy + c * c * yy,
-        zz,
-        cross,
-        c * xz - s * yz,
-        s * xz + c * yz,
-    )
-
-
-@register_jitable(**INLINED)
-def add_point_mass(block: Any, m: Any, x: Any, y: Any, z: Any) -> Any:
-    """To the block what a mass at (x, y, z) that turns with the spindle adds, M excepted."""
-    sx, sy, sz = m * x, m * y, m * z
-    block[0, 4] += sz
-    block[0, 5] -= sy
-    block[1, 3] -= sz
-    block[1, 5] += sx
-    block[2, 3] += sy
-    block[2, 4] -= sx
-    block[3, 3] += sy * y + sz * z
-    block[4, 4] += sx * x + sz * z
-    block[5, 5] += sx * x + sy * y
-    block[3, 4] -= sx * y
-    block[3, 5] -= sx * z
-    block[4, 5] -= sy * z
-    block[0, 6] -= sy
-    block[1, 6] += sx
-    block[3, 6] -= sx * z
-    block[4, 6] -= sy * z
-    block[5, 6] += sx * x + sy * y
-    block[6, 6] += sx * x + sy * y
-
-
-@register_jitable(**INLINED)
-def at_mount(deck: Any, turn: Any, state: Any, k: Any) -> Any:
-    """Displacement [m] and speed [m/s] of the deck at mount k, along the mount's axes."""
-    mounts = deck.mounts
-    px, py, pz = mounts[k, PLACE], mounts[k, PLACE + 1], mounts[k, PLACE + 2]
-    ox, oy, oz = state[10], state[11], state[12]
-    gx, gy, gz = to_ground(turn, px, py, pz)
-    dx, dy, dz = state[0] + gx - px, state[1] + gy - py, state[2] + gz - pz
-    gx, gy, gz = to_ground(turn, oy * pz - oz * py, oz * px - ox * pz, ox * py - oy * px)
-    vx, vy, vz = state[7] + gx, state[8] + gy, state[9] + gz
-    a, b, c = AXES, AXES + 3, AXES + 6
-    return (
-        (
-            mounts[k, a] * dx + mounts[k, a + 1] * dy + mounts[k, a + 2] * dz,
-            mounts[k, b] * dx + mounts[k, b + 1] * dy + mounts[k, b + 2] * dz,
-            mounts[k, c] * dx + mounts[k, c + 1] * dy + mounts[k, c + 2] * dz,
-        ),
-        (
-            mounts[k, a] * vx + mounts[k, a + 1] * vy + mounts[k, a + 2] * vz,
-            mounts[k, b] * vx + mounts[k, b + 1] * vy + mounts[k, b + 2] * vz,
-            mounts[k, c] * vx + mounts[k, c + 1] * vy + mounts[k, c + 2] * vz,
-        ),
-    )
-
-
-@register_jitable(**INLINED)
-def mount_forces(deck: Any, system: Any, turn: Any, state: Any) -> Any:
-    """Force of all mounts on the deck [N], and its moment about C [N m], on deck axes."""
-    mounts = deck.mounts
-    fx = fy = fz = tx = ty = tz = 0.0
-    for k in range(mounts.shape[0]):
-        moved, speed = at_mount(deck, turn, state, k)
-        stiffening = 0.0
-        if has_stiffening(system.effects):
-            square = moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2]
-            stiffening = mount_stiffening(system.effects, square)
-        f1 = mount_force(mounts, k, 0, stiffening, moved[0], speed[0])
-        f2 = mount_force(mounts, k, 1, stiffening, moved[1], speed[1])
-        f3 = mount_force(mounts, k, 2, stiffening, moved[2], speed[2])
-        a, b, c = AXES, AXES + 3, AXES + 6
-        gx = mounts[k, a] * f1 + mounts[k, b] * f2 + mounts[k, c] * f3
-        gy = mounts[k, a + 1] * f1 + mounts[k, b + 1] * f2 + mounts[k, c + 1] * f3
-        gz = mounts[k, a + 2] * f1 + mounts[k, b + 2] * f2 + mounts[k, c + 2] * f3
-        dx, dy, dz = to_deck(turn, gx, gy, gz)
-        px, py, pz = mounts[k, PLACE], mounts[k, PLACE + 1], mounts[k, PLACE + 2]
-        fx += dx
-        fy += dy
-        fz += dz
-        tx += py * dz - pz * dy
-        ty += pz * dx - px * dz
-        tz += px * dy - py * dx
-    return fx, fy, fz, tx, ty, tz
-
-
-@register_jitable(**INLINED)
-def mount_force(mounts: Any, k: Any, axis: Any, stiffening: Any, moved: Any, speed: Any) -> Any:
-    """Force of mount k on the deck along one of its axes [N]."""
-    stiffness = mounts[k, STIFFNESS + axis] + stiffening
-    return -stiffness * moved - mounts[k, DAMPING + axis] * speed

@@ -8,8 +8,10 @@ import numpy as np
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
+from ab_sim.dynamics.carriers.moments import symmetric
+from ab_sim.dynamics.carriers.mounts import MOUNT_WIDTH
 from ab_sim.dynamics.carriers.own_motion import in_modes, length_beside_turns
-from ab_sim.dynamics.carriers.tilting import MOUNT_WIDTH, Tilting
+from ab_sim.dynamics.carriers.tilting import Tilting
 from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.race.ball import ball_of
 from ab_sim.dynamics.system import (
@@ -142,7 +144,7 @@ def linearised(system: System) -> Linearised:
     mass[:3, :3] = deck.total_mass * np.eye(3)
     mass[:3, 3:] = -turn @ _cross(first)
     mass[3:, :3] = mass[:3, 3:].T
-    mass[3:, 3:] = _matrix(deck.deck_inertia) + np.diag([ring + tall, ring + tall, 2.0 * ring])
+    mass[3:, 3:] = symmetric(deck.deck_inertia) + np.diag([ring + tall, ring + tall, 2.0 * ring])
     gyroscopic[3, 4], gyroscopic[4, 3] = 2.0 * ring, -2.0 * ring
     stiffness[3:, 3:] = _stiffness_against_turning(first, gravity)
     for mount in deck.mounts:
@@ -305,11 +307,6 @@ def _away(place: np.ndarray) -> np.ndarray:
 def _cross(vector: np.ndarray) -> np.ndarray:
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
-def _matrix(six: tuple[float, ...]) -> np.ndarray:
-    xx, yy, zz, xy, xz, yz = six
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _six(matrix: np.ndarray) -> tuple[float, float, float, float, float, float]:
