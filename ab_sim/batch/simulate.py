@@ -35,8 +35,8 @@ class Batch(NamedTuple):
     side_by_side: int
     """How many of them ran in lanes; the others, one by one."""
     integration_seconds: float
-    """CPU time of this thread for taking the steps, all runs together [s]; with events, the first
-    run of its kind also compiles a kernel, or loads it."""
+    """CPU time of this thread for taking the steps, all runs together [s]. Of runs that go one by
+    one, a kernel for a further kind of the profile's segments is made in it, too."""
 
 
 def simulate_batch(

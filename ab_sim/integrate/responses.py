@@ -52,6 +52,7 @@ LENGTH, DAMPING, STIFFNESS, MOST_UNIT, BEYOND, COUNT = range(6)
 """h [s]; c, k; U at most; what f = P_8, the first of Legendre's polynomials that none through
 the nodes has in it, makes of x at the instants, at most; and one for who keeps tables."""
 LINES = 28
+"""INTO_PULL is read of the deck's tables up to the nodes only; they are no kind of their own."""
 
 
 class Nodes(NamedTuple):
@@ -216,7 +217,7 @@ def sum_series(moments, length, c, k, table):  # type: ignore[no-untyped-def]
     into, beyond = as_lanes(table), zero_in_lanes()
     for line in range(NUMBERS):
         into[line] = 0.0
-    this, following, last_unit = 0.0, length, 0.0
+    this, following, at_end = 0.0, length, 0.0
     for m in range(TERMS):
         if abs(this) + abs(following) < NOTHING * length:
             break
@@ -227,12 +228,12 @@ def sum_series(moments, length, c, k, table):  # type: ignore[no-untyped-def]
         beyond += (length * this) * terms[NODES]
         into[IMPULSE] += this * terms[NODES + 1]
         into[IMPULSE_RATE] += rate * terms[NODES + 1]
-        last_unit += length * this / (m + 1)
+        at_end += length * this / (m + 1)
         after = -(c * (m + 1) * following + k * length * this) * length / ((m + 1) * (m + 2))
         this, following = following, after
     for i in range(NODES):
         into[UNIT] += into[INTO_X + i]
-    most, unit = 0.0, abs(last_unit)
+    most, unit = 0.0, abs(at_end)
     into[NUMBERS] = beyond  # for a moment, to look at its lanes
     for j in range(NODES):
         most, unit = max(most, abs(table[NUMBERS, j])), max(unit, abs(table[UNIT, j]))

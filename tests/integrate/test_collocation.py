@@ -50,8 +50,8 @@ def true() -> Trajectory:
 
 
 @numba.njit
-def filled(nodes: Any, length: float, c: float, k: float, table: Any) -> None:
-    responses.fill(nodes, 1, length, c, k, table)
+def filled(nodes: Any, chosen: int, length: float, c: float, k: float, table: Any) -> None:
+    responses.fill(nodes, chosen, length, c, k, table)
 
 
 def exactly(until: float, length: float, c: float, k: float, force: Any, state: Any) -> Any:
@@ -92,7 +92,7 @@ def test_responses_to_polynomials_are_exact(c: float, k: float) -> None:
     ends = np.array([1e-3, 0.1, 0.25, 0.5, 0.6, 0.75, 1.0, 1.0])
     length, made = 0.02, responses.nodes([ends])
     table = aligned((LINES, NODES))
-    filled(made, length, c, k, table)
+    filled(made, 1, length, c, k, table)
     state = np.array([0.3, -2.0])
     force = np.array([5.0, -20.0, 8.0, 8.0, -5.0, 0.0, -3.0, 12.0])
     nodes = np.polynomial.polynomial.polyval(made.at, force)
@@ -108,6 +108,12 @@ def test_responses_to_polynomials_are_exact(c: float, k: float) -> None:
     assert table[NUMBERS, responses.MOST_UNIT] == pytest.approx(
         abs(table[responses.UNIT]).max(), rel=1e-12
     )
+    # The end of the step is beyond all nodes.
+    up_to_nodes, unit = aligned((LINES, NODES)), np.eye(1, NODES)[0]
+    filled(made, 0, length, c, k, up_to_nodes)
+    units = (exactly(until, length, c, k, unit, 0.0 * state)[0] for until in (*made.at, 1.0))
+    most = max(abs(u) for u in units)
+    assert up_to_nodes[NUMBERS, responses.MOST_UNIT] == pytest.approx(most, rel=1e-11)
     # P_8 is what the nodes leave out: its response is known as that of its powers of time.
     beyond = Legendre.basis(NODES, domain=[0, 1]).convert(kind=Polynomial).coef
     at_most = max(abs(exactly(until, length, c, k, beyond, 0.0 * state)[0]) for until in ends)
