@@ -29,6 +29,8 @@ def binary(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ["make", "-C", FOLDER / "c", f"BUILD={build}", flags], capture_output=True, text=True
     )
     assert made.returncode == 0, made.stdout + made.stderr
+    seen = subprocess.run(["nm", "-D", build / "firmware"], capture_output=True, text=True)
+    assert " T ddsi_tl_handle_reply" in seen.stdout, "the library calls its own, which crashes"
     return build / "firmware"
 
 

@@ -29,10 +29,11 @@ static const char LOOPBACK[] =
 
 /* Cyclone DDS 0.10 also reads the descriptions of types that ROS nodes ask each other for, and
    crashes on those of sequences, which JointState has (ddsi_xt_type_add_typeobj, on the thread
-   dq.builtins). Names decide here (idlc -t), so no description is needed: the library finds this
-   function instead of its own. */
+   dq.builtins). Names decide here (idlc -t), so no description is needed: the dynamic linker gives
+   the library this function instead of its own. */
 struct ddsi_domaingv;
 struct ddsi_serdata;
+__attribute__((visibility("default")))
 void ddsi_tl_handle_reply(struct ddsi_domaingv *domain, struct ddsi_serdata *reply);
 void ddsi_tl_handle_reply(struct ddsi_domaingv *domain, struct ddsi_serdata *reply)
 {
