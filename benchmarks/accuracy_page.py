@@ -119,30 +119,27 @@ The same drive with one thing changed, beside heyoka and SUNDIALS in C [CPU us p
 
 Made by `python benchmarks/peers.py`; {peers_conditions}.
 
-### Where the time goes, and why some goals are missed
+### Where the time goes
 
-A run of `collocation` on the drive above, by what is done in it. Counted by kernels that count,
+Runs of `collocation` on the drive above, by what is done in them. Counted by kernels that count,
 timed with the package's own, output every {peers_period:g} ms:
 
 {span_table}
 
-Fitted to these runs and to others with spans of fixed lengths: {span_each}. An iteration is one
-chain: each of its operations waits for the one before, so that the processor has room to spare,
-but no second run to fill it with.
+Fitted to these runs and to others with spans of fixed lengths: {span_each}.
 
 {span_heyoka}
 
-{span_reason}. That is why we are furthest ahead at large errors, and least at the smallest.
+{span_reason}
 
-Eight runs at once, where what differs is the balls' mass, in us a run ("loop": one run alone;
-"along the profile": what a batch adds to it; "tables": the responses of deck and drag, which
-depend on the masses; "the rest of the call": checks, limits, trajectories):
+Eight runs at once, in us for a run of {span_seconds:g} s, where what differs is the balls' mass,
+and with it the tables of the responses of deck and drag:
 
 {span_batch}
 
-heyoka fills the lanes of its vectors with eight runs. Ours are filled already, with the eight nodes
-of one run: eight runs take eight times as long, and each makes tables. `rk8` has eight runs in its
-lanes, a step of all eight taking {span_lanes}; but its steps are short.
+heyoka fills the lanes of its vectors with eight runs. With `collocation` they are filled with eight
+nodes of one run already: the runs of a batch follow one another, each with tables of its own. `rk8`
+has eight runs in its lanes; what that gives is [below](#many-runs-at-once).
 
 Made by `python benchmarks/span_cost.py`; {span_conditions}.
 
@@ -293,7 +290,7 @@ def main() -> None:
         "safety": SAFETY,
         **accuracy_part(accuracy),
         **peers_part(peers),
-        **span_part(spans, batches),
+        **span_part(spans),
         **step_part(steps),
         **batch_part(batches),
     }

@@ -3,11 +3,12 @@
     python benchmarks/span_cost.py [--out docs] [--repeats 21]
 
 writes span-cost.json. How many spans and iterations a run takes is counted by a process of its
-own, whose kernels count; the times are those of the package's kernels, in turns. Times for one of
-each, and for what all runs have alike (1200 samples written, kinks of the profile), are the fit of
-all runs' times, by least squares of what is wrong as a share; how far a run's time is from it at
-most is given. With heyoka.py, its steps are beside it. The drive is that of peers.py, with output
-every 5 ms.
+own, whose kernels count; spans that were tried and refused are counted apart, and are among them.
+The times are those of the package's kernels, in turns. Times for one of each, and for what all
+runs have alike (1200 samples written, kinks of the profile), are the fit of all runs' times, by
+least squares of what is wrong as a share; how far a run's time is from it at most is given. With
+heyoka.py, it is beside it at the coarsest tolerance with no more error than ours. The drive is that
+of peers.py, with output every 5 ms.
 """
 
 import json
@@ -32,6 +33,7 @@ from beside.turns import timed  # noqa: E402
 from rich.console import Console  # noqa: E402
 from scipy.optimize import nnls  # noqa: E402
 
+from ab_sim.accuracy.deviation import Samples  # noqa: E402
 from ab_sim.batch import simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
@@ -40,15 +42,14 @@ from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
 TOLERANCES = (1e-6, 1e-9, 1e-12)
 """rad per span."""
-PEERS = {1e-6: 1e-3, 1e-9: 1e-6, 1e-12: 1e-9}
-"""heyoka's tolerances that leave about as much of an error over the run, see peers.json."""
 STEPS = (0, 1, 2, 3, 4, 6)
 """In a span; 0 as many as the tolerance allows."""
 COUNTED = ("spans", "iterations")
-"""A span is set up, judged, and its samples are evaluated, once each; beside its iterations."""
-ALL_RUNS = "what all runs have alike"
-ALIKE: list[dict[str, Any]] = [{"start.angle": 0.1 * i} for i in range(8)]
-"""Runs of a batch whose tables are the same."""
+"""A span is set up and judged, and unless it is refused its samples are evaluated; beside its
+iterations."""
+REFUSED, ALL_RUNS = "refused", "what all runs have alike"
+ALIKE: list[dict[str, Any]] = [{}] * len(VARIATIONS)
+"""Runs of a batch that share their tables: the first one makes them."""
 
 
 class Setting(NamedTuple):
@@ -83,7 +84,7 @@ def count() -> None:
     from ab_sim.integrate import span
     from ab_sim.integrate.steppers import collocation
 
-    counts = np.zeros(len(COUNTED), np.int64)
+    counts = np.zeros(len(COUNTED) + 1, np.int64)
 
     def counting(function: Any, which: int) -> Any:
         address = int(counts[which:].ctypes.data)
@@ -107,6 +108,7 @@ def count() -> None:
 
     collocation.solve_span = counting(collocation.solve_span, 0)
     span.iterate = counting(span.iterate, 1)
+    collocation.after_refusal = counting(collocation.after_refusal, 2)
     found = []
     for setting in SETTINGS:
         drive = Drive(setting.scene)
@@ -117,7 +119,7 @@ def count() -> None:
 
 
 def counted() -> np.ndarray:
-    """What ``count`` finds, and one run, shape (settings, 3)."""
+    """What ``count`` finds, shape (settings, 3)."""
     with tempfile.TemporaryDirectory() as cache:
         done = subprocess.run(
             [sys.executable, __file__, "--count"],
@@ -126,8 +128,7 @@ def counted() -> np.ndarray:
             text=True,
             check=True,
         )
-    found = np.array(json.loads(done.stdout), float)
-    return np.column_stack([found, np.ones(len(found))])
+    return np.array(json.loads(done.stdout))
 
 
 class Loop:
@@ -145,6 +146,11 @@ class Loop:
             self.drive.reset()
             seconds, _ = timed(self._run)
         return 1e9 * seconds
+
+    def error(self, case: Case) -> float:
+        """Of its samples [rad]."""
+        self.drive.reset()
+        return case.error(Samples.of(self.drive.advance(SAMPLING.number)))
 
     def _run(self) -> None:
         self.drive._take(self.drive._way, SAMPLING.number, self.samples)
@@ -164,30 +170,41 @@ class Batch:
         return 1e9 * seconds / len(VARIATIONS), 1e9 * done.integration_seconds / len(VARIATIONS)
 
 
-def peers_steps(console: Console) -> list[dict[str, Any]]:
-    """How many steps heyoka takes, and of what order; none if it is not there."""
+def beside(case: Case, errors: dict[float, float], console: Console) -> list[dict[str, Any]]:
+    """heyoka at the coarsest tolerances with no more error; none if it is not there.
+
+    Args:
+        case: the drive.
+        errors: ours [rad], of each tolerance.
+        console: for what is missing.
+    """
     try:
         import heyoka
     except ImportError:
         console.print(heyoka_peer.INSTALL)
         return []
-    case, found = Case(), []
-    for ours, tolerance in PEERS.items():
-        single = heyoka_peer.Single(heyoka, case, heyoka_peer.NAME, tolerance, fast=True)
-        steps = 0
-        single.integrator.state[:] = case.f.start
-        for grid, pars, _ in single.legs:
-            single.integrator.time = grid[0]
-            single.integrator.pars[:] = pars
-            steps += single.integrator.propagate_grid(grid)[3]
-        found.append({
-            "beside": ours,
-            "tolerance": tolerance,
-            "order": single.integrator.order,
-            "steps": steps,
-            "run": single,
-        })  # fmt: skip
+    found: list[dict[str, Any]] = []
+    for ours, enough in errors.items():
+        for tolerance in heyoka_peer.TOLERANCES:
+            run = heyoka_peer.Single(heyoka, case, heyoka_peer.NAME, tolerance, fast=True)
+            error = run.error(run.once()[1])
+            if error <= enough:
+                facts = {"beside": ours, "tolerance": tolerance, "error": error}
+                facts |= {"order": run.integrator.order, "steps": steps_of(run), "run": run}
+                found.append(facts)
+                break
     return found
+
+
+def steps_of(single: Any) -> int:
+    """How many steps its run takes."""
+    steps, integrator = 0, single.integrator
+    integrator.state[:] = single.case.f.start
+    for grid, pars, _ in single.legs:
+        integrator.time = grid[0]
+        integrator.pars[:] = pars
+        steps += integrator.propagate_grid(grid)[3]
+    return steps
 
 
 def in_turns(runs: dict[Any, Callable[[], Any]], repeats: int) -> dict[Any, np.ndarray]:
@@ -213,56 +230,62 @@ def fit(counts: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return each, shares @ each - 1.0
 
 
+def parts_of(loop: float, masses: np.ndarray, alike: np.ndarray) -> dict[str, float]:
+    """What a run in a batch takes its time for [ns].
+
+    Args:
+        loop: of a run alone.
+        masses: of each run with tables of its own, the whole call and its kernel.
+        alike: where the first of eight makes the tables of all.
+    """
+    kernel, shared = masses[1], alike[1]
+    tables = (kernel - shared) * len(VARIATIONS) / (len(VARIATIONS) - 1)
+    rest = kernel - loop - tables
+    parts = {"a run alone": loop, "tables": tables, "beside them, in the kernel's calls": rest}
+    return {**parts, "the rest of the whole call": masses[0] - kernel}
+
+
 def main() -> None:
     """Measure and write the file."""
     asked = arguments("What the time of collocation is made of.", 21).parse_args()
     console = Console(markup=False, highlight=False, soft_wrap=True)
-    counts, peers = counted(), peers_steps(console)
+    case, counts = Case(), counted()
     alone = {setting: Loop(setting) for setting in SETTINGS}
+    errors = {of: alone[Setting(of, 0)].error(case) for of in TOLERANCES}
+    peers = beside(case, errors, console)
     batches = {
         (tolerance, name): Batch(Setting(tolerance, 0), variations)
         for tolerance in TOLERANCES
         for name, variations in (("masses", VARIATIONS), ("alike", ALIKE))
     }
-    beside = {one["tolerance"]: partial(each_twice, one.pop("run")) for one in peers}
-    took = in_turns({**alone, **batches, **beside}, asked.repeats)
-    times = {setting: float(np.median(took[setting])) for setting in SETTINGS}
-    each, off = fit(counts, np.array([times[setting] for setting in SETTINGS]))
-    rows = []
-    for setting, counted_here, wrong in zip(SETTINGS, counts, off, strict=True):
-        parts = dict(zip((*COUNTED, ALL_RUNS), (counted_here * each).tolist(), strict=True))
+    others = {one["beside"]: partial(each_twice, one.pop("run")) for one in peers}
+    took = in_turns({**alone, **batches, **others}, asked.repeats)
+    times = np.array([np.median(took[setting]) for setting in SETTINGS])
+    done = np.column_stack([counts[:, : len(COUNTED)], np.ones(len(counts))])
+    each, off = fit(done, times)
+    names, rows = (*COUNTED, ALL_RUNS), []
+    for setting, found, parts, wrong in zip(SETTINGS, counts, done * each, off, strict=True):
         rows.append({
             **setting._asdict(),
-            **dict(zip(COUNTED, counted_here.tolist(), strict=False)),
+            **dict(zip((*COUNTED, REFUSED), found.tolist(), strict=True)),
             "ns": Spread.of(took[setting])._asdict(),
-            "parts": parts,
+            "parts": dict(zip(names, parts.tolist(), strict=True)),
             "fit_is_off": wrong,
         })  # fmt: skip
+        if setting.tolerance in errors and setting.steps == 0:
+            rows[-1]["error"] = errors[setting.tolerance]
         console.print(
-            f"tolerance {setting.tolerance:g}, {setting.steps or 'any'} steps: "
-            f"{counted_here[:-1] / SAMPLING.end} a simulated second; "
-            f"{times[setting] / SAMPLING.end / 1e3:.1f} us, fit {wrong:+.1%}"
+            f"tolerance {setting.tolerance:g}, {setting.steps or 'any'} steps: {found} "
+            f"{(*COUNTED, REFUSED)}, {rows[-1]['ns']['median'] / 1e3:.1f} us, fit {wrong:+.1%}"
         )
     for one in peers:
-        one["ns"] = Spread.of(took[one["tolerance"]])._asdict()
-        console.print(
-            f"heyoka, tolerance {one['tolerance']:g}: order {one['order']}, "
-            f"{one['steps'] / SAMPLING.end:.1f} steps a simulated second, "
-            f"{one['ns']['median'] / one['steps']:.0f} ns each"
-        )
+        one["ns"] = Spread.of(took[one["beside"]])._asdict()
+        console.print(f"heyoka: {one}")
     many = []
     for tolerance in TOLERANCES:
-        (whole, kernel), (_, alike) = (
-            np.median(took[tolerance, name], axis=0) for name in ("masses", "alike")
-        )
-        loop = times[Setting(tolerance, 0)]
-        many.append({
-            "tolerance": tolerance,
-            "loop": loop,
-            "along the profile": alike - loop,
-            "tables": kernel - alike,
-            "the rest of the call": whole - kernel,
-        })  # fmt: skip
+        masses, alike = (np.median(took[tolerance, name], axis=0) for name in ("masses", "alike"))
+        loop = float(np.median(took[Setting(tolerance, 0)]))
+        many.append({"tolerance": tolerance, **parts_of(loop, masses, alike)})
         console.print(f"batch, ns a run: {many[-1]}")
     report = {
         **conditions(),
@@ -271,16 +294,15 @@ def main() -> None:
         "duration": SAMPLING.end,
         "period": SAMPLING.period,
         "repeats": asked.repeats,
-        "each_ns": dict(zip((*COUNTED, ALL_RUNS), each.tolist(), strict=True)),
+        "each_ns": dict(zip(names, each.tolist(), strict=True)),
         "rows": rows,
         "heyoka": peers,
         "batch": many,
     }
     report["versions"].update(heyoka_peer.versions())
     write_json(report, str(asked.out / "span-cost.json"))
-    console.print(
-        f"ns for one of each: {report['each_ns']}; off by {np.abs(off).max():.1%} at most"
-    )
+    most = np.abs(off).max()
+    console.print(f"ns for one of each: {report['each_ns']}; off by {most:.1%} at most")
 
 
 if __name__ == "__main__":
