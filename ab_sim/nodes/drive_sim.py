@@ -141,12 +141,13 @@ class DriveSim(Managed):
                 self._bench.restart_clock()  # it has not come late
         answered = 0.0
         while not self._stopped_after(self._rest(), stopping):
-            if (now := time.monotonic()) - answered >= PROMPT:
-                answered = now
-                self.answer()
             with self._turn:
                 if self._bench is not None and self._bench.active:
                     self._bench.wake()
+            # Behind a wake-up, so that what takes as long as half a period makes none late.
+            if (now := time.monotonic()) - answered >= PROMPT:
+                answered = now
+                self.answer()
         with self._turn:
             if self._bench is None:
                 self._outputs.report(0, Level.OK, ENDED)
