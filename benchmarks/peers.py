@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
 from beside import heyoka_peer, ours, python_peers, sundials_peer  # noqa: E402
-from beside.case import CHANGES, SAMPLING, SCENE, VARIATIONS, BatchCase, Case  # noqa: E402
+from beside.case import CONDITIONS, VARIATIONS, BatchCase, Case  # noqa: E402
 from beside.picture import picture  # noqa: E402
 from beside.turns import candidates, compare, reports, take_turns, verdict  # noqa: E402
 from collocation import CASES  # noqa: E402
@@ -118,10 +118,7 @@ def main() -> None:
     where["versions"].update(peer_versions() | heyoka_peer.versions() | sundials_peer.versions())
     report = {
         **where,
-        "scene": SCENE,
-        "changes": CHANGES,
-        "duration": SAMPLING.end,
-        "period": SAMPLING.period,
+        **CONDITIONS,
         "repeats": asked.repeats,
         "reference": case.reference.text,
         "uncertainty": case.reference.uncertainty._asdict(),

@@ -16,7 +16,6 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -27,13 +26,12 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
-from beside import heyoka_peer  # noqa: E402
-from beside.case import CHANGES, SAMPLING, SCENE, VARIATIONS, Case  # noqa: E402
-from beside.turns import timed  # noqa: E402
+from beside import heyoka_peer, ours  # noqa: E402
+from beside.case import CHANGES, CONDITIONS, SAMPLING, SCENE, VARIATIONS, Case  # noqa: E402
+from beside.turns import Candidate, take_turns, timed  # noqa: E402
 from rich.console import Console  # noqa: E402
 from scipy.optimize import nnls  # noqa: E402
 
-from ab_sim.accuracy.deviation import Samples  # noqa: E402
 from ab_sim.batch import simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
@@ -131,31 +129,6 @@ def counted() -> np.ndarray:
     return np.array(json.loads(done.stdout))
 
 
-class Loop:
-    """A run's call of compiled code."""
-
-    def __init__(self, setting: Setting) -> None:
-        self.drive = Drive(setting.scene)
-        self.samples = self.drive._room_for(SAMPLING.number)
-        self.drive.reset()
-        self._run()
-
-    def __call__(self) -> float:
-        """CPU time of a run [ns]."""
-        for _ in range(2):  # the first finds its way into the caches
-            self.drive.reset()
-            seconds, _ = timed(self._run)
-        return 1e9 * seconds
-
-    def error(self, case: Case) -> float:
-        """Of its samples [rad]."""
-        self.drive.reset()
-        return case.error(Samples.of(self.drive.advance(SAMPLING.number)))
-
-    def _run(self) -> None:
-        self.drive._take(self.drive._way, SAMPLING.number, self.samples)
-
-
 class Batch:
     """Eight runs; what of it is tables shows beside runs that share them."""
 
@@ -170,7 +143,12 @@ class Batch:
         return 1e9 * seconds / len(VARIATIONS), 1e9 * done.integration_seconds / len(VARIATIONS)
 
 
-def beside(case: Case, errors: dict[float, float], console: Console) -> list[dict[str, Any]]:
+def alone(case: Case, setting: Setting) -> Candidate:
+    """The compiled loop of one run."""
+    return Candidate(partial(ours.Loop, case, "collocation", str(setting), setting.scene))
+
+
+def beside(case: Case, errors: dict[float, float], console: Console) -> dict[float, Candidate]:
     """heyoka at the coarsest tolerances with no more error; none if it is not there.
 
     Args:
@@ -182,45 +160,21 @@ def beside(case: Case, errors: dict[float, float], console: Console) -> list[dic
         import heyoka
     except ImportError:
         console.print(heyoka_peer.INSTALL)
-        return []
-    found: list[dict[str, Any]] = []
-    for ours, enough in errors.items():
-        for tolerance in heyoka_peer.TOLERANCES:
-            run = heyoka_peer.Single(heyoka, case, heyoka_peer.NAME, tolerance, fast=True)
-            error = run.error(run.once()[1])
-            if error <= enough:
-                facts = {"beside": ours, "tolerance": tolerance, "error": error}
-                facts |= {"order": run.integrator.order, "steps": steps_of(run), "run": run}
-                found.append(facts)
-                break
+        return {}
+    made = partial(heyoka_peer.Single, heyoka, case, heyoka_peer.NAME, fast=True)
+    found = {}
+    for of, enough in errors.items():
+        tried = (Candidate(partial(made, tolerance)) for tolerance in heyoka_peer.TOLERANCES)
+        fit_for_it = next((each for each in tried if each.error <= enough), None)
+        if fit_for_it is not None:
+            found[of] = fit_for_it
     return found
 
 
-def steps_of(single: Any) -> int:
-    """How many steps its run takes."""
-    steps, integrator = 0, single.integrator
-    integrator.state[:] = single.case.f.start
-    for grid, pars, _ in single.legs:
-        integrator.time = grid[0]
-        integrator.pars[:] = pars
-        steps += integrator.propagate_grid(grid)[3]
-    return steps
-
-
-def in_turns(runs: dict[Any, Callable[[], Any]], repeats: int) -> dict[Any, np.ndarray]:
-    """Each, that many times."""
-    found: dict[Any, list[Any]] = {key: [] for key in runs}
-    for _ in range(repeats):
-        for key, run in runs.items():
-            found[key].append(run())
-    return {key: np.array(values) for key, values in found.items()}
-
-
-def each_twice(single: Any) -> float:
-    """CPU time of the second of two runs [ns]."""
-    single.once()
-    seconds: float = single.once()[0]
-    return 1e9 * seconds
+def in_turns(batches: dict[Any, Batch], repeats: int) -> dict[Any, np.ndarray]:
+    """Medians of each [ns a run]."""
+    took = [{key: batch() for key, batch in batches.items()} for _ in range(repeats)]
+    return {key: np.median([turn[key] for turn in took], axis=0) for key in batches}
 
 
 def fit(counts: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -228,6 +182,12 @@ def fit(counts: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     shares = counts / times[:, None]
     each, _ = nnls(shares, np.ones(len(times)))
     return each, shares @ each - 1.0
+
+
+def ns(run: Candidate) -> dict[str, float]:
+    """CPU time of a whole run [ns]."""
+    spread: dict[str, float] = Spread.of(1e9 * SAMPLING.end * np.array(run.times))._asdict()
+    return spread
 
 
 def parts_of(loop: float, masses: np.ndarray, alike: np.ndarray) -> dict[str, float]:
@@ -250,17 +210,16 @@ def main() -> None:
     asked = arguments("What the time of collocation is made of.", 21).parse_args()
     console = Console(markup=False, highlight=False, soft_wrap=True)
     case, counts = Case(), counted()
-    alone = {setting: Loop(setting) for setting in SETTINGS}
-    errors = {of: alone[Setting(of, 0)].error(case) for of in TOLERANCES}
-    peers = beside(case, errors, console)
+    runs = {setting: alone(case, setting) for setting in SETTINGS}
+    peers = beside(case, {of: runs[Setting(of, 0)].error for of in TOLERANCES}, console)
     batches = {
         (tolerance, name): Batch(Setting(tolerance, 0), variations)
         for tolerance in TOLERANCES
         for name, variations in (("masses", VARIATIONS), ("alike", ALIKE))
     }
-    others = {one["beside"]: partial(each_twice, one.pop("run")) for one in peers}
-    took = in_turns({**alone, **batches, **others}, asked.repeats)
-    times = np.array([np.median(took[setting]) for setting in SETTINGS])
+    take_turns([*runs.values(), *peers.values()], asked.repeats)
+    in_batches = in_turns(batches, asked.repeats)
+    times = np.array([ns(run)["median"] for run in runs.values()])
     done = np.column_stack([counts[:, : len(COUNTED)], np.ones(len(counts))])
     each, off = fit(done, times)
     names, rows = (*COUNTED, ALL_RUNS), []
@@ -268,35 +227,34 @@ def main() -> None:
         rows.append({
             **setting._asdict(),
             **dict(zip((*COUNTED, REFUSED), found.tolist(), strict=True)),
-            "ns": Spread.of(took[setting])._asdict(),
+            "error": runs[setting].error,
+            "ns": ns(runs[setting]),
             "parts": dict(zip(names, parts.tolist(), strict=True)),
             "fit_is_off": wrong,
         })  # fmt: skip
-        if setting.tolerance in errors and setting.steps == 0:
-            rows[-1]["error"] = errors[setting.tolerance]
         console.print(
             f"tolerance {setting.tolerance:g}, {setting.steps or 'any'} steps: {found} "
             f"{(*COUNTED, REFUSED)}, {rows[-1]['ns']['median'] / 1e3:.1f} us, fit {wrong:+.1%}"
         )
-    for one in peers:
-        one["ns"] = Spread.of(took[one["beside"]])._asdict()
-        console.print(f"heyoka: {one}")
+    heyoka = [
+        {"beside": of, "tolerance": run.of.integrator.tol, "error": run.error,
+         "order": run.of.integrator.order, "steps": run.of.steps, "ns": ns(run)}
+        for of, run in peers.items()
+    ]  # fmt: skip
+    console.print(f"heyoka: {heyoka}")
     many = []
     for tolerance in TOLERANCES:
-        masses, alike = (np.median(took[tolerance, name], axis=0) for name in ("masses", "alike"))
-        loop = float(np.median(took[Setting(tolerance, 0)]))
+        masses, alike = (in_batches[tolerance, name] for name in ("masses", "alike"))
+        loop = ns(runs[Setting(tolerance, 0)])["median"]
         many.append({"tolerance": tolerance, **parts_of(loop, masses, alike)})
         console.print(f"batch, ns a run: {many[-1]}")
     report = {
         **conditions(),
-        "scene": SCENE,
-        "changes": CHANGES,
-        "duration": SAMPLING.end,
-        "period": SAMPLING.period,
+        **CONDITIONS,
         "repeats": asked.repeats,
         "each_ns": dict(zip(names, each.tolist(), strict=True)),
         "rows": rows,
-        "heyoka": peers,
+        "heyoka": heyoka,
         "batch": many,
     }
     report["versions"].update(heyoka_peer.versions())

@@ -21,6 +21,13 @@ from ab_sim.studies.accuracy_cost.sampling import Sampling
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
 SAMPLING = Sampling(0.005, 1200)
 """All have output every 5 ms, and are compared there."""
+CONDITIONS = {
+    "scene": SCENE,
+    "changes": CHANGES,
+    "duration": SAMPLING.end,
+    "period": SAMPLING.period,
+}
+"""What is run, for a report."""
 VARIATIONS: list[dict[str, Any]] = [{"balls.mass": 1e-3 * (1.0 + 0.01 * i)} for i in range(8)]
 """The runs of a batch."""
 

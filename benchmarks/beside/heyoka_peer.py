@@ -182,6 +182,7 @@ class Single:
 
     def _run(self) -> list[np.ndarray]:
         integrator, kept = self.integrator, []
+        self.steps = 0
         integrator.state[:] = self.case.f.start
         for grid, pars, keep in self.legs:
             integrator.time = grid[0]
@@ -189,6 +190,7 @@ class Single:
             done = integrator.propagate_grid(grid)
             if done[0] != self.enough:
                 raise FailedError(f"gave up: {done[0]}")
+            self.steps += done[3]
             kept.append(done[-1][keep])
         return kept
 
