@@ -17,7 +17,7 @@ from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros
 
-LANGUAGES = "python", "c"
+LANGUAGES = ("python", "c")
 
 
 @pytest.fixture(scope="module")
