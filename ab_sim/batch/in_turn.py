@@ -9,6 +9,7 @@ import numpy as np
 from ab_sim.batch.prepared import BatchRun, Prepared, kept_at_first, way_along
 from ab_sim.batch.sample_room import SampleRoom
 from ab_sim.drive import Drive
+from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import place_along, start_modes, start_state, state_bounds
 from ab_sim.dynamics.layout import equation_count
 from ab_sim.errors import DivergedError
@@ -66,10 +67,11 @@ class InTurn:
         runs, seconds = [], 0.0
         for member in members:
             in_kernel, samples = kept_at_first(member.scene, every), self._room.take(1)[0]
+            way = way_along(member.course)
             self._to_start(member)
-            self._make_kernels(member)
+            self._make_kernels(member, way)
             begin = time.thread_time()
-            sound = self._take(member, in_kernel, samples)
+            sound = self._take(way, member.steps, in_kernel, samples)
             spent = time.thread_time() - begin
             if sound:
                 taken = member.trajectory(samples, every // in_kernel)
@@ -90,28 +92,27 @@ class InTurn:
         for kept, _ in self._kernels.values():
             kept.begin_with(member.system)
 
-    def _take(self, member: Prepared, every: int, samples: np.ndarray) -> bool:
+    def _take(self, way: Way, steps: int, every: int, samples: np.ndarray) -> bool:
         """Fill in each so-many-th of a run's samples; whether all of them were sound."""
         if every == 1:
-            return self._advance(member, 0, samples)
-        for done in range(0, member.steps, len(self._rows)):
-            rows = self._rows[: member.steps - done]
-            if not self._advance(member, done, rows):
+            return self._advance(way, 0, samples)
+        for done in range(0, steps, len(self._rows)):
+            rows = self._rows[: steps - done]
+            if not self._advance(way, done, rows):
                 return False
             chosen = rows[(-1 - done) % every :: every]
             samples[done // every :][: len(chosen)] = chosen
         return True
 
-    def _advance(self, member: Prepared, first: int, samples: np.ndarray) -> bool:
+    def _advance(self, way: Way, first: int, samples: np.ndarray) -> bool:
         """Fill in samples, ``first`` steps having been taken before; whether all were sound."""
-        way = way_along(member.course)
         return way.walk(self._kernel, first, len(samples), math.nan, samples) >= 0
 
     def _kernel(self, kind: type[Segment]) -> Callable[..., int]:
         return self._kernels[kind][1]
 
-    def _make_kernels(self, member: Prepared) -> None:
-        for kind in way_along(member.course).kinds:
+    def _make_kernels(self, member: Prepared, way: Way) -> None:
+        for kind in way.kinds:
             if kind not in self._kernels:
                 fixed = member.system, place_along(kind), self._stepper.weights, self._step
                 kept = Kept(Run(*fixed, self._state, self._modes, self._work, 0))
