@@ -141,13 +141,15 @@ class DriveSim(Managed):
                 self._bench.restart_clock()  # it has not come late
         answered = 0.0
         while not self._stopped_after(self._rest(), stopping):
+            if prompt := (now := time.monotonic()) - answered >= PROMPT:
+                answered = now
+                super().answer()
             with self._turn:
                 if self._bench is not None and self._bench.active:
                     self._bench.wake()
-            # Behind a wake-up, so that what takes as long as half a period makes none late.
-            if (now := time.monotonic()) - answered >= PROMPT:
-                answered = now
-                self.answer()
+            # Behind a wake-up: nobody waits for it, and it takes as long as half a period.
+            if prompt:
+                self._report_now_and_then()
         with self._turn:
             if self._bench is None:
                 self._outputs.report(0, Level.OK, ENDED)
@@ -157,6 +159,9 @@ class DriveSim(Managed):
     def answer(self) -> None:
         """As it is, and tell now and then how it is."""
         super().answer()
+        self._report_now_and_then()
+
+    def _report_now_and_then(self) -> None:
         bench, now = self._bench, time.monotonic()
         if bench is not None and bench.active:
             with self._turn:
