@@ -9,16 +9,26 @@ from ab_sim.dynamics.layout import equation_count
 from ab_sim.dynamics.spindle_motion import spindle_motion
 from ab_sim.integrate.hand_over import PARTS
 from ab_sim.integrate.response_tables import COUNTS, SAMPLES, linear_part
-from ab_sim.integrate.span import WAIT
+from ab_sim.integrate.span import MOVED, SPAN, WAIT
 
 FIRST_TURN = 0.5
 """How far the spindle turns at most in a first span, or the deck goes in its cycle, or what drag
 makes of a jump decays [rad]: no estimate by later coefficients sees what is over before the first
 node."""
+FARTHEST_TURN = 2.0 * math.pi
+"""How far the spindle turns at most in a span [rad]: eight nodes see no more of a wave, and what
+they miss of it is not in the coefficients that they find."""
 NEAR = 0.05
 """A span's error is so near to what is asked for that none longer will do, see ``power_of``."""
 PATIENCE = 16.0
 """Spans after one that was not taken before a longer one is tried again."""
+
+
+@numba.njit(**INLINED)
+def turns_too_far(weights, head, length):  # type: ignore[no-untyped-def]
+    """Whether the spindle turns too far in a span [s] if it goes on as it has."""
+    turn = abs(head[MOVED]) * (length / head[SPAN])
+    return weights.steps < 1.0 and turn > FARTHEST_TURN
 
 
 @numba.njit(**INLINED)

@@ -73,7 +73,14 @@ from ab_sim.integrate.span import (
     solve_span,
     states_in_span,
 )
-from ab_sim.integrate.span_lengths import PATIENCE, after_refusal, first_size, next_size, shorter
+from ab_sim.integrate.span_lengths import (
+    PATIENCE,
+    after_refusal,
+    first_size,
+    next_size,
+    shorter,
+    turns_too_far,
+)
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.rk8 import RK8
 from ab_sim.integrate.workspace import aligned
@@ -297,6 +304,8 @@ def take_span(weights, plant, begin, length, whole, state, work):  # type: ignor
         size = shorter(size)
     done = 0
     while done < PARTS:
+        while turns_too_far(weights, head, length * (size / PARTS)) and size > 1:
+            size = shorter(size)
         samples = max(1, size // PARTS)
         allowed = weights.tolerance if size > 1 and weights.steps < 1.0 else LARGEST
         at = begin + (done / PARTS) * length
