@@ -44,7 +44,7 @@ def write_snapshot(path: Path, scene: Scene, snapshot: Snapshot, beside: Mapping
         "ab_sim": ab_sim.__version__,
         "kernel": _kernel(),
         "scene": scene.as_mapping(),
-        "digest": hashlib.sha256(run.encode()).hexdigest(),
+        "digest": _digest(run),
         "run": run,
     }
     try:
@@ -88,10 +88,17 @@ def read_snapshot(path: Path, scene: Scene) -> tuple[Snapshot, dict[str, Any]]:
             "that scene first"
         )
     run = content.get("run")
-    if not isinstance(run, str) or hashlib.sha256(run.encode()).hexdigest() != content["digest"]:
+    if not isinstance(run, str) or _digest(run) != content.get("digest"):
         raise InputError(f"snapshot {path}: is damaged: its digest does not fit")
-    kept = json.loads(run)
-    return _from_values(kept["drive"]), kept["beside"]
+    try:
+        kept = json.loads(run)
+        return _from_values(kept["drive"]), dict(kept["beside"])
+    except (LookupError, TypeError, ValueError) as error:
+        raise InputError(f"snapshot {path}: holds no state of a drive: {error!r}") from error
+
+
+def _digest(run: str) -> str:
+    return hashlib.sha256(run.encode()).hexdigest()
 
 
 @functools.cache

@@ -48,7 +48,7 @@ class Bench:
         self.trouble = ""
         self.pending: list[Trajectory] = []
         self.stepped_for = 0
-        """Commands that had come when ~/step was last answered."""
+        """Commands that had come when ~/step was last answered; see ``new_commands``."""
         self._wakes, self._reported = 0, False
         self._stages = Stages("inputs", "integration", "observing", "publishing")
         drive = prepared.drive
@@ -67,13 +67,18 @@ class Bench:
         return mode_of(self._settings.values)
 
     @property
+    def new_commands(self) -> int:
+        """How many have come since ~/step was last answered, and have not been forgotten since."""
+        return self.path.heard - max(self.stepped_for, self.path.forgotten)
+
+    @property
     def standing(self) -> bool:
         """Whether time stands still until it is asked to go on."""
         return self.paused or self.mode is TimeMode.LOCK_STEP
 
     def begin(self, prepared: Prepared) -> None:
         """Run this from now on."""
-        prepared.pacer.total = self.now.pacer.total  # counts are since the scene was configured
+        prepared.pacer.count_on(self.now.pacer)
         self.now = prepared
         self.led = Commanded(prepared.drive, self.path, prepared.checks)
         self.pending = [prepared.drive.present()]
@@ -146,7 +151,7 @@ class Bench:
 
     def take_commands(self) -> None:
         """Put on their path what has come."""
-        self._commands.take(self.now.drive.steps)
+        self._commands.take(self.now.drive.steps, self.standing)
 
     def advance(self, steps: int) -> None:
         """Take steps and publish what comes of them; a drive that diverges is paused."""
@@ -160,6 +165,7 @@ class Bench:
             self.paused = True
             self._node.get_logger().error(f"paused: {error}")
             self._outputs.sampled(self.pending[first:], self.led.faults)
+            self._commands.shown()
             self.flush()
             self.report()
             return
@@ -179,11 +185,23 @@ class Bench:
             if due := self.now.pacer.stop(time.monotonic()):
                 self.advance(due)
 
-    def restart_clock(self) -> None:
-        """Time stands still, or goes on, from now on."""
-        now, values = time.monotonic(), self._settings.values
+    def catch_up(self) -> None:
+        """What is due by now, for what is to happen now; time goes on and loses nothing by it."""
+        self.take_commands()
+        if not self.standing and self.mode is TimeMode.PACED:
+            if due := self.now.pacer.early(time.monotonic()):
+                self.advance(due)
+
+    def restart_clock(self, now: float | None = None) -> None:
+        """Time stands still, or goes on, from now on [s, of the steady clock]."""
+        now = time.monotonic() if now is None else now
+        self.now.pacer.start(now, self._settings.values["speed_factor"])
+        self.path.forget_stamps()
+        self.go_on(now)
+
+    def go_on(self, now: float) -> None:
+        """Another drive, or at another time, from now on [s], at the same pace."""
         self.now.health.paced = self.mode is TimeMode.PACED
-        self.now.pacer.start(now, values["speed_factor"])
         self.now.health.begin(now)
 
     def publish(self) -> None:
@@ -251,11 +269,12 @@ class Bench:
         values = self._settings.values
         if any(values[name] != before[name] for name in ("time_mode", "speed_factor")):
             # With what held until now: the pacer still has it.
+            now = time.monotonic()
             if self.active and mode_of(before) is TimeMode.PACED and not self.paused:
                 self.take_commands()
-                if due := self.now.pacer.stop(time.monotonic()):
+                if due := self.now.pacer.stop(now):
                     self.advance(due)
-            self.restart_clock()
+            self.restart_clock(now)
         self.path.rules = rules_of(values)
         self.now.health.tolerance = tolerance_of(values)
         self.now.health.checks = checks

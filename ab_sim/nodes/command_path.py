@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from ab_sim.errors import InputError
 from ab_sim.spindle import SpeedServo
 
 
@@ -81,8 +82,23 @@ class CommandPath:
         self.last_rejected = math.nan
         self.acted: list[int] = []
         """Stamps of the commands that have come out of the bus; for whoever takes them away."""
-        self.rules = rules
+        self.forgotten = 0
+        """How many commands had come when they were last forgotten."""
+        self._rules = rules
+        self.stopped = False
         self.lead(scene_limits, step)
+
+    @property
+    def rules(self) -> Rules:
+        """Those in force."""
+        return self._rules
+
+    @rules.setter
+    def rules(self, rules: Rules) -> None:
+        before, self._rules = self._rules, rules
+        if (rules.age_limit, rules.silence) != (before.age_limit, before.silence):
+            # It judges anew. Where it then has no reason to act, the spindle stays as it is left.
+            self.silent = False
 
     @property
     def heard(self) -> int:
@@ -90,13 +106,17 @@ class CommandPath:
         return self.accepted + self.rejected + self.ignored
 
     def lead(self, scene_limits: SpeedServo, step: float) -> None:
-        """Lead another drive from now on; see ``reset``."""
+        """Lead another drive from now on; see ``reset``, but an emergency stop remains."""
+        stopped = self.stopped
         self._scene_limits, self._step = scene_limits, step
         self.reset()
+        if stopped:
+            self.emergency_stop()
 
     def reset(self) -> None:
         """Forget all commands, and why not to follow them; what has been counted remains."""
         self._bus: deque[OnBus] = deque()
+        self.forgotten = self.heard
         self._random, self._draws = random.Random(self._seed), 0
         self._last: int | None = None
         self._target: float | None = None
@@ -133,7 +153,14 @@ class CommandPath:
                 late += rules.jitter * self._draw()
             # A bus is a queue: nobody overtakes.
             due = max(now + math.ceil(late / self._step - 1e-9), before)
+            if self._bus and before == due:
+                # It would never act. So the bus stays short however long time stands still.
+                self._bus.pop()
             self._bus.append(OnBus(due, float(speed), stamp))
+
+    def forget_stamps(self) -> None:
+        """Of what is on the bus: how long it takes from now on says nothing."""
+        self._bus = deque(command._replace(stamp=0) for command in self._bus)
 
     def age(self, now: int) -> float | None:
         """Of the last command that has come out of the bus [s]; None before the first."""
@@ -163,14 +190,27 @@ class CommandPath:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Go back to what was kept."""
+        """Go back to what was kept; but an emergency stop remains.
+
+        Raises:
+            InputError: nothing like that was kept; nothing has changed.
+        """
+        try:
+            bus = [OnBus(int(due), float(speed), 0) for due, speed in state["bus"]]
+            draws, last, target = int(state["draws"]), state["last"], state["target"]
+            silent, stopped = bool(state["silent"]), bool(state["stopped"])
+            told = None if state["told"] is None else Order(*state["told"])
+        except (LookupError, TypeError, ValueError) as error:
+            raise InputError(f"no state of a path of commands: {error!r}") from error
+        stays = self.stopped
         self.reset()
-        self._bus.extend(OnBus(due, speed, 0) for due, speed in state["bus"])
-        while self._draws < state["draws"]:
+        self._bus.extend(bus)
+        while self._draws < draws:
             self._draw()
-        self._last, self._target = state["last"], state["target"]
-        self.silent, self.stopped = state["silent"], state["stopped"]
-        self._told = None if state["told"] is None else Order(*state["told"])
+        self._last, self._target, self._told = last, target, told
+        self.silent, self.stopped = silent, stopped
+        if stays:
+            self.emergency_stop()
 
     def order(self, now: int, speed: Callable[[], float]) -> Order | None:
         """What is new for the spindle at a step.

@@ -57,18 +57,25 @@ class Commands:
             self._node.destroy_subscription(self._subscription)
         self._subscription, self._sources = None, 0
 
-    def take(self, now: int) -> None:
-        """Put on their path what has come by a step; rejecting costs no more than accepting."""
+    def take(self, now: int, standing: bool) -> None:
+        """Put on their path what has come by a step; rejecting costs no more than accepting.
+
+        Args:
+            now: the step.
+            standing: whether time stands still: such a command waits as long as somebody likes.
+        """
         if self._subscription is not None:
+            # On the steady clock: the system's may be set while a command is on its way.
+            steady = time.monotonic_ns() - time.time_ns()
             for message, received in topics.arrived(self._subscription, AT_ONCE):
-                self._path.hear(command_of(message), now, received)
+                self._path.hear(command_of(message), now, 0 if standing else received + steady)
 
     def shown(self) -> None:
         """Outputs have been published: of those commands that have led to them it was the first."""
         if self._path.acted:
-            now = time.time_ns()
+            now = time.monotonic_ns()
             for received in filter(None, self._path.acted):
-                self._delays.add(1e-9 * (now - received))
+                self._delays.add(1e-9 * max(now - received, 0))
             self._path.acted.clear()
 
     def others_came(self) -> bool:

@@ -121,11 +121,13 @@ class DriveControl:
             asked = bench
         prepared = self._prepare(node.scene_of(values))
         with node.active(asked) as bench:
-            _leave(bench)
+            bench.settle()
+            _last_words(bench)
             bench.path.lead(prepared.drive.servo, prepared.drive.step)
             bench.trouble = ""
             bench.begin(prepared)
-            _arrive(bench)
+            bench.publish()
+            bench.restart_clock()
             return True, f"{prepared.scene.name}, t = 0"
 
     def load_disc(self) -> Answer:
@@ -133,9 +135,9 @@ class DriveControl:
         node, values = self._node, self._node.settings.values
         eccentricity, angle = values["disc_eccentricity"], values["disc_angle"]
         with node.active() as bench:
-            asked = _sound(bench)
-            scene, moved = with_disc(bench.now.scene, eccentricity, angle)
-        prepared = self._prepare(scene)
+            asked, before = _sound(bench), bench.now
+            scene, moved = with_disc(before.scene, eccentricity, angle)
+        prepared = before.altered(scene, (), node.settings.values["error_checks"])
         with node.active(asked) as bench:
             _leave(bench)
             if bench.trouble:
@@ -161,11 +163,9 @@ class DriveControl:
         """The present, to a file."""
         path = Path(os.path.expanduser(self._node.settings.values["snapshot"]))
         with self._node.active() as bench:
-            _sound(bench).settle()
+            _sound(bench).catch_up()
             kept = bench.now.drive.snapshot(), bench.path.state()
             scene, time_ns = bench.now.scene, bench.now.time_ns
-            if not bench.standing:
-                bench.restart_clock()
         write_snapshot(path, scene, *kept)
         return True, f"{path}: t = {time_ns * 1e-9:.9g} s"
 
@@ -177,8 +177,9 @@ class DriveControl:
         kept, commands = read_snapshot(path, scene)
 
         def leap(bench: "Bench") -> None:
-            bench.led.leap(kept)
+            # First: it may refuse.
             bench.path.restore(commands)
+            bench.led.leap(kept)
 
         return self._leap(leap, f"restored {path}", asked)
 
@@ -210,10 +211,11 @@ class DriveControl:
 
     def _break(self, faults: tuple[Fault, ...]) -> Answer:
         with self._node.active() as bench:
-            asked = bench
-            if faults == bench.now.drive.faults:
+            asked, before = bench, bench.now
+            if faults == before.drive.faults:
                 return True, f"faults in force already: {bench.marks.words}"
-        prepared = asked.now.broken(faults, self._node.settings.values["error_checks"])
+        share = self._node.settings.values["error_checks"]
+        prepared = before.altered(before.scene, faults, share)
         with self._node.active(asked) as bench:
             _leave(bench)
             if bench.trouble:
@@ -231,7 +233,7 @@ class DriveControl:
                 if not bench.standing:
                     return ""
                 bench.take_commands()
-                came = bench.path.heard - bench.stepped_for
+                came = bench.new_commands
             if came >= commands:
                 return ""
             if time.monotonic() > end or node.stopping.is_set():
@@ -264,8 +266,12 @@ def _sound(bench: "Bench") -> "Bench":
 
 
 def _leave(bench: "Bench") -> None:
-    """Last words of what has run."""
-    bench.settle()
+    """What has run does so until now, and says so."""
+    bench.catch_up()
+    _last_words(bench)
+
+
+def _last_words(bench: "Bench") -> None:
     if bench.now.drive.steps:
         bench.flush()
     bench.report()
@@ -274,4 +280,4 @@ def _leave(bench: "Bench") -> None:
 def _arrive(bench: "Bench") -> None:
     """First words of what runs now."""
     bench.publish()
-    bench.restart_clock()
+    bench.go_on(time.monotonic())

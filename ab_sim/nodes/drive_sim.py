@@ -1,9 +1,11 @@
 """`drive_sim`: one drive in real time, commanded and observed over topics; a lifecycle node."""
 
 import contextlib
+import os
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from rclpy.subscription import Subscription
@@ -24,6 +26,7 @@ from ab_sim.nodes.parameters import close_parameters
 from ab_sim.nodes.prepared import Prepared, scene_of
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.settings import Values
+from ab_sim.output_file import REPORT, check_ending
 from ab_sim.scene import Scene
 
 PROMPT = 0.003
@@ -192,6 +195,8 @@ class DriveSim(Managed):
     def _judge(self, values: Values) -> None:
         faults_of(values["faults"])
         held = self.settings.values
+        if values["snapshot"] != held["snapshot"]:
+            check_ending(Path(os.path.expanduser(values["snapshot"])), REPORT, "snapshot")
         if any(values[name] != held[name] for name in ("scene", "changes")):
             self.scene_of(values)
 

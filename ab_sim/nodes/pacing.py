@@ -63,6 +63,8 @@ class Pacer:
         self.total = Pacing()
         self._recent = Pacing()
         self._origin = 0.0
+        self._begun = 0.0
+        """How much of a step was over when time was last stopped: no pause loses it."""
         self._taken = 0
         self._wakes = 1
 
@@ -76,7 +78,7 @@ class Pacer:
         return self._factor
 
     def start(self, now: float, factor: float | None = None) -> None:
-        """Begin, or begin again after a pause: nothing is due at ``now``.
+        """Begin, or begin again where it was stopped: nothing is due at ``now``.
 
         Args:
             now: s.
@@ -104,24 +106,39 @@ class Pacer:
         if behind * self._step > self._patience * self._factor:
             self._drop(behind)
             due = usual
-        due = max(min(due, round(self._budget * max(self._factor, 1.0))), 0)
-        self._taken += due
-        return due
+        return self._take(due)
+
+    def early(self, now: float) -> int:
+        """Steps that are due between two wake-ups, for what is to happen just now."""
+        return self._take(self._untaken(now))
 
     def stop(self, now: float) -> int:
         """Steps to take at this last wake-up before a pause; those still due then are dropped."""
         due = self.due(now)
         self._drop(max(self._untaken(now), 0))
+        self._begun = min(max(self._over(now) - self._taken, 0.0), 1.0)
         return due
+
+    def count_on(self, before: "Pacer") -> None:
+        """Go on with another's counts: they are since the scene was configured."""
+        self.total, self.lateness = before.total, before.lateness
 
     def recent(self) -> Pacing:
         """What has happened since the last call; ``total`` is since the beginning."""
         recent, self._recent = self._recent, Pacing()
         return recent
 
+    def _over(self, now: float) -> float:
+        return (now - self._origin) * self._factor / self._step + self._begun
+
     def _untaken(self, now: float) -> int:
         # Rounded up by a hair: a wake-up exactly on time has all its steps due.
-        return math.floor((now - self._origin) * self._factor / self._step + 1e-6) - self._taken
+        return math.floor(self._over(now) + 1e-6) - self._taken
+
+    def _take(self, due: int) -> int:
+        due = max(min(due, round(self._budget * max(self._factor, 1.0))), 0)
+        self._taken += due
+        return due
 
     def _drop(self, steps: int) -> None:
         self._taken += steps

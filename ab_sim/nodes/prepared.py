@@ -79,18 +79,20 @@ class Prepared:
         self.health = DriveHealth(self.drive, self.pacer, self.checks, tolerance, self.price)
         self._warm_up()
 
-    def broken(self, faults: tuple[Fault, ...], share: float) -> "Prepared":
-        """The same scene with a drive that has faults, to go on with: at the same pace.
+    def altered(self, scene: Scene, faults: tuple[Fault, ...], share: float) -> "Prepared":
+        """Another drive of the same set of effects, to go on with: at the same pace and price.
 
         Args:
-            faults: all of them.
+            scene: with the solver of this one's.
+            faults: all that the drive has.
             share: of checks of the error.
 
         Raises:
-            InputError: the scene has nothing that could be broken so.
+            SceneError: the scene cannot be run.
+            InputError: it has nothing that could be broken so.
         """
         other = copy.copy(self)
-        other.drive = Drive(self.scene, commanded=True, faults=faults)
+        other.scene, other.drive = scene, Drive(scene, commanded=True, faults=faults)
         other.checks = other.checks_for(share)
         tolerance = self.health.tolerance
         other.health = DriveHealth(other.drive, self.pacer, other.checks, tolerance, self.price)

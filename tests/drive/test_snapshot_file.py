@@ -1,6 +1,7 @@
 """Snapshots in files: to the bit, and refused where they do not fit."""
 
 import json
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,9 @@ def test_another_scene_is_refused_by_name(saved: tuple[Scene, Drive, Path], scen
         ({"run": "{}"}, "its digest does not fit"),
         ({"run": 3}, "its digest does not fit"),
         ({"scene": []}, "another scene, which differs in everything"),
+        ({"digest": 3}, "its digest does not fit"),
+        ({"run": "{}", "digest": sha256(b"{}").hexdigest()}, "holds no state of a drive: KeyErr"),
+        ({"run": "[", "digest": sha256(b"[").hexdigest()}, "holds no state of a drive: JSONDec"),
     ],
 )
 def test_what_does_not_fit_is_refused(
@@ -90,3 +94,15 @@ def test_unwritable(saved: tuple[Scene, Drive, Path], name: str, words: str) -> 
         write_snapshot(path.parent / name, chosen, drive.snapshot(), {})
     with pytest.raises(InputError, match="cannot be read"):
         read_snapshot(path.parent / name, chosen)
+
+
+@pytest.mark.parametrize(
+    "missing", ["format", "version", "ab_sim", "kernel", "scene", "digest", "run"]
+)
+def test_what_is_not_there_is_refused(saved: tuple[Scene, Drive, Path], missing: str) -> None:
+    chosen, _, path = saved
+    content = json.loads(path.read_text())
+    del content[missing]
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=f"snapshot {path}: "):
+        read_snapshot(path, chosen)

@@ -1,5 +1,6 @@
 """`drive_sim` as a test bench: lock-step, settings, watchdog, emergency stop, snapshots, discs."""
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from std_srvs.srv import Trigger
 
 from ab_msgs_py import Block, JointSample, Level, topics
 from ab_msgs_py.samples import description_of, nanoseconds_of
-from ab_msgs_py.services import Stepped, trigger_request
+from ab_msgs_py.services import Stepped, answer_of, trigger_request
 from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros
@@ -136,6 +137,17 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     assert fleet.call("drive_sim/load_scene")[0]
     fleet.until(lambda: description_of(described[-1])["scene"]["name"] == "nsc-case-1", "described")
     assert step(fleet).sim_time_ns == 5 * WAKE_NS
+
+    # No step is granted for a command that a reset has forgotten.
+    accepted = int(fleet.value("drive_sim", "commands accepted"))
+    fleet.command(20.0)
+    fleet.until(
+        lambda: int(fleet.value("drive_sim", "commands accepted")) > accepted, "it is heard"
+    )
+    assert fleet.set("drive_sim", await_commands=1)[0]
+    assert fleet.call("drive_sim/reset")[0]
+    refused(fleet.call("drive_sim/step"), "0 of 1 commands came within 1 s; no step taken")
+    assert not fleet.value("drive_sim", "command to output, worst [s]"), "how long they waited"
     assert fleet.stop("drive_sim") == 0
     assert "Traceback" not in fleet.log("drive_sim")
 
@@ -190,6 +202,32 @@ def test_pace_changes_while_it_runs(fleet: Fleet) -> None:
     assert np.all(np.diff(times) >= 0)
     steps = np.concatenate([Block.of(message).samples[:, 0] for message in blocks])
     assert np.all(np.diff(steps) == 1), "no sample is missing"
+
+
+def test_requests_lose_no_time(fleet: Fleet, tmp_path: Path) -> None:
+    """By the clock of who listens: what is neither simulated nor counted as dropped."""
+    came: list[tuple[float, int]] = []
+    topics.JOINT_STATES.subscription(
+        fleet.node, lambda m: came.append((time.monotonic(), JointSample.of(m).time))
+    )
+    fleet.start("drive_sim", scene="thesis-hold", snapshot=tmp_path / "kept.json")
+    save = fleet.node.create_client(Trigger, "drive_sim/save_snapshot")
+    fleet.until(save.service_is_ready, "the service")
+
+    def lag() -> float:
+        came.clear()
+        reports = len(fleet.heard["/diagnostics"])
+        fleet.until(lambda: len(fleet.heard["/diagnostics"]) > reports + 1, "reports")
+        dropped = int(fleet.value("drive_sim", "steps dropped")) * 1e-3
+        return min(at - 1e-9 * simulated for at, simulated in came) - dropped
+
+    before = lag()
+    for _ in range(200):
+        saved = save.call_async(trigger_request())
+        fleet.until(saved.done, "it is saved")
+        assert answer_of(saved.result())[0]
+    assert abs(lag() - before) < 0.03, "0.7 ms each were lost once"
+    assert fleet.stop("drive_sim") == 0
 
 
 def test_an_emergency_stop_waits_for_no_other_request(fleet: Fleet) -> None:

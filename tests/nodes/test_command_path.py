@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError
 from ab_sim.nodes.command_path import CommandPath, Order, Rules, Silence
 from ab_sim.nodes.commanded import Commanded
 from ab_sim.scene import load_scene
@@ -104,7 +105,57 @@ def test_a_bus_is_slow_and_keeps_the_order() -> None:
             followed[order.speed] = now
     late = [now - speed for speed, now in followed.items()]
     assert min(late) >= 5 and max(late) <= 25 and len(set(late)) > 3
-    assert list(followed) == sorted(followed) and p.acted == list(range(200))
+    assert list(followed) == sorted(followed) and p.acted == sorted(set(p.acted))
+    assert p.acted[-1] == 199 and len(p.acted) == len(followed), "whom nobody overtook"
+
+
+def test_while_time_stands_still_commands_do_not_pile_up() -> None:
+    p = path(delay=5e-3, jitter=5e-3)
+    p.hear(1.0, 0)
+    for k in range(10_000):
+        p.hear(float(k % 300), 7)
+    assert p.accepted == 10_001 and len(p.state()["bus"]) <= 7
+    assert [order for now in range(30) if (order := told(p, now))][-1] == (9999 % 300, 100.0)
+
+
+def test_a_watchdog_that_is_set_anew_judges_anew() -> None:
+    p = path(age_limit=0.1, silence=Silence.HOLD)
+    p.hear(200.0, 0)
+    told(p, 0)
+    assert told(p, 100) == (77.0, 100.0) and p.silent
+    p.rules = p.rules._replace(max_acceleration=50.0)
+    assert told(p, 150) == (77.0, 50.0) and p.silent and p.silences == 1
+    p.rules = p.rules._replace(silence=Silence.STOP)
+    assert told(p, 200) == (0.0, 100.0) and p.silent and p.silences == 2
+    p.rules = p.rules._replace(age_limit=math.inf)
+    assert told(p, 300) == (0.0, 50.0) and not p.silent, "as it was left, and led by commands"
+    p.rules = p.rules._replace(age_limit=10.0)
+    assert told(p, 400) is None and not p.silent and p.next(400) == 10_000
+
+
+def test_an_emergency_stop_outlasts_what_is_kept_and_another_scene() -> None:
+    p = path()
+    p.hear(200.0, 0)
+    told(p, 0)
+    kept = p.state()
+    p.emergency_stop()
+    told(p, 1)
+    p.restore(kept)
+    assert p.stopped and told(p, 2) == (0.0, 100.0)
+    p.lead(SpeedServo(300.0, 20.0), STEP)
+    assert p.stopped and told(p, 0) == (0.0, 20.0)
+    p.reset()
+    assert not p.stopped and told(p, 0) is None
+
+
+@pytest.mark.parametrize("change", [{"bus": [[3]]}, {"told": [1.0]}, {"draws": "x"}, None])
+def test_what_was_not_kept_is_refused_and_changes_nothing(change: dict[str, object] | None) -> None:
+    p = path()
+    p.hear(200.0, 0)
+    before = p.state()
+    with pytest.raises(InputError, match="no state of a path of commands"):
+        p.restore({} if change is None else {**before, **change})
+    assert p.state() == before
 
 
 def test_jitter_is_the_seeds() -> None:

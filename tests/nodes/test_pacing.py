@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ab_sim.errors import InputError
-from ab_sim.nodes.pacing import Pacer
+from ab_sim.nodes.pacing import Pacer, Pacing
 
 STEP = 1e-3
 
@@ -81,6 +81,26 @@ def test_what_a_pause_keeps_from_being_caught_up_with_is_dropped() -> None:
     p = pacer()
     assert p.stop(100.0 + 0.1) == 40
     assert p.total.dropped == 60
+
+
+def test_what_happens_between_two_wake_ups_loses_no_time() -> None:
+    p, taken = pacer(), 0
+    for k in range(1, 1001):
+        taken += p.early(100.0 + (k - 0.37) * 4e-3) + p.due(100.0 + k * 4e-3)
+    assert taken == 4000 and p.total == Pacing()
+    assert p.early(100.0 + 4.1) == 40, "no more than at a wake-up"
+
+
+@pytest.mark.parametrize("factor", [0.3, 1.0, 7.3])
+def test_pauses_lose_no_part_of_a_step(factor: float) -> None:
+    p, taken, now = pacer(), 0, 0.0
+    for k in range(1000):
+        p.start(now, factor)
+        now += 1e-3 + 1e-6 * k
+        taken += p.stop(now)
+        now += 0.7
+    assert taken == pytest.approx(factor * sum(1e-3 + 1e-6 * k for k in range(1000)) / STEP, abs=1)
+    assert p.total.dropped == 0
 
 
 def test_recent_is_since_it_was_asked_and_total_is_all() -> None:
