@@ -1,4 +1,4 @@
-"""A start-up, live: a drive, the profile controller and, if wanted, the recorder.
+"""A start-up, live: a drive, the profile controller and, if wanted, the recorder and a window.
 
 ros2 launch ab_sim startup.launch.py scene:=balanced-start-up record:=true
 """
@@ -21,6 +21,7 @@ ARGUMENTS = {
     "profile": ("", "profile to run: of a scene, or a file by itself; empty: the scene's"),
     "auto_start": ("true", "start the profile as soon as the drive listens; else by ~/start"),
     "record": ("false", "whether to record; with a path it does in any case"),
+    "headless": ("true", "false: watch in a window of Rerun's, too; keeps no file by itself"),
     "path": ("", ".rrd file to record to; empty: recordings/<date>_<time>.rrd"),
     "namespace": ("", "of all nodes, and then of their clock, too"),
     "params_file": ("", "YAML file of parameters, which yield to what is given here"),
@@ -53,8 +54,11 @@ def _nodes(context: LaunchContext) -> list[Node]:
         _node("drive_sim", given, drive, on_exit=Shutdown()),
         _node("profile_controller", given, controller),
     ]
-    if path or given["record"] == "true":
-        nodes.append(_node("recorder", given, _texts(path=path)))
+    kept, watched = bool(path) or given["record"] == "true", given["headless"] == "false"
+    if kept or watched:
+        recorder = _texts(path=path, view="native" if watched else "")
+        # Said only where it is: a file of parameters may keep a bag.
+        nodes.append(_node("recorder", given, recorder | ({} if kept else {"keep": False})))
     return nodes
 
 

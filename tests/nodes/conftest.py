@@ -24,3 +24,10 @@ def fleet(domain: int, tmp_path: Path) -> Iterator["Fleet"]:  # noqa: F821
     made = Fleet(domain, tmp_path)
     yield made
     made.close()
+
+
+@pytest.fixture
+def no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a machine without; before the fleet, which hands its environment on."""
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
+        monkeypatch.delenv(name, raising=False)

@@ -23,12 +23,6 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.ros
 
 
-@pytest.fixture
-def no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
-        monkeypatch.delenv(name, raising=False)
-
-
 def number(fleet: "Fleet", key: str) -> int:
     return int(fleet.value("recorder", key) or 0)
 

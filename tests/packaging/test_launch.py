@@ -15,10 +15,10 @@ pytest.importorskip("launch_ros", reason="needs the launch of a distribution's R
 
 from ab_msgs_py import JointSample, topics  # noqa: E402
 from ab_sim.recording import read_recording  # noqa: E402
-from tests.nodes.conftest import domain, fleet  # noqa: E402
+from tests.nodes.conftest import domain, fleet, no_screen  # noqa: E402
 from tests.nodes.fleet import Fleet  # noqa: E402
 
-__all__ = ["domain", "fleet"]
+__all__ = ["domain", "fleet", "no_screen"]
 pytestmark = pytest.mark.ros
 
 ROOT = Path(__file__).parents[2]
@@ -124,3 +124,16 @@ def test_a_drive_that_fails_ends_the_launch(
     fleet.ended("launch")
     assert words in fleet.log("launch")
     assert "drive_sim-1] was required" in fleet.log("launch")
+
+
+def test_not_headless_a_window_is_asked_for_and_no_file_kept(
+    no_screen: None, launch: Launch, fleet: Fleet
+) -> None:
+    """Where there is no screen it says so, and the drive goes on."""
+    launch("startup.launch.py", "scene:=no-ball", "headless:=false")
+    said = "could not start: there is no screen"
+    fleet.until(lambda: said in fleet.value("recorder", "viewer state"), said)
+    file = Path(fleet.value("recorder", "file"))
+    assert file.exists() and not file.is_relative_to(ROOT)
+    fleet.stop("launch")
+    assert not file.exists(), "only for the time of watching"
