@@ -7,6 +7,9 @@ with one thing changed each, and of decks in space. The error is the largest in 
 the run [rad], beside rk8 at a fifth of its shortest step here or less, whose own error is given:
 how far it is from itself at twice the step. CPU time per simulated second is that of
 ``Drive.advance``, and of the compiled loop alone, calls included.
+
+Live: what a wake-up takes that advances the drive by four samples 1 ms apart and follows a new
+command, all wake-ups in turns.
 """
 
 import itertools
@@ -30,6 +33,7 @@ from ab_sim.scene import load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
 EVERY = 0.02
+LIVE, WAKES, PER_WAKE = ("thesis-hold", "as shipped", "five balls", "feeding-deck"), 5000, 4
 
 
 class Case(NamedTuple):
@@ -132,13 +136,17 @@ class Method(NamedTuple):
     tolerance: float | None
 
 
-def drive_of(method: Method) -> Drive:
-    """A drive of the case."""
+def changes_of(method: Method) -> list[str]:
+    """Of the case's scene."""
     own = [f"solver.stepper={method.stepper}", f"solver.step={method.step}"]
     if method.tolerance is not None:
         own.append(f"solver.parameters.tolerance={method.tolerance}")
-    case = CASES[method.case]
-    return Drive(load_scene(case.scene, [*own, *case.all_changes]))
+    return [*own, *CASES[method.case].all_changes]
+
+
+def drive_of(method: Method) -> Drive:
+    """A drive of the case."""
+    return Drive(load_scene(CASES[method.case].scene, changes_of(method)))
 
 
 def angles(drive: Drive, seconds: float) -> np.ndarray:
@@ -206,6 +214,28 @@ def measure(case: str, repeats: int, say: Callable[[str], None]) -> list[dict[st
     return rows
 
 
+def live(case: str) -> list[dict[str, Any]]:
+    """Quantiles of a wake-up's time [us], for rk8 and collocation."""
+    methods = [Method(case, "rk8", 1e-3, None), Method(case, "collocation", 1e-3, 1e-9)]
+    drives = [Drive(load_scene(CASES[case].scene, changes_of(m)), commanded=True) for m in methods]
+    speeds, times = np.random.default_rng(1).uniform(40.0, 160.0, WAKES), np.empty((WAKES, 2))
+    for k, speed in enumerate(speeds):
+        for which, drive in enumerate(drives):
+            begin = time.perf_counter_ns()
+            drive.command(float(speed))
+            drive.advance(PER_WAKE)
+            times[k, which] = 1e-3 * (time.perf_counter_ns() - begin)
+    shares = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999, "worst": 1.0}
+    return [
+        {
+            "case": case,
+            "stepper": method.stepper,
+            **{name: float(np.quantile(times[:, which], q)) for name, q in shares.items()},
+        }
+        for which, method in enumerate(methods)
+    ]
+
+
 def main() -> None:
     """Measure and write the file."""
     parser = arguments("Error and time of collocation and Runge-Kutta.", 9)
@@ -215,7 +245,8 @@ def main() -> None:
     rows = [
         row for case in asked.case or CASES for row in measure(case, asked.repeats, console.print)
     ]
-    report = {**conditions(), "repeats": asked.repeats, "rows": rows}
+    wakes = [row for case in LIVE if case in (asked.case or CASES) for row in live(case)]
+    report = {**conditions(), "repeats": asked.repeats, "rows": rows, "live": wakes}
     write_json(report, str(asked.out / "collocation.json"))
 
 

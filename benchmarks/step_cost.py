@@ -194,7 +194,11 @@ def main() -> None:
         "changes": CHANGES,
         "repeats": asked.repeats,
         "steps_per_repeat": STEPS * RUNS,
-        "start": [start_seconds(SCENE, CHANGES[:1]), start_seconds(SCENE, [])],
+        "start": [
+            start_seconds(SCENE, [*CHANGES[:1], *more])
+            for more in ([], ["solver.stepper=collocation"])
+        ]
+        + [start_seconds(SCENE, more) for more in ([], ["solver.stepper=collocation"])],
         **found,
     }
     write_json(report, str(asked.out / "step-cost.json"))

@@ -50,9 +50,9 @@ def simulate_batch(
     Runs that differ in numbers only, not in a count, a choice or a deck's mounts, go eight side by
     side, with vector instructions, and give what a Drive gives to rounding; in the last digits they
     may depend on what goes beside them. Runs of scenes with events (friction, contact, a motor),
-    with an effect that branches on its numbers (see dynamics.effects), or whose stepper solves for
-    the drag, go one by one, and give what a Drive gives to the bit; so do those with
-    ``collocation``, whose vector instructions are for the instants of one run.
+    with an effect that branches on its numbers (see dynamics.effects), or whose stepper takes no
+    lanes (``generalized-alpha``; ``collocation``, whose own are for the instants of one run), go
+    one by one, and give what a Drive gives to the bit.
 
     Args:
         scene: what the runs have in common; an accuracy that it asks for is measured with it as it

@@ -61,13 +61,16 @@ def top_speed(scene: Scene, commanded: bool = False) -> float:
 
 
 def check_parts(
-    stepper: Stepper, other: Stepper, step: float, rates: Mapping[str, complex]
+    stepper: Stepper, step: float, system: System, rates: Mapping[str, complex]
 ) -> None:
     """Refuse a step that is too long for the stepper which steps with events are handed over to.
 
     Raises:
         SceneError: names what limits it, and the largest allowed one.
     """
+    other = stepper.over_events
+    if other is None or not has_events(system.effects):
+        return
     most, what = largest_step(other, rates)
     if step <= most * stepper.parts:
         return
@@ -126,8 +129,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
             f"solver.stepper = {stepper.name!r}: needs to know the own motion of what carries the "
             f"balls, and {type(system.carrier).__name__} says nothing of it; name one of: {able}"
         )
-    if has_events(system.effects) and stepper.over_events:
-        check_parts(stepper, stepper.over_events, step, rates)
+    check_parts(stepper, step, system, rates)
     limits = limiting(stepper, rates)
     longest, what = largest_step(stepper, limits)
     try:
@@ -135,6 +137,10 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     except SceneError as error:
         if what != DRAG or other is None:
             raise
+        try:
+            check_parts(other, step, system, rates)
+        except SceneError:
+            raise error from None  # it would not help
         leave = "or leave solver.stepper to auto, " if unasked else ""
         way_out = f"{leave}or name {other.name}"
         raise SceneError(f"{error}; {way_out}") from None

@@ -24,6 +24,8 @@ def peers_part(report: dict[str, Any]) -> dict[str, Any]:
     others = []
     for case in report["cases"]:
         for result in case["at"]:
+            if result["error"] < case["uncertainty"]["angle"]:
+                continue
             cpu = {row["method"]: spread(row["cpu"], 1e6) for row in result["rows"]}
             ours, peer, ratio = result["ours"], result["best_peer"], result["ratio"]
             others.append([
@@ -35,6 +37,14 @@ def peers_part(report: dict[str, Any]) -> dict[str, Any]:
     head = ["error in ball angle", "method", "setting"]
     return {
         "peers_period": 1e3 * report["period"],
+        "peers_reference": report["reference"],
+        "peers_known": ", ".join(
+            f"{one['uncertainty']['angle']:.0e} rad ({name})"
+            for name, one in [
+                ("the drive itself", report),
+                *((case["case"], case) for case in report["cases"]),
+            ]
+        ),
         "called": "\n".join(f"- {who}: {how}." for who, how in report["called"].items()),
         "first_runs": _first_runs([*report["rows"], *report["batch"]["rows"]]),
         "peers_table": table([*head, "CPU us per simulated s", "times ours"], rows),

