@@ -39,7 +39,7 @@ PIECES = 16
 FAR = 4.0
 """A margin whose values at the nodes are apart by this many times less than their mean, in sum, is
 that of a polynomial which is nowhere near zero: none of Lagrange's exceeds 1.6."""
-WORTH = 8
+WORTH = 4
 """Samples that spans have to bring between two hand-overs."""
 MOST = 128
 """Steps that are handed over at once."""
