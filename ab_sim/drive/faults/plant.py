@@ -15,7 +15,6 @@ import numpy as np
 
 from ab_sim.drive.faults.fault import OF_BALLS, Fault
 from ab_sim.dynamics.carriers.mounts import DAMPING, STIFFNESS
-from ab_sim.dynamics.carriers.tilting import Tilting
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.system import (
@@ -108,9 +107,10 @@ def jam(
 
 
 def _softened(system: System, scene: Scene, thing: str, part: float) -> System:
-    if isinstance(system.carrier, Tilting):
+    kind, _, which = thing.rpartition("_")
+    if kind == "mount":
         mounts = system.carrier.mounts.copy()
-        mounts[int(thing.rpartition("_")[2]), STIFFNESS:DAMPING] *= part
+        mounts[int(which), STIFFNESS:DAMPING] *= part
         return system._replace(carrier=system.carrier._replace(mounts=mounts))
     at = list(scene.effects).index(thing)
     effect = system.effects[at]
