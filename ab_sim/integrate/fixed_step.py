@@ -11,7 +11,7 @@ from numba.core import types
 from numba.extending import overload
 
 from ab_sim.dynamics.calling import address_of, callback
-from ab_sim.dynamics.dispatch import INLINED, chosen_by, effect_class
+from ab_sim.dynamics.dispatch import INLINED, chosen_by, effect_class, part_of
 from ab_sim.dynamics.layout import angle_at, spindle_angle_at, state_size
 from ab_sim.dynamics.numbers.tables import spread
 from ab_sim.dynamics.race.calls import CALLS, EVALUATE, KICK, RESTITUTION, TAKE_STEP, Calls
@@ -66,6 +66,25 @@ class Run(NamedTuple):
     """``events.events_address()``; of no account where the system has none."""
 
 
+class Stretch(NamedTuple):
+    """A ``spindle.stretches.Stretch`` as kernels have it: where steps of one length are taken.
+
+    Times are products of step and number, not sums, so that they do not depend on how a run is cut
+    up; the offset comes last, so that a piece of microseconds keeps its digits.
+    """
+
+    place: Place
+    """Along the speed profile."""
+    start: float
+    """When the piece of the profile begins [s]."""
+    first: int
+    """Steps taken before."""
+    offset: float
+    """Of the first into its nominal step [s]."""
+    length: float
+    """Of each [s]: the nominal one, or a part of it next to a breakpoint."""
+
+
 @compiled
 def advance(kept, way, at, first, steps, command, samples):  # type: ignore[no-untyped-def]
     """Take steps along a way, or up to its end, recording every one.
@@ -85,7 +104,8 @@ def advance(kept, way, at, first, steps, command, samples):  # type: ignore[no-u
     Returns:
         How many steps were taken; if the state then left its bounds -1 less as many.
     """
-    system, pattern, weights, step, state, modes, work, events = values_of(kept)
+    run = values_of(kept)
+    work, step = run.work, run.step
     looks, done, bad = steps == 0 and samples.shape[0] > 0, 0, False
     while at < way.shape[0]:
         start = way[at, START]
@@ -93,17 +113,14 @@ def advance(kept, way, at, first, steps, command, samples):  # type: ignore[no-u
             # What a stepper remembers is of no use behind a kink.
             forget(work.memory)
             work.smooth[0] = start
-        place = spread(pattern, way[at, PLACE:])
+        place = spread(run.place, way[at, PLACE:])
         ahead, here = way[at, END] - (first + done), steps - done
         if ahead < here:
             here = int(ahead)
         # Part by part of a step makes the same sample, and the last one stays.
         count = max(here, 1) if steps > 0 else 0
-        clock, rows = (first + done, step, way[at, OFFSET]), samples[done:]
-        length = way[at, LENGTH]
-        taken = march(
-            weights, system, place, start, clock, length, state, modes, work, events, rows, count
-        )
+        stretch = Stretch(place, start, first + done, way[at, OFFSET], way[at, LENGTH])
+        taken = march(run, stretch, samples[done:], count)
         bad = taken < count
         done += taken if bad else here
         if bad or done == steps:
@@ -142,28 +159,28 @@ def forget(memory):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**INLINED)
-def step_by_step(  # type: ignore[no-untyped-def]
-    weights, system, place, start, clock, length, state, modes, work, events, rows, steps
-):
+def local_time(run, stretch, done):  # type: ignore[no-untyped-def]
+    """Since the piece of the profile began [s], so many nominal steps into a stretch."""
+    return ((stretch.first + done) * run.step - stretch.start) + stretch.offset
+
+
+@numba.njit(**INLINED)
+def step_by_step(run, stretch, rows, steps):  # type: ignore[no-untyped-def]
     """Take steps along one stretch, with a stepper whose steps are the scene's.
 
     Args:
-        weights, system, state, modes, work, events: as of a Run.
-        place: where they are along the speed profile.
-        start: time [s] at which the piece of the profile begins.
-        clock: (number of the first step, nominal step [s], offset into it [s]). Times are
-            products of these, not sums, so that they do not depend on how a run is cut up; the
-            offset comes last, so that a piece of microseconds keeps its digits.
-        length: step to take [s]: the nominal one, or a part of it next to a breakpoint.
+        run: the Run.
+        stretch: the Stretch.
         rows: samples, of which the rows are recorded: see ``integrate.samples``.
         steps: how many; with none, rows may have room for the state as it is.
 
     Returns:
         How many were taken; fewer than asked for if the state left its bounds.
     """
-    first, nominal, offset = clock
-    trial, looks = work.trial, steps == 0 and rows.shape[0] > 0
-    plant = Plant(system, place, modes, room_kept(system, work))
+    system, weights, state, work, events = run.system, run.weights, run.state, run.work, run.events
+    place, start, first, length = stretch.place, stretch.start, stretch.first, stretch.length
+    nominal, trial, looks = run.step, work.trial, steps == 0 and rows.shape[0] > 0
+    plant = Plant(system, place, run.modes, room_kept(system, work))
     owner = owner_of(plant, weights, work)
     own = Calls(
         take_context(owner),
@@ -179,9 +196,9 @@ def step_by_step(  # type: ignore[no-untyped-def]
     )
     known = False
     for k in range(steps + 1):
-        begin = ((first + k) * nominal - start) + offset
+        begin = local_time(run, stretch, k)
         if k > 0 and length != nominal:
-            begin = ((first + k - 1) * nominal - start) + offset + length
+            begin = local_time(run, stretch, k - 1) + length
         # The slope at the end of a step is the first stage of the next.
         if known:
             look_back(plant, work)
@@ -196,7 +213,7 @@ def step_by_step(  # type: ignore[no-untyped-def]
             record(plant, along(place, begin), begin, state, rows[0, ANGLE:])
         if k == steps:
             break
-        end = ((first + k + 1) * nominal - start) + offset if length == nominal else begin + length
+        end = local_time(run, stretch, k + 1) if length == nominal else begin + length
         known = step_over_events(plant, weights, calls, work, events, begin, length, end, state)
         if not within_bounds(trial, work.bounds):
             return k
@@ -206,14 +223,14 @@ def step_by_step(  # type: ignore[no-untyped-def]
     return steps
 
 
-def march(weights: Any, *arguments: Any) -> int:
+def march(run: Any, stretch: Any, rows: Any, steps: int) -> int:
     """Steps along one stretch as the stepper takes them: see ``step_by_step``."""
     raise TypeError("is called by compiled code only")
 
 
 @overload(march, jit_options=INLINED, strict=False)
-def _march(weights, *arguments):  # type: ignore[no-untyped-def]
-    own = getattr(effect_class(weights), "march", None)
+def _march(run, stretch, rows, steps):  # type: ignore[no-untyped-def]
+    own = getattr(effect_class(part_of(run, "weights")), "march", None)
     return own or step_by_step.py_func
 
 

@@ -26,7 +26,7 @@ from ab_sim.dynamics.race.race import race_of
 from ab_sim.dynamics.slope import evaluate
 from ab_sim.dynamics.spindle_motion import spindle_motion
 from ab_sim.dynamics.system import Plant, ball_count, has_events
-from ab_sim.integrate.fixed_step import step_by_step
+from ab_sim.integrate.fixed_step import Run, Stretch, local_time, step_by_step
 from ab_sim.integrate.left_out import COEFFICIENTS
 from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.response_tables import linear_part
@@ -171,11 +171,16 @@ work)``."""
 _apart = numba.njit(**APART)(step_by_step.py_func)
 
 
+@numba.njit(**INLINED)
+def _others(run):  # type: ignore[no-untyped-def]
+    """The Run with the other stepper."""
+    own = run.weights.over_events
+    return Run(run.system, run.place, own, run.step, run.state, run.modes, run.work, run.events)
+
+
 @numba.njit(**APART)
-def _look(plant, weights, start, clock, length, state, work, events, rows):  # type: ignore[no-untyped-def]
-    system, place, modes = plant.system, plant.place, plant.modes
-    own, none = weights.over_events, rows[:0]
-    _apart(own, system, place, start, clock, length, state, modes, work, events, none, 0)
+def _look(plant, run, stretch, rows):  # type: ignore[no-untyped-def]
+    _apart(_others(run), stretch, rows[:0], 0)
 
 
 look = chosen_by(has_events, _look, lambda plant, *_: None)
@@ -183,45 +188,41 @@ look = chosen_by(has_events, _look, lambda plant, *_: None)
 
 
 @numba.njit(**APART)
-def _hand_over(plant, weights, start, clock, length, state, work, events, rows, steps):  # type: ignore[no-untyped-def]
-    system, place, modes = plant.system, plant.place, plant.modes
-    own, (first, nominal, offset) = weights.over_events, clock
-    begin = (first * nominal - start) + offset
-    parts, done = parts_of(weights, plant, begin, length, state, work), 0
+def _hand_over(plant, run, stretch, rows, steps):  # type: ignore[no-untyped-def]
+    others, length = _others(run), stretch.length
+    parts, done = parts_of(plant, run, stretch), 0
     if parts == 1:
-        done = _apart(
-            own, system, place, start, clock, length, state, modes, work, events, rows, steps
-        )
+        done = _apart(others, stretch, rows, steps)
     part = length / parts
     while done < steps and parts > 1:
         row = rows[done : done + 1]
         for p in range(parts):
-            at = first + done, nominal, offset + p * part
-            taken = _apart(own, system, place, start, at, part, state, modes, work, events, row, 1)
-            if taken == 0:
+            offset = stretch.offset + p * part
+            at = Stretch(stretch.place, stretch.start, stretch.first + done, offset, part)
+            if _apart(others, at, row, 1) == 0:
                 return done
         done += 1
-    work.memory[line_at(system, state)][REST] -= done
+    run.work.memory[line_at(run.system, run.state)][REST] -= done
     return done
 
 
 hand_over = chosen_by(has_events, _hand_over, lambda plant, *_: 0)
 """Steps of the other stepper, all of them due.
 
-``(plant, weights, start, clock, length, state, work, events, rows, steps)``, as of
-``fixed_step.step_by_step``. Returns how many were taken; fewer if the state left its bounds.
+``(plant, run, stretch, rows, steps)``, as of ``fixed_step.step_by_step``, and a Plant. Returns how
+many were taken; fewer if the state left its bounds.
 """
 
 
 @numba.njit(**INLINED)
-def parts_of(weights, plant, begin, length, state, work):  # type: ignore[no-untyped-def]
+def parts_of(plant, run, stretch):  # type: ignore[no-untyped-def]
     """Into how many parts a step is cut that is handed over: a power of two."""
     system, decay, turns = plant.system, 0.0, 0.0
     for q in range(equation_count(system)):
-        c, k = linear_part(system, work.tables, q)
+        c, k = linear_part(system, run.work.tables, q)
         decay, turns = max(decay, c), max(turns, k)
-    turns = math.sqrt(turns) + abs(spindle_motion(plant, begin, state).speed)
-    rate, parts = max(decay, turns), 1
-    while parts < PARTS and rate * length > weights.reach * parts:
+    spindle = spindle_motion(plant, local_time(run, stretch, 0), run.state)
+    rate, parts = max(decay, math.sqrt(turns) + abs(spindle.speed)), 1
+    while parts < PARTS and rate * stretch.length > run.weights.reach * parts:
         parts *= 2
     return parts

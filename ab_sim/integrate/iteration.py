@@ -1,5 +1,7 @@
 """One iteration of a span of collocation: f at its nodes anew, from what f was a moment before."""
 
+from typing import Any, NamedTuple
+
 import numba
 
 from ab_sim.dynamics.dispatch import INLINED, number_of
@@ -44,6 +46,23 @@ from ab_sim.integrate.responses import (
 )
 
 
+class Motion(NamedTuple):
+    """At a span's nodes; lanes, each of shape (states,) or more."""
+
+    at: Any
+    """States; those of what carries the balls from the last iteration on."""
+    slope: Any
+    """Room; after an iteration the slope of what is only integrated."""
+    force: Any
+    """f of each equation."""
+    x: Any
+    """Of the carrier's equations, and of a motor's."""
+    v: Any
+    free_x: Any
+    """What x would be without f; or, if what carries the balls hangs freely, c v + k x of it."""
+    free_v: Any
+
+
 @numba.njit(**INLINED)
 def freely(numbers, table, x, v):  # type: ignore[no-untyped-def]
     """What x and v become without f, as the table there says."""
@@ -75,20 +94,14 @@ def hangs_freely(system):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**INLINED)
-def iterate(  # type: ignore[no-untyped-def]
-    plant, spindle, axes, at, x, v, slope, free_x, free_v, force, first, numbers
-):
+def iterate(plant, spindle, axes, motion, first, numbers):  # type: ignore[no-untyped-def]
     """f at the nodes anew: of what carries the balls, these accelerated as before, then of them.
 
     Args:
         plant: whose table holds the balls' cosines and sines.
         spindle: its motion at the nodes.
         axes: cosine and sine of the rotor's axes on those that stand still.
-        at: the states at the nodes, but for the carrier's.
-        x, v: of the carrier's equations, and of a motor's; made anew.
-        slope: room; afterwards the slope of what is only integrated.
-        free_x, free_v: what x and v are without f; or, if it hangs freely, c v + k x.
-        force: f.
+        motion: the Motion, made anew but for what would be without f.
         first, numbers: the tables.
 
     Returns:
@@ -96,6 +109,7 @@ def iterate(  # type: ignore[no-untyped-def]
         end; without balls, beside what it is made of. And what makes an angle of the carrier's x,
         and of the spindle's angle.
     """
+    at, slope, force, x, v, free_x, free_v = motion
     system, a, tables = plant.system, plant.room.acceleration, as_lanes(numbers)
     carrier, n, ways = system.carrier, ball_count(system), carrier_coordinates(system.carrier)
     own = numbers[OWN:HEAD]

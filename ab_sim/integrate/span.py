@@ -45,7 +45,7 @@ from ab_sim.dynamics.system import (
     segment_speed,
     to_coordinates,
 )
-from ab_sim.integrate.iteration import freely, hangs_freely, iterate, response
+from ab_sim.integrate.iteration import Motion, freely, hangs_freely, iterate, response
 from ab_sim.integrate.left_out import left_out
 from ab_sim.integrate.on_stack import own_array, own_room
 from ab_sim.integrate.response_tables import (
@@ -214,9 +214,8 @@ def solve_span(weights, plant, begin, length, samples, allowed, state, work):  #
             else:
                 c, s = turned(cosines[i], sines[i], at[angle] - was)
             own.room.table[i, COS], own.room.table[i, SIN] = cosines[i], sines[i] = c, s
-        carried, turned_by, scales = iterate(
-            own, spindle, axes, at, x, v, slope, free_x, free_v, force, first, numbers
-        )
+        motion = Motion(at, slope, force, x, v, free_x, free_v)
+        carried, turned_by, scales = iterate(own, spindle, axes, motion, first, numbers)
         # Each iteration leaves of an error what it left of the one before: of each kind of its own.
         last = carried + turned_by
         left = remains(carried, carried_before) + remains(turned_by, turned_before)

@@ -25,7 +25,10 @@ class Stepper:
             from ``begin``, local time [s], over ``length`` [s]; ``work.slopes[0]`` holds the slope
             at the start; the result goes into ``work.trial``, and the state stays as it is
 
-    or, of one that takes spans, with ``march``, which does all of ``fixed_step.advance``
+    or, of one that takes spans, with the static method
+
+        march(run, stretch, rows, steps)
+            in place of ``fixed_step.step_by_step``
     """
     evaluations: int
     """Of the right-hand side per step."""

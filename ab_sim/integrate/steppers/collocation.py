@@ -35,7 +35,13 @@ from ab_sim.dynamics.numbers.lanes import as_lanes, where_less
 from ab_sim.dynamics.slope import evaluate, inlined_evaluate
 from ab_sim.dynamics.system import Plant, ball_count
 from ab_sim.integrate.events import within_bounds
-from ab_sim.integrate.fixed_step import has_turns_to_unwind, room_kept, unwind
+from ab_sim.integrate.fixed_step import (
+    Stretch,
+    has_turns_to_unwind,
+    local_time,
+    room_kept,
+    unwind,
+)
 from ab_sim.integrate.hand_over import (
     GOOD,
     PARTS,
@@ -106,9 +112,10 @@ class Weights(NamedTuple):
     reach: float
     """Rates times steps at which that one leaves as much of an error."""
 
-    def march(self, *arguments: Any) -> Any:
+    @staticmethod
+    def march(run: Any, stretch: Any, rows: Any, steps: int) -> Any:
         """See ``Stepper.weights``."""
-        return collocate(self, *arguments)
+        return collocate(run, stretch, rows, steps)
 
 
 TOLERANCE = Parameter(
@@ -158,19 +165,18 @@ def collocation(tolerance: float, steps: float) -> Stepper:
 
 
 @numba.njit(**INLINED)
-def collocate(  # type: ignore[no-untyped-def]
-    weights, system, place, start, clock, length, state, modes, work, events, rows, steps
-):
+def collocate(run, stretch, rows, steps):  # type: ignore[no-untyped-def]
     """See ``fixed_step.step_by_step``."""
-    first, nominal, offset = clock
-    plant = Plant(system, place, modes, room_kept(system, work))
+    weights, system, state, modes, work = run.weights, run.system, run.state, run.modes, run.work
+    place, start, first, length = stretch.place, stretch.start, stretch.first, stretch.length
+    nominal, plant = run.step, Plant(system, place, modes, room_kept(system, work))
     head, line = work.memory[head_at(system, state)], work.memory[line_at(system, state)]
     if steps == 0 and rows.shape[0] > 0:
-        begin = (first * nominal - start) + offset
+        begin = local_time(run, stretch, 0)
         evaluate(plant, begin, state, work.slopes[0])
         record(plant, along(place, begin), begin, state, rows[0, ANGLE:])
     elif steps == 0 and head[STEP] != length:
-        look(plant, weights, start, clock, length, state, work, events, rows)
+        look(plant, run, stretch, rows)
     size, states = state_count(system, state), state_size(system, state)
     width, profile = row_width(system), own_array(0.0, (2, NODES))
     found, numbers = own_array(0.0, (state.size, NODES)), own_array(0.0, (state.size, NODES))
@@ -199,26 +205,23 @@ def collocate(  # type: ignore[no-untyped-def]
             written, write = done, False
             continue
         if head[TAKEN] == line[GOOD] or head[STEP] != length:
-            now = first + done, nominal, offset
+            now = Stretch(place, start, first + done, stretch.offset, length)
             count = min(due(plant, length, state, work), steps - done)
             anew = count > 0 or head[STEP] != length
             if written < done and (anew or has_turns_to_unwind(system, state)):
                 write = True
                 continue
             if count > 0:
-                ahead = rows[done:]
-                taken = hand_over(
-                    plant, weights, start, now, length, state, work, events, ahead, count
-                )
+                taken = hand_over(plant, run, now, rows[done:], count)
                 done += taken
                 written = done
                 if taken < count:
                     return done
                 continue
-            begin = ((first + done) * nominal - start) + offset
+            begin = local_time(run, now, 0)
             unwind(plant, state)
             if anew:
-                look(plant, weights, start, now, length, state, work, events, rows)
+                look(plant, run, now, rows)
             whole = (place.until - begin) / length + 1e-6 if length == nominal else 1.0
             if not take_span(weights, plant, begin, length, whole, state, work):
                 if written < done:
