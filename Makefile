@@ -27,11 +27,11 @@ help:
 demo: $(VENV)/run.stamp
 	$(BIN)/ab-sim demo
 
-# Most of the time goes into compiling kernels, which two processes share; what runs in real time
-# comes alone.
+# Most of the time goes into compiling kernels, which two processes share. What runs in real time
+# comes after that: it waits more than it works.
 test: lint $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
 	$(BIN)/python -m pytest -m 'not ros' -n 2 --dist loadfile --durations=15
-	$(BIN)/python -m pytest -m ros --durations=15
+	$(BIN)/python -m pytest -m ros -n 2 --dist loadfile --durations=15
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check

@@ -1,11 +1,12 @@
 """What every test may use."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
 from ab_sim.scene import Scene, check_scene
+from tests.domains import own_domain
 
 # Assertions explain themselves outside of test files, too, if this comes before their first import.
 pytest.register_assert_rewrite("tests.effects", "tests.nodes.fleet", "tests.overlap")
@@ -69,3 +70,10 @@ def scene() -> SceneMaker:
         return check_scene(merge(THESIS, changes), "test")
 
     return make
+
+
+@pytest.fixture
+def domain() -> Iterator[int]:
+    """A DDS domain of the test's own."""
+    with own_domain() as number:
+        yield number

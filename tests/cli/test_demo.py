@@ -14,6 +14,7 @@ from ab_sim.analysis import replay  # noqa: E402
 from ab_sim.drive.trajectory import Trajectory  # noqa: E402
 from ab_sim.recording import read_recording  # noqa: E402
 from ab_sim.scene import check_scene  # noqa: E402
+from tests.domains import own_domain  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -22,18 +23,19 @@ pytestmark = pytest.mark.ros
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     out = tmp_path_factory.mktemp("demo")
     root = Path(__file__).resolve().parents[2]
-    done = subprocess.run(
-        [sys.executable, "-m", "ab_sim", "demo", "--view", "web", "--out", str(out / "out")],
-        capture_output=True,
-        text=True,
-        cwd=root,
-        env={
-            **{k: v for k, v in os.environ.items() if k != "DISPLAY"},
-            "ROS_DOMAIN_ID": str(1 + (os.getpid() + 50) % 101),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        },
-        timeout=240,
-    )
+    with own_domain() as domain:
+        done = subprocess.run(
+            [sys.executable, "-m", "ab_sim", "demo", "--view", "web", "--out", str(out / "out")],
+            capture_output=True,
+            text=True,
+            cwd=root,
+            env={
+                **{k: v for k, v in os.environ.items() if k != "DISPLAY"},
+                "ROS_DOMAIN_ID": str(domain),
+                "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            },
+            timeout=240,
+        )
     assert done.returncode == 0, done.stdout + done.stderr
     return out / "out", done.stdout
 

@@ -68,15 +68,12 @@ Start = Callable[..., Program]
 
 
 @pytest.fixture
-def start(tmp_path: Path) -> Iterator[Start]:
+def start(tmp_path: Path, domain: int) -> Iterator[Start]:
     """Starts a program with an empty cache of kernels."""
     made: list[Program] = []
 
     def start(*arguments: str, imports: bool = False) -> Program:
-        environment = {
-            "XDG_CACHE_HOME": str(tmp_path),
-            "ROS_DOMAIN_ID": str(1 + (os.getpid() + 70) % 101),
-        }
+        environment = {"XDG_CACHE_HOME": str(tmp_path), "ROS_DOMAIN_ID": str(domain)}
         made.append(Program(*arguments, imports=imports, **environment))
         return made[-1]
 

@@ -16,6 +16,12 @@ from tests.recording.runs import record, run
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.fixture(autouse=True)
+def own(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each test on a domain of its own."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+
+
 class Command:
     """`ab-sim` in a process whose output is read as it comes."""
 
@@ -26,11 +32,7 @@ class Command:
             stderr=subprocess.STDOUT,
             text=True,
             cwd=ROOT,
-            env={
-                **os.environ,
-                "PYTHONUNBUFFERED": "1",
-                "ROS_DOMAIN_ID": str(1 + (os.getpid() + 90) % 101),
-            },
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
         )
         self.said = ""
 

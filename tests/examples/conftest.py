@@ -1,5 +1,5 @@
 """Nodes of a test, as in ``tests/nodes``."""
 
-from tests.nodes.conftest import domain, fleet
+from tests.nodes.conftest import fleet
 
-__all__ = ["domain", "fleet"]
+__all__ = ["fleet"]

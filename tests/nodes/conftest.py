@@ -1,19 +1,9 @@
 """A fleet of nodes per test, each on a DDS domain of its own."""
 
-import itertools
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
-# Domains 1 to 101 keep clear of the ports that Linux hands out by itself.
-_domains = itertools.count(os.getpid())
-
-
-@pytest.fixture
-def domain() -> int:
-    return 1 + next(_domains) % 101
 
 
 @pytest.fixture

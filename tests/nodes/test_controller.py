@@ -1,7 +1,6 @@
 """Profiles under way, and `ab-sim node` that starts and aborts them: one drive for all of it."""
 
 import json
-import os
 import re
 import sys
 from collections.abc import Iterator
@@ -12,6 +11,7 @@ import pytest
 from ab_msgs_py import JointSample, Level, topics
 from ab_msgs_py.samples import text_of
 from tests.cli.tool import ab_sim
+from tests.domains import own_domain
 from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros
@@ -37,16 +37,17 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Fleet]:
     folder = tmp_path_factory.mktemp("bench")
     profile = folder / "shaken.yaml"
     profile.write_text(SHAKEN)
-    fleet = Fleet(1 + (os.getpid() + 31) % 101, folder)
-    fleet.start("drive_sim", scene="thesis-hold")
-    fleet.start(
-        "profile_controller", profile=profile, use_sim_time=True, abort_deceleration=20.0,
-        vibration_timeout=60.0,
-    )  # fmt: skip
-    for topic in (topics.JOINT_STATES, topics.PROFILE_STATUS):
-        fleet.listen(topic)
-    yield fleet
-    fleet.close()
+    with own_domain() as domain:
+        fleet = Fleet(domain, folder)
+        fleet.start("drive_sim", scene="thesis-hold")
+        fleet.start(
+            "profile_controller", profile=profile, use_sim_time=True, abort_deceleration=20.0,
+            vibration_timeout=60.0,
+        )  # fmt: skip
+        for topic in (topics.JOINT_STATES, topics.PROFILE_STATUS):
+            fleet.listen(topic)
+        yield fleet
+        fleet.close()
 
 
 @pytest.fixture

@@ -15,10 +15,10 @@ pytest.importorskip("launch_ros", reason="needs the launch of a distribution's R
 
 from ab_msgs_py import JointSample, topics  # noqa: E402
 from ab_sim.recording import read_recording  # noqa: E402
-from tests.nodes.conftest import domain, fleet, no_screen  # noqa: E402
+from tests.nodes.conftest import fleet, no_screen  # noqa: E402
 from tests.nodes.fleet import Fleet  # noqa: E402
 
-__all__ = ["domain", "fleet", "no_screen"]
+__all__ = ["fleet", "no_screen"]
 pytestmark = pytest.mark.ros
 
 ROOT = Path(__file__).parents[2]

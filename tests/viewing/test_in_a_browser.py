@@ -21,7 +21,7 @@ DEADLINE = 400.0
 
 
 @pytest.fixture
-def running() -> Iterator[str]:
+def running(domain: int) -> Iterator[str]:
     """The address of the viewer of a drive that runs."""
     pytest.importorskip("rclpy", reason="needs ROS 2")
     command = [sys.executable, "-m", "ab_sim", "live", "balanced-start-up", "--view", "web"]
@@ -32,11 +32,7 @@ def running() -> Iterator[str]:
         stderr=subprocess.STDOUT,
         text=True,
         cwd=ROOT,
-        env={
-            **os.environ,
-            "PYTHONUNBUFFERED": "1",
-            "ROS_DOMAIN_ID": str(1 + (os.getpid() + 30) % 101),
-        },
+        env={**os.environ, "PYTHONUNBUFFERED": "1", "ROS_DOMAIN_ID": str(domain)},
     )
     assert live.stdout is not None
     said = []
