@@ -5,8 +5,10 @@ import pytest
 
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.dynamics.assemble import start_state, system_of
+from ab_sim.dynamics.system import System
 from ab_sim.errors import SceneError
-from ab_sim.scene import Scene
+from ab_sim.scene import Scene, load_scene
 from tests.deck.coordinates import columns, coordinates
 from tests.deck.scenes import ODD, Changes, made, odd
 from tests.deck.test_against_reference import GRAVITY, HARDENING, OVAL, RAMP, SMOOTH
@@ -114,6 +116,32 @@ def test_place_and_tilt_have_their_defaults_each() -> None:
     turning: Changes = {"start": {"deck": {"tilt_rate": [1.0, 2.0, 3.0]}}}
     rates = coordinates(at_start(odd("rubbing", STILL, effects, turning))).rates[0]
     assert rates[3:6] == pytest.approx([1.0, 2.0, 3.0], rel=1e-13)
+
+
+@pytest.mark.parametrize("cubic", [1e5, 1e8, 1e11])
+@pytest.mark.parametrize("tilt", [1e-9, 1.2, 1.5707963, np.pi / 2, np.pi])
+def test_a_deck_hangs_whichever_way_gravity_points(tilt: float, cubic: float) -> None:
+    """Pulled the other way, the feeding deck hangs mirrored, and a deck in the plane turned."""
+
+    def systems(name: str, direction: float) -> tuple[Scene, System]:
+        asked = {"gravity.tilt": tilt, "gravity.direction": direction}
+        asked["hardening_suspension.cubic_stiffness"] = cubic
+        scene = load_scene(name, [f"effects.{key}={value!r}" for key, value in asked.items()])
+        return scene, system_of(scene)
+
+    def in_space(direction: float) -> np.ndarray:
+        return start_state(*systems("feeding-deck", direction))[:7]
+
+    sags = []
+    for direction in (0.0, 1e-9, 0.7, np.pi / 2):
+        x, y, z, w, about_x, about_y, about_z = in_space(direction)
+        mirrored = [-x, y, z, w, about_x, -about_y, -about_z]
+        np.testing.assert_allclose(in_space(np.pi - direction), mirrored, rtol=0.0, atol=1e-14)
+        assert z * np.cos(tilt) <= 0.0 < np.hypot(y, z)
+        deck = systems("nsc-case-1", direction)[1].carrier
+        sags.append(np.exp(-1j * direction) * (deck.sag_x + 1j * deck.sag_y))
+    np.testing.assert_allclose(sags, sags[0], rtol=1e-12)
+    assert sags[0].real > 0.0
 
 
 def test_without_gravity_it_starts_where_the_mounts_are_relaxed() -> None:

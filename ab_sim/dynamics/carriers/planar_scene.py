@@ -4,8 +4,8 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.optimize import root
 
+from ab_sim.dynamics.carriers.hanging import place_at_rest
 from ab_sim.dynamics.carriers.own_motion import alike
 from ab_sim.dynamics.carriers.planar import Planar
 from ab_sim.dynamics.linearised import Linearised
@@ -139,22 +139,8 @@ def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
         force = np.array(deck_force(effects, deck)) + np.array(space_force(effects, deck))
         return np.asarray((force + weight) / np.hypot(*weight))
 
-    # Down the weight until the springs have stored as much as it has done work.
-    reach = 1e-9
-    while _stored(effects, reach * weight / np.hypot(*weight)) < reach * np.hypot(*weight):
-        reach *= 2.0
-        if reach > 1e6:
-            raise SceneError(
-                "effects.gravity: the suspension does not hold the deck's weight within 1000 km; "
-                "stiffen it"
-            )
-
-    def in_reaches(place: np.ndarray) -> np.ndarray:
-        # In metres the search loses itself.
-        return unbalanced(reach * place)
-
-    found = reach * root(in_reaches, 0.5 * weight / np.hypot(*weight), tol=1e-15).x
-    if np.abs(unbalanced(found)).max() > 1e-9:
+    found = place_at_rest(unbalanced, lambda place: _stored(effects, place), weight)
+    if found is None:
         raise SceneError(
             "effects.gravity: no place was found where the suspension holds the deck's weight; "
             "give it stiffness in every direction"

@@ -5,9 +5,9 @@ import math
 from typing import Final
 
 import numpy as np
-from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
+from ab_sim.dynamics.carriers.hanging import place_at_rest
 from ab_sim.dynamics.carriers.moments import symmetric
 from ab_sim.dynamics.carriers.mounts import MOUNT_WIDTH
 from ab_sim.dynamics.carriers.own_motion import in_modes, length_beside_turns
@@ -266,17 +266,13 @@ def _at_rest(system: System) -> np.ndarray:
             force, moment = force + own, moment + np.cross(turn @ mount[:3], own)
         return np.concatenate([force, moment / 0.1]) / size
 
-    # Down the weight until the mounts have stored as much as it has done work.
-    down, reach = pull / np.linalg.norm(pull), 1e-9
-    while _stored(system, reach * down) < reach * size and reach < 1e6:
-        reach *= 2.0
-    found = root(unbalanced, np.append(0.5 * reach * down, np.zeros(3)), tol=1e-15)
-    if np.abs(unbalanced(found.x)).max() > 1e-9:
+    found = place_at_rest(unbalanced, lambda moved: _stored(system, moved), mass * pull, 3)
+    if found is None:
         raise SceneError(
             "effects.gravity: no place was found where the mounts hold the deck's weight; give "
             "them stiffness in every direction, or say where the deck starts (start.deck)"
         )
-    return np.asarray(found.x)
+    return found
 
 
 def _stored(system: System, moved: np.ndarray) -> float:
