@@ -155,7 +155,8 @@ Made by `python benchmarks/span_cost.py`; {span_conditions}.
 The drive above with one thing changed each, or another scene, and decks in space: for each step
 of `rk8` the cheapest setting of `collocation` that errs no more. Errors are the largest in a
 ball's angle over the run [rad], every 20 ms, beside `rk8` at a much shorter step; where they are
-below what that is known to, it says "at most".
+below what that is known to, it says "at most". Tolerances of 1e-7, 1e-9, 1e-11 and
+1e-13 were tried.
 
 {collocation_table}
 

@@ -104,7 +104,8 @@ def main() -> None:
             rows += measure(plant, seed, asked.repeats)
             for row in rows[-len(TOLERANCES) :]:
                 print({k: f"{v:.3g}" if isinstance(v, float) else v for k, v in row.items()})
-    write_json({**conditions(), "rows": rows}, str(asked.out / "collocation-at-random.json"))
+    report = {**conditions(), "repeats": asked.repeats, "rows": rows}
+    write_json(report, str(asked.out / "collocation-at-random.json"))
 
 
 if __name__ == "__main__":

@@ -20,8 +20,8 @@ def collocation_part(report: dict[str, Any], random: dict[str, Any]) -> dict[str
         own = [row for row in here if row["stepper"] == "collocation"]
         for row in here:
             enough = [one for one in own if one["error"] <= max(row["error"], _known_to(row))]
-            if row["stepper"] != "collocation" and enough:
-                rows.append(_beside(row, min(enough, key=_took)))
+            if row["stepper"] != "collocation":
+                rows.append(_beside(row, min(enough, key=_took, default=None), own))
     live = [
         [row["case"], row["stepper"], *(f"{row[q]:.1f}" for q in ("p50", "p99", "p99.9"))]
         for row in report["live"]
@@ -50,14 +50,17 @@ def _known_to(row: dict[str, Any]) -> float:
     return float(row["reference_error"])
 
 
-def _beside(row: dict[str, Any], own: dict[str, Any]) -> list[str]:
+def _beside(
+    row: dict[str, Any], own: dict[str, Any] | None, tried: list[dict[str, Any]]
+) -> list[str]:
+    known = [row["case"], f"{1e3 * row['step']:g} ms", _error(row), f"{_took(row):.0f}"]
+    if own is None:
+        least = min(tried, key=lambda one: float(one["error"]))
+        return [*known, "none errs as little", f"{least['tolerance']:g}", _error(least), *3 * [""]]
     ratio, goal = _took(row) / _took(own), GOALS.get(row["case"])
     met = "" if goal is None else f"{goal:g}, " + ("met" if ratio >= goal else "**not met**")
     return [
-        row["case"],
-        f"{1e3 * row['step']:g} ms",
-        _error(row),
-        f"{_took(row):.0f}",
+        *known,
         f"{1e3 * own['step']:g} ms",
         f"{own['tolerance']:g}",
         _error(own),
