@@ -1,6 +1,7 @@
 """The files of a recorder, one after the other, and what is missing in them."""
 
 import contextlib
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -17,6 +18,9 @@ from ab_sim.viewing import Viewer
 
 RETRY = 1.0
 """s between two attempts to begin a file."""
+TAKING_TURNS = 20.0
+"""s between two files that begin because steps run back, where several drives publish: there would
+be one for each block. As long as DDS takes to notice that a drive is gone."""
 
 
 class RecordedFiles:
@@ -30,6 +34,7 @@ class RecordedFiles:
             a file already: nothing that was recorded is ever overwritten. None: no files.
         viewer: shown the files as they grow.
         logger: told of files.
+        drives: how many publish blocks.
         thinned: which samples are kept, as `Recording` takes it.
     """
 
@@ -38,9 +43,11 @@ class RecordedFiles:
         path: Path | None,
         viewer: Viewer | None,
         logger: RcutilsLogger,
+        drives: Callable[[], int],
         thinned: Mapping[str, Any],
     ) -> None:
         self._path, self._viewer, self._logger, self._thinned = path, viewer, logger, thinned
+        self._drives, self._ran_back = drives, -math.inf
         self._number = 1
         self._description: Mapping[str, Any] | None = None
         self._recording: Recording | None = None
@@ -97,7 +104,8 @@ class RecordedFiles:
         """Take samples, of which there are some.
 
         Raises:
-            MalformedMessage: steps are not whole, or do not grow, or a time is not finite.
+            MalformedMessage: steps are not whole, or do not grow, or a time is not finite; or they
+                run back again and again, while several drives publish.
         """
         if self._description is None:
             return
@@ -112,6 +120,13 @@ class RecordedFiles:
             expected = 0
         elif first < expected:
             # The drive was reset; a recording's steps only grow.
+            now = time.monotonic()
+            if now - self._ran_back < TAKING_TURNS and (drives := self._drives()) > 1:
+                raise MalformedMessage(
+                    f"vibration/block: {drives} drives publish it, and steps that run back are "
+                    "left out: end all but one, or give each a namespace"
+                )
+            self._ran_back = now
             self._time = samples[0, 1]
             self.close()
             self._open()

@@ -82,7 +82,8 @@ class Recorder(Node):
         self._for_now = contextlib.ExitStack()
         file = kept or (None if self._viewer is None else self._file_for_now())
         thinned = {"every": every, "around": around}
-        self._files = RecordedFiles(file, self._viewer, self.get_logger(), thinned)
+        drives = functools.partial(topics.BLOCK.publishers, self)
+        self._files = RecordedFiles(file, self._viewer, self.get_logger(), drives, thinned)
         self._description: dict[str, Any] | None = None
         self._time = 0.0
         self._levels: dict[str, Level] = {}

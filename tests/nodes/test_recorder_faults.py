@@ -4,6 +4,7 @@ import os
 import re
 import resource
 import signal
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -222,6 +223,25 @@ def test_what_is_lost_on_the_wire_is_counted(
         assert recorded.missing == (7 if first == 30 else 0)
         steps = recorded.samples[:, 0].astype(int)
         assert recorded.samples.tobytes() == SAMPLES[steps].tobytes()
+
+
+def test_of_two_drives_in_one_place_one_is_recorded(fleet: "Fleet", tmp_path: Path) -> None:
+    """Both are heard in turns, and steps run back at each: not a file for each, and it says so."""
+    fleet.start("recorder", path=tmp_path / "run.rrd")
+    for name in ("drive_sim", "other"):
+        command = (sys.executable, "-m", "ab_sim.nodes.drive_sim", "--ros-args")
+        fleet.start_process(name, *command, "-p", "scene:=thesis-hold")
+        wait_for_samples(fleet, 500)
+    fleet.until(lambda: number(fleet, "messages malformed") > 50, "they take turns")
+    assert fleet.health("recorder").level.name == "WARN"
+    assert "vibration/block: 2 drives publish it" in fleet.log("recorder")
+    wait_for_samples(fleet, 500)
+    fleet.stop("other")
+    fleet.stop("drive_sim")
+    assert fleet.stop("recorder") == 0
+    files = sorted(tmp_path.glob("run*.rrd"))
+    assert 2 <= len(files) <= 10
+    assert all(read_recording(file).complete for file in files)
 
 
 def test_simulator_started_again(fleet: "Fleet", tmp_path: Path) -> None:
