@@ -2,6 +2,7 @@
 
 import time
 import uuid
+from collections.abc import Callable
 
 from rclpy.node import Node
 
@@ -180,17 +181,18 @@ class Bench:
 
     def settle(self) -> None:
         """A last wake-up before time stands still: no lag is forgotten."""
-        self.take_commands()
-        if not self.standing and self.mode is TimeMode.PACED:
-            if due := self.now.pacer.stop(time.monotonic()):
-                self.advance(due)
+        self._take(self.now.pacer.stop)
 
     def catch_up(self) -> None:
         """What is due by now, for what is to happen now; time goes on and loses nothing by it."""
+        self._take(self.now.pacer.early)
+
+    def _take(self, due: Callable[[float], int]) -> None:
+        """Commands that have come, and steps that a pacer says are due at a time [s]."""
         self.take_commands()
         if not self.standing and self.mode is TimeMode.PACED:
-            if due := self.now.pacer.early(time.monotonic()):
-                self.advance(due)
+            if steps := due(time.monotonic()):
+                self.advance(steps)
 
     def restart_clock(self, now: float | None = None) -> None:
         """Time stands still, or goes on, from now on [s, of the steady clock]."""

@@ -1,10 +1,8 @@
 """The services that control `drive_sim`, with the meaning of ROS's simulation_interfaces."""
 
 import functools
-import os
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ab_msgs_py import services
@@ -14,6 +12,7 @@ from ab_sim.drive.faults.fault import Fault, faults_of
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
 from ab_sim.errors import AbSimError, CommandError
 from ab_sim.nodes.drive_settings import TimeMode
+from ab_sim.nodes.parameters import path_of
 from ab_sim.nodes.prepared import Prepared
 from ab_sim.scene import Scene
 
@@ -161,7 +160,7 @@ class DriveControl:
 
     def save_snapshot(self) -> Answer:
         """The present, to a file."""
-        path = Path(os.path.expanduser(self._node.settings.values["snapshot"]))
+        path = path_of(self._node.settings.values["snapshot"])
         with self._node.active() as bench:
             _sound(bench).catch_up()
             kept = bench.now.drive.snapshot(), bench.path.state()
@@ -171,7 +170,7 @@ class DriveControl:
 
     def restore_snapshot(self) -> Answer:
         """Back to what a file holds."""
-        path = Path(os.path.expanduser(self._node.settings.values["snapshot"]))
+        path = path_of(self._node.settings.values["snapshot"])
         with self._node.active() as bench:
             asked, scene = _sound(bench), bench.now.scene
         kept, commands = read_snapshot(path, scene)

@@ -1,11 +1,9 @@
 """`drive_sim`: one drive in real time, commanded and observed over topics; a lifecycle node."""
 
 import contextlib
-import os
 import threading
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from rclpy.subscription import Subscription
@@ -22,7 +20,7 @@ from ab_sim.nodes.drive_settings import drive_settings, fixed_settings, toleranc
 from ab_sim.nodes.in_turn import InTurn
 from ab_sim.nodes.managed import GLANCE, Managed, Say
 from ab_sim.nodes.outputs import Outputs
-from ab_sim.nodes.parameters import close_parameters
+from ab_sim.nodes.parameters import close_parameters, path_of
 from ab_sim.nodes.prepared import Prepared, scene_of
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.settings import Values
@@ -196,7 +194,7 @@ class DriveSim(Managed):
         faults_of(values["faults"])
         held = self.settings.values
         if values["snapshot"] != held["snapshot"]:
-            check_ending(Path(os.path.expanduser(values["snapshot"])), REPORT, "snapshot")
+            check_ending(path_of(values["snapshot"]), REPORT, "snapshot")
         if any(values[name] != held[name] for name in ("scene", "changes")):
             self.scene_of(values)
 

@@ -145,13 +145,18 @@ def whole_ratio(long: float, short: float, meaning: str) -> int:
     return round(ratio)
 
 
+def path_of(text: str) -> Path:
+    """The file or folder that a parameter names; ``~`` is the home."""
+    return Path(os.path.expanduser(text))
+
+
 def recording_file(path: str) -> Path:
     """The file that the parameter ``path`` of a recorder names, its folder made.
 
     Raises:
         InputError: it is no .rrd file, or cannot be written.
     """
-    file, said = Path(os.path.expanduser(path)), "parameter path ="
+    file, said = path_of(path), "parameter path ="
     check_ending(file, RECORDING, said)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -167,7 +172,7 @@ def recording_folder(path: str) -> Path:
     Raises:
         InputError: it cannot be written, or its name is that of a file.
     """
-    folder, said = Path(os.path.expanduser(path)), "parameter bag ="
+    folder, said = path_of(path), "parameter bag ="
     check_folder(folder, said)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
