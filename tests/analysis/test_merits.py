@@ -39,6 +39,19 @@ def test_final_whirl_and_time_into_the_band(scene: Any) -> None:
     assert merits.peak_whirl == pytest.approx(52 * E)
 
 
+@pytest.mark.parametrize("length", [7, 100, 1001])
+def test_the_band_is_entered_at_the_sample_after_the_last_one_outside(
+    scene: Any, length: int
+) -> None:
+    """However the run is cut into pieces."""
+    run = whirling(lambda t: np.where(t < 3.005, 4 * E, 2 * E))
+    pieces = [
+        Trajectory(run.channels, run.samples[at : at + length]) for at in range(0, len(run), length)
+    ]
+    merits = merits_of_pieces(lambda: iter(pieces), len(run), scene())
+    assert merits.in_band_from == run["time"][301]
+
+
 def test_a_balanced_disc_has_a_band_too(scene: Any) -> None:
     """W falls to nothing: within 5 % of M0 e / M, where M0 = 98 g of M = 100 g."""
     merits = merits_of(whirling(lambda t: 50 * E * np.exp(-2 * t)), scene())

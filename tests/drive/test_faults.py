@@ -314,6 +314,17 @@ def test_a_disc_that_slips_falls_behind_the_hub(scene: Any) -> None:
     assert now.whirl == pytest.approx(whirl, rel=0.01)
 
 
+def test_what_is_heard_of_a_slipping_disc_is_told_from_the_hub(scene: Any) -> None:
+    """The hub has turned further than the disc, and where balls are in space does not change."""
+    bench = Bench(scene(), "disc slips 5")
+    bench.run(1000, 80.0)
+    slipped, true, heard = bench.led.faults.slipped, bench.drive.present(), bench.heard()
+    assert slipped > 4.9
+    assert heard["angle"] == pytest.approx(true["angle"] + slipped, abs=1e-12)
+    before = true["angle"][:, None] + true.ball_angles
+    np.testing.assert_allclose(heard["angle"][:, None] + heard.ball_angles, before, atol=1e-12)
+
+
 def test_nothing_else_leaps_as_a_disc_slips(scene: Any) -> None:
     bench = spun(scene())
     bench.inject("disc slips -20")

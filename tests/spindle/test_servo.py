@@ -27,6 +27,14 @@ def test_command_of_the_present_speed_is_a_hold() -> None:
     assert profile.speed(4.0) == 100.0
 
 
+@pytest.mark.parametrize("change", [0.1, -0.1, 1e-3, -1e-9])
+def test_a_change_of_milliseconds_takes_its_time_too(change: float) -> None:
+    profile = SERVO.approach(3.0, 7.0, 100.0, 100.0 + change, SERVO.max_acceleration)
+    takes = abs(change) / SERVO.max_acceleration
+    assert profile.end - 3.0 == pytest.approx(takes, rel=1e-5, abs=1e-15)
+    assert profile.speed(3.0 + takes / 2) == pytest.approx(100.0 + change / 2, abs=1e-13)
+
+
 @pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf, 200.1, -1e300])
 def test_refuses(command: float) -> None:
     with pytest.raises(CommandError, match=r"the speed stays as it was"):

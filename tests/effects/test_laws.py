@@ -1,0 +1,74 @@
+"""Laws of single effects as plain functions: against geometry, and against what they promise."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+from ab_sim.dynamics.effects.ball_contact import BallContact
+from ab_sim.dynamics.effects.motor import Motor
+from ab_sim.dynamics.effects.race_runout import RaceRunout
+
+R = 0.01
+OVAL = RaceRunout(offset_1=3e-4, offset_2=-2e-4, lobe=4e-4, lobe_angle=0.3)
+
+
+def place(theta: float) -> complex:
+    """The point of the race with the outward normal at theta, from the effect's own shape."""
+    beyond, across, _, _ = OVAL.race_shape(math.cos(theta), math.sin(theta))
+    return (R + beyond + 1j * across) * complex(math.cos(theta), math.sin(theta))
+
+
+def direction(theta: float) -> complex:
+    h = 1e-4
+    return (place(theta + h) - place(theta - h)) / (2 * h)
+
+
+@pytest.mark.parametrize("theta", np.linspace(-7.0, 7.0, 15))
+def test_arc_of_an_oval_race_is_the_length_of_its_curve(theta: float) -> None:
+    length, _ = quad(lambda t: abs(direction(t)), 0.0, theta, epsabs=1e-13, limit=200)
+    arc = R * theta + OVAL.race_arc(theta) - OVAL.race_arc(0.0)
+    assert arc == pytest.approx(length, rel=1e-7)
+
+
+@pytest.mark.parametrize("theta", np.linspace(0.0, 6.0, 13))
+def test_radius_of_curvature_of_an_oval_race_and_its_rate(theta: float) -> None:
+    """X' = l t with t across the normal; l' by differences of l."""
+
+    def radius(at: float) -> float:
+        return R + OVAL.race_shape(math.cos(at), math.sin(at))[2]
+
+    tangent = direction(theta) * complex(math.cos(theta), -math.sin(theta))
+    assert tangent.real == pytest.approx(0.0, abs=1e-9)
+    assert radius(theta) == pytest.approx(tangent.imag, rel=1e-6)
+    rate = (radius(theta + 1e-4) - radius(theta - 1e-4)) / 2e-4
+    assert OVAL.race_shape(math.cos(theta), math.sin(theta))[3] == pytest.approx(rate, abs=1e-9)
+
+
+def test_the_motors_integral_does_not_wind_up_at_the_torque_limit() -> None:
+    """Held by a load at the limit, k_i z goes to T_max: then T_a - T_max = k_p error."""
+    motor = Motor(rotor_inertia=2e-5, torque_limit=1e-2, proportional_gain=1e-3, integral_gain=1e-2)
+    for error in (50.0, -50.0):
+
+        def rate(_: float, z: np.ndarray, error: float = error) -> list[float]:
+            asked = motor.loop_torque(error, float(z[0]))
+            limit = motor.largest_torque()
+            return [motor.integral_rate(error, asked - min(max(asked, -limit), limit))]
+
+        # Its time constant is k_p / k_i = 0.1 s.
+        held = solve_ivp(rate, (0.0, 5.0), [0.0], rtol=1e-8, atol=1e-10).y[0, -1]
+        torque = motor.integral_gain * held
+        assert torque == pytest.approx(math.copysign(motor.largest_torque(), error), rel=1e-6)
+
+
+def test_the_motors_integral_follows_the_error_below_the_limit() -> None:
+    motor = Motor(2e-5, 1e-2, 1e-3, 1e-2)
+    assert motor.integral_rate(3.0, 0.0) == 3.0
+
+
+def test_balls_bounce_down_to_ten_micrometres_a_second() -> None:
+    """What bounces less than that would rise by less than 1e-11 m on edge."""
+    law = BallContact(0.7)
+    assert law.restitution(1.01e-5) == 0.7
+    assert law.restitution(0.99e-5) == law.restitution(0.0) == law.restitution(-1.0) == 0.0
