@@ -1,0 +1,77 @@
+"""The page answers those who ask for this machine, and no names that others may choose."""
+
+import http.client
+from collections.abc import Iterator
+from contextlib import closing
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
+
+import pytest
+
+from ab_sim.viewing.page import Page
+
+BEHIND = b"what Rerun serves"
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[Page]:
+    class Behind(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Length", str(len(BEHIND)))
+            self.end_headers()
+            self.wfile.write(BEHIND)
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Behind) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        page = Page(0, server.server_address[1], "http://127.0.0.1:1")
+        yield page
+        page.close()
+        server.shutdown()
+
+
+def asked(page: Page, *hosts: str) -> tuple[int, bytes]:
+    """Status and content for a request with these Host headers."""
+    with closing(http.client.HTTPConnection("127.0.0.1", page.port, timeout=60.0)) as connection:
+        connection.putrequest("GET", "/", skip_host=True)
+        for host in hosts:
+            connection.putheader("Host", host)
+        connection.endheaders()
+        answer = connection.getresponse()
+        return answer.status, answer.read()
+
+
+@pytest.mark.parametrize(
+    "host", ["127.0.0.1", "localhost", "LocalHost", "[::1]", "127.1.2.3", "localhost:9090",
+             "127.0.0.1:80", "[::1]:8080"]
+)  # fmt: skip
+def test_who_asks_for_this_machine_is_answered(page: Page, host: str) -> None:
+    assert asked(page, host) == (200, BEHIND)
+
+
+@pytest.mark.parametrize(
+    "hosts",
+    [
+        ("evil.example",),
+        ("evil.example:9090",),
+        ("localhost.evil.example",),
+        ("127.0.0.1.evil.example",),
+        ("192.168.1.2",),
+        ("0.0.0.0",),
+        ("localhost@evil.example",),
+        ("evil.example@localhost",),
+        ("localhost/evil.example",),
+        ("localhost:port",),
+        ("localhost:",),
+        ("2130706433",),
+        ("",),
+        (),
+        ("localhost", "evil.example"),
+    ],
+)
+def test_any_other_name_is_refused(page: Page, hosts: tuple[str, ...]) -> None:
+    status, said = asked(page, *hosts)
+    assert status == 421 and BEHIND not in said and b"127.0.0.1 or localhost" in said
