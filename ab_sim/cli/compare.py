@@ -46,6 +46,8 @@ def compare_table(found: Beside, recording: str) -> Table:
         f"{found.rows} samples. Driven by {found.driven_by}, aligned {found.aligned}. Range: of "
         "what was recorded, from least to most."
     )
+    for reason, channels in found.not_compared.items():
+        table.caption += f"\nNot compared, {reason}: {', '.join(channels)}."
     table.caption_justify = "left"
     return table
 

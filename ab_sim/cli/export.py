@@ -1,13 +1,14 @@
 """`ab-sim export`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from ab_sim.cli.outputs import check_files, people, say_written
 from ab_sim.cli.progress import interruptible
-from ab_sim.errors import InputError
+from ab_sim.errors import AbSimError, InputError
 from ab_sim.output_file import CSV, PARQUET
+from ab_sim.recording import StoredRun, open_recording
 from ab_sim.recording import export as formats
-from ab_sim.recording import open_recording
 
 
 def export_command(
@@ -22,6 +23,7 @@ def export_command(
     forms = {formats.PARQUET: parquet, formats.CSV: csv}
     files = {form: file for form, file in forms.items() if file is not None}
     run = open_recording(recording)
+    part = replace(part, hangs=_hangs(run))
     part.names(run)
     with interruptible(f"export {recording.name}", "nothing was written") as tell:
         total = run.extent.rows
@@ -30,3 +32,18 @@ def export_command(
     if run.torn:
         people.print(f"{recording}: {run.torn}")
     say_written(written)
+
+
+def _hangs(run: StoredRun) -> tuple[float, float] | None:
+    """x and y [m] of where the recorded deck hangs at rest, if that is known."""
+    if "z" not in run.channels:  # in the plane, displacements count from there
+        return 0.0, 0.0
+    from ab_sim.analysis.rest import rest_of
+    from ab_sim.scene.load import check_scene
+
+    try:
+        scene = check_scene(run.description.get("scene") or {}, "the recording's scene")
+        x, y, _ = rest_of(scene).place.tolist()
+    except AbSimError:
+        return None
+    return None if scene.deck is None else (x, y)

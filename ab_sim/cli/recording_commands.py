@@ -54,8 +54,9 @@ def export(
 
     Each channel is a column, with its unit: in Parquet in the column's metadata, as `unit`, in CSV
     in the header, as `x [m]`. A Parquet file has what was run, JSON, in its own metadata as
-    `ab_sim`. Recordings of any length are read in blocks; those that were not finished as far as
-    they go.
+    `ab_sim`. `whirl` [m], which is not recorded, is written as well: how far the deck's centre is,
+    across the shaft's axis, from where it hangs at rest. Recordings of any length are read in
+    blocks; those that were not finished as far as they go.
 
     A bag has the whole of it, as the messages that a live drive publishes, stamped with simulated
     time: every sample in vibration/block, the state in joint_states, vibration, whirl and
@@ -120,8 +121,9 @@ def compare(
 
     The JSON has `channels`, each with channel, unit, largest (difference), at (when [s]), rms,
     largest_relative and rms_relative (in the range of what was recorded, recorded_from to
-    recorded_to), same_to_the_bit, and compared (samples); `driven_by`, `aligned`, `samples`,
-    `duration`, `same_to_the_bit` and `notes`.
+    recorded_to), same_to_the_bit, and compared (samples); `not_compared`, each of the other
+    channels with its reason; `driven_by`, `aligned`, `samples`, `duration`, `same_to_the_bit` (of
+    all that were compared) and `notes`.
     """
     from ab_sim.cli.compare import compare_command
 

@@ -9,6 +9,7 @@ _UNITS = {
     "speed": "rad/s",
     "command": "rad/s",
     "motor_torque": "N m",
+    "whirl": "m",
 }
 _KINDS = (
     (re.compile(r"[xyz]"), "m"),
@@ -24,7 +25,7 @@ _KINDS = (
 
 
 def unit_of(channel: str) -> str | None:
-    """Unit of a channel of ``Trajectory``; None if it is none of these."""
+    """Unit of a channel of ``Trajectory``, or of its ``whirl``; None if it is none of these."""
     if channel in _UNITS:
         return _UNITS[channel]
     return next((unit for kind, unit in _KINDS if kind.fullmatch(channel)), None)

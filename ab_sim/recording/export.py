@@ -22,6 +22,8 @@ from ab_sim.recording.layout import Array
 from ab_sim.recording.stored import StoredRun
 
 PARQUET, CSV = "parquet", "csv"
+WHIRL = "whirl"
+"""A column that is not recorded: W = |u| [m], from where the deck hangs at rest."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,10 @@ class Part:
     every: int = 1
     """One of so many of these, beginning with the first."""
     channels: tuple[str, ...] | None = None
-    """In this order; None: all."""
+    """In this order; None: all, and ``WHIRL``."""
+    hangs: tuple[float, float] | None = (0.0, 0.0)
+    """x and y [m] of where the deck hangs at rest, from which ``WHIRL`` is measured; None: not
+    known."""
 
     def names(self, run: StoredRun) -> tuple[str, ...]:
         """The channels.
@@ -43,12 +48,21 @@ class Part:
         Raises:
             InputError: the recording has no such channel, none at all, or one is asked for twice.
         """
+        there = run.channels
+        if {"x", "y"} <= set(there) and WHIRL not in there:
+            if self.hangs is not None:
+                there = (*there, WHIRL)
+            elif WHIRL in (self.channels or ()):
+                raise InputError(
+                    f"{run.path}: --channels {WHIRL}: is measured from where the deck hangs at "
+                    "rest, and the recording's scene is not known; export x and y"
+                )
         if not run.channels:
             raise InputError(f"{run.path}: the recording is empty; there is nothing to export")
-        names = run.channels if self.channels is None else self.channels
+        names = there if self.channels is None else self.channels
         for name in names:
             try:
-                column_of(name, run.channels)
+                column_of(name, there)
             except KeyError as error:
                 raise InputError(f"{run.path}: {error.args[0]}") from error
         if len(set(names)) < len(names) or not names:
@@ -61,10 +75,16 @@ class Part:
         Those have shape (rows, channels), and may be none.
         """
         names, read, seen = self.names(run), 0, 0
-        for block in run.blocks((*names, "time")):
+        hangs = self.hangs if WHIRL in names and WHIRL not in run.channels else None
+        stored = [name if hangs is None or name != WHIRL else "x" for name in names]
+        for block in run.blocks((*stored, *(("x", "y") if hangs is not None else ()), "time")):
             time = block[:, -1]
             if time[0] > self.end:
                 return
+            if hangs is not None:
+                across = block[:, -3:-1] - hangs
+                block[:, names.index(WHIRL)] = np.hypot(*across.T)
+                block = np.delete(block, (-3, -2), axis=1)
             inside = block[(time >= self.begin) & (time <= self.end), :-1]
             chosen = inside[(-seen) % self.every :: self.every]
             read, seen = read + len(block), seen + len(inside)

@@ -90,6 +90,8 @@ class Beside:
 
     scene: Scene
     deviations: tuple[Deviation, ...]
+    not_compared: dict[str, tuple[str, ...]]
+    """Every other channel of the two, by the reason."""
     recorded: Envelope
     simulated: Envelope
     differences: Envelope
@@ -105,7 +107,7 @@ class Beside:
 
     @property
     def same(self) -> bool:
-        """Whether every channel is, to the bit."""
+        """Whether every channel that was compared is, to the bit."""
         return all(deviation.same for deviation in self.deviations)
 
     def report(self) -> dict[str, Any]:
@@ -118,6 +120,11 @@ class Beside:
             "duration": self.duration,
             "same_to_the_bit": self.same,
             "channels": [deviation.report() for deviation in self.deviations],
+            "not_compared": [
+                {"channel": channel, "reason": reason}
+                for reason, channels in self.not_compared.items()
+                for channel in channels
+            ],
             "notes": list(self.notes),
         }
 
@@ -238,8 +245,9 @@ def _along(
     progress: Callable[[int], None] | None,
     stepped: bool = True,
 ) -> Beside:
-    names = [name for name in run.channels if name in drive.channels and name not in ASKED]
-    if not names:
+    led = ASKED if driven_by == COMMANDS else ASKED[:2]
+    names = [name for name in run.channels if name in drive.channels and name not in led]
+    if set(names) <= set(ASKED):
         raise InputError(
             f"{run.path}: has no channel in common with the scene {drive.scene.name}; it has "
             f"{', '.join(run.channels)}"
@@ -271,6 +279,21 @@ def _along(
         )
     duration = extent.last[1] - extent.first[1]
     return Beside(
-        drive.scene, deviations, recorded, simulated, differences, driven_by, aligned, done,
-        duration, tuple(notes),
+        drive.scene, deviations, _not_compared(run, drive, names), recorded, simulated,
+        differences, driven_by, aligned, done, duration, tuple(notes),
     )  # fmt: skip
+
+
+def _not_compared(run: StoredRun, drive: Drive, names: list[str]) -> dict[str, tuple[str, ...]]:
+    """Why the channels that are not among these are not compared."""
+    rest = [name for name in dict.fromkeys((*run.channels, *drive.channels)) if name not in names]
+    reasons: dict[str, tuple[str, ...]] = {}
+    for name in rest:
+        if name not in drive.channels:
+            reason = f"{drive.scene.name} has no such channel"
+        elif name not in run.channels:
+            reason = "not recorded"
+        else:
+            reason = "the scene obeys it" if name == "command" else "samples are aligned by it"
+        reasons[reason] = (*reasons.get(reason, ()), name)
+    return reasons

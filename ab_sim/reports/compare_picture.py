@@ -1,5 +1,6 @@
 """A recording and a simulation in one picture, and what is between them."""
 
+import textwrap
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -22,7 +23,9 @@ def compare_picture(found: Beside, recording: str, path: Path) -> None:
         path: file to write; its ending says the format (png, svg, pdf).
     """
     shown = sorted(found.deviations, key=_place)[:MOST]
-    figure = Figure(figsize=(13, 1.2 + 2.1 * len(shown)), layout="constrained")
+    left_out = _left_out(found, shown)
+    lines = 1 + left_out.count("\n")
+    figure = Figure(figsize=(13, 1.2 + 0.17 * lines + 2.1 * len(shown)), layout="constrained")
     panels = figure.subplots(len(shown), 2, sharex=True, squeeze=False)
     verdict = "the same to the bit" if found.same else f"driven by {found.driven_by}"
     figure.suptitle(f"{recording} beside {found.scene.name}: {verdict}", fontsize=13)
@@ -33,9 +36,23 @@ def compare_picture(found: Beside, recording: str, path: Path) -> None:
     for axes in panels[-1]:
         axes.set_xlabel("time [s]")
     handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    figure.legend(
+        handles, labels, loc="outside lower center", ncols=2,
+        title=left_out, title_fontsize=8, frameon=False,
+    )  # fmt: skip
     figure.align_ylabels(panels[:, 0])
     figure.savefig(path, dpi=110)
+
+
+def _left_out(found: Beside, shown: list[Deviation]) -> str:
+    """What the picture does not show, and why: lines of text."""
+    names = ", ".join(each.channel for each in found.deviations if each not in shown)
+    told = [f"Compared, not drawn: {names}."] if names else []
+    told += [
+        f"Not compared, {reason}: {', '.join(channels)}."
+        for reason, channels in found.not_compared.items()
+    ]
+    return "\n".join(textwrap.fill(text, 170) for text in told)
 
 
 def _place(deviation: Deviation) -> int:

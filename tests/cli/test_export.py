@@ -14,11 +14,16 @@ import pyarrow.parquet
 import pytest
 from numpy.typing import NDArray
 
+from ab_sim.analysis.rest import from_rest
 from ab_sim.cli.app import app
-from ab_sim.drive.trajectory import channels_for
+from ab_sim.drive.description import describe as describe_scene
+from ab_sim.drive.rows import channels_of
+from ab_sim.drive.trajectory import Trajectory, channels_for
 from ab_sim.drive.units import unit_of
+from ab_sim.dynamics.assemble import system_of
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.recording import Recording
+from ab_sim.scene import load_scene
 from tests.cli.tool import ab_sim
 from tests.recording.runs import describe, record, run
 
@@ -49,11 +54,12 @@ def test_parquet_and_csv_hold_every_bit_and_the_units(
         "export", str(recording), "--parquet", "r.parquet", "--csv", "r.csv", cwd=tmp_path
     )
     assert done.returncode == 0, done.stderr
-    assert "25000 samples of 15 channels" in done.stderr
+    assert "25000 samples of 16 channels" in done.stderr
     assert "wrote r.parquet" in done.stderr and "wrote r.csv" in done.stderr
     table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
-    names = run(1)[0]
+    names = [*run(1)[0], "whirl"]
     assert table.column_names == names
+    samples = np.column_stack([samples, np.hypot(samples[:, 5], samples[:, 6])])
     assert json.loads(table.schema.metadata[b"ab_sim"]) == describe()
     for at, field in enumerate(table.schema):
         column = table[field.name].to_numpy().astype(float)
@@ -82,6 +88,34 @@ def test_a_part_is_what_was_asked_for(
     expected = samples[1500:22_000:7]
     np.testing.assert_array_equal(table["step"].to_numpy(), expected[:, 0])
     np.testing.assert_array_equal(table["ball_1_angle"].to_numpy(), expected[:, -2])
+
+
+ON_EDGE = ["effects.gravity={tilt: 1.5}", "balls.count=0", "start.ball_angles=[]"]
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_whirl_is_measured_from_where_the_deck_hangs(known: bool, tmp_path: Path) -> None:
+    scene = load_scene("feeding-deck", ON_EDGE)
+    names = channels_of(scene, system_of(scene))
+    samples = np.random.default_rng(2).normal(size=(300, len(names)))
+    samples[:, 0] = np.arange(300)
+    samples[:, 1] = np.arange(300) * 1e-3
+    told = describe_scene(scene) if known else describe(balls=0)
+    with Recording(tmp_path / "run.rrd", description=told) as recording:
+        recording.block(names, samples)
+    done = ab_sim(
+        "export", "run.rrd", "--parquet", "r.parquet", "--channels", "whirl,y", cwd=tmp_path
+    )
+    if not known:
+        assert done.returncode == 2 and not (tmp_path / "r.parquet").exists()
+        assert "--channels whirl: is measured from where the deck hangs" in done.stderr
+        return
+    assert done.returncode == 0, done.stderr
+    table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
+    assert table.column_names == ["whirl", "y"]
+    run = from_rest(Trajectory(names, samples), scene)
+    assert not np.array_equal(run["y"], samples[:, names.index("y")])
+    np.testing.assert_array_equal(table["whirl"].to_numpy(), run.whirl)
 
 
 def test_every_channel_of_a_drive_has_a_unit() -> None:

@@ -16,13 +16,14 @@ from ab_sim.scene import load_scene
 from tests.cli.tool import PNG, ab_sim
 from tests.recording.runs import record, run
 
+BARE = ["balls.count=0", "start.ball_angles=[]", "balls.mass="]
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of a second, the same without balls, one of a stranger, one torn, one empty."""
     folder = tmp_path_factory.mktemp("report")
-    bare = ["balls.count=0", "start.ball_angles=[]", "balls.mass="]
-    for name, changes in (("run", []), ("bare", bare)):
+    for name, changes in (("run", []), ("bare", BARE)):
         drive = Drive(load_scene("balanced-start-up", ["duration=1", *changes]))
         samples = Trajectory.join([drive.present(), drive.advance(1000)])
         with Recording(folder / f"{name}.rrd", description=describe(drive.scene)) as recording:
@@ -86,6 +87,32 @@ def test_compare_says_to_the_bit(folder: Path, tmp_path: Path) -> None:
         cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["same_to_the_bit"] is True
+    found = json.loads(done.stdout)
+    assert found["same_to_the_bit"] is True
+    assert "command" in [each["channel"] for each in found["channels"]]
+    assert [each["channel"] for each in found["not_compared"]] == ["step", "time"]
     assert "0, to the bit" in done.stderr
     assert (tmp_path / "p.png").read_bytes().startswith(PNG)
+
+
+@pytest.mark.parametrize(
+    ("recorded", "with_balls", "reason"),
+    [("run", False, "balanced-start-up has no such channel"), ("bare", True, "not recorded")],
+)
+def test_compare_names_what_it_does_not_compare(
+    recorded: str, with_balls: bool, reason: str, folder: Path, tmp_path: Path
+) -> None:
+    changes = [] if with_balls else [word for change in BARE for word in ("--set", change)]
+    done = ab_sim(
+        "compare", str(folder / f"{recorded}.rrd"), "balanced-start-up", *changes,
+        "--json", "-", "--plot", "p.svg", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    names = [f"ball_{i}_{what}" for i in (0, 1) for what in ("angle", "rate")]
+    missing = [each["channel"] for each in found["not_compared"] if each["reason"] == reason]
+    assert missing == names
+    told = f"Not compared, {reason}: {', '.join(names)}."
+    assert told in " ".join(done.stderr.split())
+    picture = (tmp_path / "p.svg").read_text()  # has its texts as comments beside their outlines
+    assert told in picture and "Compared, not drawn: " in picture

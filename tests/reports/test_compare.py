@@ -51,6 +51,10 @@ def test_a_live_run_is_the_same_to_the_bit(tmp_path: Path, scene: Scene, live: T
     assert [each.channel for each in found.deviations] == list(
         live.channels[2:4] + live.channels[5:]
     )
+    assert found.not_compared == {
+        "samples are aligned by it": ("step", "time"),
+        "the scene obeys it": ("command",),
+    }
     assert all(each.largest == each.rms == 0.0 for each in found.deviations)
 
 
