@@ -3,9 +3,11 @@
     python benchmarks/first_run.py [SCENE ...] [--repeats 3] [--out FOLDER]
 
 Each run is a process of its own with an empty cache of kernels, which makes a drive and takes a
-step; then the same again with what it has kept. Prints a table and writes first-run.json: medians
-of wall time. Passes of the compiler are counted without those that they call; the kernel of events,
-which serves all scenes with friction or contact, is compiled by another process meanwhile.
+step; then the same again with what it has kept. README's first command is timed so, too: it runs
+the scene also without balls, which is another kernel, and draws. Prints a table and writes
+first-run.json: medians of wall time. Passes of the compiler are counted without those that they
+call; the kernel of events, which serves all scenes with friction or contact, is compiled by another
+process meanwhile.
 """
 
 import json
@@ -15,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -24,6 +27,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 
 SCENES = ("no-ball", "thesis-hold", "on-edge")
+COMMAND = ("run", "thesis-hold", "--plot")
+"""Of ab-sim; the picture's name follows."""
 PARTS = {
     "nopython_type_inference": "types",
     "native_lowering": "writing for LLVM",
@@ -79,6 +84,18 @@ def run(cache: str, scene: str, *changes: str) -> dict[str, float]:
     return found
 
 
+def command(cache: str) -> dict[str, float]:
+    """README's first command, from its start to its end [s]."""
+    began = time.perf_counter()
+    subprocess.run(
+        [sys.executable, "-m", "ab_sim", *COMMAND, str(Path(cache, "hold.png"))],
+        env={**os.environ, "XDG_CACHE_HOME": cache},
+        capture_output=True,
+        check=True,
+    )
+    return {"whole": time.perf_counter() - began}
+
+
 def main() -> None:
     """Run all, by turns."""
     parser = arguments(__doc__ or "", repeats=3)
@@ -86,10 +103,11 @@ def main() -> None:
     asked = parser.parse_args()
     runs: dict[str, list[dict[str, float]]] = {}
     for _ in range(asked.repeats):
-        for scene in asked.scenes:
+        measured = {scene: partial(run, scene=scene) for scene in asked.scenes}
+        for name, measure in {**measured, " ".join(("ab-sim", *COMMAND)): command}.items():
             with tempfile.TemporaryDirectory() as cache:
-                for what in (scene, f"{scene}, again"):
-                    runs.setdefault(what, []).append(run(cache, scene))
+                for what in (name, f"{name}, again"):
+                    runs.setdefault(what, []).append(measure(cache))
                     print(what, f"{runs[what][-1]['whole']:.1f} s", file=sys.stderr)
     table = {
         what: {

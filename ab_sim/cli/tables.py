@@ -95,7 +95,7 @@ def print_check(name: str, changes: list[str]) -> None:
         table.add_row("balls' unbalance / rotor's", f"{reach:.4g}")
     for row in (*_deck(scene, system), *_motor(scene), *_sensors(scene)):
         table.add_row(*row)
-    table.add_row("profile", "none" if scene.profile is None else scene.profile.kind)
+    table.add_row("profile", _profile(scene))
     stepper, reason, longest, limited_by, _ = choice
     if price is not None:
         reason = "the cheapest measured to be accurate enough"
@@ -107,6 +107,18 @@ def print_check(name: str, changes: list[str]) -> None:
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)
     console.print(table)
+
+
+def _profile(scene: Scene) -> str:
+    profile, first = scene.profile, scene.start.speed
+    if profile is None:
+        return "none"
+    if profile.kind != "start_up" or profile.variable_speed_period is None:
+        return profile.kind
+    if profile.period_begins(first) is None:
+        behind = f"start.speed = {first:g} rad/s"
+        return f"start_up; its variable-speed period lies behind {behind}, and is left out"
+    return "start_up, with a variable-speed period"
 
 
 def _balls(scene: Scene) -> str:

@@ -106,7 +106,8 @@ def _period(scene: Scene) -> dict[str, float] | None:
         return None
     profile = SpeedProfile.of_scene(scene)
     begins = profile.variable_speed_period
-    assert begins is not None
+    if begins is None:  # It lies behind the speed at which the scene begins.
+        return None
     middle = begins + 0.5 * asked.variable_speed_period.duration
     piece = profile.piece_at(middle)
     start, end = (float(piece.segment.speed(t)) for t in (0.0, piece.end - piece.start))

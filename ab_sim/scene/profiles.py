@@ -32,12 +32,30 @@ class VariableSpeedPeriod(Section):
 
 
 class StartUp(Section):
-    """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1)."""
+    """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
+
+    It goes on from any speed: at the target it holds, above it slows down as fast, and a period
+    that begins below the speed there is has been passed and is left out.
+    """
 
     kind: Literal["start_up"]
     acceleration: Number = quantity("of the run-up", "rad/s^2", ge=1e-6, le=1e6)
     target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
     variable_speed_period: VariableSpeedPeriod | None = None
+
+    def period_begins(self, first: float) -> float | None:
+        """The speed at which the variable-speed period begins [rad/s]; None if none is ahead.
+
+        Args:
+            first: the speed at which the run begins [rad/s].
+        """
+        period = self.variable_speed_period
+        if period is None or first >= self.target_speed:
+            return None
+        if period.start_speed is None:
+            assert period.start_time is not None
+            return first + self.acceleration * period.start_time
+        return period.start_speed if period.start_speed >= first else None
 
 
 class SpeedChange(Section):
@@ -93,27 +111,25 @@ def _check_start_up(
     target = profile.target_speed
     if target > max_speed:
         raise ValueError(beyond("profile.target_speed", target, max_speed))
-    if target <= first:
-        raise ValueError(
-            f"profile.target_speed = {exact(target)} rad/s: must be above start.speed = "
-            f"{exact(first)} rad/s"
-        )
     _check_acceleration("profile", profile.acceleration, max_acceleration)
     period = profile.variable_speed_period
     if period is None:
         return
-    if period.start_speed is not None:
-        key, begins = f"start_speed = {exact(period.start_speed)} rad/s", period.start_speed
+    if (begins := period.start_speed) is not None:
+        key = f"start_speed = {exact(begins)} rad/s"
+    elif (begins := profile.period_begins(first)) is not None:
+        key = f"start_time = {exact(period.start_time or 0.0)} s"
     else:
-        assert period.start_time is not None
-        key = f"start_time = {exact(period.start_time)} s"
-        begins = first + profile.acceleration * period.start_time
+        return
     ends = begins + period.acceleration * period.duration
-    if not first <= begins < target or not first <= ends <= target:
+    # From standstill, also where the run begins above it: what lies behind is left out.
+    lowest = min(first, 0.0)
+    if not lowest <= begins < target or not lowest <= ends <= target:
+        below = f"start.speed = {exact(first)}" if first < 0 else "0"
         raise ValueError(
             f"profile.variable_speed_period.{key}: the period runs from {exact(begins)} to "
-            f"{exact(ends)} rad/s, which must lie between start.speed = {exact(first)} and "
-            f"target_speed = {exact(target)}"
+            f"{exact(ends)} rad/s, which must lie between {below} and target_speed = "
+            f"{exact(target)}"
         )
 
 

@@ -144,15 +144,16 @@ class SpeedProfile:
         """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
 
         Args:
-            start_speed: rad/s.
-            acceleration: rad/s^2, before and after the period.
+            start_speed: rad/s; from above the target it slows down, from the target it holds.
+            acceleration: rad/s^2, its magnitude before and after the period.
             target_speed: rad/s, held at the end.
             period: start speed [rad/s], duration [s] and acceleration [rad/s^2] of the period.
             period_start: its start time [s], where that is what is known exactly.
             start_angle: psi at t = 0 [rad].
         """
         legs: list[tuple[float, float, float, float | None]]
-        legs = [(start_speed, target_speed, acceleration, None)]
+        way = math.copysign(acceleration, target_speed - start_speed)
+        legs = [(start_speed, target_speed, way, None)]
         begins = None
         if period is not None:
             at, duration, slope = period
@@ -248,13 +249,9 @@ class SpeedProfile:
         if asked.kind == "speed_change":
             return cls.speed_change(first, asked.to_speed, asked.start_time, asked.duration, angle)
         period = start = None
-        if asked.variable_speed_period is not None:
-            p = asked.variable_speed_period
-            at, start = p.start_speed, p.start_time
-            if at is None:
-                assert start is not None
-                at = first + asked.acceleration * start
-            period = (at, p.duration, p.acceleration)
+        p, at = asked.variable_speed_period, asked.period_begins(first)
+        if p is not None and at is not None:
+            period, start = (at, p.duration, p.acceleration), p.start_time
         return cls.start_up(first, asked.acceleration, asked.target_speed, period, start, angle)
 
 

@@ -133,6 +133,20 @@ def test_times_beyond_the_duration_lengthen_the_run_and_that_is_said() -> None:
     assert "beyond duration" not in ab_sim(*run, "0.01").stderr
 
 
+def test_a_whole_start_up_is_gone_on_with_from_its_recording(tmp_path: Path) -> None:
+    """README's own line; the start-up ended at its target, which the next one begins at."""
+    done = ab_sim("run", "thesis-hold", "--rrd", "run.rrd", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    ended = read_recording(tmp_path / "run.rrd")
+    start = ab_sim("state", "run.rrd", cwd=tmp_path).stdout
+    done = ab_sim("run", "thesis-hold", "--set", f"start={start}", "--times", "0,1", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    first, last = json.loads(done.stdout)["samples"]
+    angles = [ended[f"ball_{i}_angle"][-1] for i in range(2)]
+    assert first["theta"] == pytest.approx(angles, abs=1e-12)
+    assert first["psi"] == ended["angle"][-1] and first["omega"] == last["omega"] == 200.0
+
+
 MOTOR = "rotor_inertia: 2.9e-5, torque_limit: 1.5e-3, proportional_gain: 1.0e-3"
 
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ab_sim.errors import SceneError
 from ab_sim.scene import load_scene
 from ab_sim.spindle import RaisedCosine, Ramp, SpeedProfile
 
@@ -59,6 +60,42 @@ def test_raised_cosine_of_the_relative_stability_report() -> None:
         assert profile.speed(t) == pytest.approx(printed, rel=1e-12)
     assert profile.speed(9.0) == 1000.0
     assert profile.speed(11.0) == 900.0
+
+
+@pytest.mark.parametrize(
+    ("first", "breakpoints", "speeds", "period"),
+    [
+        (200.0, [], {0.0: 200.0, 9.0: 200.0}, None),
+        (240.0, [1.0], {0.5: 220.0, 1.0: 200.0, 9.0: 200.0}, None),
+        (150.0, [1.25], {1.0: 190.0, 1.25: 200.0}, None),
+        (100.0, [0.5, 3.0], {0.25: 100.0, 0.5: 100.0, 3.0: 200.0}, 0.0),
+        (80.0, [0.5, 1.0, 3.5], {0.5: 100.0, 1.0: 100.0, 3.5: 200.0}, 0.5),
+        (-40.0, [3.5, 4.0, 6.5], {1.0: 0.0, 3.5: 100.0, 6.5: 200.0}, 3.5),
+    ],
+)
+def test_a_start_up_goes_on_from_any_speed(
+    first: float, breakpoints: list[float], speeds: dict[float, float], period: float | None
+) -> None:
+    """At the target it holds, above it slows down; a period that lies behind is left out."""
+    profile = SpeedProfile.of_scene(load_scene("thesis-hold", [f"start.speed={first}"]))
+    assert [t for t in profile.breakpoints if t > 0] == breakpoints
+    assert {t: profile.speed(t) for t in speeds} == speeds
+    assert profile.variable_speed_period == period
+
+
+def test_a_period_by_time_is_left_out_at_the_target() -> None:
+    period = "profile.variable_speed_period."
+    by_time = [f"{period}start_speed=", f"{period}start_time=2.5"]
+    profile = SpeedProfile.of_scene(load_scene("thesis-hold", [*by_time, "start.speed=200"]))
+    assert profile.variable_speed_period is None and profile.end == 0.0
+    with pytest.raises(SceneError, match="start_time = 2.5 s: the period runs from 250 to 250"):
+        load_scene("thesis-hold", [*by_time, "start.speed=150"])
+
+
+def test_a_period_that_slows_down_may_end_below_the_speed_at_the_start() -> None:
+    slower = "profile.variable_speed_period.acceleration=-20"
+    profile = SpeedProfile.of_scene(load_scene("thesis-hold", [slower, "start.speed=96"]))
+    assert [profile.speed(t) for t in (0.0, 0.1, 0.6)] == [96.0, 100.0, 90.0]
 
 
 PROFILES: dict[str, Any] = {
