@@ -62,6 +62,7 @@ setup(
             "colcon-ros",
             "hypothesis",
             "mcap-ros2-support",  # reads what rosbags wrote
+            "mpmath",
             "mypy",
             "playwright",  # drives Debian's Chromium
             "pre-commit",

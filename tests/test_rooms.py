@@ -16,6 +16,7 @@ import ab_sim
 ORDER = (
     ("errors",),
     ("interruption", "output_file"),
+    ("tracing",),
     ("scene",),
     ("spindle",),
     ("dynamics",),

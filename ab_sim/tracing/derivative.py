@@ -1,0 +1,63 @@
+"""Derivatives of expressions along a direction (forward mode): by states and parameters alike."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from ab_sim.tracing.expression import (
+    Expression,
+    is_constant,
+    reached,
+    total,
+    where,
+)
+
+Rule = Callable[[Expression, Sequence[Expression], Sequence[Expression]], Expression]
+
+
+def derivatives(
+    roots: Iterable[Expression], along: Mapping[Expression, Expression]
+) -> list[Expression]:
+    """How roots change along a direction.
+
+    Args:
+        roots: expressions of one graph.
+        along: by input its rate of change, an expression of the same graph; inputs that are not
+            named do not change.
+
+    Returns:
+        Their rates of change, in the same order. That of ``abs`` at 0 is that of its argument, that
+        of ``where`` is that of the branch taken: at the border itself there is none.
+
+    Raises:
+        ValueError: something else than an input is to change.
+    """
+    roots = list(roots)
+    for x in along:
+        if x.op != "input":
+            raise ValueError(f"a direction changes inputs; {x} is none")
+    rates: dict[int, Expression] = {}
+    for x in reached(roots):
+        zero = x.graph.constant(0.0)
+        changes = [rates[arg.number] for arg in x.args]
+        if x in along:
+            rates[x.number] = along[x]
+        elif x.op in ("lt", "le") or all(is_constant(change, 0.0) for change in changes):
+            rates[x.number] = zero
+        else:
+            rates[x.number] = _RULES[x.op](x, x.args, changes)
+    return [rates[root.number] for root in roots]
+
+
+_RULES: dict[str, Rule] = {
+    "add": lambda x, a, d: d[0] + d[1],
+    "sub": lambda x, a, d: d[0] - d[1],
+    "mul": lambda x, a, d: d[0] * a[1] + a[0] * d[1],
+    "div": lambda x, a, d: (d[0] - x * d[1]) / a[1],
+    "neg": lambda x, a, d: -d[0],
+    "abs": lambda x, a, d: where(a[0] < 0.0, -d[0], d[0]),
+    "sqrt": lambda x, a, d: d[0] / (2.0 * x),
+    "fma": lambda x, a, d: d[0] * a[1] + a[0] * d[1] + d[2],
+    "where": lambda x, a, d: where(a[0], d[1], d[2]),
+    "cos": lambda x, a, d: -(a[0].sin() * d[0]),
+    "sin": lambda x, a, d: a[0].cos() * d[0],
+    "total": lambda x, a, d: total(d[0]),
+}

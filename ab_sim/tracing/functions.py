@@ -1,0 +1,73 @@
+"""Functions of formulas: of floats they are Python's, of expressions they make nodes."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from ab_sim.tracing import expression
+from ab_sim.tracing.expression import Expression
+
+
+def cos(x: Any) -> Any:
+    """Cosine of an angle [rad]."""
+    return x.cos() if isinstance(x, Expression) else math.cos(x)
+
+
+def sin(x: Any) -> Any:
+    """Sine of an angle [rad]."""
+    return x.sin() if isinstance(x, Expression) else math.sin(x)
+
+
+def sqrt(x: Any) -> Any:
+    """Square root."""
+    return x.sqrt() if isinstance(x, Expression) else math.sqrt(x)
+
+
+def where(condition: Any, a: Any, b: Any) -> Any:
+    """``a`` where a condition holds, else ``b``; both are computed, and neither may fail."""
+    if isinstance(condition, Expression):
+        graph = condition.graph
+        return expression.where(condition, expression.lifted(graph, a), expression.lifted(graph, b))
+    return a if condition else b
+
+
+def total(x: Any) -> Any:
+    """Sum over the balls: of an expression per ball, or of a sequence with a number for each."""
+    if isinstance(x, Expression):
+        return expression.total(x)
+    if isinstance(x, Sequence):
+        return added_up(x, lambda a, b: a + b)
+    raise TypeError(f"total of {x!r}: must be an expression or a sequence with a number per ball")
+
+
+GROUP = 8
+"""Balls of which a vector of the machine is made."""
+
+
+def added_up(parts: Sequence[Any], add: Any) -> Any:
+    """A sum over the balls in the one order that every way out has.
+
+    Whole groups of eight are added to each other, then the halves of what comes out; the last
+    group, if it is not whole, for itself, and then to that.
+    """
+    whole = len(parts) - len(parts) % GROUP
+    sums = []
+    if whole:
+        lanes = list(parts[:GROUP])
+        for at in range(GROUP, whole, GROUP):
+            lanes = [add(a, b) for a, b in zip(lanes, parts[at : at + GROUP], strict=True)]
+        sums.append(halved(lanes, add))
+    if whole < len(parts):
+        sums.append(halved(parts[whole:], add))
+    return sums[0] if len(sums) == 1 else add(*sums)
+
+
+def halved(parts: Sequence[Any], add: Any) -> Any:
+    """A sum by adding the second half to the first, until one is left."""
+    left = list(parts)
+    while len(left) > 1:
+        half = 1 << (len(left) - 1).bit_length() - 1
+        left = [
+            add(a, left[half + k]) if half + k < len(left) else a for k, a in enumerate(left[:half])
+        ]
+    return left[0]

@@ -1,0 +1,264 @@
+"""Lowered expressions in LLVM's language: of one run, or of several in lanes.
+
+A number is a double, or a vector with an element per lane. What each ball has is, in a single run,
+vectors of up to eight balls; in lanes one such number per ball. All sums over balls are added up in
+the order of ``functions.added_up``, so results have the same bits either way.
+"""
+
+import struct
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ab_sim.tracing.expression import Expression, reached
+from ab_sim.tracing.functions import GROUP, added_up
+
+
+class Shape(NamedTuple):
+    """How many numbers a node stands for in memory, and how they are held."""
+
+    balls: int
+    lanes: int = 1
+    """Runs side by side; each number has one element per lane, next to each other in memory."""
+
+    def widths(self, each: bool) -> list[int]:
+        """Of the values that a node is: one, or those that stand for all balls."""
+        if not each:
+            return [self.lanes]
+        if self.lanes > 1:
+            return [self.lanes] * self.balls
+        whole, rest = divmod(self.balls, GROUP)
+        return [GROUP] * whole + [rest] * (rest > 0)
+
+
+class Place(NamedTuple):
+    """Where a number is in memory: the first of those per ball, which lie side by side."""
+
+    pointer: str
+    at: int
+    """In numbers: each takes ``lanes`` doubles."""
+
+
+class Function:
+    """A function of pointers to doubles, line by line."""
+
+    def __init__(self, name: str, pointers: Sequence[str], shape: Shape) -> None:
+        self.name, self.pointers, self.shape = name, pointers, shape
+        self.lines: list[str] = []
+        self.declared: set[str] = set()
+        self._count = 0
+        self._wide: dict[tuple[str, int], str] = {}
+
+    def new(self) -> str:
+        """A name for a value."""
+        self._count += 1
+        return f"%t{self._count}"
+
+    def put(self, text: str) -> str:
+        """A line that makes a value; its name."""
+        made = self.new()
+        self.lines.append(f"{made} = {text}")
+        return made
+
+    def load(self, place: Place, offset: int, width: int) -> str:
+        """Of ``width`` doubles, ``offset`` doubles after a place."""
+        pointer = self._pointer(place, offset)
+        return self.put(f"load {kind(width)}, ptr {pointer}, align 8")
+
+    def store(self, value: str, place: Place, offset: int, width: int) -> None:
+        """Of ``width`` doubles, ``offset`` doubles after a place."""
+        pointer = self._pointer(place, offset)
+        self.lines.append(f"store {kind(width)} {value}, ptr {pointer}, align 8")
+
+    def _pointer(self, place: Place, offset: int) -> str:
+        at = place.at * self.shape.lanes + offset
+        return self.put(f"getelementptr double, ptr %{place.pointer}, i64 {at}")
+
+    def call(self, name: str, width: int, *values: str) -> str:
+        """Of one of LLVM's own functions on numbers."""
+        suffix = f"v{width}f64" if width > 1 else "f64"
+        whole, of = f"@llvm.{name}.{suffix}", kind(width)
+        self.declared.add(f"declare {of} {whole}({', '.join([of] * len(values))})")
+        return self.put(f"call {of} {whole}({', '.join(f'{of} {value}' for value in values)})")
+
+    def widened(self, value: str, width: int, element: str = "double") -> str:
+        """A single value in every element of a vector."""
+        if (value, width) not in self._wide:
+            of = kind(width, element)
+            one = self.put(f"insertelement {of} poison, {element} {value}, i32 0")
+            self._wide[value, width] = self.put(
+                f"shufflevector {of} {one}, {of} poison, <{width} x i32> zeroinitializer"
+            )
+        return self._wide[value, width]
+
+    def text(self) -> str:
+        """The function's definition."""
+        arguments = ", ".join(f"ptr noalias {name}" for name in (f"%{p}" for p in self.pointers))
+        body = "\n".join(f"  {line}" for line in [*self.lines, "ret void"])
+        return f"define void @{self.name}({arguments}) nounwind {{\n{body}\n}}\n"
+
+
+class Body:
+    """Emits expressions into a function.
+
+    Args:
+        into: the function.
+        places: where inputs are, by name.
+        known: where other nodes are already, by their numbers.
+    """
+
+    def __init__(
+        self,
+        into: Function,
+        places: Mapping[str, Place],
+        known: Mapping[int, Place] | None = None,
+    ) -> None:
+        self._into, self._places, self._known = into, places, known or {}
+        self._values: dict[int, list[str]] = {}
+
+    def values(self, x: Expression) -> list[str]:
+        """Names of what a node is, in the widths that its shape has."""
+        ahead = [x]
+        while ahead:
+            node = ahead[-1]
+            if node.number in self._values or node.op == "const":
+                ahead.pop()
+                continue
+            args = () if node.number in self._known else node.args
+            missing = [a for a in args if a.number not in self._values and a.op != "const"]
+            if missing:
+                ahead += missing[::-1]
+                continue
+            ahead.pop()
+            self._values[node.number] = self._emitted(node)
+        return [self._operand(x, k, width) for k, width in enumerate(self._widths(x))]
+
+    def store(self, x: Expression, place: Place, each: bool = False) -> None:
+        """Write a node to memory; with ``each``, one that is the same for all balls to each."""
+        shape, offset = self._into.shape, 0
+        self.values(x)
+        for k, width in enumerate(shape.widths(x.each or each)):
+            self._into.store(self._operand(x, k, width), place, offset, width)
+            offset += width
+
+    def _widths(self, x: Expression) -> list[int]:
+        return self._into.shape.widths(x.each)
+
+    def _operand(self, x: Expression, k: int, width: int) -> str:
+        """The part ``k`` of a node, as wide as is asked."""
+        if x.op == "const":
+            return literal(x.payload, width)
+        own = self._values[x.number]
+        if len(own) > 1 or x.each:
+            return own[k]
+        is_bool = x.op in ("lt", "le")
+        if self._into.shape.lanes == width:
+            return own[0]
+        return self._into.widened(own[0], width, "i1" if is_bool else "double")
+
+    def _emitted(self, x: Expression) -> list[str]:
+        into = self._into
+        place = self._known.get(x.number)
+        if place is None and x.op == "input":
+            place = self._places[x.payload]
+        if place is not None:
+            made, offset = [], 0
+            for width in self._widths(x):
+                made.append(into.load(place, offset, width))
+                offset += width
+            return made
+        if x.op == "total":
+            return [self._total(x.args[0])]
+        return [
+            self._operation(x.op, width, [self._operand(arg, k, width) for arg in x.args])
+            for k, width in enumerate(self._widths(x))
+        ]
+
+    def _operation(self, op: str, width: int, args: Sequence[str]) -> str:
+        of = kind(width)
+        if op in _TWO:
+            return self._into.put(f"{_TWO[op]} {of} {args[0]}, {args[1]}")
+        if op == "neg":
+            return self._into.put(f"fneg {of} {args[0]}")
+        if op == "where":
+            which = kind(width, "i1")
+            return self._into.put(f"select {which} {args[0]}, {of} {args[1]}, {of} {args[2]}")
+        return self._into.call("fabs" if op == "abs" else op, width, *args)
+
+    def _total(self, x: Expression) -> str:
+        """Balls added up in the order of ``added_up``."""
+        shape = self._into.shape
+        widths = shape.widths(True)
+        parts = [self._operand(x, k, width) for k, width in enumerate(widths)]
+        if shape.lanes > 1:
+            return str(added_up(parts, lambda a, b: self._operation("add", shape.lanes, (a, b))))
+        groups = [part for part, width in zip(parts, widths, strict=True) if width == GROUP]
+        sums = []
+        if groups:
+            whole = groups[0]
+            for group in groups[1:]:
+                whole = self._operation("add", GROUP, (whole, group))
+            sums.append(self._halved(whole, GROUP))
+        if widths[-1] != GROUP:
+            sums.append(self._halved(parts[-1], widths[-1]))
+        return sums[0] if len(sums) == 1 else self._operation("add", 1, sums)
+
+    def _halved(self, value: str, width: int) -> str:
+        while width > 1:
+            half = 1 << (width - 1).bit_length() - 1
+            low, high = (self._part(value, width, first, half) for first in (0, half))
+            value, width = self._operation("add", half, (low, high)), half
+        return value
+
+    def _part(self, value: str, width: int, first: int, count: int) -> str:
+        """Elements of a vector; what is missing at its end is -0.0, which adds nothing."""
+        of = kind(width)
+        if count == 1:
+            return self._into.put(f"extractelement {of} {value}, i32 {first}")
+        which = ", ".join(f"i32 {min(first + k, width)}" for k in range(count))
+        return self._into.put(
+            f"shufflevector {of} {value}, {of} {literal(-0.0, width)}, <{count} x i32> <{which}>"
+        )
+
+
+_TWO = {
+    "add": "fadd",
+    "sub": "fsub",
+    "mul": "fmul",
+    "div": "fdiv",
+    "lt": "fcmp olt",
+    "le": "fcmp ole",
+}
+
+
+def kind(width: int, element: str = "double") -> str:
+    """LLVM's name of a number or vector."""
+    return f"<{width} x {element}>" if width > 1 else element
+
+
+def literal(value: float, width: int) -> str:
+    """A constant in LLVM's language, digit by digit."""
+    one = "0x" + struct.pack(">d", value).hex().upper()
+    return one if width == 1 else f"splat (double {one})"
+
+
+def module_text(functions: Sequence[Function]) -> str:
+    """A text of several functions."""
+    declared = sorted(set().union(*(function.declared for function in functions)))
+    return "\n".join([*declared, *(function.text() for function in functions)]) + "\n"
+
+
+def border(roots: Sequence[Expression], level: int) -> list[Expression]:
+    """What is known at a level and used by what is not: to be computed once, before.
+
+    Constants and inputs are left out, as they are at hand anyway.
+    """
+    found: dict[int, Expression] = {}
+    for x in reached(roots):
+        users = x.args if x.level > level else ()
+        found |= {a.number: a for a in users if a.level <= level and a.op not in ("const", "input")}
+    found |= {
+        root.number: root
+        for root in roots
+        if root.level <= level and root.op not in ("const", "input")
+    }
+    return list(found.values())

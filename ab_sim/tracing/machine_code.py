@@ -1,0 +1,65 @@
+"""From the text of LLVM's language to machine code that can be called."""
+
+import functools
+from typing import Any
+
+import llvmlite.binding as llvm
+
+
+class MachineCode:
+    """Functions of one text as machine code, kept as long as this object is.
+
+    Args:
+        text: in LLVM's language.
+        features: of the processor, in LLVM's words (``"+fma,+avx2"``); those that it has if None.
+
+    Raises:
+        RuntimeError: the text is not in that language; the message is LLVM's.
+    """
+
+    def __init__(self, text: str, features: str | None = None) -> None:
+        machine = _machine(features)
+        module = llvm.parse_assembly(text)
+        module.triple, module.data_layout = machine.triple, str(machine.target_data)
+        options = llvm.create_pipeline_tuning_options(3)
+        # What belongs into a vector is written as one.
+        options.slp_vectorization = options.loop_vectorization = False
+        passes = llvm.create_pass_builder(machine, options)
+        passes.getModulePassManager().run(module, passes)
+        # The engine owns machine and module from here on.
+        self._engine = llvm.create_mcjit_compiler(module, machine)
+        self._engine.finalize_object()
+
+    def address(self, name: str) -> int:
+        """Of a function.
+
+        Raises:
+            KeyError: there is none of that name.
+        """
+        found: int = self._engine.get_function_address(name)
+        if not found:
+            raise KeyError(name)
+        return found
+
+
+def processor_features() -> str:
+    """What the processor can do, in LLVM's words."""
+    return str(llvm.get_host_cpu_features().flatten())
+
+
+@functools.cache
+def _native() -> Any:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.Target.from_default_triple()
+
+
+def _machine(features: str | None) -> Any:
+    target = _native()
+    return target.create_target_machine(
+        cpu=llvm.get_host_cpu_name() if features is None else "",
+        features=processor_features() if features is None else features,
+        opt=3,
+        jit=True,
+        codemodel="jitdefault",
+    )

@@ -1,0 +1,90 @@
+"""Lowered expressions as a Python function: to read, and to hold machine code to."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from ab_sim.tracing.expression import Expression, reached
+
+_FORMS = {
+    "add": "{} + {}",
+    "sub": "{} - {}",
+    "mul": "{} * {}",
+    "div": "divided({}, {})",
+    "neg": "-{}",
+    "abs": "abs({})",
+    "sqrt": "root({})",
+    "fma": "multiply_add({}, {}, {})",
+    "lt": "{} < {}",
+    "le": "{} <= {}",
+    "where": "{1} if {0} else {2}",
+}
+
+
+def python_function(
+    roots: Sequence[Expression], names: Mapping[str, str]
+) -> Callable[..., list[float]]:
+    """A function of the inputs' values, by the names that they get in Python.
+
+    Args:
+        roots: lowered, without the balls' axis.
+        names: by input's name that of the function's argument.
+
+    Returns:
+        A function of keyword arguments, which returns the roots' values.
+    """
+    scope: dict[str, Any] = {
+        "multiply_add": multiply_add,
+        "divided": _divided,
+        "root": _root,
+        "inf": math.inf,
+        "nan": math.nan,
+    }
+    exec(python_text(roots, names), scope)
+    made: Callable[..., list[float]] = scope["evaluate"]
+    return made
+
+
+def python_text(roots: Sequence[Expression], names: Mapping[str, str]) -> str:
+    """The text of ``python_function``."""
+    lines, known = [], {}
+    for x in reached(roots):
+        if x.op == "const":
+            known[x.number] = f"({x.payload!r})"
+        elif x.op == "input":
+            known[x.number] = names[x.payload]
+        else:
+            known[x.number] = f"t{x.number}"
+            form = _FORMS[x.op].format(*(known[arg.number] for arg in x.args))
+            lines.append(f"    {known[x.number]} = {form}")
+    lines.append(f"    return [{', '.join(known[root.number] for root in roots)}]")
+    arguments = ", ".join(sorted(names.values()))
+    return f"def evaluate(*, {arguments}):\n" + "\n".join(lines) + "\n"
+
+
+def multiply_add(a: float, b: float, c: float) -> float:
+    """a b + c, rounded once, as IEEE 754 has it."""
+    if not (math.isfinite(a) and math.isfinite(b) and math.isfinite(c)):
+        return a * b + c if math.isfinite(c) or not math.isfinite(a * b) else c + 0.0 * (a * b)
+    exact = Fraction(a) * Fraction(b) + Fraction(c)
+    if exact == 0:
+        # The sign of a zero is that of the rounded sum, whose parts are exact or both zero.
+        product = math.copysign(0.0, a) * math.copysign(1.0, b)
+        return product + c if a * b == 0 and c == 0 else 0.0
+    try:
+        return exact.numerator / exact.denominator
+    except OverflowError:
+        return math.copysign(math.inf, exact)
+
+
+def _divided(a: float, b: float) -> float:
+    if b:
+        return a / b
+    if a == 0 or math.isnan(a):
+        return math.nan
+    return math.copysign(math.inf, a) * math.copysign(1.0, b)
+
+
+def _root(x: float) -> float:
+    return math.sqrt(x) if x >= 0 else math.nan

@@ -1,0 +1,44 @@
+"""Expressions without the balls' axis: a node per ball becomes one node for each ball."""
+
+from collections.abc import Iterable
+
+from ab_sim.tracing.expression import Expression, add, reached, rebuilt
+from ab_sim.tracing.functions import added_up
+
+
+def name_of(name: str, ball: int) -> str:
+    """What the input ``name`` of one ball is called."""
+    return f"{name}[{ball}]"
+
+
+def unrolled(roots: Iterable[Expression], balls: int) -> list[list[Expression]]:
+    """Each root as one expression per ball, or as one alone.
+
+    Args:
+        roots: of one graph.
+        balls: how many, at least 1.
+
+    Returns:
+        By root a list: of ``balls`` expressions for one that stands for a number per ball, whose
+        inputs are named as by ``name_of``; else of one.
+    """
+    roots = list(roots)
+    new: dict[int, list[Expression]] = {}
+    for x in reached(roots):
+        if x.op == "total":
+            of = new[x.args[0].number]
+            parts = of if len(of) == balls else of * balls
+            new[x.number] = [added_up(parts, add)]
+        elif x.op == "input" and x.each:
+            names = (name_of(x.payload, ball) for ball in range(balls))
+            new[x.number] = [x.graph.input(name, x.level) for name in names]
+        elif not x.args:
+            new[x.number] = [x]
+        else:
+            columns = [new[arg.number] for arg in x.args]
+            count = balls if x.each else 1
+            new[x.number] = [
+                rebuilt(x, [column[k if len(column) > 1 else 0] for column in columns])
+                for k in range(count)
+            ]
+    return [new[root.number] for root in roots]

@@ -1,0 +1,90 @@
+"""Every way out of expressions, called alike: by numbers per input, one value or one per ball."""
+
+import ctypes
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ab_sim.tracing.c_text import c_function
+from ab_sim.tracing.expression import Expression
+from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, module_text
+from ab_sim.tracing.machine_code import MachineCode
+from ab_sim.tracing.plain import python_function
+from ab_sim.tracing.unrolled import name_of, unrolled
+
+Inputs = dict[str, np.ndarray]
+"""By input's name one number, or one per ball: shape (runs,) or (runs, balls)."""
+NAMES = ("a", "b", "c")
+EACH = ("p", "q")
+
+
+def by_plain(roots: Sequence[Expression], balls: int, inputs: Inputs) -> np.ndarray:
+    """Roots' values, shape (runs, numbers): by the Python function."""
+    flat = [one for root in unrolled(roots, balls) for one in root]
+    function = python_function(flat, _arguments(balls))
+    runs = len(inputs["a"])
+    return np.array([function(**_values(inputs, run, balls)) for run in range(runs)])
+
+
+def by_c(roots: Sequence[Expression], balls: int, inputs: Inputs, folder: Path) -> np.ndarray:
+    """The same by a C compiler."""
+    flat = [one for root in unrolled(roots, balls) for one in root]
+    where = {name: f"x[{k}]" for k, name in enumerate(_arguments(balls))}
+    outputs = [(root, f"out[{k}]") for k, root in enumerate(flat)]
+    text = c_function("evaluate", ["const double *x", "double *out"], outputs, where)
+    source, library = folder / "roots.c", folder / "roots.so"
+    source.write_text("#include <math.h>\n" + text)
+    options = ["-O2", "-march=native", "-ffp-contract=off", "-shared", "-fPIC", "-lm"]
+    subprocess.run(["cc", str(source), "-o", str(library), *options], check=True)
+    function = ctypes.CDLL(str(library)).evaluate
+    found = []
+    for run in range(len(inputs["a"])):
+        values = _values(inputs, run, balls)
+        given = np.array([values[name] for name in _arguments(balls).values()])
+        out = np.empty(len(flat))
+        function(*map(_pointer, (given, out)))
+        found.append(out)
+    return np.array(found)
+
+
+def by_machine(
+    roots: Sequence[Expression],
+    shape: Shape,
+    inputs: Inputs,
+    features: str | None = None,
+) -> np.ndarray:
+    """The same by machine code made here; runs in lanes as the shape says."""
+    balls, lanes = shape
+    into = Function("evaluate", ["x", "out"], shape)
+    places = {name: Place("x", k) for k, name in enumerate(NAMES)}
+    places |= {name: Place("x", len(NAMES) + k * balls) for k, name in enumerate(EACH)}
+    body, at = Body(into, places), 0
+    for root in roots:
+        body.store(root, Place("out", at))
+        at += balls if root.each else 1
+    code = MachineCode(module_text([into]), features)
+    function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(code.address("evaluate"))
+    columns = [inputs[name][:, None] for name in NAMES] + [inputs[name] for name in EACH]
+    given, found = np.concatenate(columns, axis=1), []
+    for first in range(0, len(given), lanes):
+        x = np.ascontiguousarray(given[first : first + lanes].T)
+        out = np.empty((at, lanes))
+        function(*map(_pointer, (x, out)))
+        found.append(out.T)
+    return np.concatenate(found)
+
+
+def _arguments(balls: int) -> dict[str, str]:
+    each = {name_of(name, k): f"{name}_{k}" for name in EACH for k in range(balls)}
+    return {name: name for name in NAMES} | each
+
+
+def _values(inputs: Inputs, run: int, balls: int) -> dict[str, float]:
+    each = {f"{name}_{k}": float(inputs[name][run, k]) for name in EACH for k in range(balls)}
+    return {name: float(inputs[name][run]) for name in NAMES} | each
+
+
+def _pointer(array: np.ndarray) -> ctypes.c_void_p:
+    return array.ctypes.data_as(ctypes.c_void_p)
