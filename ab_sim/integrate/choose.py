@@ -42,6 +42,13 @@ def solving_drag(system: System) -> Stepper | None:
     return next((each for each in able if each.own_motion_at is None or known), None)
 
 
+def _outlasting(system: System, step: float, rates: Mapping[str, complex]) -> Stepper | None:
+    """``solving_drag``'s stepper, if what else moves by itself leaves it stable at this step."""
+    other = solving_drag(system)
+    stable = other is not None and step <= largest_step(other, limiting(other, rates))[0]
+    return other if stable else None
+
+
 def limiting(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
     """Those of ``linear_rates`` that limit a stepper's step."""
     return {what: rate for what, rate in rates.items() if what != DRAG or not stepper.solves_drag}
@@ -83,7 +90,7 @@ def check_parts(
 
 
 def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -> Choice:
-    """The stepper that a scene names, or the one that its drag calls for if it leaves that open.
+    """The stepper that a scene names, or the one that it calls for if it leaves that open.
 
     Args:
         scene: what is run.
@@ -101,21 +108,22 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
             "scene: ab_sim.accuracy.resolve_accuracy(scene) returns the scene with them"
         )
     step, name = scene.solver.step, scene.solver.stepper
-    rates = linear_rates(system, top_speed(scene) if fastest is None else fastest)
+    speed = top_speed(scene) if fastest is None else fastest
+    rates = linear_rates(system, speed)
     beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
-    other = solving_drag(system)
-    # Where the step is too long for the deck's motion, too, nobody helps unasked.
-    unasked = other if step <= largest_step(stepper_named(USUAL), beside_drag)[0] else None
+    other = _outlasting(system, step, rates)
+    # Where there is not a sample in each turn of the spindle, nobody helps unasked.
+    unasked = other if step * speed <= 2.0 * math.pi else None
     if name != AUTO:
         stepper, reason = stepper_named(name, scene.solver.parameters), "named by the scene"
     else:
         stepper, reason = stepper_named(USUAL), "auto: stable at this step"
         most, what = largest_step(stepper, rates)
-        if step > most and what == DRAG and unasked is not None:
+        if step > most and unasked is not None:
             stepper = unasked
             reason = (
-                f"auto: {USUAL} would need steps of at most {most:g} s for {DRAG}, whose rate is "
-                f"{abs(rates[DRAG]):.4g} 1/s"
+                f"auto: {USUAL} would need steps of at most {most:g} s for {what}, whose rate is "
+                f"{abs(rates[what]):.4g} 1/s"
             )
     if has_events(system.effects) and not stepper.locates_events:
         able = ", ".join(name for name, known in steppers().items() if known.locates_events)
@@ -135,7 +143,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     try:
         check_step(stepper, step, limits, (longest, what))
     except SceneError as error:
-        if what != DRAG or other is None:
+        if other is None or (what != DRAG and unasked is None):
             raise
         try:
             check_parts(other, step, system, rates)
