@@ -20,6 +20,8 @@ PIP_INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-v
 help:
 	@echo 'make demo    run the demonstration'
 	@echo 'make test    lint, check types, run the tests'
+	@echo 'make test LAUNCH=DIR/launch/launch:DIR/launch_ros/launch_ros   also of launch files: DIR, not'
+	@echo '             relative, holds sources of ros2/launch and ros2/launch_ros, of which PyPI has none'
 	@echo 'make lint    ruff and mypy only'
 	@echo 'make clean   remove .venv and what builds and tools leave'
 	@echo 'make ... PYTHON=python3.12   make .venv with another Python'
@@ -27,11 +29,14 @@ help:
 demo: $(VENV)/run.stamp
 	$(BIN)/ab-sim demo
 
+# PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it.
+PYTEST = PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest -n 2 --dist loadfile --durations=15
+
 # Most of the time goes into compiling kernels, which two processes share. What runs in real time
 # comes after that: it waits more than it works.
 test: lint $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
-	$(BIN)/python -m pytest -m 'not ros' -n 2 --dist loadfile --durations=15
-	$(BIN)/python -m pytest -m ros -n 2 --dist loadfile --durations=15
+	$(PYTEST) -m 'not ros'
+	$(PYTEST) -m ros
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check

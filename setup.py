@@ -8,6 +8,7 @@ does not look.
 import re
 from glob import glob
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -18,11 +19,19 @@ PEERS = ["mujoco", "scikit-sundae"]
 version = re.search(r'^__version__ = "(.+)"$', Path(NAME, "__init__.py").read_text(), re.MULTILINE)
 assert version, f"{NAME}/__init__.py does not set __version__"
 
+ros = ElementTree.parse("package.xml")
+maintainer = ros.find("maintainer")
+assert maintainer is not None, "package.xml names no maintainer"
+
 setup(
     name=NAME,
     version=version.group(1),
-    description="A disc drive's spindle with a ball-type automatic balancer, as ROS 2 nodes",
-    license="Apache-2.0",
+    description=ros.findtext("description"),
+    long_description=Path("README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    author=maintainer.text,
+    author_email=maintainer.get("email"),
+    license=ros.findtext("license"),
     python_requires=">=3.10",
     packages=find_packages(include=["ab_sim", "ab_sim.*", "ab_msgs_py"]),
     package_data={"ab_sim": ["py.typed"], "ab_msgs_py": ["py.typed"]},
@@ -64,6 +73,7 @@ setup(
             "mcap-ros2-support",  # reads what rosbags wrote
             "mpmath",
             "mypy",
+            "osrf-pycommon",  # what ROS's launch needs, of which there is no wheel
             "playwright",  # drives Debian's Chromium
             "pre-commit",
             "pytest",

@@ -93,6 +93,27 @@ def test_version_is_the_same_everywhere(tree: Path) -> None:
     assert run_well(sys.executable, "setup.py", "--version", cwd=tree).splitlines()[-1] == version
 
 
+def test_metadata_say_who_and_what(tree: Path) -> None:
+    asked = ("--author", "--author-email", "--license", "--description", "--long-description")
+    said = run_well(sys.executable, "setup.py", *asked, cwd=tree)
+    ros = ElementTree.parse(tree / "package.xml")
+    for words in (
+        ros.findtext("maintainer"),
+        ros.find("maintainer").get("email"),
+        "Apache-2.0",
+        ros.findtext("description"),
+        (tree / "README.md").read_text().splitlines()[2],
+    ):
+        assert f"{words}\n" in said
+
+
+def test_why_a_test_is_skipped_is_printed(pytestconfig: pytest.Config) -> None:
+    """And launch, of which there is no wheel, can be given to the tests."""
+    assert "s" in pytestconfig.option.reportchars
+    told = run_well("make", "-n", "test", "LAUNCH=/a:/b", cwd=ROOT)
+    assert told.count("PYTHONPATH=/a:/b .venv/bin/python -m pytest") == 2
+
+
 @pytest.mark.ros
 def test_pip_install(tree: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # By way of the source distribution, so that one is complete too.
