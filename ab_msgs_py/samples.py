@@ -86,7 +86,7 @@ def description_of(message: String) -> dict[str, Any]:
     """
     try:
         description = json.loads(message.data)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise MalformedMessage(f"drive_description is not JSON: {error}") from error
     if not isinstance(description, dict):
         raise MalformedMessage("drive_description must be a JSON object")
@@ -106,7 +106,7 @@ def faults_of(message: String) -> list[str]:
     """
     try:
         faults = json.loads(message.data)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise MalformedMessage(f"faults must be a JSON list: {error}") from error
     if not isinstance(faults, list) or not all(isinstance(fault, str) for fault in faults):
         raise MalformedMessage(f"faults must be a JSON list of texts, not {message.data!r}")

@@ -72,7 +72,7 @@ class Stepped(NamedTuple):
         """
         try:
             return cls(**{key: int(value) for key, value in json.loads(text).items()})
-        except (ValueError, TypeError, AttributeError) as error:
+        except (AttributeError, RecursionError, TypeError, ValueError) as error:
             raise MalformedMessage(f"not the answer of {STEP}: {text!r}") from error
 
 

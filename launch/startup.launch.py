@@ -6,13 +6,14 @@ ros2 launch ab_sim startup.launch.py scene:=balanced-start-up record:=true
 from pathlib import Path
 from typing import Any
 
-import yaml
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
+
+from ab_sim.limited_yaml import read_yaml
 
 SWITCH = ("true", "false")
 ARGUMENTS = {
@@ -84,5 +85,8 @@ def _texts(**given: str) -> dict[str, Any]:
 
 
 def _list_of(changes: str) -> list[str]:
-    read = yaml.safe_load(changes)
+    try:
+        read = read_yaml(changes)
+    except ValueError as error:
+        raise ValueError(f"changes: {error}") from error
     return [str(change) for change in read] if isinstance(read, list) else [changes]

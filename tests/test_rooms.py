@@ -14,8 +14,8 @@ import pytest
 import ab_sim
 
 ORDER = (
-    ("errors",),
-    ("interruption", "output_file"),
+    ("errors", "quoting"),
+    ("interruption", "limited_yaml", "output_file"),
     ("tracing",),
     ("scene",),
     ("spindle",),

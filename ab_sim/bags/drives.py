@@ -85,7 +85,7 @@ class DriveLog(Ignored):
                 self._scalar(name, float(decoded(message.data, kind.type).data))
             elif kind in self._write:
                 self._write[kind](decoded(message.data, kind.type))
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             self.ignore(message.topic, error)
 
     def _describe(self, message: Any) -> None:

@@ -12,6 +12,8 @@ from rosbags.rosbag2.storage_mcap import McapReader
 
 from ab_sim.bags.torn import MAGIC, Mended, has_end
 from ab_sim.errors import RecordingError
+from ab_sim.limited_yaml import read_yaml_file
+from ab_sim.quoting import shortened
 
 METADATA = "metadata.yaml"
 
@@ -89,7 +91,9 @@ class Bag:
             except StopIteration:
                 return
             except Exception as error:  # a file that is torn can make rosbags raise anything
-                raise RecordingError(f"the bag {self.path} is torn: {error}") from error
+                raise RecordingError(
+                    f"the bag {self.path} is torn: {shortened(str(error))}"
+                ) from error
             yield Message(connection.topic, time, data)
 
     @property
@@ -100,6 +104,8 @@ class Bag:
     def _open(self) -> Any:
         path = self._file()
         try:
+            if path.is_dir():
+                read_yaml_file(path / METADATA)  # rosbags itself has no limits
             torn = path.suffix == ".mcap" and not has_end(path)
             if path.suffix == ".mcap" and path.open("rb").read(len(MAGIC)) != MAGIC:
                 raise ValueError("it does not begin like MCAP")
@@ -108,7 +114,7 @@ class Bag:
             reader.open()
         except Exception as error:  # as above
             raise RecordingError(
-                f"{self.path} is not a ROS 2 bag, or is damaged: {error}"
+                f"{self.path} is not a ROS 2 bag, or is damaged: {shortened(str(error))}"
             ) from error
         return reader
 

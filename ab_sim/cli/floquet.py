@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import yaml
 from rich.table import Table
 
 from ab_sim.analysis.floquet import (
@@ -21,6 +20,7 @@ from ab_sim.analysis.floquet.follow import Case
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
+from ab_sim.limited_yaml import read_yaml
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
 
@@ -119,7 +119,7 @@ def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.
     def case(value: float) -> tuple[Scene, float]:
         given = int(value) if whole and value == round(value) else value
         # As a scene's file would say it.
-        said = yaml.safe_load(str(given)) if isinstance(given, int) else given
+        said = read_yaml(str(given)) if isinstance(given, int) else given
         return changed_scene(scene, {key: said}, f"--over {key}={given:g}"), at
 
     case(float(values[0])), case(float(values[-1]))

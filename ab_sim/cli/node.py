@@ -7,7 +7,6 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import yaml
 from rich.console import Console
 from rich.table import Table
 
@@ -15,6 +14,8 @@ from ab_sim.cli.node_acts import ACTS, Act
 from ab_sim.cli.outputs import people
 from ab_sim.cli.ros import require_ros
 from ab_sim.errors import AbSimError, InputError, Interrupted, Refused
+from ab_sim.limited_yaml import read_yaml
+from ab_sim.quoting import short
 
 AGAIN = 0.5
 """s after which what is urgent is asked for again."""
@@ -109,9 +110,9 @@ def value_of(text: str) -> Any:
         InputError: it is no YAML.
     """
     try:
-        return float(text) if _EXPONENT.fullmatch(text.strip()) else yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise InputError(f"{text!r}: the value is not valid YAML: {error}") from error
+        return float(text) if _EXPONENT.fullmatch(text.strip()) else read_yaml(text)
+    except ValueError as error:
+        raise InputError(f"{short(text)}: the value {error}") from error
 
 
 def get_command(names: Sequence[str], namespace: str, name: str, wait: float) -> None:

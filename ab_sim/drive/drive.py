@@ -302,9 +302,12 @@ class Drive:
         )
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot of this drive or of another one with the same scene."""
-        if snapshot.state.shape != self._state.shape or snapshot.step != self.step:
-            raise ValueError("the snapshot is of a drive with other balls, step or ledger")
+        """Return to a snapshot of this drive or of another one with the same scene.
+
+        Raises:
+            ValueError: it does not fit; nothing has changed.
+        """
+        self.check(snapshot)
         self.steps, self.profile = snapshot.steps, snapshot.profile
         self._command, self._acceleration = snapshot.command, snapshot.acceleration
         self._state[:] = snapshot.state
@@ -315,6 +318,21 @@ class Drive:
             self._work.smooth[0] = self._piece_at(self.time).start
         for name, state in snapshot.pickups.items():
             self._reader.pickups[name].state = state
+
+    def check(self, snapshot: Snapshot) -> None:
+        """Refuse a snapshot that this drive cannot return to.
+
+        Raises:
+            ValueError: says what does not fit.
+        """
+        if snapshot.state.shape != self._state.shape or snapshot.step != self.step:
+            raise ValueError("the snapshot is of a drive with other balls, step or ledger")
+        if snapshot.modes.shape != self._modes.shape:
+            raise ValueError("the snapshot is of a drive with other effects")
+        own = {name: pickup.state for name, pickup in self._reader.pickups.items()}
+        for name, kept in snapshot.pickups.items():
+            if name not in own or [a.shape for a in kept] != [a.shape for a in own[name]]:
+                raise ValueError("the snapshot is of a drive with other sensors")
 
     def _grid(self) -> Grid:
         return Grid(self.step, self.choice.cycle)

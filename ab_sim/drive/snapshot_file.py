@@ -3,6 +3,7 @@
 import functools
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,12 +15,17 @@ from ab_sim.drive.observation import Snapshot
 from ab_sim.errors import InputError
 from ab_sim.integrate.sources import NotOfSources, sources
 from ab_sim.output_file import REPORT, check_ending, check_writable, write_whole
+from ab_sim.quoting import short, shortened
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import PickupState
 from ab_sim.spindle import Piece, SpeedProfile
 from ab_sim.spindle.segments import RaisedCosine, Ramp
 
 FORMAT, VERSION = "ab_sim snapshot", 1
+MOST_BYTES = 1 << 24
+"""Of a file; hours of commands take some MB."""
+MOST_TIME = 2.0**31
+"""s; a message's stamp cannot say more."""
 SEGMENTS = {kind.__name__: kind for kind in (Ramp, RaisedCosine)}
 
 
@@ -64,28 +70,34 @@ def read_snapshot(path: Path, scene: Scene) -> tuple[Snapshot, dict[str, Any]]:
         InputError: there is none, it is damaged, or it is of another scene or another ab_sim.
     """
     try:
-        content = json.loads(path.read_bytes())
+        with path.open("rb") as file:
+            text = file.read(MOST_BYTES + 1)
+        if len(text) > MOST_BYTES:
+            raise InputError(f"snapshot {path}: is none: it has more than {MOST_BYTES} bytes")
+        content = json.loads(text)
     except OSError as error:
         raise InputError(f"snapshot {path}: cannot be read: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"snapshot {path}: is damaged, or none: {error}") from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise InputError(f"snapshot {path}: is a JSON file, but no snapshot of ab_sim")
-    if content.get("version") != VERSION:
+    version, *of = (content.get(key) for key in ("version", "ab_sim", "kernel"))
+    if version != VERSION:
         raise InputError(
-            f"snapshot {path}: is of version {content.get('version')!r}, and this ab_sim reads "
-            f"version {VERSION}; save it again"
+            f"snapshot {path}: is of version {short(version)}, and this ab_sim reads version "
+            f"{VERSION}; save it again"
         )
-    if content.get("ab_sim") != ab_sim.__version__ or content.get("kernel") != _kernel():
+    if of != [ab_sim.__version__, _kernel()]:
+        program, kernel = (shortened(str(each)) for each in of)
         raise InputError(
-            f"snapshot {path}: is of ab_sim {content.get('ab_sim')} with kernel "
-            f"{content.get('kernel')}, and this is {ab_sim.__version__} with {_kernel()}: it would "
-            "not go on to the same bits; save it again"
+            f"snapshot {path}: is of ab_sim {program} with kernel {kernel}, and this is "
+            f"{ab_sim.__version__} with {_kernel()}: it would not go on to the same bits; save it "
+            "again"
         )
     if different := _different(content.get("scene"), json.loads(json.dumps(scene.as_mapping()))):
+        names = shortened(", ".join(different))
         raise InputError(
-            f"snapshot {path}: is of another scene, which differs in {', '.join(different)}; load "
-            "that scene first"
+            f"snapshot {path}: is of another scene, which differs in {names}; load that scene first"
         )
     run = content.get("run")
     if not isinstance(run, str) or _digest(run) != content.get("digest"):
@@ -93,8 +105,16 @@ def read_snapshot(path: Path, scene: Scene) -> tuple[Snapshot, dict[str, Any]]:
     try:
         kept = json.loads(run)
         return _from_values(kept["drive"]), dict(kept["beside"])
-    except (LookupError, TypeError, ValueError) as error:
-        raise InputError(f"snapshot {path}: holds no state of a drive: {error!r}") from error
+    except (
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        RecursionError,
+        TypeError,
+        ValueError,
+    ) as error:
+        said = short(error)
+        raise InputError(f"snapshot {path}: holds no state of a drive: {said}") from error
 
 
 def _digest(run: str) -> str:
@@ -147,21 +167,31 @@ def _as_values(snapshot: Snapshot) -> dict[str, Any]:
 def _from_values(kept: dict[str, Any]) -> Snapshot:
     shape, numbers = kept["memory"]
     pieces = [
-        Piece(start, end, angle, SEGMENTS[kind](*numbers))
-        for start, end, angle, kind, numbers in kept["pieces"]
+        Piece(float(start), float(end), float(angle), SEGMENTS[kind](*map(float, parts)))
+        for start, end, angle, kind, parts in kept["pieces"]
     ]
+    starts, ends = [piece.start for piece in pieces], [piece.end for piece in pieces]
+    if not pieces or starts[1:] != ends[:-1] or sorted(starts) != starts or ends[-1] != math.inf:
+        raise ValueError("its profile is not one piece after the other")
+    steps, state = kept["steps"], np.array(kept["state"], float)
+    if not isinstance(steps, int) or not abs(steps) * float(kept["step"]) < MOST_TIME:
+        raise ValueError(f"{short(steps)} is no number of steps")
+    if not np.all(np.isfinite(state)):
+        raise ValueError("its state is not finite")
     return Snapshot(
-        steps=kept["steps"],
-        step=kept["step"],
-        state=np.array(kept["state"]),
+        steps=steps,
+        step=float(kept["step"]),
+        state=state,
         modes=np.array(kept["modes"], np.int64),
-        memory=np.array(numbers).reshape(shape),
+        memory=np.array(numbers, float).reshape(shape),
         profile=SpeedProfile.of_pieces(pieces, kept["variable_speed_period"]),
-        command=kept["command"],
-        acceleration=kept["acceleration"],
+        command=None if kept["command"] is None else float(kept["command"]),
+        acceleration=float(kept["acceleration"]),
         pickups={
             name: PickupState(
-                np.array([complex(*z) for z in mode]), np.array(force), np.array(reading)
+                np.array([complex(*z) for z in mode]),
+                np.array(force, float),
+                np.array(reading, float),
             )
             for name, (mode, force, reading) in kept["pickups"].items()
         },

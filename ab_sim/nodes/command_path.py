@@ -8,12 +8,14 @@ steps lead to the same bits, however the steps are grouped.
 
 import enum
 import math
-import random
 from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ab_sim.errors import InputError
+from ab_sim.quoting import short
 from ab_sim.spindle import SpeedServo
 
 
@@ -117,7 +119,7 @@ class CommandPath:
         """Forget all commands, and why not to follow them; what has been counted remains."""
         self._bus: deque[OnBus] = deque()
         self.forgotten = self.heard
-        self._random, self._draws = random.Random(self._seed), 0
+        self._draw_from(0)
         self._last: int | None = None
         self._target: float | None = None
         self.silent = self.stopped = False
@@ -196,17 +198,18 @@ class CommandPath:
             InputError: nothing like that was kept; nothing has changed.
         """
         try:
-            bus = [OnBus(int(due), float(speed), 0) for due, speed in state["bus"]]
-            draws, last, target = int(state["draws"]), state["last"], state["target"]
+            bus = [OnBus(_whole(due), _finite(speed), 0) for due, speed in state["bus"]]
+            draws = _whole(state["draws"])
+            last = None if state["last"] is None else _whole(state["last"])
+            target = None if state["target"] is None else _finite(state["target"])
             silent, stopped = bool(state["silent"]), bool(state["stopped"])
-            told = None if state["told"] is None else Order(*state["told"])
+            told = None if state["told"] is None else Order(*map(_finite, state["told"]))
         except (LookupError, TypeError, ValueError) as error:
-            raise InputError(f"no state of a path of commands: {error!r}") from error
+            raise InputError(f"no state of a path of commands: {short(error)}") from error
         stays = self.stopped
         self.reset()
         self._bus.extend(bus)
-        while self._draws < draws:
-            self._draw()
+        self._draw_from(draws)
         self._last, self._target, self._told = last, target, told
         self.silent, self.stopped = silent, stopped
         if stays:
@@ -249,6 +252,11 @@ class CommandPath:
         self._draws += 1
         return self._random.random()
 
+    def _draw_from(self, draws: int) -> None:
+        """Go on with the jitter's random numbers after so many of them, which takes no time."""
+        self._draws = draws
+        self._random = np.random.Generator(np.random.PCG64(self._seed).advance(draws))
+
     def _trip(self) -> int | None:
         """Step at which the watchdog will act, if it is not done."""
         if self._last is None or self.silent or self.stopped or math.isinf(self.rules.age_limit):
@@ -266,3 +274,20 @@ class CommandPath:
         else:
             slope = limits.max_acceleration
         return Order(max(-limits.max_speed, min(self._target, limits.max_speed)), slope)
+
+
+def _whole(value: Any) -> int:
+    """A count or a step, of what a file says.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if not isinstance(value, int) or abs(value) >= 2**63:
+        raise ValueError(f"{short(value)} is no number of steps or draws")
+    return value
+
+
+def _finite(value: Any) -> float:
+    if not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(f"{short(value)} is no finite number")
+    return float(value)

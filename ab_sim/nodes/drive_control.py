@@ -10,7 +10,7 @@ from ab_msgs_py.services import Answer, Stepped, serve_switch, serve_trigger
 from ab_sim.drive.disc import with_disc
 from ab_sim.drive.faults.fault import Fault, faults_of
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
-from ab_sim.errors import AbSimError, CommandError
+from ab_sim.errors import AbSimError, CommandError, InputError
 from ab_sim.nodes.drive_settings import TimeMode
 from ab_sim.nodes.parameters import path_of
 from ab_sim.nodes.prepared import Prepared
@@ -176,8 +176,11 @@ class DriveControl:
         kept, commands = read_snapshot(path, scene)
 
         def leap(bench: "Bench") -> None:
-            # First: it may refuse.
-            bench.path.restore(commands)
+            try:
+                bench.now.drive.check(kept)
+            except ValueError as error:
+                raise InputError(f"snapshot {path}: {error}") from error
+            bench.path.restore(commands)  # it may refuse, too
             bench.led.leap(kept)
 
         return self._leap(leap, f"restored {path}", asked)

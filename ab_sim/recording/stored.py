@@ -276,6 +276,6 @@ def _description_in(text: str, path: Path) -> dict[str, Any]:
         found = json.loads(text.split("```json\n", 1)[1].rsplit("\n```", 1)[0])
         if not isinstance(found, dict):
             raise ValueError("not a mapping")
-    except (IndexError, ValueError) as error:
+    except (IndexError, RecursionError, ValueError) as error:
         raise RecordingError(f"{path}: its description cannot be read: {error}") from error
     return found

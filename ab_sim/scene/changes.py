@@ -3,23 +3,9 @@
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import yaml
-
 from ab_sim.errors import SceneError, nearest
-
-
-class UniqueKeys(yaml.SafeLoader):
-    """YAML in which a key given twice is an error instead of silently winning."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """As SafeLoader's, but for that."""
-        keys = [self.construct_object(key, deep=deep) for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
-                line = node.start_mark.line + 1
-                raise yaml.YAMLError(f"key {key!r} is given twice in the mapping at line {line}")
-        return super().construct_mapping(node, deep=deep)
-
+from ab_sim.limited_yaml import read_yaml
+from ab_sim.quoting import short
 
 REMOVED: Any = object()
 """Stands for a value that is taken away."""
@@ -41,13 +27,13 @@ def parsed(change: str) -> Change:
         SceneError: it is not written so.
     """
     key, equals, text = change.partition("=")
-    said = f"change {change!r}"
+    said = f"change {short(change)}"
     if not equals or not all(part.strip() for part in key.split(".")):
         raise SceneError(f"{said}: must be key=value, e.g. balls.mass=0.002")
     try:
-        value = yaml.load(text, Loader=UniqueKeys)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise SceneError(f"{said}: the value is not valid YAML: {error}") from error
+        value = read_yaml(text)
+    except ValueError as error:
+        raise SceneError(f"{said}: the value {error}") from error
     return Change(key.strip(), REMOVED if text.strip() == "" else value, said)
 
 
@@ -95,7 +81,7 @@ def _check_there(here: dict[str, Any], key: str, owner: str, change: Change) -> 
     if key not in here:
         there = [str(other) for other in here]
         raise SceneError(
-            f"{change.said}: {owner} has no {key!r} to remove{nearest(key, there)}; it has "
+            f"{change.said}: {owner} has no {short(key)} to remove{nearest(key, there)}; it has "
             + (", ".join(there) or "no keys")
         )
 

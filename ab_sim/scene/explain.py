@@ -8,12 +8,15 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from ab_sim.errors import exact, nearest
+from ab_sim.quoting import short
 from ab_sim.scene.model import Scene
 from ab_sim.scene.profiles import KINDS
 from ab_sim.scene.quantities import EACH, ONE
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.scene.sensors import Accelerometer
 
+MOST_MESSAGES = 20
+"""Findings that are told; who has more begins with these."""
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
     "greater_than_equal": ("ge", "at least"),
@@ -25,7 +28,7 @@ _BOUNDS = {
 def explain(
     error: ValidationError, at: tuple[str, ...], only_own_fields: bool = False
 ) -> list[str]:
-    """One message per finding.
+    """One message per finding, up to ``MOST_MESSAGES``.
 
     Args:
         error: what pydantic found.
@@ -33,8 +36,11 @@ def explain(
         only_own_fields: leave out findings on the scene as a whole; they may only follow from
             a part that is wrong by itself.
     """
-    messages = []
+    messages: list[str] = []
     for finding in error.errors(include_url=False):
+        if len(messages) == MOST_MESSAGES:
+            messages.append(f"and more; {error.error_count()} findings in all")
+            break
         loc = _keys((*at, *finding["loc"]))
         if only_own_fields and not finding["loc"]:
             continue
@@ -56,37 +62,37 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     key, value = ".".join(loc), finding["input"]
     context = finding.get("ctx", {})
     if kind == "extra_forbidden":
-        return f"{key} = {value!r}: {_unknown(loc)}"
+        return f"{key} = {short(value)}: {_unknown(loc)}"
     if kind == "missing":
         return f"{key}: is missing; add it{_meaning(loc)}"
     if kind == "finite_number" or _not_finite(value):
-        return f"{key} = {value!r}: must be a finite number{_meaning(loc)}"
+        return f"{key} = {short(value)}: must be a finite number{_meaning(loc)}"
     if kind in _BOUNDS:
         bound, words = _BOUNDS[kind]
-        return f"{key} = {value!r}: must be {words} {exact(context[bound])}{_meaning(loc)}"
+        return f"{key} = {short(value)}: must be {words} {exact(context[bound])}{_meaning(loc)}"
     if kind in ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float"):
         what = "a whole number" if kind.startswith("int") else "a number"
-        return f"{key} = {value!r}: must be {what}{_meaning(loc)}"
+        return f"{key} = {short(value)}: must be {what}{_meaning(loc)}"
     if kind == "value_error":
         text = str(context.get("error", finding["msg"]))
-        return text if not loc else f"{key} = {value!r}: {text}"
+        return text if not loc else f"{key} = {short(value)}: {text}"
     if kind == "too_long":
         most = context["max_length"]
-        return f"{key} = {value!r}: has {len(value)} entries, must be {most}{_meaning(loc)}"
+        return f"{key} = {short(value)}: has {len(value)} entries, must be {most}{_meaning(loc)}"
     if kind == "too_short":
-        return f"{key} = {value!r}: needs at least one entry{_meaning(loc)}"
+        return f"{key} = {short(value)}: needs at least one entry{_meaning(loc)}"
     if kind in ("tuple_type", "list_type"):
-        return f"{key} = {value!r}: must be a list{_meaning(loc)}"
+        return f"{key} = {short(value)}: must be a list{_meaning(loc)}"
     if kind == "string_type":
-        return f"{key} = {value!r}: must be a text; put it in quotes"
+        return f"{key} = {short(value)}: must be a text; put it in quotes"
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         given = value.get("kind") if isinstance(value, dict) else value
-        return f"{key}.kind = {given!r}: must be one of {', '.join(KINDS)}"
+        return f"{key}.kind = {short(given)}: must be one of {', '.join(KINDS)}"
     if kind == "dict_type":
-        return f"{key} = {value!r}: must be a section `name: ...`{_meaning(loc)}"
+        return f"{key} = {short(value)}: must be a section `name: ...`{_meaning(loc)}"
     if kind in ("model_type", "named_tuple_type", "model_attributes_type"):
-        return f"{key} = {value!r}: must be a section `key: value`"
-    return f"{key} = {value!r}: {finding['msg']}"
+        return f"{key} = {short(value)}: must be a section `key: value`"
+    return f"{key} = {short(value)}: {finding['msg']}"
 
 
 def _not_finite(value: Any) -> bool:

@@ -6,11 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
 from ab_sim.errors import SceneError, nearest
-from ab_sim.scene.changes import REMOVED, Change, UniqueKeys, apply, parsed
+from ab_sim.limited_yaml import read_yaml_file
+from ab_sim.quoting import short
+from ab_sim.scene.changes import REMOVED, Change, apply, parsed
 from ab_sim.scene.explain import explain
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
@@ -53,7 +54,7 @@ def find_scene(scene: str | Path) -> Path:
     if str(scene) in names:
         return scene_folder() / f"{scene}.yaml"
     raise SceneError(
-        f"scene {str(scene)!r} is not known{nearest(str(scene), names)}; known are: "
+        f"scene {short(str(scene))} is not known{nearest(str(scene), names)}; known are: "
         + ", ".join(names)
         + "; a file is given by its path, ending in .yaml"
     )
@@ -94,7 +95,7 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
     """
     if not isinstance(changes, Mapping) or not all(isinstance(key, str) for key in changes):
         raise SceneError(
-            f"{origin} = {changes!r}: must be a mapping of dotted keys to values, e.g. "
+            f"{origin} = {short(changes)}: must be a mapping of dotted keys to values, e.g. "
             "{'balls.mass': 0.002}"
         )
     # Sections that no change goes into are passed on as they have been checked; together with the
@@ -179,12 +180,12 @@ def _by_name(effects: Any) -> dict[str, Any]:
                 entries.extend(entry.items())
             else:
                 raise ValueError(
-                    f"effects: {entry!r} is not an effect; write a name, or "
+                    f"effects: {short(entry)} is not an effect; write a name, or "
                     "`name: {parameter: value}`"
                 )
     else:
         raise ValueError(
-            f"effects = {effects!r}: must be a list of names, each with its parameters "
+            f"effects = {short(effects)}: must be a list of names, each with its parameters "
             "(`ab-sim effects` prints them); an empty list is []"
         )
     mapping: dict[str, Any] = {}
@@ -193,7 +194,7 @@ def _by_name(effects: Any) -> dict[str, Any]:
             raise ValueError(f"effects: {name} is named twice; keep one")
         if not isinstance(parameters, Mapping | None):
             raise ValueError(
-                f"effects.{name} = {parameters!r}: must be its parameters, `parameter: value`"
+                f"effects.{name} = {short(parameters)}: must be its parameters, `parameter: value`"
             )
         mapping[str(name)] = parameters or {}
     return mapping
@@ -206,11 +207,11 @@ def read_mapping(path: Path) -> dict[str, Any]:
         SceneError: it cannot be read, or is no mapping.
     """
     try:
-        raw = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeys)
+        raw = read_yaml_file(path)
     except OSError as error:
         raise SceneError(f"{path}: cannot be read: {error.strerror}") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise SceneError(f"{path}: is not valid YAML: {error}") from error
+    except ValueError as error:
+        raise SceneError(f"{path}: {error}") from error
     if not isinstance(raw, dict):
         raise SceneError(f"{path}: must be a mapping of sections (rotor, race, balls, ...)")
     # By name, so that changes can reach them; what cannot be read so is told with the rest.

@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-import yaml
 from pydantic import TypeAdapter, ValidationError
 
 from ab_sim.errors import SceneError
-from ab_sim.scene.changes import UniqueKeys, apply, parsed
+from ab_sim.limited_yaml import read_yaml
+from ab_sim.scene.changes import apply, parsed
 from ab_sim.scene.explain import explain
 from ab_sim.scene.load import find_scene, load_scene, read_mapping
 from ab_sim.scene.profiles import AnyProfile, Profile, check_profile
@@ -71,9 +71,9 @@ def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> AskedPro
 
 def _mapping(text: str) -> dict[str, Any]:
     try:
-        raw = yaml.load(text, Loader=UniqueKeys)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise SceneError(f"{GIVEN} is not valid YAML: {error}") from error
+        raw = read_yaml(text)
+    except ValueError as error:
+        raise SceneError(f"{GIVEN} {error}") from error
     if not isinstance(raw, dict):
         raise SceneError(f"{GIVEN} must be one mapping, e.g. {{kind: segments, segments: [...]}}")
     return raw

@@ -88,6 +88,19 @@ def test_one_without_metadata_is_read_and_called_unfinished(finished: Path, tmp_
     assert not made.complete and back.samples.tobytes() == SAMPLES.tobytes()
 
 
+def test_metadata_is_read_within_limits(finished: Path, tmp_path: Path) -> None:
+    shutil.copytree(finished, tmp_path / "bag")
+    pairs = zip("abcdefghi", "bcdefghij", strict=True)
+    nines = [f"&{new} [{', '.join([f'*{old}'] * 9)}]" for old, new in pairs]
+    metadata = tmp_path / "bag" / "metadata.yaml"
+    said = "storage_identifier: "
+    assert said + "mcap" in metadata.read_text()
+    bomb = f"{said}[&a [x], {', '.join(nines)}]"
+    metadata.write_text(metadata.read_text().replace(said + "mcap", bomb))
+    with pytest.raises(RecordingError, match="has more than 50000 values"):
+        imported(tmp_path / "bag")
+
+
 def test_the_file_alone_is_a_bag(finished: Path, tmp_path: Path) -> None:
     file = shutil.copy(finished / "bag.mcap", tmp_path / "alone.mcap")
     made, back = imported(Path(file))
@@ -228,11 +241,14 @@ def test_messages_that_cannot_be_used_are_counted_and_told(tmp_path: Path) -> No
     named = describe(channels=CHANNELS)
     said = [("/drive_description", 0, messages.description_message(named))]
     said += [("/vibration/block", 10**8, data) for data in bad]
-    said += [("/drive_description", 10**8, messages.text_message(text)) for text in ("{", "[]")]
+    said += [
+        ("/drive_description", 10**8, messages.text_message(text))
+        for text in ("{", "[]", "[" * 10**5)
+    ]
     made, run = imported(bag_of(tmp_path / "bag", [*said, *blocks(100, 300)[1:]]))
     assert {topic: count for topic, (count, _) in made.ignored.items()} == {
         "/vibration/block": len(bad),
-        "/drive_description": 2,
+        "/drive_description": 3,
     }
     assert run.samples.tobytes() == SAMPLES[100:300].tobytes()
     nothing = bag_of(tmp_path / "nothing", said)

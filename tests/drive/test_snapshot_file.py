@@ -77,7 +77,52 @@ def test_what_does_not_fit_is_refused(
     assert words in str(refused.value) and "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("content", ["", "[", "[]", "null", "3", "\x00"])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"steps": 10**400}, "OverflowError"),
+        ({"steps": 10**18}, "is no number of steps"),
+        ({"steps": "many"}, "is no number of steps"),
+        ({"state": [[1.0], []]}, "ValueError"),
+        ({"state": [float("nan")]}, "its state is not finite"),
+        ({"modes": [10**30]}, "OverflowError"),
+        ({"memory": [[10**9, 10**9], [0.0]]}, "ValueError"),
+        ({"pieces": []}, "one piece after the other"),
+        ({"pieces": [[0, 1, 0, "Ramp", [0, 0]], [0, 1, 0, "Ramp", [0, 0]]]}, "one piece after"),
+        ({"pieces": [[0, 1, 0, "exit", []]]}, "KeyError"),
+        ({"command": "fast"}, "ValueError"),
+        ({"pickups": []}, "AttributeError"),
+    ],
+)
+def test_what_no_drive_keeps_is_refused(
+    saved: tuple[Scene, Drive, Path], change: dict[str, Any], words: str
+) -> None:
+    chosen, _, path = saved
+    content = json.loads(path.read_text())
+    kept = json.loads(content["run"])
+    run = json.dumps({**kept, "drive": kept["drive"] | change})
+    path.write_text(json.dumps(content | {"run": run, "digest": sha256(run.encode()).hexdigest()}))
+    with pytest.raises(InputError) as refused:
+        read_snapshot(path, chosen)
+    assert f"snapshot {path}: holds no state of a drive: " in str(refused.value)
+    assert words in str(refused.value)
+
+
+def test_what_does_not_fit_the_drive_changes_nothing(saved: tuple[Scene, Drive, Path]) -> None:
+    _, drive, _ = saved
+    kept = drive.snapshot()
+    before, front = drive.observe(), kept.pickups["front"]
+    for other in (
+        kept._replace(steps=3, modes=kept.modes[:1]),
+        kept._replace(steps=3, pickups={"rear": front}),
+        kept._replace(steps=3, pickups={"front": front._replace(force=front.force[:1])}),
+    ):
+        with pytest.raises(ValueError, match="the snapshot is of a drive with other"):
+            drive.restore(other)
+        assert drive.observe().steps == before.steps
+
+
+@pytest.mark.parametrize("content", ["", "[", "[" * 100_000, "[]", "null", "3", "\x00"])
 def test_no_snapshot_at_all(saved: tuple[Scene, Drive, Path], content: str) -> None:
     chosen, _, path = saved
     path.write_text(content)

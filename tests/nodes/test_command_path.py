@@ -2,6 +2,7 @@
 
 import math
 import random
+from typing import Any
 
 import numpy as np
 import pytest
@@ -156,6 +157,41 @@ def test_what_was_not_kept_is_refused_and_changes_nothing(change: dict[str, obje
     with pytest.raises(InputError, match="no state of a path of commands"):
         p.restore({} if change is None else {**before, **change})
     assert p.state() == before
+
+
+def test_jitter_goes_on_where_it_was_however_far_that_is() -> None:
+    one, other = path(jitter=0.02), path(jitter=0.02)
+    for now in range(5):
+        one.hear(9.0 + now, 100 * now)
+    other.restore(one.state())
+    for each in (one, other):
+        each.hear(20.0, 500)
+    assert one.state() == other.state()
+    other.restore(one.state() | {"draws": 10**18})
+    assert other.state()["draws"] == 10**18
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"draws": 1e18},
+        {"draws": 10**400},
+        {"bus": [[math.inf, 1.0]]},
+        {"bus": [[3, math.nan]]},
+        {"last": "then"},
+        {"target": math.inf},
+        {"target": [1.0]},
+        {"told": [1.0]},
+        {"told": 3},
+    ],
+)
+def test_what_no_path_has_kept_is_refused(change: dict[str, Any]) -> None:
+    p = path()
+    p.hear(9.0, 0)
+    kept = p.state()
+    with pytest.raises(InputError, match="no state of a path of commands"):
+        p.restore(kept | change)
+    assert p.state() == kept
 
 
 def test_jitter_is_the_seeds() -> None:

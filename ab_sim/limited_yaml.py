@@ -1,0 +1,127 @@
+"""YAML from outside: scenes, profiles, changes, values on the command line; within limits.
+
+A few hundred bytes whose aliases stand for one another can stand for billions of values. So what
+aliases stand for is counted while a text is read, and reading ends where it is too much.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ab_sim.quoting import short, shortened
+
+MOST_BYTES = 1 << 18
+"""Of a text; a profile of as many segments as are allowed takes half of it."""
+MOST_VALUES = 50_000
+"""Keys, values and collections, those that aliases stand for counted each time."""
+MOST_LEVELS = 30
+"""Of collections within each other."""
+MOST_DIGITS = 100
+"""Characters of a number."""
+
+_MADE_OF_BAD_VALUES = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""What PyYAML lets through where a value is not what its tag says, as in ``!!int ""``."""
+
+
+class _TooMuch(yaml.YAMLError):
+    """A limit is passed."""
+
+
+class _Limited(yaml.SafeLoader):
+    """YAML within limits, in which a key given twice is an error instead of silently winning."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._levels = self._values = 0
+        self._sizes: dict[yaml.Node, int] = {}
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """As SafeLoader's, which comes here for each node, and for each alias of one."""
+        event: yaml.Event = self.peek_event()  # type: ignore[no-untyped-call]
+        alias = event.anchor if isinstance(event, yaml.AliasEvent) else None
+        before: int = self._values
+        self._values += 1
+        self._levels += 1
+        if self._levels > MOST_LEVELS:
+            raise _TooMuch(f"has more than {MOST_LEVELS} levels within each other{_at(event)}")
+        node: Any = super().compose_node(parent, index)
+        self._levels -= 1
+        if alias is None:
+            self._sizes[node] = self._values - before
+        elif node not in self._sizes:
+            raise yaml.YAMLError(f"*{alias} stands for what it is in{_at(event)}")
+        else:
+            self._values = before + self._sizes[node]
+        if self._values > MOST_VALUES:
+            raise _TooMuch(f"has more than {MOST_VALUES} values{_at(event)}")
+        return node
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """As SafeLoader's, but for keys that are given twice."""
+        seen = set()
+        for key in (self.construct_object(each, deep=True) for each, _ in node.value):
+            if key in seen:
+                line = node.start_mark.line + 1
+                raise yaml.YAMLError(
+                    f"key {short(key)} is given twice in the mapping at line {line}"
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep=deep)
+
+    def construct_number(self, node: yaml.ScalarNode) -> float:
+        """As SafeLoader's, which takes the square of the length of such as 1:59:59 in time."""
+        if len(node.value) > MOST_DIGITS:
+            raise _TooMuch(f"has a number of more than {MOST_DIGITS} digits{_at(node)}")
+        whole = node.tag.endswith(":int")
+        return self.construct_yaml_int(node) if whole else self.construct_yaml_float(node)
+
+
+for _kind in ("int", "float"):
+    _Limited.add_constructor(f"tag:yaml.org,2002:{_kind}", _Limited.construct_number)
+
+
+def read_yaml(text: str) -> Any:
+    """What a text says.
+
+    Raises:
+        ValueError: it is no YAML, or beyond a limit; to be put after the text's name.
+    """
+    if len(text.encode(errors="replace")) > MOST_BYTES:
+        raise ValueError(f"has more than {MOST_BYTES} bytes; write it shorter")
+    try:
+        return yaml.load(text, Loader=_Limited)
+    except _TooMuch as error:
+        raise ValueError(f"{error}; write it shorter") from error
+    except (yaml.YAMLError, *_MADE_OF_BAD_VALUES) as error:
+        raise ValueError(f"is not valid YAML: {_in_a_line(error)}") from error
+
+
+def read_yaml_file(path: Path) -> Any:
+    """What a file says.
+
+    Raises:
+        ValueError: as of ``read_yaml``.
+        OSError: it cannot be read.
+    """
+    with path.open("rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise ValueError(f"has more than {MOST_BYTES} bytes; write it shorter")
+    try:
+        text = content.decode()
+    except UnicodeDecodeError as error:
+        raise ValueError(f"is not valid YAML: {error}") from error
+    return read_yaml(text)
+
+
+def _in_a_line(error: Exception) -> str:
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem:
+        return shortened(error.problem) + (_at(error.problem_mark) if error.problem_mark else "")
+    text = shortened(" ".join(str(error).split()))
+    return text if isinstance(error, yaml.YAMLError) else f"a value is not of its kind ({text})"
+
+
+def _at(place: Any) -> str:
+    mark = getattr(place, "start_mark", place)
+    return f", at line {mark.line + 1}, column {mark.column + 1}"
