@@ -16,6 +16,7 @@ from ab_sim.analysis import (
     without_balls,
     without_period,
 )
+from ab_sim.analysis.merits import rms
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.scene import load_scene, scene_names
@@ -45,10 +46,7 @@ def test_the_band_is_entered_at_the_sample_after_the_last_one_outside(
 ) -> None:
     """However the run is cut into pieces."""
     run = whirling(lambda t: np.where(t < 3.005, 4 * E, 2 * E))
-    pieces = [
-        Trajectory(run.channels, run.samples[at : at + length]) for at in range(0, len(run), length)
-    ]
-    merits = merits_of_pieces(lambda: iter(pieces), len(run), scene())
+    merits = merits_of_pieces(lambda: in_pieces(run, length), len(run), scene())
     assert merits.in_band_from == run["time"][301]
 
 
@@ -169,6 +167,80 @@ def test_the_demo_is_no_lucky_start() -> None:
     assert np.max(ends[True]) < np.median(ends[False])
 
 
+def in_pieces(run: Trajectory, size: int) -> Any:
+    for first in range(0, len(run), size):
+        yield Trajectory(run.channels, run.samples[first : first + size])
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 5, 1001])
+@pytest.mark.parametrize("at", [3.001, 3.0049, 3.005, 3.0051, 3.009])
+def test_the_peak_is_found_between_samples_wherever_pieces_end(
+    scene: Any, at: float, size: int
+) -> None:
+    """W = e (3 - 2000 (t - at)^2): a parabola, which velocities tell from its samples."""
+    run = whirling(
+        lambda t: E * (3 - np.minimum(2000 * (t - at) ** 2, 2)),
+        vx=lambda t: np.where(abs(t - at) < 0.03, -4000 * E * (t - at), 0.0),
+    )
+    merits = merits_of_pieces(lambda: in_pieces(run, size), len(run), scene())
+    assert merits.peak_whirl == pytest.approx(3 * E, rel=1e-12)
+    assert merits.peak_time == pytest.approx(at, abs=1e-6)
+
+
+@pytest.mark.parametrize("size", [1, 3, 1001])
+def test_what_a_run_ends_with_is_that_of_its_last_sample(scene: Any, size: int) -> None:
+    """And the passage of the balls at -180 deg is the first one, of a start-up only."""
+    run = whirling(
+        lambda t: E * t,
+        ball_0_angle=lambda t: -t,
+        ball_1_angle=lambda t: -1.1 * t,
+        ball_0_rate=lambda t: -1.0 + 0 * t,
+        ball_1_rate=lambda t: -1.1 + 0 * t,
+        speed=lambda t: 30.0 + t,
+    )
+    merits = merits_of_pieces(lambda: in_pieces(run, size), len(run), scene())
+    assert merits.final_ball_angles == pytest.approx((-10.0, -11.0))
+    assert merits.final_speed == pytest.approx(40.0)
+    assert merits.first_passage_of_opposite == pytest.approx(math.pi, abs=1e-9)
+    change = {"kind": "speed_change", "to_speed": 300.0, "start_time": 0.1, "duration": 1.0}
+    held = scene(profile=None), scene(profile=change)
+    assert [merits_of(run, other).first_passage_of_opposite for other in held] == [None, None]
+
+
+@pytest.mark.parametrize(
+    ("count", "halves"),
+    [(1, (0, 0)), (10, (9, 9)), (20, (18, 19)), (30, (math.hypot(27, 28) / 2**0.5, 29))],
+)
+def test_a_short_run_has_a_last_stretch_too(scene: Any, count: int, halves: Any) -> None:
+    """A tenth of the samples, at least one; the middle one of an odd number is in the first."""
+    run = made(balls=2, step=1.0, count=count, x=lambda t: E * t)
+    for size in (1, count):
+        merits = merits_of_pieces(lambda size=size: in_pieces(run, size), count, scene())
+        assert merits.halves == pytest.approx((E * halves[0], E * halves[1]))
+        last = E * np.arange(count)[-max(1, count // 10) :]
+        assert merits.final_whirl == pytest.approx(math.sqrt(np.mean(last**2)))
+        assert merits.span == pytest.approx((last.min(), last.max()))
+
+
+@pytest.mark.parametrize(("enters", "found"), [(90, 90.0), (99, None)])
+def test_the_band_may_be_entered_at_the_last_stretch_and_no_later(
+    scene: Any, enters: int, found: float | None
+) -> None:
+    run = made(balls=2, step=1.0, count=100, x=lambda t: np.where(t < enters, 2 * E, E))
+    assert merits_of(run, scene()).in_band_from == found
+
+
+def test_a_report_counts_whirl_in_eccentricities(scene: Any) -> None:
+    merits = merits_of(whirling(lambda t: E * (2 + 50 * np.exp(-2 * t))), scene())
+    report = merits.report(E)
+    for name in ("peak_whirl", "final_whirl", "band"):
+        assert report[f"{name}_over_e"] == getattr(merits, name) / E
+
+
+def test_root_mean_square() -> None:
+    assert rms(np.array([1.0, -7.0, 5.0, 5.0])) == 5.0
+
+
 @pytest.mark.parametrize("size", [1, 2, 7, 100, 999])
 @pytest.mark.parametrize(
     "whirl",
@@ -182,12 +254,8 @@ def test_the_demo_is_no_lucky_start() -> None:
 def test_piece_by_piece_is_the_same(size: int, whirl: Any, scene: Any) -> None:
     """Sums are rounded in another order; what is found at a sample is the same to the bit."""
     run = whirling(whirl, ball_0_angle=lambda t: -t, ball_1_angle=lambda t: -0.9 * t)
-
-    def pieces() -> Any:
-        for first in range(0, len(run), size):
-            yield Trajectory(run.channels, run.samples[first : first + size])
-
-    whole, pieced = merits_of(run, scene()), merits_of_pieces(pieces, len(run), scene())
+    pieced = merits_of_pieces(lambda: in_pieces(run, size), len(run), scene())
+    whole = merits_of(run, scene())
     for name, one, other in zip(whole._fields, whole, pieced, strict=True):
         assert one == other or other == pytest.approx(one, rel=1e-12), name
     assert whole[:2] == pieced[:2], "the peak"

@@ -110,6 +110,55 @@ def test_a_bus_is_slow_and_keeps_the_order() -> None:
     assert p.acted[-1] == 199 and len(p.acted) == len(followed), "whom nobody overtook"
 
 
+def test_a_delay_is_whole_steps_rounded_up() -> None:
+    for delay, due in ((0.0, 3), (5e-3, 8), (5.2e-3, 9)):
+        p = path(delay=delay)
+        p.hear(50.0, 3)
+        assert p.state()["bus"] == [[due, 50.0]] and p.state()["draws"] == 0
+        assert p.next(3) == max(due, 4), "not before the next step"
+        assert p.next(20) == 21, "what is due is due at the next step"
+        assert told(p, due - 1) is None and told(p, due) == (50.0, 100.0)
+
+
+def test_the_first_on_the_bus_is_the_next() -> None:
+    p = path(delay=5e-3, jitter=1e-9)
+    for now in (0, 3, 4):
+        p.hear(50.0 + now, now)
+    assert p.next(0) == p.state()["bus"][0][0] < p.state()["bus"][-1][0]
+    assert p.state()["draws"] == 3, "one for each"
+
+
+def test_of_a_command_without_a_stamp_nothing_is_known() -> None:
+    """Nor of one that was on the bus when a clock or a state was replaced."""
+    p = path(delay=5e-3)
+    p.hear(1.0, 0)
+    told(p, 5)
+    p.hear(2.0, 6, stamp=77)
+    p.forget_stamps()
+    told(p, 11)
+    p.hear(3.0, 12, stamp=78)
+    p.restore(p.state())
+    told(p, 17)
+    assert p.acted == [0, 0, 0]
+
+
+def test_a_watchdog_shorter_than_a_step_acts_at_the_next_one() -> None:
+    p = path(age_limit=1e-4)
+    p.hear(50.0, 7)
+    assert told(p, 7) == (50.0, 100.0) and not p.silent
+    assert p.next(7) == 8
+    assert told(p, 8) == (77.0, 100.0) and p.silent
+
+
+def test_all_that_was_heard_is_counted() -> None:
+    p = path()
+    for speed in (1.0, math.nan, 2.0, 1e9, math.inf):
+        p.hear(speed, 0)
+    p.emergency_stop()
+    p.hear(3.0, 1)
+    assert (p.accepted, p.rejected, p.ignored, p.heard) == (2, 3, 1, 6)
+
+
 def test_while_time_stands_still_commands_do_not_pile_up() -> None:
     p = path(delay=5e-3, jitter=5e-3)
     p.hear(1.0, 0)

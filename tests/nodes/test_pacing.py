@@ -144,6 +144,32 @@ def test_the_start_says_nothing_of_the_usual_lateness() -> None:
     assert p.lateness.quantile(0.5) == pytest.approx(1e-3, rel=0.06)
 
 
+def test_a_wake_up_before_its_time_is_not_late_and_plans_the_next_one() -> None:
+    p = pacer()
+    assert p.due(100.0 + 2e-3) == 2
+    assert p.wait(100.0 + 2e-3) == pytest.approx(6e-3)
+    assert p.wait(200.0) == 0.0, "no sleep is negative"
+    assert p.total == Pacing()
+
+
+def test_the_usual_lateness_counts_from_the_26th_wake_up() -> None:
+    p = pacer()
+    for k in range(1, 29):
+        p.due(100.0 + k * 4e-3)
+    assert p.lateness.count == 3
+
+
+def test_limits_hold_up_to_and_with_their_values() -> None:
+    """Numbers that are exact in binary: a step of 2^-10 s."""
+    step = 2.0**-10
+    p = Pacer(step, 4, 4, 4 * step)
+    p.start(100.0)
+    assert p.due(100.0 + 8 * step) == 4, "behind by as much as patience allows, and no more"
+    assert p.total == Pacing(overruns=1, dropped=0, worst_lateness=4 * step), "a whole period late"
+    assert p.due(100.0 + 14 * step) == 4, "behind by more"
+    assert p.total.dropped == 6
+
+
 @pytest.mark.parametrize(("budget", "patience"), [(3, 0.5), (40, 1e-3)])
 def test_senseless_settings(budget: int, patience: float) -> None:
     with pytest.raises(InputError, match="must be at least"):
