@@ -143,7 +143,7 @@ def list_command(wait: float) -> None:
 
     with Caller(wait) as caller, people.status("listening"):
         health = caller.listen()
-        found = caller.found()
+        found, nobody = caller.found(), caller.nobody_at_all
     known = {act.asks for act in ACTS}
     rows = 0
     table = Table("node", "is", "says", "can be asked to")
@@ -156,8 +156,8 @@ def list_command(wait: float) -> None:
         level = said.level.name if said is not None else "-"
         table.add_row(node, level, said.message if said is not None else "-", ", ".join(can) or "-")
     if not rows:
-        others = f"; found {', '.join(sorted(found))}" if found else ""
-        raise InputError(f"no node that can be asked was found within {wait:g} s{others}")
+        others = f"found {', '.join(sorted(found))}" if found else nobody
+        raise InputError(f"no node that can be asked was found; {others}")
     Console(markup=False).print(table)
 
 

@@ -89,7 +89,11 @@ def get(
 
 @node_commands.command("list")
 def list_(wait: WaitOption = 4.0) -> None:
-    """List the nodes that can be asked, what they say of themselves, and what they can do."""
+    """List the nodes that can be asked, what they say of themselves, and what they can do.
+
+    It waits until all on this machine have spoken, which they do once a second, and as long as it
+    may only where it cannot know how many there are.
+    """
     from ab_sim.cli.node import list_command
 
     list_command(wait)

@@ -9,6 +9,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from ab_sim.errors import InputError
 
+DISCOVERY_RANGE, RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
+"""ROS's variable, and what it is for us unless the user has set it."""
+
 
 def init_ros(arguments: Sequence[str] | None = None) -> None:
     """``rclpy.init``: strict with arguments, and discovering on this machine only.
@@ -30,7 +33,7 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
             f"argument {stray[0]!r}: is not known; parameters come after --ros-args, each after "
             f"-p: `--ros-args -p {_as_parameter(stray[0])}`"
         )
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    os.environ.setdefault(DISCOVERY_RANGE, RANGE)
     try:
         rclpy.init(args=list(given), signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:

@@ -17,10 +17,9 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from ab_msgs_py import Health, topics
 from ab_sim import interruption
 from ab_sim.errors import AbSimError, InputError, Interrupted, Refused, nearest
-from ab_sim.nodes.arguments import init_ros
+from ab_sim.nodes.arguments import DISCOVERY_RANGE, init_ros
+from ab_sim.nodes.participants import participants_here
 
-LISTENING = 1.5
-"""s; every node speaks once a second."""
 ACQUAINTED = 0.5
 """s. That a server is there says that we know it. If it does not know us within 0.1 s of a request,
 as on a busy machine, Fast DDS drops the answer."""
@@ -170,7 +169,11 @@ class Caller:
         return nodes
 
     def listen(self) -> dict[str, Health]:
-        """What nodes say of themselves, by their full names, within a while."""
+        """What nodes say of themselves, by their full names.
+
+        It ends as soon as everybody on this machine has been found, and all that speak have
+        spoken; where that cannot be known, when the time to wait for a node is over.
+        """
         told: dict[str, Health] = {}
 
         def hear(message: Any) -> None:
@@ -178,18 +181,38 @@ class Caller:
                 told[health.node] = health
 
         topics.DIAGNOSTICS.subscription(self._node, hear)
-        self._until(lambda: False, max(self._patience, LISTENING))
+
+        def all_heard() -> bool:
+            return self._all_are_known() and all(name in told for name in self._speakers())
+
+        end = time.monotonic() + self._patience
+        if participants_here() != 1:  # Not alone: what others offer is found after they are.
+            self._until(all_heard, self._patience)
+            self._until(lambda: False, ACQUAINTED)
+            self._until(all_heard, end - time.monotonic())
         return told
+
+    def _all_are_known(self) -> bool:
+        """Whether there is a node for each participant; we are one of each."""
+        there = participants_here()
+        return there is not None and len(self._node.get_node_names()) >= there
+
+    def _speakers(self) -> list[str]:
+        """The full names of the nodes that publish diagnostics."""
+        publishers = self._node.get_publishers_info_by_topic(topics.DIAGNOSTICS.name)
+        return [f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in publishers]
+
+    @property
+    def nobody_at_all(self) -> str:
+        """Where it has looked, in vain."""
+        domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), os.environ.get(DISCOVERY_RANGE, "")
+        return f"there is no node at all on ROS_DOMAIN_ID {domain}, {DISCOVERY_RANGE} {reach}"
 
     def _nobody(self, node: str, service: str) -> str:
         found = self.found()
         said = f"nobody offers {node}/{service} (waited {self._patience:g} s); "
         if not found:
-            domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), "ROS_AUTOMATIC_DISCOVERY_RANGE"
-            return said + (
-                f"there is no node at all on ROS_DOMAIN_ID {domain}, {reach} "
-                f"{os.environ.get(reach, '')}: is it running?"
-            )
+            return said + f"{self.nobody_at_all}: is it running?"
         if node in found:
             return said + f"{node} is there, and offers " + ", ".join(_own(found[node]))
         asked = service in PARAMETERS

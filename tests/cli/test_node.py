@@ -8,6 +8,7 @@ from ab_sim.cli.node import told, value_of
 from ab_sim.cli.node_acts import ACTS
 from ab_sim.errors import InputError
 from tests.cli.tool import ab_sim
+from tests.domains import own_domain
 
 NAMES = {act.name: act for act in ACTS}
 
@@ -91,3 +92,15 @@ def test_nobody_there() -> None:
     done = ab_sim("node", "pause", "--namespace", "nowhere", "--wait", "0.3")
     assert done.returncode == 2
     assert "nobody offers /nowhere/drive_sim/pause (waited 0.3 s)" in done.stderr
+
+
+@pytest.mark.ros
+def test_a_list_of_nobody_waits_for_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It ends at all, though it may wait for days."""
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    with own_domain() as domain:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+        monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE", raising=False)
+        done = ab_sim("node", "list", "--wait", "1e6")
+    assert done.returncode == 2
+    assert f"there is no node at all on ROS_DOMAIN_ID {domain}" in done.stderr
