@@ -7,8 +7,13 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from ab_sim.dynamics.effects.ball_contact import BallContact
+from ab_sim.dynamics.effects.gravity import Gravity
+from ab_sim.dynamics.effects.hardening_suspension import HardeningSuspension
 from ab_sim.dynamics.effects.motor import Motor
 from ab_sim.dynamics.effects.race_runout import RaceRunout
+from ab_sim.dynamics.effects.suspension import Suspension
+from ab_sim.dynamics.effects.unequal_suspension import UnequalSuspension
+from ab_sim.dynamics.motion import Deck
 
 R = 0.01
 OVAL = RaceRunout(offset_1=3e-4, offset_2=-2e-4, lobe=4e-4, lobe_angle=0.3)
@@ -44,6 +49,62 @@ def test_radius_of_curvature_of_an_oval_race_and_its_rate(theta: float) -> None:
     assert radius(theta) == pytest.approx(tangent.imag, rel=1e-6)
     rate = (radius(theta + 1e-4) - radius(theta - 1e-4)) / 2e-4
     assert OVAL.race_shape(math.cos(theta), math.sin(theta))[3] == pytest.approx(rate, abs=1e-9)
+
+
+STEP = 1e-7
+SPRINGS = {
+    "suspension": (Suspension(900.0, 0.3), "deck"),
+    "hardening_suspension": (HardeningSuspension(7e8), "deck"),
+    "unequal_suspension": (UnequalSuspension(900.0, 1300.0, 0.3, 0.5, 0.4), "space"),
+}
+
+
+@pytest.mark.parametrize("name", SPRINGS)
+def test_springs_store_what_they_take_and_dampers_lose_it(name: str) -> None:
+    """f = -dE/du at rest, and f.v = -dE/dt - loss."""
+    law, axes = SPRINGS[name]
+    force, energy = getattr(law, f"{axes}_force"), getattr(law, f"{axes}_energy")
+    for x, y, vx, vy in np.random.default_rng(1).normal(0.0, [1e-3, 1e-3, 0.1, 0.1], (20, 4)):
+        one, other = (energy(Deck(x + h, y, vx, vy)) for h in (STEP, -STEP))
+        along = (other - one) / (2 * STEP)
+        one, other = (energy(Deck(x, y + h, vx, vy)) for h in (STEP, -STEP))
+        across = (other - one) / (2 * STEP)
+        assert force(Deck(x, y, 0.0, 0.0)) == pytest.approx((along, across), rel=1e-6)
+        fx, fy = force(Deck(x, y, vx, vy))
+        loss = getattr(law, f"{axes}_loss", lambda deck: 0.0)(Deck(x, y, vx, vy))
+        assert (fx - along) * vx + (fy - across) * vy == pytest.approx(-loss, rel=1e-6, abs=1e-7)
+        assert energy(Deck(x, y, 0.0, 0.0)) > 0.0 <= loss
+
+
+def test_springs_have_the_stiffness_that_they_are_given() -> None:
+    """Of the two of a suspension that is unequal, each along its own axis."""
+    assert Suspension(900.0, 0.3).deck_force(Deck(2.0, 0.0, 0.0, 10.0)) == (-1800.0, -3.0)
+    assert HardeningSuspension(7.0).deck_force(Deck(0.0, 2.0, 1.0, 1.0)) == (0.0, -56.0)
+    turned = UnequalSuspension(900.0, 1300.0, 0.3, 0.5, 0.4)
+    for k, c, angle in ((900.0, 0.3, 0.4), (1300.0, 0.5, 0.4 + math.pi / 2)):
+        axis = np.array([math.cos(angle), math.sin(angle)])
+        got = turned.space_force(Deck(*(2.0 * axis), *(10.0 * axis)))
+        assert got == pytest.approx(-(2.0 * k + 10.0 * c) * axis)
+
+
+def test_hardening_mounts_store_what_they_take() -> None:
+    """The force at a displacement d is the stiffening times d; energy counts from d = 0."""
+    law = HardeningSuspension(7e8)
+    for d in (1e-4, 3e-3):
+        work, _ = quad(lambda r: law.mount_stiffening(r * r) * r, 0.0, d)
+        assert law.mount_energy(d * d) == pytest.approx(work, rel=1e-9)
+        assert law.mount_stiffening(d * d) == pytest.approx(7e8 * d * d)
+
+
+def test_gravity_has_its_size_wherever_it_points() -> None:
+    """Down the shaft of a disc that lies, in its plane of one on edge."""
+    for tilt, direction in np.random.default_rng(2).uniform(-math.pi, math.pi, (20, 2)):
+        law = Gravity(tilt, direction, 9.7)
+        assert math.hypot(*law.weight()) == pytest.approx(9.7)
+        assert law.weight()[:2] == law.gravity()
+        assert law.weight()[2] == pytest.approx(-9.7 * math.cos(tilt))
+        aside = 9.7 * math.sin(tilt) * np.array([math.cos(direction), math.sin(direction)])
+        assert law.gravity() == pytest.approx(tuple(aside))
 
 
 def test_the_motors_integral_does_not_wind_up_at_the_torque_limit() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.dynamics.ledger import mechanical_energy
 from ab_sim.dynamics.race.margins import HOLD, LOAD, MOTOR, NEVER, SLIDE, TOUCH
 from ab_sim.dynamics.race.settle import settle
 from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED, ORDER
@@ -15,7 +16,7 @@ from tests.reference.contact import touching
 from tests.reference.dynamics import FREE, STUCK
 from tests.reference.dynamics import solve as solve_reference
 from tests.reference.friction import choose_mode
-from tests.uncompiled.plants import COMPANIES, Instant, N, instant
+from tests.uncompiled.plants import COMPANIES, PHASE, Instant, N, instant
 
 
 def settled(random: np.random.Generator, effects: dict[str, Any]) -> tuple[Instant, Any, Any]:
@@ -31,19 +32,23 @@ def settled(random: np.random.Generator, effects: dict[str, Any]) -> tuple[Insta
 
 @pytest.mark.parametrize("name", COMPANIES)
 def test_accelerations_are_the_references(name: str) -> None:
-    random, seen = np.random.default_rng(3), set[Any]()
+    random, seen, beyond = np.random.default_rng(3), set[Any](), []
     for _ in range(20):
         here, mode, want = settled(random, COMPANIES[name])
         np.testing.assert_allclose(here.accelerations(), want.accelerations, rtol=1e-8, atol=1e-6)
         slope = here.work.slopes[0]
         np.testing.assert_array_equal(slope[here.layout.angles], here.state[here.layout.rates])
         assert slope[here.layout.ledger][1] == pytest.approx(want.losses.sum(), rel=1e-9)
-        w = here.coordinates()[1][2]
+        q, rates = here.coordinates()
+        w = rates[2]
+        energy = mechanical_energy(here.plant.system, here.state, PHASE, w)
+        beyond.append(energy - here.model.energy(q, rates))
         assert slope[here.layout.ledger][0] == pytest.approx(want.torque * w, rel=1e-8)
         if "motor" in name or name == "all":
             assert slope[here.layout.spindle][2] == pytest.approx(want.integrator, rel=1e-10)
         seen |= {("ball", state) for state in mode.balls} | {("contact", c) for c in mode.closed}
         seen.add(("motor", mode.regime.side))
+    assert np.ptp(beyond) < 1e-14, "energies differ by where they count from"
     if "friction" in name or name == "all":
         assert {("ball", s) for s in (FREE, STUCK, 1, -1)} <= seen
     if "contact" in name or name == "all":

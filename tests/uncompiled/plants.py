@@ -30,6 +30,16 @@ OVAL: dict[str, Any] = {
     "hardening_suspension": {"cubic_stiffness": 1e8},
     "race_runout": {"offset_1": 3e-4, "offset_2": -2e-4, "lobe": 1e-3, "lobe_angle": 0.3},
 }
+UNEQUAL: dict[str, Any] = {
+    "suspension": None,
+    "unequal_suspension": {
+        "stiffness_1": 1000.0,
+        "stiffness_2": 1400.0,
+        "damping_1": 0.1,
+        "damping_2": 0.3,
+        "axis_angle": 0.4,
+    },
+}
 RUBBING: dict[str, Any] = {
     "rolling_friction": {"arm": 2e-4},
     "race_friction": {"coefficient": 0.4},
@@ -45,7 +55,7 @@ DRIVEN: dict[str, Any] = {
     }
 }
 COMPANIES: dict[str, dict[str, Any]] = {
-    "all": {**OVAL, **RUBBING, **TOUCHING, **DRIVEN},
+    "all": {**OVAL, **UNEQUAL, **RUBBING, **TOUCHING, **DRIVEN},
     "thesis": {},
     "oval": OVAL,
     "oval, friction": {**OVAL, **RUBBING},
