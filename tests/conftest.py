@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
 from ab_sim.scene import Scene, check_scene
 from tests.domains import own_domain
@@ -77,3 +78,17 @@ def domain() -> Iterator[int]:
     """A DDS domain of the test's own."""
     with own_domain() as number:
         yield number
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """Figures as they are written, for a look at what they consist of."""
+    figures: list[Figure] = []
+    write = Figure.savefig
+
+    def keep(figure: Figure, *args: Any, **options: Any) -> None:
+        write(figure, *args, **options)
+        figures.append(figure)
+
+    monkeypatch.setattr(Figure, "savefig", keep)
+    return figures

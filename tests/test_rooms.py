@@ -15,7 +15,7 @@ import ab_sim
 
 ORDER = (
     ("errors", "quoting"),
-    ("interruption", "limited_yaml", "output_file"),
+    ("conventions", "interruption", "limited_yaml", "output_file"),
     ("tracing",),
     ("scene",),
     ("spindle",),

@@ -36,6 +36,8 @@ def modes(
     and sense, forward, backward or null for to and fro. Then `speed`, `rest` (where the deck
     hangs), and `over_speed`: the same of each branch over `speeds`, and critical_speeds, at which
     a branch's frequency is the spindle's speed.
+
+    Symbols, signs and angles: docs/conventions.md
     """
     from ab_sim.cli.modes import modes_command
 
@@ -74,7 +76,7 @@ def equilibria(
     comes_back, of an undecided one, whether motions disturbed along each coordinate do; and
     held_by_friction, for each ball [low, high] of theta in which friction holds all of them, the
     others in place (null without friction); and `over_speed` with branches, folds, crossings and
-    ranges [rad/s].
+    ranges [rad/s]. Symbols, signs and angles: docs/conventions.md
     """
     from ab_sim.cli.equilibria import equilibria_command
 
@@ -150,6 +152,8 @@ def stability(
 
     Without either it does what `ab-sim equilibria` does: states, and where over the speed they lose
     their stability.
+
+    Symbols, signs and angles: docs/conventions.md
     """
     from ab_sim.cli.equilibria import equilibria_command
     from ab_sim.cli.stability import basin_command, family_command, map_command
@@ -227,6 +231,8 @@ def floquet(
     iterations, steps, halved_step_difference; `others`, the same of further solutions; and with
     --over `followed`: `points` over the parameter, and `borders`, where the largest modulus is 1.
     Where nothing was found, found is false.
+
+    Symbols, signs and angles: docs/conventions.md
     """
     from ab_sim.cli.floquet import floquet_command
 
@@ -260,6 +266,8 @@ def recovery(
     rested_before, whether it rested when the change began; and duration of the run, all at the
     scene's own drag; `over_drag` the same at each drag, with its composite_index [s]; best_drag;
     and `one_ball` all that with one ball. What was computed once is kept in ~/.cache/ab_sim.
+
+    Symbols, signs and angles: docs/conventions.md
     """
     from ab_sim.cli.recovery import recovery_command
 

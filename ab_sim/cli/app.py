@@ -97,7 +97,8 @@ def run(
     final value; first_passage_of_opposite, the time at which all balls first have theta <= -180
     deg (less variable_speed_period, the time at which that starts, it is the thesis' "settling
     period"). The same run without_variable_speed_period and without_balls is judged alike. Where
-    the scene asks for an accuracy, what was measured and what it costs.
+    the scene asks for an accuracy, what was measured and what it costs. Symbols, signs and
+    angles: docs/conventions.md
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
     """

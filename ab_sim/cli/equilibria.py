@@ -23,6 +23,7 @@ from ab_sim.analysis.held import last_speed
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.speed import check_speed
+from ab_sim.conventions import NOTATION
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
@@ -111,7 +112,10 @@ def equilibria_table(scene: Scene, found: Equilibria) -> Table:
             "" if state.assignments is None else f"{state.assignments}",
             _places(state),
         )
-    table.caption = "theta in deg, lambda_max in 1/s; ways: to give the places to the balls"
+    table.caption = (
+        "theta in deg from the unbalance, lambda_max in 1/s; ways: to give the places to the "
+        f"balls. {NOTATION}"
+    )
     return table
 
 

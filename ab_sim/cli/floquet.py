@@ -19,6 +19,7 @@ from ab_sim.analysis.floquet import (
 from ab_sim.analysis.floquet.follow import Case
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
+from ab_sim.conventions import NOTATION
 from ab_sim.errors import InputError
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.scene import Scene, load_scene
@@ -142,6 +143,7 @@ def solutions_table(scene: Scene, speed: float, found: list[Stability]) -> Table
             ", ".join(f"{math.degrees(angle):.2f}" for angle in one.angles) or "-",
             f"{one.orbit.residual:.1e}",
         )
+    table.caption = NOTATION
     if not found:
         table.add_row("none found", "-", "-", "-", "-", "-")
     return table

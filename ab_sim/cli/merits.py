@@ -6,6 +6,7 @@ from rich.table import Table
 
 from ab_sim.analysis import Compared, Comparison, Merits
 from ab_sim.analysis.merits import BAND, FLOOR, LAST
+from ab_sim.conventions import ANGLES, WHIRL
 from ab_sim.reports.wording import (
     angles_text,
     final_text,
@@ -80,5 +81,6 @@ def _caption(scene: Scene) -> str:
         if "gravity" in scene.effects:
             tilt = " and tilt count" if scene.deck is not None else " counts"
             yield f"W{tilt} from where the deck hangs."
+        yield f"W, e, M0 e/M: {WHIRL}; angles: {ANGLES}."
 
     return " ".join(sentences())

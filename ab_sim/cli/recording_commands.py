@@ -55,7 +55,8 @@ def export(
     Each channel is a column, with its unit: in Parquet in the column's metadata, as `unit`, in CSV
     in the header, as `x [m]`. A Parquet file has what was run, JSON, in its own metadata as
     `ab_sim`. `whirl` [m], which is not recorded, is written as well: how far the deck's centre is,
-    across the shaft's axis, from where it hangs at rest. Recordings of any length are read in
+    across the shaft's axis, from where it hangs at rest (frames and signs:
+    docs/conventions.md). Recordings of any length are read in
     blocks; those that were not finished as far as they go.
 
     A bag has the whole of it, as the messages that a live drive publishes, stamped with simulated
@@ -123,7 +124,7 @@ def compare(
     largest_relative and rms_relative (in the range of what was recorded, recorded_from to
     recorded_to), same_to_the_bit, and compared (samples); `not_compared`, each of the other
     channels with its reason; `driven_by`, `aligned`, `samples`, `duration`, `same_to_the_bit` (of
-    all that were compared) and `notes`.
+    all that were compared) and `notes`. Symbols, signs and angles: docs/conventions.md
     """
     from ab_sim.cli.compare import compare_command
 
@@ -157,7 +158,7 @@ def report(
     The JSON has `runs`, each with recording, scene, begins and duration [s], samples, gaps,
     missing, complete, events, merits (see `ab-sim run --help`; null if what was run is not known),
     vibration_of, vibration_rms [m/s^2], once_per_turn_share, real_time_factor (mean, least; null of
-    an offline run) and notes.
+    an offline run) and notes. Symbols, signs and angles: docs/conventions.md
     """
     from ab_sim.cli.report import report_command
 

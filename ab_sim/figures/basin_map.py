@@ -7,6 +7,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from ab_sim.figures.curves import say_conventions
 from ab_sim.studies.basin import (
     BALANCED,
     CHANGING,
@@ -70,4 +71,5 @@ def basin_figure(found: Basin, path: Path) -> None:
         axes.set_xlim(*edges)
         axes.set_ylim(*edges)
     ends.set_ylabel("second ball starts at [deg]")
+    say_conventions(figure)
     figure.savefig(path, dpi=110)

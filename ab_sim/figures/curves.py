@@ -8,6 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
+from ab_sim.conventions import NOTATION
+
 WINDOW = 0.01
 """Share of the time axis in which swings are counted."""
 SWINGS = 3.3
@@ -51,6 +53,11 @@ def _turns(values: np.ndarray) -> np.ndarray:
     turns = np.zeros(len(values))
     turns[points[1:-1]] = swings[1:] & swings[:-1]
     return turns
+
+
+def say_conventions(figure: Figure) -> None:
+    """Name the page that explains symbols and signs, below all panels."""
+    figure.supxlabel(NOTATION, fontsize=8, color="0.4")
 
 
 class Label(NamedTuple):

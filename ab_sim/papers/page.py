@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import ab_sim
+from ab_sim.conventions import NOTATION
 
 Cell = str | float | None
 
@@ -84,7 +85,8 @@ class Paper(NamedTuple):
 
     def markdown(self) -> str:
         """The page, for beside its pictures."""
-        parts = [f"# {self.title}", self.source, f"Written by `ab-sim paper {self.name}`."]
+        written = f"Written by `ab-sim paper {self.name}`. {NOTATION}."
+        parts = [f"# {self.title}", self.source, written]
         for section in self.sections:
             parts += [f"## {section.heading}", *section.text]
             for table in section.tables:

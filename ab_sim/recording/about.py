@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ab_sim.conventions import NOTATION
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.explained import Explained
 
@@ -20,6 +21,7 @@ def about(drawing: Drawing) -> str:
         *_alone(said),
         "**Vibration**: red, what comes once per revolution (unbalance); blue, the "
         "rest; orange, all. Its spectrum is on the next page.",
+        f"{NOTATION}.",
     ]
     return "\n\n".join(parts) + "\n"
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ab_sim.figures.curves import say_conventions
 from ab_sim.reports.colours import BLACK, BLUE, ORANGE
 from ab_sim.reports.compare import Beside, Deviation
 
@@ -41,6 +42,7 @@ def compare_picture(found: Beside, recording: str, path: Path) -> None:
         title=left_out, title_fontsize=8, frameon=False,
     )  # fmt: skip
     figure.align_ylabels(panels[:, 0])
+    say_conventions(figure)
     figure.savefig(path, dpi=110)
 
 

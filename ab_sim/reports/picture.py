@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ab_sim.figures.curves import say_conventions
 from ab_sim.reports.colours import GREY, MAP
 from ab_sim.reports.grid import Grid
 from ab_sim.reports.panels import Panel
@@ -37,6 +38,7 @@ def report_picture(grid: Grid, path: Path) -> None:
                 axes[row][column].set_axis_off()
             else:
                 _draw(figure, axes[row][column], panel, limits)
+    say_conventions(figure)
     figure.savefig(path, dpi=100)
 
 

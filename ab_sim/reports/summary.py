@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 from ab_sim.analysis import Merits
 from ab_sim.analysis.merits import BAND, FLOOR, LAST
+from ab_sim.conventions import NOTATION
 from ab_sim.reports.gather import RunData
 from ab_sim.reports.panels import whirl_scale
 from ab_sim.reports.wording import (
@@ -20,7 +21,7 @@ CAPTION = (
     f"Final: root mean square over the last {100 * LAST:g} % of the run. Band: +-{100 * BAND:g} % "
     f"of final W, at least +-{100 * FLOOR:g} % of M0 e/M. Vibration: over the same stretch, what "
     "is constant left out; once per turn: the share of its power that turns with the spindle or "
-    "against it."
+    f"against it. {NOTATION}."
 )
 
 Row = tuple[str, list[str]]
