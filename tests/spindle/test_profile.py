@@ -10,7 +10,10 @@ from hypothesis import strategies as st
 
 from ab_sim.errors import SceneError
 from ab_sim.scene import load_scene
-from ab_sim.spindle import RaisedCosine, Ramp, SpeedProfile
+from ab_sim.spindle import RaisedCosine, Ramp, SpeedProfile, top_speed_of
+from ab_sim.spindle.segments import RampAndCosine
+
+Segment = Ramp | RaisedCosine | RampAndCosine
 
 
 def test_hold_of_the_thesis() -> None:
@@ -98,9 +101,10 @@ def test_a_period_that_slows_down_may_end_below_the_speed_at_the_start() -> None
     assert [profile.speed(t) for t in (0.0, 0.1, 0.6)] == [96.0, 100.0, 90.0]
 
 
+START_UP = {"kind": "start_up", "acceleration": 40.0, "target_speed": 200.0}
 PROFILES: dict[str, Any] = {
     "no profile": None,
-    "start_up": {"kind": "start_up", "acceleration": 40.0, "target_speed": 200.0},
+    "start_up": START_UP,
     "speed_change": {"kind": "speed_change", "start_time": 1.0, "duration": 0.5, "to_speed": 50.0},
 }
 
@@ -117,14 +121,58 @@ def test_the_start_angle_is_added_to_every_angle(scene: Any, profile: Any) -> No
         assert turned.speed(t) == plain.speed(t)
 
 
-@pytest.mark.parametrize("segment", [Ramp(7.0, -3.0), RaisedCosine(7.0, -3.0, 2.0)])
-def test_segments_are_their_own_integrals(segment: Ramp | RaisedCosine) -> None:
+SEGMENTS = [Ramp(7.0, -3.0), RaisedCosine(7.0, -3.0, 2.0), RampAndCosine(7.0, 2.0, -3.0, 1.6)]
+
+
+@pytest.mark.parametrize("segment", SEGMENTS)
+def test_segments_are_their_own_integrals(segment: Segment) -> None:
     t = np.linspace(0.0, 2.0, 4001)
+    assert segment.speed(0.0) == 7.0 and segment.angle(0.0) == 0.0
     h = t[1] - t[0]
     for whole, rate in (("angle", "speed"), ("speed", "acceleration")):
         values = getattr(segment, whole)(t)
         slope = np.broadcast_to(getattr(segment, rate)(t), t.shape)
         np.testing.assert_allclose(np.gradient(values, h)[1:-1], slope[1:-1], atol=1e-5)
+
+
+@pytest.mark.parametrize("segment", SEGMENTS[:2])
+def test_side_by_side_a_segment_is_a_sum_of_which_one_part_is_nothing(segment: Any) -> None:
+    t, both = np.linspace(0.0, 2.0, 21), RampAndCosine.of(segment)
+    for name in ("speed", "angle", "acceleration"):
+        want = np.broadcast_to(getattr(segment, name)(t), t.shape)
+        np.testing.assert_allclose(getattr(both, name)(t), want, rtol=1e-15, atol=1e-15)
+
+
+def test_a_raised_cosine_is_steepest_half_way() -> None:
+    profile = SpeedProfile.speed_change(100.0, -300.0, start_time=1.0, duration=0.5)
+    assert profile.steepest == pytest.approx(400.0 / 2 * math.pi / 0.5)
+    assert profile.top_speed == 300.0 and profile.end == 1.5
+    assert profile.angle(1.5) == pytest.approx(100.0 + 0.5 * -100.0)
+    assert SpeedProfile.constant(-70.0).top_speed == 70.0
+    assert SpeedProfile.constant(-70.0).steepest == 0.0
+
+
+def test_a_profile_may_begin_later_and_further_round() -> None:
+    plain = SpeedProfile.start_up(10.0, 40.0, 200.0, period=(100.0, 0.5, -20.0))
+    moved = plain.moved(3.0, 0.25)
+    for t in (0.0, 1.0, 2.25, 2.5, 2.6, 4.0, 9.0):
+        assert moved.speed(t + 3.0) == pytest.approx(plain.speed(t), rel=1e-14)
+        assert moved.angle(t + 3.0) == pytest.approx(plain.angle(t) + 0.25, rel=1e-14)
+    assert moved.breakpoints == tuple(t + 3.0 for t in plain.breakpoints)
+    assert (plain.variable_speed_period, moved.variable_speed_period) == (2.25, 5.25)
+    assert SpeedProfile.constant(5.0).moved(1.0).variable_speed_period is None
+    assert moved.angle(3.0) == 0.25 and plain.moved(3.0).angle(3.0) == 0.0
+
+
+def test_before_its_beginning_a_profile_is_its_first_piece() -> None:
+    profile = SpeedProfile.start_up(10.0, 40.0, 200.0)
+    assert profile.number_at(-1.0) == 0 and profile.speed(-0.25) == 0.0
+    assert [profile.number_at(t) for t in (0.0, 4.75, math.nextafter(4.75, 0.0))] == [0, 1, 0]
+
+
+def test_the_top_speed_of_conditions_is_that_of_lasting_as_long_as_they_may(scene: Any) -> None:
+    assert top_speed_of(scene(start={"speed": -90.0}, profile=None)) == 90.0
+    assert top_speed_of(scene(profile={**START_UP, "target_speed": 170.0})) == 170.0
 
 
 @given(

@@ -49,3 +49,20 @@ def test_a_command_just_beyond_the_limit_does_not_read_like_it() -> None:
 def test_the_limit_itself_is_allowed() -> None:
     assert SERVO.check(200.0) == 200.0
     assert SERVO.check(-200.0) == -200.0
+
+
+@pytest.mark.parametrize("acceleration", [0.0, -1.0, 50.000001, math.inf, math.nan])
+def test_an_acceleration_that_the_spindle_cannot_do_is_refused(acceleration: float) -> None:
+    with pytest.raises(CommandError, match=r"must be above 0 and at most 50 rad/s\^2"):
+        SERVO.check_acceleration(acceleration)
+
+
+@pytest.mark.parametrize("acceleration", [1e-300, 0.5, 50.0])
+def test_any_smaller_acceleration_will_do(acceleration: float) -> None:
+    assert SERVO.check_acceleration(acceleration) == acceleration
+
+
+@pytest.mark.parametrize("command", ["fast", None, [1.0], 10**400])
+def test_what_is_no_number_is_refused(command: object) -> None:
+    with pytest.raises(CommandError, match=r"must be a number \[rad/s\]"):
+        SERVO.check(command)  # type: ignore[arg-type]
