@@ -8,6 +8,7 @@ import numpy as np
 
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
+from ab_sim.analysis.trend import Trend
 from ab_sim.drive.balance import resultant
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
@@ -19,6 +20,8 @@ BAND = 0.1
 FLOOR = 0.05
 """... and at least this share of M0 e / M, which is the disc's own whirl far above the critical
 speed, without balls."""
+ROUNDING = 1e-9
+"""A change of the whirl by less than this share of M0 e / M is none."""
 
 
 class Merits(NamedTuple):
@@ -32,6 +35,8 @@ class Merits(NamedTuple):
     """Root mean square over the last stretch [m]."""
     halves: tuple[float, float]
     """The same over the first and the second half of that stretch [m]."""
+    changing: bool
+    """Whether the final whirl is none: over that stretch it still rises or falls."""
     span: tuple[float, float]
     """Least and largest whirl of the last stretch [m]."""
     band: float
@@ -54,12 +59,6 @@ class Merits(NamedTuple):
     """From the unbalance, unwrapped [rad], at the end of the run."""
     final_speed: float
     """Of the spindle [rad/s], at the end of the run."""
-
-    @property
-    def changing(self) -> bool:
-        """Whether the final whirl is none: it still rises or falls when the run ends."""
-        first, second = self.halves
-        return abs(second - first) > self.band
 
     def report(self, eccentricity: float) -> dict[str, Any]:
         """As JSON-able values: whirl in eccentricities (None if ``eccentricity`` [m] is 0)."""
@@ -130,6 +129,7 @@ def merits_of_pieces(
         peak_time=at,
         final_whirl=final,
         halves=(tail.halves[0].value, tail.halves[last > 1].value),
+        changing=tail.trend.found(ROUNDING * disc_alone),
         span=tail.span,
         band=band,
         in_band_from=time if begins <= count - last else None,
@@ -195,6 +195,7 @@ class _Tail:
     def __init__(self, scene: Scene, rest: Rest, count: int) -> None:
         self.whirl, self.tilt, self.unbalance, self.couple = (MeanSquare() for _ in range(4))
         self.halves = (MeanSquare(), MeanSquare())
+        self.trend = Trend(count)
         self.span = (math.inf, -math.inf)
         self._rest, self._first_half, self._taken = rest, count - count // 2, 0
         # Of the balls on a round race around the shaft; what a runout adds is left out.
@@ -211,6 +212,7 @@ class _Tail:
             return
         whirl = piece.whirl
         self.whirl.take(whirl)
+        self.trend.take(whirl)
         first = max(self._first_half - self._taken, 0)
         self.halves[0].take(whirl[:first])
         self.halves[1].take(whirl[first:])

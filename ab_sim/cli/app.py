@@ -91,7 +91,8 @@ def run(
     in space also z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes),
     events, crowded_steps, what was run, and what the run is judged by: peak_whirl_over_e,
     peak_time; final_whirl_over_e, the root mean square over the last tenth of the run
-    (final_stretch), and whether it is still_changing; final_whirl_relative_to_no_balls;
+    (final_stretch), and whether it is still_changing there, by a tenth of itself or more;
+    final_whirl_relative_to_no_balls;
     residual_unbalance, and of a deck in space residual_couple; peak_tilt and final_tilt of its
     shaft; in_band_from, the time from which the whirl stays within band_over_e of its
     final value; first_passage_of_opposite, the time at which all balls first have theta <= -180

@@ -64,6 +64,29 @@ def test_a_run_that_ends_too_soon_says_so(scene: Any) -> None:
     assert second / first == pytest.approx(math.exp(-0.15), abs=1e-3)
 
 
+@pytest.mark.parametrize("level", [1e-6, 0.05, 1.0])
+@pytest.mark.parametrize("ratio", [0.5, 2.0])
+def test_a_whirl_that_halves_or_doubles_in_the_last_tenth_still_changes(
+    scene: Any, level: float, ratio: float
+) -> None:
+    """However small it is beside the run's band, and with an oscillation on top."""
+    for beat in (0.0, 0.3):
+        run = whirling(lambda t, b=beat: E * level * ratio ** (t - 10) * (1 + b * np.sin(60 * t)))
+        assert merits_of(run, scene()).changing
+
+
+@pytest.mark.parametrize("periods", [1.5, 2.0, 2.5, 3.0, 3.7, 20.0])
+@pytest.mark.parametrize("phase", np.linspace(0.0, 2 * math.pi, 12, endpoint=False).tolist())
+def test_a_beat_is_no_trend(scene: Any, periods: float, phase: float) -> None:
+    """From one and a half periods in the last tenth on, which here is a second."""
+    beat = lambda t: E * (2 + np.sin(2 * math.pi * periods * t + phase))  # noqa: E731
+    assert not merits_of(whirling(beat), scene()).changing
+
+
+def test_rounding_is_no_trend(scene: Any) -> None:
+    assert not merits_of(whirling(lambda t: 1e-12 * E * 2**-t), scene()).changing
+
+
 def test_a_whirl_that_keeps_varying_is_in_no_band_but_does_not_change(scene: Any) -> None:
     merits = merits_of(whirling(lambda t: E * (2 + np.sin(4 * math.pi * t))), scene())
     assert not merits.changing and merits.in_band_from is None
