@@ -131,7 +131,7 @@ class Client:
         times = [
             chunk.to_record_batch()["sim_time"].to_numpy(zero_copy_only=False).astype(float).max()
             for chunk in chunks
-            if chunk.entity_path == "/spindle/speed" and not chunk.is_static
+            if chunk.entity_path == "/samples" and not chunk.is_static
         ]
         return max(times) * 1e-9 if times else None
 

@@ -160,7 +160,8 @@ class RecordedFiles:
 
     def flush(self) -> None:
         """Write what was taken; where nothing can be written, try another file now and then."""
-        self._write(lambda recording: recording.flush())
+        watched = self._viewer is not None
+        self._write(lambda recording: recording.flush(pictures=watched))
         waiting = self._description is not None and self._recording is None
         if waiting and time.monotonic() - self._tried >= RETRY:
             self._open()

@@ -5,43 +5,44 @@ the first two being ``step`` (a whole number that grows) and ``time`` [s]. `Reco
 table, `read_recording` returns exactly what was written, and `open_recording` gives it in blocks,
 for runs that do not fit into memory.
 
-==========================  ==========================================  ===================
-entity                      contents                                    shown as
-==========================  ==========================================  ===================
-``/clock/time``             time [s] (the timeline is rounded to ns)
-``/spindle/angle``          angle psi [rad, unwrapped]
-``/spindle/speed``          speed, command [rad/s]                      plot
-``/spindle/torque``         motor_torque [N m], with a motor            plot
-``/deck/displacement``      x, y [m], inertial axes; z of a deck in
-                            space, as in the next two
-``/deck/velocity``          vx, vy [m/s]
-``/deck/acceleration``      ax, ay [m/s^2]
-``/deck/turn``              qw, qx, qy, qz, of a deck in space
-``/deck/angular_velocity``  wx, wy, wz [rad/s], on deck axes
-``/deck/angular_-``         wx_rate, wy_rate, wz_rate [rad/s^2]
-``acceleration``
-``/sensors/NAME``           NAME_1, NAME_2 [m/s^2], on the sensor's axes
-``/balls/angle``            ball_0_angle, ... [rad, from the
-                            unbalance, unwrapped]
-``/balls/rate``             ball_0_rate, ... [rad/s]
-``/other/NAME``             any other channel
-``/plot``, ``/state``       derived: W/e, degrees, mrad, driving
-                            forces, lengths of vectors, r.m.s.,
-                            orders and spectra of the vibration; what
-                            the spindle does                            plots
-``/top``, ``/space``        derived: the drawings, in mm, at most 1000
-                            times a second                              top view, 3-D view
-``/about``                  what is seen                                text
-``/run/NAME``               what `Recording.scalar` is given            plot
-``/events/SOURCE``          what `Recording.event` is given             text log
-``/thinned``                rule by which not every step is kept, and
-                            how many were left out up to each one
-``/health/NAME``            what `Recording.state` is given
-``/closed``                 how many samples there are, once all are
-==========================  ==========================================  ===================
+======================  ===================================================  =================
+entity                  contents                                             shown as
+======================  ===================================================  =================
+``/samples``            all channels, a component ``channels:GROUP`` for     plots, each of a
+                        each group of them:                                  component
+                        ``time`` [s] (the timeline is rounded to ns),
+                        ``spindle_angle`` psi [rad, unwrapped],
+                        ``spindle_speed``: speed, command [rad/s],
+                        ``spindle_torque`` [N m], with a motor,
+                        ``deck_displacement`` x, y [m], inertial axes; z of
+                        a deck in space, as in the next two,
+                        ``deck_velocity``, ``deck_acceleration``,
+                        ``deck_turn`` qw, qx, qy, qz, of a deck in space,
+                        ``deck_angular_velocity`` [rad/s], on deck axes,
+                        ``deck_angular_acceleration`` [rad/s^2],
+                        ``sensor_NAME`` NAME_1, ... [m/s^2], on its axes,
+                        ``balls_angle`` [rad, from the unbalance, unwrapped],
+                        ``balls_rate`` [rad/s], ``other_NAME`` any other;
+                        derived: ``plot:whirl`` W/e, ``plot:felt`` lengths
+                        of accelerations; where not every step is kept
+                        ``channels:left_out``, how many were left out up to
+                        each one
+``/plot``, ``/state``   derived: angles in degrees, driving forces, tilt,    plots
+                        r.m.s., orders and spectra of the vibration; what
+                        the spindle does
+``/top``, ``/space``    derived: the drawings, in mm, at most 100 times a    top view, 3-D
+                        second                                               view
+``/about``              what is seen                                         text
+``/run/NAME``           what `Recording.scalar` is given                     plot
+``/events/SOURCE``      what `Recording.event` is given                      text log
+``/thinned``            rule by which not every step is kept
+``/health/NAME``        what `Recording.state` is given
+``/closed``             how many samples there are, once all are
+======================  ===================================================  =================
 
-Timelines: ``sim_time`` and ``step``. A recording of unknown length has no index, so that it takes
-no memory; ``rerun rrd verify`` then asks for one, and ``rerun rrd optimize`` adds it. Writing and
+docs/recording.md says what room that takes, and what else was tried. Timelines: ``sim_time`` and
+``step``. A recording of unknown length has no index, so that it takes no memory; ``rerun rrd
+verify`` then asks for one, and ``rerun rrd optimize`` adds it. Writing and
 reading files sends no analytics; Rerun's viewer does, until ``rerun analytics disable`` has been
 run once.
 """

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import rerun as rr
 import rerun.blueprint as rrb
 
 from ab_sim.recording.colours import GREEN, GREY, ORANGE, SKY, VERMILLION, WHITE
+from ab_sim.recording.curves import Curves
 from ab_sim.recording.drawing import Drawing
-from ab_sim.recording.plots import lines, plot
-from ab_sim.recording.vibration import SPAN, SPECTRUM_SPAN
+from ab_sim.recording.layout import layout_of
+from ab_sim.recording.plots import Curve, lines, plot
+from ab_sim.recording.vibration import SPAN, SPECTRUM_SPAN, size_curves
 
 _TITLES = {
     "real_time_factor": "Real-time factor [1]; 1 keeps up",
     "commands_received": "Commands received, speed, command [rad/s]",
 }
-# Rerun links the time axes of plots only once one of them is zoomed; until then each spans its own
-# data. So every plot holds something of the whole run.
-_BESIDE = {"real_time_factor": "/plot/real_time", "commands_received": "/spindle/speed"}
 _RANGES = {"real_time_factor": (0.0, 1.25)}
 _STYLES: dict[str, Any] = {
     "real_time_factor": rr.SeriesLines(names="measured", colors=SKY, widths=3.0),
@@ -45,22 +44,46 @@ def state_colours() -> rr.StateConfiguration:
     )
 
 
-def blueprint(drawing: Drawing, scalars: Sequence[str] = (), page: int = 0) -> rrb.Blueprint:
+def blueprint(
+    drawing: Drawing, channels: Sequence[str] = (), scalars: Sequence[str] = (), page: int = 0
+) -> rrb.Blueprint:
     """Lay out the views, with one plot for each of the scalars, and show one of the pages."""
     pages = (
-        _drive(drawing),
-        _vibration(drawing),
-        _health(scalars),
+        _drive(drawing, channels),
+        _vibration(drawing, channels),
+        _health(scalars, _beside(channels)),
         rrb.TextDocumentView(origin="/description", name="Description"),
     )
     return _pages(pages, page)
 
 
-def _drive(drawing: Drawing) -> rrb.Container:
+def _of_channels(channels: Sequence[str], *groups: str) -> list[Curve]:
+    """Curves of groups of channels, as far as there are such."""
+    layout = layout_of(channels)
+    return [
+        Curve.of_channels(group, lines([channels[column] for column in layout[group]]))
+        for group in groups
+        if group in layout
+    ]
+
+
+def _beside(channels: Sequence[str]) -> dict[str, list[Curve]]:
+    """What is plotted beside scalars.
+
+    Rerun links the time axes of plots only once one of them is zoomed; until then each spans its
+    own data. So every plot holds something of the whole run.
+    """
+    speed = _of_channels(channels, "spindle_speed")
+    return {"real_time_factor": [Curves.real_time()], "commands_received": speed}
+
+
+def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
     """The page that explains the run."""
+    curves = drawing.curves
+    speed = [*_of_channels(channels, "spindle_speed"), curves.speed_level()]
     pictures = rrb.Vertical(drawing.space.view(), drawing.top.view())
     views: list[tuple[float, rrb.View]] = [
-        (3, plot("Spindle speed [rad/s]", "/spindle/speed", "/plot/speed/**")),
+        (3, plot("Spindle speed [rad/s]", "/plot/speed/period", *speed)),
         (
             1.3,
             rrb.StateTimelineView(
@@ -69,46 +92,45 @@ def _drive(drawing: Drawing) -> rrb.Container:
                 time_view=rrb.TimeAxis(link="LinkToGlobal"),
             ),
         ),
-        (3, plot(_whirl(drawing), "/plot/whirl", top=True)),
+        (3, plot(_whirl(drawing), *curves.whirl(), top=True)),
     ]
     if drawing.balls:
         few = drawing.balls <= 8
-        views.append(
-            (3, plot("Ball angles from the unbalance [deg]", "/plot/balls", legend=few, top=True))
-        )
+        name = "Ball angles from the unbalance [deg]"
+        views.append((3, plot(name, *curves.angles(), legend=few, top=True)))
     if drawing.explained.driven is not None:
         name = "Driving force on the balls, forward positive [N]"
-        views.append((2.6, plot(name, "/plot/driving", legend=False)))
+        views.append((2.6, plot(name, curves.driving(), legend=False)))
     if drawing.tilts:
         name = "Deck: tilt about x, y and the shaft [mrad]"
-        views.append((2, plot(name, "/plot/tilt", top=True)))
+        views.append((2, plot(name, curves.tilt(), top=True)))
     if drawing.motor:
-        views.append((2, plot("Motor torque [N m]", "/spindle/torque", legend=False)))
+        torque = _of_channels(channels, "spindle_torque")
+        views.append((2, plot("Motor torque [N m]", *torque, legend=False)))
     shares, plots = zip(*views, strict=True)
     said = rrb.Vertical(
         rrb.TextDocumentView(origin="/about", name="What is seen"),
         plot(
             f"Vibration, r.m.s. of the last {SPAN:g} s [m/s²]",
-            "/plot/orders",
-            "/plot/vibration/rms",
+            *size_curves(),
             top=True,
         ),
         _events(),
         row_shares=[4, 3, 2],
     )
-    curves = rrb.Vertical(*plots, row_shares=shares)
-    return rrb.Horizontal(pictures, curves, said, column_shares=[4, 5, 3], name="Drive")
+    middle = rrb.Vertical(*plots, row_shares=shares)
+    return rrb.Horizontal(pictures, middle, said, column_shares=[4, 5, 3], name="Drive")
 
 
-def _vibration(drawing: Drawing) -> rrb.Container:
+def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
     """The page of what a pick-up would feel."""
     what = "deck and sensors" if drawing.sensors else "deck"
     return rrb.Horizontal(
         rrb.Vertical(
-            plot(f"Vibration |a|, {what} [m/s²]", "/plot/vibration"),
+            plot(f"Vibration |a|, {what} [m/s²]", *drawing.curves.felt(channels)),
             plot(
                 f"Once per revolution, and the rest, r.m.s. of the last {SPAN:g} s [m/s²]",
-                "/plot/orders",
+                size_curves()[0],
             ),
         ),
         rrb.BarChartView(
@@ -121,14 +143,13 @@ def _vibration(drawing: Drawing) -> rrb.Container:
     )
 
 
-def _health(scalars: Sequence[str]) -> rrb.Container:
+def _health(scalars: Sequence[str], shown_beside: Mapping[str, list[Curve]]) -> rrb.Container:
     """The page of how the run itself goes."""
     plots: list[rrb.View] = []
     for scalar in scalars:
         title = _TITLES.get(scalar, scalar.replace("_", " ").capitalize())
-        beside, span = _BESIDE.get(scalar), _RANGES.get(scalar)
-        near = [] if beside is None else [beside]
-        plots.append(plot(title, f"/run/{scalar}", *near, legend=bool(beside), span=span))
+        beside, span = shown_beside.get(scalar, []), _RANGES.get(scalar)
+        plots.append(plot(title, f"/run/{scalar}", *beside, legend=bool(beside), span=span))
     if not plots:
         return rrb.Horizontal(_events(), name="Health")
     states = rrb.StateTimelineView(
@@ -151,25 +172,27 @@ def _whirl(drawing: Drawing) -> str:
 
 
 _PLOTTED = {
-    "/spindle/angle": "Spindle: angle [rad]",
-    "/spindle/speed": "Spindle: speed and command [rad/s]",
-    "/spindle/torque": "Motor: torque [N m]",
-    "/deck/displacement": "Deck: displacement [m]",
-    "/deck/velocity": "Deck: velocity [m/s]",
-    "/deck/acceleration": "Deck: vibration [m/s²]",
-    "/deck/turn": "Deck: quaternion",
-    "/deck/angular_velocity": "Deck: angular velocity [rad/s]",
-    "/deck/angular_acceleration": "Deck: angular acceleration [rad/s²]",
-    "/balls/angle": "Balls: angle from the unbalance [rad]",
-    "/balls/rate": "Balls: rate [rad/s]",
+    "spindle_angle": "Spindle: angle [rad]",
+    "spindle_speed": "Spindle: speed and command [rad/s]",
+    "spindle_torque": "Motor: torque [N m]",
+    "deck_displacement": "Deck: displacement [m]",
+    "deck_velocity": "Deck: velocity [m/s]",
+    "deck_acceleration": "Deck: vibration [m/s²]",
+    "deck_turn": "Deck: quaternion",
+    "deck_angular_velocity": "Deck: angular velocity [rad/s]",
+    "deck_angular_acceleration": "Deck: angular acceleration [rad/s²]",
+    "balls_angle": "Balls: angle from the unbalance [rad]",
+    "balls_rate": "Balls: rate [rad/s]",
 }
-_NOT_PLOTTED = ("/clock/time",)
 
 
-def plain_blueprint(entities: Sequence[str], scalars: Sequence[str] = ()) -> rrb.Blueprint:
-    """Lay out a plot of each entity, of a run of which positions are not known."""
-    shown = [entity for entity in entities if entity not in _NOT_PLOTTED]
-    plots: list[rrb.View] = [plot(_PLOTTED.get(entity, entity), entity) for entity in shown]
+def plain_blueprint(channels: Sequence[str], scalars: Sequence[str] = ()) -> rrb.Blueprint:
+    """Lay out a plot of each group of channels, of a run of which positions are not known."""
+    plots = [
+        plot(_PLOTTED.get(group, group.partition("_")[2]), *_of_channels(channels, group))
+        for group in layout_of(channels)
+        if group != "time"
+    ]
     said = rrb.Vertical(
         rrb.TextDocumentView(
             origin="/description", name="This run: plots only, for not all positions are known"
@@ -178,7 +201,7 @@ def plain_blueprint(entities: Sequence[str], scalars: Sequence[str] = ()) -> rrb
     )
     columns = [rrb.Vertical(*part) for part in (plots[::2], plots[1::2]) if part]
     page = rrb.Horizontal(*columns, said, column_shares=[4] * len(columns) + [3], name="Plots")
-    return _pages((page, _health(scalars)))
+    return _pages((page, _health(scalars, {})))
 
 
 def _pages(pages: Sequence[rrb.Container | rrb.View], page: int = 0) -> rrb.Blueprint:

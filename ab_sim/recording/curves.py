@@ -1,24 +1,27 @@
-"""What is plotted over time of each sample, beside the channels themselves."""
+"""What is plotted over time, beside the channels themselves."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+import rerun as rr
 
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turns import tilt_of
 from ab_sim.recording.colours import BALANCED, DARK, GREY, UNBALANCE, hue
 from ab_sim.recording.explained import Explained
-from ab_sim.recording.layout import Array, scalar_columns
-from ab_sim.recording.plots import lines
+from ab_sim.recording.layout import SAMPLES, Array, felt
+from ab_sim.recording.plots import Curve, lines
 
-Parts = Iterator[tuple[str, Any]]
-
+FRAMES = "/plot/frames"
+"""The entity of curves that have a row for each frame of the pictures, and not for each sample."""
 _BEYOND = 30.0
 """The turn that is plotted ends so far beyond 0 [deg]: balls at the unbalance are not to leap."""
+_WHIRL, _FELT = "whirl", "felt"
+_ALONE, _TILT, _BALLS, _LEVELS, _DRIVING = "alone", "tilt", "balls", "balls_levels", "driving"
+_SPEED_LEVEL, _REAL_TIME = "speed_level", "real_time"
 
 
 @dataclass(frozen=True)
@@ -40,56 +43,101 @@ class Curves:
         angles = in_one_turn(np.array(balance.angles))
         return tuple(sorted({round(angle, 9) for angle in angles.tolist()} - {-180.0}))
 
-    def scenery(self) -> Parts:
-        """How they look."""
-        whirl = ["W/e", "z/e"] if self.eccentricity else ["W [mm]", "z [mm]"]
-        whirl = whirl if self.tilts else whirl[:1]
-        yield "/plot/whirl/now", lines(whirl, [2.0] * len(whirl), swings=self.tilts)
+    def whirl(self) -> list[Curve]:
+        """W/e, or W where there is no e, and of a deck in space the height."""
+        names = ["W/e", "z/e"] if self.eccentricity else ["W [mm]", "z [mm]"]
+        names = names if self.tilts else names[:1]
+        look = lines(names, [2.0] * len(names), swings=self.tilts)
+        curves = [Curve.derived(SAMPLES, _WHIRL, look)]
         if self.explained.alone is not None:
-            yield "/plot/whirl/alone", lines(["without balls, speed held"], colors=[GREY])
-        # Where there is no critical speed, its plot is to reach down to 0 at least.
+            look = lines(["without balls, speed held"], colors=[GREY])
+            curves.append(Curve.derived(FRAMES, _ALONE, look))
+        return curves
+
+    def felt(self, channels: Sequence[str]) -> list[Curve]:
+        """Lengths of the deck's acceleration and of readings."""
+        names = [
+            "|a| of the deck" if name == "deck_acceleration" else name.removeprefix("sensor_")
+            for name in felt(channels)
+        ]
+        look = lines(names, [1.0] * len(names), colors=[hue(i) for i in range(len(names))])
+        return [Curve.derived(SAMPLES, _FELT, look)] if names else []
+
+    def speed_level(self) -> Curve:
+        """The critical speed."""
+        # Where there is none, the plot is to reach down to 0 at least.
         known = self.explained.critical_speed is not None
         name, color = ("critical speed", UNBALANCE) if known else ("standstill", DARK)
-        yield "/plot/speed/level", lines([name], colors=[color])
-        if self.tilts:
-            yield "/plot/tilt", lines(["alpha", "beta", "gamma"], swings=True)
-        if self.balls:
-            # Where curves coincide, the first ones show on both sides of the last ones.
-            widths = np.linspace(4.0, 1.5, self.balls).tolist()
-            names = [f"ball {ball}" for ball in range(self.balls)]
-            colors = [hue(ball) for ball in range(self.balls)]
-            yield "/plot/balls/angles", lines(names, widths, colors=colors)
-            names_of = ["opposite, -180", *["balanced"] * len(self.levels)]
-            yield (
-                "/plot/balls/levels",
-                lines(names_of, colors=[GREY, *[BALANCED] * len(self.levels)]),
-            )
-            if self.explained.driven is not None:
-                yield "/plot/driving", lines(names, widths, swings=True, colors=colors)
+        return Curve.derived(FRAMES, _SPEED_LEVEL, lines([name], colors=[color]))
 
-    def frames(self, run: Trajectory) -> Parts:
-        """Columns, one row per sample."""
+    @staticmethod
+    def real_time() -> Curve:
+        """What keeps up."""
+        return Curve.derived(FRAMES, _REAL_TIME, rr.SeriesLines(names="real time", colors=GREY))
+
+    def tilt(self) -> Curve:
+        """Of a deck in space."""
+        return Curve.derived(FRAMES, _TILT, lines(["alpha", "beta", "gamma"], swings=True))
+
+    def angles(self) -> list[Curve]:
+        """Of the balls, and those where they balance."""
+        names, widths, colors = self._of_balls()
+        look = lines(["opposite, -180", *["balanced"] * len(self.levels)],
+                     colors=[GREY, *[BALANCED] * len(self.levels)])  # fmt: skip
+        return [
+            Curve.derived(FRAMES, _LEVELS, look),
+            Curve.derived(FRAMES, _BALLS, lines(names, widths, colors=colors)),
+        ]
+
+    def driving(self) -> Curve:
+        """Forces on the balls."""
+        names, widths, colors = self._of_balls()
+        return Curve.derived(FRAMES, _DRIVING, lines(names, widths, swings=True, colors=colors))
+
+    def of_samples(self, run: Trajectory, channels: Sequence[str], rows: Array) -> dict[str, Array]:
+        """Values that every sample has, shape (rows, series).
+
+        Args:
+            run: the rows, with the channels that pictures use.
+            channels: of ``rows``.
+            rows: as they were recorded.
+        """
         unit = self.eccentricity or 1.0
         whirl = [1e3 * run.whirl / unit]
         if self.tilts:
             whirl.append(1e3 * run["z"] / unit)
-            yield "/plot/tilt", scalar_columns(1e3 * tilt_of(run.turn))
-        yield "/plot/whirl/now", scalar_columns(np.column_stack(whirl))
-        if self.explained.alone is not None:
-            alone = 1e3 * self.explained.alone.whirl(run["speed"]) / unit
-            yield "/plot/whirl/alone", scalar_columns(alone[:, None])
-        if not self.balls:
-            return
-        yield "/plot/balls/angles", scalar_columns(in_one_turn(run.ball_angles))
-        if self.explained.driven is not None:
-            yield "/plot/driving", scalar_columns(self.explained.driven.forces(run))
+        values = {_WHIRL: np.column_stack(whirl)}
+        lengths = [np.linalg.norm(rows[:, columns], axis=1) for columns in felt(channels).values()]
+        if lengths:
+            values[_FELT] = np.column_stack(lengths)
+        return values
 
-    def constant(self) -> Iterator[tuple[str, tuple[float, ...]]]:
-        """Entities that are lines at one height each, and these heights."""
-        yield "/plot/real_time", (1.0,)
-        yield "/plot/speed/level", (self.explained.critical_speed or 0.0,)
+    def of_frames(self, run: Trajectory) -> dict[str, Array]:
+        """Values that every frame has."""
+        explained, rows = self.explained, len(run)
+        # Lines at one height, in every row: a plot spans the data that it holds.
+        values = {
+            _REAL_TIME: np.ones((rows, 1)),
+            _SPEED_LEVEL: np.full((rows, 1), explained.critical_speed or 0.0),
+        }
+        if self.tilts:
+            values[_TILT] = 1e3 * tilt_of(run.turn)
+        if explained.alone is not None:
+            alone = 1e3 * explained.alone.whirl(run["speed"]) / (self.eccentricity or 1.0)
+            values[_ALONE] = alone[:, None]
         if self.balls:
-            yield "/plot/balls/levels", (-180.0, *self.levels)
+            values[_LEVELS] = np.tile((-180.0, *self.levels), (rows, 1))
+            values[_BALLS] = in_one_turn(run.ball_angles)
+            if explained.driven is not None:
+                values[_DRIVING] = explained.driven.forces(run)
+        return values
+
+    def _of_balls(self) -> tuple[list[str], list[float], list[tuple[int, int, int]]]:
+        """Names, widths and colours."""
+        # Where curves coincide, the first ones show on both sides of the last ones.
+        widths = np.linspace(4.0, 1.5, self.balls).tolist()
+        balls = range(self.balls)
+        return [f"ball {ball}" for ball in balls], widths, [hue(ball) for ball in balls]
 
 
 def in_one_turn(angles: Array) -> Array:

@@ -7,13 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import rerun as rr
-
 from ab_sim.errors import RecordingError
-from ab_sim.recording.colours import GREY, hue
 from ab_sim.recording.curves import Curves
 from ab_sim.recording.explained import Explained
-from ab_sim.recording.layout import sensor_entity, size_entity
 from ab_sim.recording.space import Space
 from ab_sim.recording.top_view import TopView
 from ab_sim.recording.vectors import Arrows
@@ -88,12 +84,6 @@ class Drawing:
         """What stays: archetypes, logged once."""
         yield from self.top.scenery()
         yield from self.space.scenery()
-        yield from self.curves.scenery()
-        yield "/plot/real_time", rr.SeriesLines(names="real time", colors=GREY)
-        for i, vector in enumerate(["/deck/acceleration", *map(sensor_entity, self.sensors)]):
-            name = vector.rpartition("/")[2] if i else "|a| of the deck"
-            line = rr.SeriesLines(names=name, colors=hue(i), widths=1.0)
-            yield f"{size_entity(vector)}", line
 
 
 def description_text(description: Mapping[str, Any]) -> str:

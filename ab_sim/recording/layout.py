@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,24 +16,45 @@ CLOSED = "/closed"
 """Where a recording says, last of all, how many rows it has."""
 THINNED = "/thinned"
 """Where it says that it does not keep every step, and by which rule."""
-LEFT_OUT = "/thinned/left_out"
-"""Where each row then says how many were left out by intent up to it."""
+LEFT_OUT = "left_out"
+"""Beside the channels: each row then says how many were left out by intent up to it."""
+
+SAMPLES = "/samples"
+"""The entity of all samples. Whatever is sent to an entity costs 32 bytes of index in each row, and
+some 1.2 kB besides: all channels in one take a third of the room of an entity for each group."""
+CHANNELS, DERIVED = "channels", "plot"
+"""What the names of its components begin with: of channels, and of what is only plotted."""
 
 _GROUPS = {
-    "/clock/time": ("time",),
-    "/spindle/angle": ("angle",),
-    "/spindle/speed": ("speed", "command"),
-    "/spindle/torque": ("motor_torque",),
-    "/deck/displacement": ("x", "y", "z"),
-    "/deck/velocity": ("vx", "vy", "vz"),
-    "/deck/acceleration": ("ax", "ay", "az"),
-    "/deck/turn": ("qw", "qx", "qy", "qz"),
-    "/deck/angular_velocity": ("wx", "wy", "wz"),
-    "/deck/angular_acceleration": ("wx_rate", "wy_rate", "wz_rate"),
+    "time": ("time",),
+    "spindle_angle": ("angle",),
+    "spindle_speed": ("speed", "command"),
+    "spindle_torque": ("motor_torque",),
+    "deck_displacement": ("x", "y", "z"),
+    "deck_velocity": ("vx", "vy", "vz"),
+    "deck_acceleration": ("ax", "ay", "az"),
+    "deck_turn": ("qw", "qx", "qy", "qz"),
+    "deck_angular_velocity": ("wx", "wy", "wz"),
+    "deck_angular_acceleration": ("wx_rate", "wy_rate", "wz_rate"),
 }
-_ENTITY = {name: entity for entity, names in _GROUPS.items() for name in names}
+_GROUP = {name: group for group, names in _GROUPS.items() for name in names}
 _BALL_CHANNEL = re.compile(r"ball_\d+_(angle|rate)")
 _READING = re.compile(r"([a-z][a-z0-9_]*)_[123]")
+
+
+def named_columns(kind: str, values: Mapping[str, Array]) -> list[Any]:
+    """Columns of components ``KIND:NAME`` for values of shape (rows, series)."""
+    columns: list[Any] = []
+    for name, each in values.items():
+        rows, series = each.shape
+        column = rr.DynamicArchetype.columns(archetype=kind, components={name: each.ravel()})
+        columns += column.partition(np.full(rows, series))
+    return columns
+
+
+def plotted_columns(values: Mapping[str, Array]) -> list[Any]:
+    """The same of what is only looked at, in single precision."""
+    return named_columns(DERIVED, {name: each.astype(np.float32) for name, each in values.items()})
 
 
 def scalar_columns(values: Array) -> Any:
@@ -58,34 +79,29 @@ def entity_path(*parts: str) -> str:
 
 
 def layout_of(channels: Sequence[str]) -> dict[str, list[int]]:
-    """Columns of every entity, in order. ``step`` is a timeline and not among them."""
+    """Columns of every group of channels, in order. ``step`` is a timeline and not among them."""
     layout: dict[str, list[int]] = {}
     for column, name in enumerate(channels):
         if name != "step":
-            layout.setdefault(_entity_of(name), []).append(column)
+            layout.setdefault(_group_of(name), []).append(column)
     return layout
 
 
-def _entity_of(channel: str) -> str:
-    if channel in _ENTITY:
-        return _ENTITY[channel]
+def _group_of(channel: str) -> str:
+    if channel in _GROUP:
+        return _GROUP[channel]
     if ball := _BALL_CHANNEL.fullmatch(channel):
-        return f"/balls/{ball[1]}"
+        return f"balls_{ball[1]}"
     if reading := _READING.fullmatch(channel):
-        return sensor_entity(reading[1])
-    return entity_path("other", channel)
+        return f"sensor_{reading[1]}"
+    return f"other_{channel}"
 
 
-def sensor_entity(name: str) -> str:
-    """Where the readings of a sensor are."""
-    return f"/sensors/{name}"
+def felt(channels: Sequence[str]) -> dict[str, list[int]]:
+    """Columns of the vectors whose lengths are plotted: the deck's acceleration and readings.
 
-
-def size_entity(entity: str) -> str | None:
-    """Where the lengths of an entity's vectors are, if they are drawn.
-
-    One curve, never a solid block, on an axis that begins at 0.
+    One curve each, never a solid block, on an axis that begins at 0.
     """
-    if entity == "/deck/acceleration":
-        return "/plot/vibration/deck"
-    return f"/plot/vibration{entity}" if entity.startswith("/sensors/") else None
+    layout = layout_of(channels)
+    wanted = [name for name in layout if name == "deck_acceleration" or name.startswith("sensor_")]
+    return {name: layout[name] for name in wanted}

@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 
 from ab_sim.drive.trajectory import Trajectory, channels_for
+from ab_sim.recording.curves import FRAMES
 from ab_sim.recording.drawing import Drawing
-from ab_sim.recording.layout import Array, layout_of, scalar_columns, size_entity
+from ab_sim.recording.layout import Array, plotted_columns
 from ab_sim.recording.spindle_phase import SpindlePhase
 from ab_sim.recording.vibration import Vibration
 from ab_sim.recording.windows import FrameRate
 
-PERIOD = 1e-3
-"""s: pictures move no more often, however short the steps are. The channels are all kept."""
+PERIOD = 1e-2
+"""s: pictures move no more often, however short the steps are: screens do not either, and a frame
+takes as much room as three samples. The channels are all kept."""
 
 _PLANE = ("x", "y", "ax", "ay")
 _SPACE = ("x", "y", "z", "ax", "ay", "az", "qw", "qx", "qy", "qz")
@@ -34,11 +36,7 @@ class Pictures:
 
     def __init__(self, drawing: Drawing, channels: Sequence[str]) -> None:
         self._drawing = drawing
-        self._sizes = {
-            drawn: columns
-            for entity, columns in layout_of(channels).items()
-            if (drawn := size_entity(entity))
-        }
+        self._channels = tuple(channels)
         self._names = channels_for(_SPACE if drawing.tilts else _PLANE, drawing.balls)
         at = {name: column for column, name in enumerate(channels)}
         self._columns = [at.get(name, len(channels)) for name in self._names]
@@ -49,18 +47,16 @@ class Pictures:
 
     def scenery(self) -> Iterator[tuple[str, Any]]:
         """How they look: archetypes, logged once."""
-        yield from self._vibration.scenery()
         yield from self._phase.scenery()
+
+    def of_samples(self, rows: Array) -> list[Any]:
+        """Columns that every sample gets beside its channels."""
+        run = Trajectory(self._names, self._known(rows))
+        return plotted_columns(self._drawing.curves.of_samples(run, self._channels, rows))
 
     def of(self, rows: Array) -> Iterator[Sent]:
         """What the next rows add to the pictures."""
-        for entity, columns in self._sizes.items():
-            sizes = np.linalg.norm(rows[:, columns], axis=1)
-            yield entity, rows, scalar_columns(sizes[:, None])
-        ends = rows[[0, -1]]
-        for entity, heights in self._drawing.curves.constant():
-            yield entity, ends, scalar_columns(np.tile(heights, (2, 1)))
-        samples = np.column_stack([rows, np.full(len(rows), np.nan)])[:, self._columns]
+        samples = self._known(rows)
         yield from self._vibration.of(samples)
         yield from self._phase.of(samples)
         thin = self._frames.of(samples)
@@ -71,6 +67,10 @@ class Pictures:
         for entity, columns in (
             *drawing.space.frames(angle, place, run.turn, balls),
             *drawing.top.frames(angle, 1e3 * place, balls),
-            *drawing.curves.frames(run),
         ):
             yield entity, thin, columns
+        yield FRAMES, thin, plotted_columns(drawing.curves.of_frames(run))
+
+    def _known(self, rows: Array) -> Array:
+        """The channels that pictures use."""
+        return np.column_stack([rows, np.full(len(rows), np.nan)])[:, self._columns]

@@ -1,28 +1,58 @@
-"""How plots over time look."""
+"""How plots over time look, and where their curves come from."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import rerun as rr
 import rerun.blueprint as rrb
+from rerun.blueprint.encodings import ComponentSourceKind, VisualizerComponentMapping
 
 from ab_sim.recording.colours import GREY, Colour, hue
+from ab_sim.recording.layout import CHANNELS, DERIVED, SAMPLES
+
+
+class Curve(NamedTuple):
+    """Curves in a plot: a component, which may have several series, and how they look."""
+
+    entity: str
+    component: str
+    look: rr.SeriesLines
+
+    @classmethod
+    def of_channels(cls, group: str, look: rr.SeriesLines) -> Curve:
+        """Of a group of channels."""
+        return cls(SAMPLES, f"{CHANNELS}:{group}", look)
+
+    @classmethod
+    def derived(cls, entity: str, name: str, look: rr.SeriesLines) -> Curve:
+        """Of what is only plotted."""
+        return cls(entity, f"{DERIVED}:{name}", look)
 
 
 def plot(
     name: str,
-    origin: str,
-    *beside: str,
+    *curves: Curve | str,
     legend: bool = True,
     top: bool = False,
     span: tuple[float, float] | None = None,
 ) -> rrb.View:
-    """A plot of all that is at ``origin``, and of other entities."""
+    """A plot of curves, and of entities that are plotted as they are."""
+    drawn: dict[Any, Any] = {}
+    for curve in curves:
+        if isinstance(curve, Curve):
+            source = VisualizerComponentMapping(
+                "Scalars:scalars",
+                ComponentSourceKind.SourceComponent,
+                source_component=curve.component,
+            )
+            drawn.setdefault(curve.entity, []).append(curve.look.visualizer(mappings=[source]))
+    entities = [curve.entity if isinstance(curve, Curve) else curve for curve in curves]
     return rrb.TimeSeriesView(
         name=name,
-        origin=origin,
-        contents=["$origin/**", *beside] if beside else "$origin/**",
+        contents=list(dict.fromkeys(entities)),
+        overrides=drawn,
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),  # zooming one zooms all
         axis_y=rrb.ScalarAxis(range=span) if span else None,
         # On the right, where it covers the end: a run begins with what matters.
@@ -38,7 +68,7 @@ def lines(
     swings: bool = False,
     colors: Sequence[Colour] | None = None,
 ) -> rr.SeriesLines:
-    """Name and colour the series of an entity.
+    """Name and colour the series of a curve.
 
     Of what swings about 0, Rerun is to show the range where it cannot show every sample: it would
     show the mean, which is nothing.

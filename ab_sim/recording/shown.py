@@ -25,6 +25,7 @@ class Drawn:
     def __init__(self, description: Mapping[str, Any]) -> None:
         self._drawing = Drawing.of(description)
         self._pictures = Pictures(self._drawing, ())
+        self._channels: tuple[str, ...] = ()
         self.needs: tuple[str, ...] = (*ALWAYS, *self._drawing.needs)
 
     def statics(self) -> Iterator[tuple[str, Any]]:
@@ -33,16 +34,19 @@ class Drawn:
         yield from self._drawing.scenery()
         yield from self._pictures.scenery()
 
-    def begin(self, channels: Sequence[str]) -> bool:
-        """Now the channels are known; returns whether the viewer is laid out anew by that."""
-        balls = len(layout_of(channels).get("/balls/angle", ()))
+    def begin(self, channels: Sequence[str]) -> None:
+        """Now the channels are known; by that the viewer is laid out anew."""
+        balls = len(layout_of(channels).get("balls_angle", ()))
         if balls != self._drawing.balls:
             raise RecordingError(
                 f"channels give the angles of {balls} balls, but the description says balls: "
                 f"{self._drawing.balls}"
             )
-        self._pictures = Pictures(self._drawing, channels)
-        return False
+        self._pictures, self._channels = Pictures(self._drawing, channels), tuple(channels)
+
+    def of_samples(self, rows: Array) -> list[Any]:
+        """Columns that every sample gets beside its channels, for plots."""
+        return self._pictures.of_samples(rows)
 
     def of(self, rows: Array) -> Iterator[Sent]:
         """What the next rows add to the pictures."""
@@ -50,7 +54,7 @@ class Drawn:
 
     def blueprint(self, scalars: Sequence[str]) -> rrb.Blueprint:
         """How the viewer is laid out."""
-        return blueprint(self._drawing, scalars)
+        return blueprint(self._drawing, self._channels, scalars)
 
 
 class Plain:
@@ -59,16 +63,19 @@ class Plain:
     needs = ALWAYS
 
     def __init__(self) -> None:
-        self._entities: list[str] = []
+        self._channels: tuple[str, ...] = ()
 
     def statics(self) -> Iterator[tuple[str, Any]]:
         """Nothing stays."""
         return iter(())
 
-    def begin(self, channels: Sequence[str]) -> bool:
-        """Now the channels are known; returns whether the viewer is laid out anew by that."""
-        self._entities = list(layout_of(channels))
-        return True
+    def begin(self, channels: Sequence[str]) -> None:
+        """Now the channels are known; by that the viewer is laid out anew."""
+        self._channels = tuple(channels)
+
+    def of_samples(self, rows: Array) -> list[Any]:
+        """Nothing is added to samples."""
+        return []
 
     def of(self, rows: Array) -> Iterator[Sent]:
         """Nothing is added to them."""
@@ -76,7 +83,7 @@ class Plain:
 
     def blueprint(self, scalars: Sequence[str]) -> rrb.Blueprint:
         """How the viewer is laid out."""
-        return plain_blueprint(self._entities, scalars)
+        return plain_blueprint(self._channels, scalars)
 
 
 def drawable(description: Mapping[str, Any], channels: Sequence[str]) -> bool:

@@ -109,7 +109,7 @@ class Space:
         yield "/space/rest/plate", rr.LineStrips3D([plate], colors=DARK, radii=0.5 * line)
         yield "/space/rest/axis", rr.LineStrips3D([axis], colors=DARK, radii=0.5 * line)
         yield "/space/rest/housing", rr.Points3D(self._anchors(), colors=DARK, radii=0.05 * r)
-        yield "/space/springs", rr.LineStrips3D.from_fields(colors=_SPRING, radii=1.5 * line)
+        yield "/space/deck", rr.LineStrips3D.from_fields(colors=_SPRING, radii=1.5 * line)
         yield "/space/deck/plate", rr.LineStrips3D([plate], colors=_DECK, radii=1.5 * line)
         yield "/space/deck/mounts", rr.Points3D(self.mounts, colors=_SPRING, radii=0.05 * r)
         yield "/space/deck/axis", rr.LineStrips3D([axis], colors=_DECK, radii=line)
@@ -125,11 +125,10 @@ class Space:
         )
         if self.ball_heights:
             colors = [hue(ball) for ball in range(len(self.radii))]
-            balls = rr.Points3D.from_fields(colors=colors, radii=self.radii)
-            yield "/space/deck/rotor/balls", balls
+            yield "/space/deck/rotor", rr.Points3D.from_fields(colors=colors, radii=self.radii)
         if self.arrows is not None:
             yield (
-                "/space/deck/rotor/vectors",
+                "/space/deck/rotor",
                 rr.Arrows3D.from_fields(colors=self.arrows.colors, radii=2.5 * line),
             )
 
@@ -145,32 +144,32 @@ class Space:
         rows, turned = len(angle), _more(turn, self.factor)
         moved = np.zeros((rows, 3))
         moved[:, : place.shape[1]] = 1e3 * self.factor * place
-        yield (
-            "/space/deck",
-            rr.Transform3D.columns(translation=moved, quaternion=np.roll(turned, -1, axis=1)),
-        )
+        deck = [*rr.Transform3D.columns(translation=moved, quaternion=np.roll(turned, -1, axis=1))]
+        if len(self.mounts):
+            back = turned * [1.0, -1.0, -1.0, -1.0]
+            ends = _rotated(back[:, None, :], self._anchors() - moved[:, None, :])  # on deck axes
+            starts = np.broadcast_to(self.mounts, ends.shape)
+            strips = np.stack([starts, ends], axis=2).reshape(-1, 2, 3)
+            springs = rr.LineStrips3D.columns(strips=strips.astype(np.float32))
+            deck += springs.partition(np.full(rows, len(self.mounts)))
+        yield "/space/deck", deck
         half = 0.5 * np.remainder(angle, 2 * np.pi)
         zero = np.zeros_like(half)
         spun = np.column_stack([zero, zero, np.sin(half), np.cos(half)])
-        yield "/space/deck/rotor", rr.Transform3D.columns(quaternion=spun)
-        if len(self.mounts):
-            ends = moved[:, None, :] + _rotated(turned[:, None, :], self.mounts)
-            starts = np.broadcast_to(self._anchors(), ends.shape)
-            strips = np.stack([starts, ends], axis=2).reshape(-1, 2, 3)
-            springs = rr.LineStrips3D.columns(strips=strips.astype(np.float32))
-            yield "/space/springs", springs.partition(np.full(rows, len(self.mounts)))
+        rotor = [*rr.Transform3D.columns(quaternion=spun)]
         if self.ball_heights:
             heights = self.ball_heights + self._stacked(balls)
             places = np.stack(
                 [self.race * np.cos(balls), self.race * np.sin(balls), heights], axis=-1
             )
             points = rr.Points3D.columns(positions=places.reshape(-1, 3))
-            yield "/space/deck/rotor/balls", points.partition(np.full(rows, balls.shape[1]))
+            rotor += points.partition(np.full(rows, balls.shape[1]))
         if self.arrows is not None:
             begin, way = self.arrows.drawn(balls)
             above = self.rotor_height + 0.03 * self.race
             arrows = rr.Arrows3D.columns(origins=_flat(begin, above), vectors=_flat(way, 0.0))
-            yield "/space/deck/rotor/vectors", arrows.partition(np.full(rows, begin.shape[1]))
+            rotor += arrows.partition(np.full(rows, begin.shape[1]))
+        yield "/space/deck/rotor", rotor
 
     def view(self) -> rrb.View:
         """The 3-D view."""

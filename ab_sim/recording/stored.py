@@ -6,7 +6,7 @@ import json
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from rerun.chunk import Chunk, RrdReader
 
 from ab_sim.drive.trajectory import column_of
 from ab_sim.errors import RecordingError
-from ab_sim.recording.layout import CLOSED, LEFT_OUT, THINNED, Array, layout_of
+from ab_sim.recording.layout import CHANNELS, CLOSED, LEFT_OUT, SAMPLES, THINNED, Array, layout_of
 from ab_sim.recording.torn_file import whole_part
 
 BLOCK_ROWS = 10_000
@@ -97,7 +97,7 @@ class StoredRun:
         for name in names:
             column_of(name, self.channels)
         kept: list[Array] = []
-        for part in self._aligned(names):
+        for part in self._rows(names):
             kept.append(part)
             while sum(map(len, kept)) >= rows:
                 joined = kept[0] if len(kept) == 1 else np.concatenate(kept)
@@ -112,7 +112,7 @@ class StoredRun:
         rows = gaps = missing = left_out = 0
         first = last = (float("nan"), float("nan"))
         counted = (LEFT_OUT,) if self.every > 1 else ()
-        for block in self._aligned(("step", "time", *counted)) if self.channels else ():
+        for block in self._rows(("step", "time", *counted)) if self.channels else ():
             before = block[0, 0] - 1 if rows == 0 else last[0]
             holes = np.diff(block[:, 0], prepend=before) - 1
             if counted:
@@ -170,33 +170,41 @@ class StoredRun:
                 f"{self.path} is not a Rerun recording, or is torn: {error}"
             ) from error
 
-    def _aligned(self, names: Sequence[str]) -> Iterator[Array]:
-        """Rows that all entities have, whichever channels are asked for, as they come."""
+    def _rows(self, names: Sequence[str]) -> Iterator[Array]:
+        """Rows as they come: of each all channels were sent at once."""
         layout = {
-            entity: [self.channels[column] for column in columns]
-            for entity, columns in layout_of(self.channels).items()
+            group: [self.channels[column] for column in columns]
+            for group, columns in layout_of(self.channels).items()
         }
         if self.every > 1:
             layout[LEFT_OUT] = [LEFT_OUT]
-        parts = {
-            entity: _Part(f"{self.path}: {entity}", own, names) for entity, own in layout.items()
-        }
-        clock = [column for column, name in enumerate(names) if name == "step"]
+        groups = [(f"{CHANNELS}:{group}", own) for group, own in layout.items()]
         for chunk in self._chunks(is_static=False):
-            if chunk.entity_path not in parts:
+            if chunk.entity_path == _FORMER:
+                raise RecordingError(
+                    f"{self.path} was written by an earlier ab_sim, with an entity for each group "
+                    "of channels; export it with that one, or record it again"
+                )
+            if chunk.entity_path != SAMPLES:
                 continue
-            parts[chunk.entity_path].take(chunk.to_record_batch())
-            # Entities are sent one after the other: what all have, goes on.
-            until = min(part.last for part in parts.values())
-            ready = [part.up_to(until) for part in parts.values()]
-            steps = _common([steps for steps, _ in ready])
-            if len(steps) == 0:
-                continue
+            batch = chunk.to_record_batch()
+            steps = _column(batch, "step")
             rows = np.empty((len(steps), len(names)))
-            rows[:, clock] = steps[:, None]
-            for part, (own, values) in zip(parts.values(), ready, strict=True):
-                at = slice(None) if len(own) == len(steps) else np.searchsorted(own, steps)
-                rows[:, part.to] = values[at]
+            rows[:, [at for at, name in enumerate(names) if name == "step"]] = steps[:, None]
+            for component, own in groups:
+                wanted = [(at, own.index(name)) for at, name in enumerate(names) if name in own]
+                if not wanted:
+                    continue
+                if component not in batch.schema.names:
+                    raise RecordingError(f"{self.path}: {SAMPLES} has rows without {component}")
+                flat = _column(batch, component)
+                if len(flat) != len(own) * len(steps):
+                    raise RecordingError(
+                        f"{self.path}: {component} has {len(flat)} values in {len(steps)} rows, "
+                        f"and should have {len(own)} in each"
+                    )
+                to, pick = zip(*wanted, strict=True)
+                rows[:, to] = flat.reshape(-1, len(own))[:, pick]
             yield rows
 
 
@@ -210,54 +218,8 @@ def open_recording(path: Path | str) -> StoredRun:
     return StoredRun(path)
 
 
+_FORMER = "/clock/time"
 _EVENT = ("TextLog:level", "source", "TextLog:text")
-
-
-class _Part:
-    """The rows of one entity that wait for those of the others."""
-
-    def __init__(self, where: str, own: Sequence[str], names: Sequence[str]) -> None:
-        self._series, self._where = len(own), where
-        wanted = [(at, own.index(name)) for at, name in enumerate(names) if name in own]
-        self.to = [at for at, _ in wanted]
-        self._pick = [series for _, series in wanted]
-        self._steps: NDArray[np.int64] = np.empty(0, dtype=np.int64)
-        self._values: Array = np.empty((0, len(wanted)))
-
-    @property
-    def last(self) -> float:
-        """The last step that waits."""
-        return float(self._steps[-1]) if len(self._steps) else -np.inf
-
-    def take(self, batch: pa.RecordBatch) -> None:
-        steps = _column(batch, "step")
-        values = np.empty((len(steps), 0))
-        if self._pick:
-            flat = _column(batch, "Scalars:scalars")
-            if len(flat) != self._series * len(steps):
-                raise RecordingError(
-                    f"{self._where} has {len(flat)} values in {len(steps)} rows, "
-                    f"and should have {self._series} in each"
-                )
-            values = flat.reshape(-1, self._series)[:, self._pick]
-        if len(self._steps) == 0:
-            self._steps, self._values = steps, values
-        else:
-            self._steps = np.concatenate([self._steps, steps])
-            self._values = np.concatenate([self._values, values])
-
-    def up_to(self, until: float) -> tuple[NDArray[np.int64], Array]:
-        """Rows until this step, which wait no longer."""
-        count = int(np.searchsorted(self._steps, until, side="right"))
-        ready = self._steps[:count], self._values[:count]
-        self._steps, self._values = self._steps[count:], self._values[count:]
-        return ready
-
-
-def _common(steps: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
-    if all(np.array_equal(steps[0], other) for other in steps[1:]):
-        return steps[0]
-    return reduce(np.intersect1d, steps)
 
 
 def _column(batch: pa.RecordBatch, name: str) -> NDArray[Any]:

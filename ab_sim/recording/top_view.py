@@ -48,7 +48,7 @@ class TopView:
         yield "/top/rotor/unbalance", unbalance
         if self.radii:
             colors = [hue(ball) for ball in range(len(self.radii))]
-            yield "/top/rotor/balls", rr.Points2D.from_fields(colors=colors)
+            yield "/top/rotor", rr.Points2D.from_fields(colors=colors)
         if self.balance is not None:
             angles = np.array(self.balance.angles)
             yield (
@@ -63,7 +63,7 @@ class TopView:
             )
         if self.arrows is not None:
             yield (
-                "/top/rotor/vectors",
+                "/top/rotor",
                 rr.Arrows2D.from_fields(colors=self.arrows.colors, radii=0.018 * r),
             )
             yield "/top/rotor/legend", self._legend(self.arrows)
@@ -80,16 +80,17 @@ class TopView:
         shaft = np.column_stack([place[:, 0], -place[:, 1], zero])
         half = -0.5 * np.remainder(angle, 2 * np.pi)
         spun = np.column_stack([zero, zero, np.sin(half), np.cos(half)])
-        yield "/top/rotor", rr.Transform3D.columns(translation=shaft, quaternion=spun)
+        rotor = [*rr.Transform3D.columns(translation=shaft, quaternion=spun)]
         if self.radii:
             places = self.race * np.stack([np.cos(balls), -np.sin(balls)], axis=-1)
             drawn = shrunk(balls, self.race, self.radii)
             points = rr.Points2D.columns(positions=places.reshape(-1, 2), radii=drawn.ravel())
-            yield "/top/rotor/balls", points.partition(np.full(rows, len(self.radii)))
+            rotor += points.partition(np.full(rows, len(self.radii)))
         if self.arrows is not None:
             begin, way = self.arrows.drawn(balls)
             arrows = rr.Arrows2D.columns(origins=_flat(begin), vectors=_flat(way))
-            yield "/top/rotor/vectors", arrows.partition(np.full(rows, begin.shape[1]))
+            rotor += arrows.partition(np.full(rows, begin.shape[1]))
+        yield "/top/rotor", rotor
 
     def _legend(self, arrows: Arrows) -> Any:
         """What the arrows are, in a corner: at the arrows themselves the words would overlap."""

@@ -10,8 +10,8 @@ import rerun as rr
 
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.recording.colours import ORANGE, SKY, UNBALANCE
-from ab_sim.recording.layout import Array, scalar_columns
-from ab_sim.recording.plots import lines
+from ab_sim.recording.layout import Array, plotted_columns
+from ab_sim.recording.plots import Curve, lines
 from ab_sim.recording.signals import once_per_turn, rms, spectrum
 from ab_sim.recording.windows import Windows
 
@@ -21,10 +21,21 @@ SPECTRUM_HOP, SPECTRUM_SPAN = 0.5, 0.5
 """s: the same for spectra; the longer stretch parts neighbouring frequencies."""
 ORDERS, MOST_LINES = 5.0, 500
 """A spectrum goes to so many times the top speed, and has at most so many lines."""
+SIZES = "/plot/vibration"
+"""The entity of curves that have a row for each ``HOP``."""
+_RMS, _ORDERS = "rms", "orders"
 FEWEST = 4
 """Rows of a window that tell a size."""
 
 Sent = tuple[str, Array, Any]  # entity, the rows that say when, columns
+
+
+def size_curves() -> list[Curve]:
+    """What comes once per revolution, and the rest; then all together."""
+    names = ["once per turn", "the rest"]
+    orders = lines(names, [2.5, 2.0], colors=[UNBALANCE, SKY])
+    whole = lines(["r.m.s. of all"], [2.5], colors=[ORANGE])
+    return [Curve.derived(SIZES, _ORDERS, orders), Curve.derived(SIZES, _RMS, whole)]
 
 
 class Vibration:
@@ -42,32 +53,20 @@ class Vibration:
         self._spectrum_windows = Windows(SPECTRUM_SPAN, SPECTRUM_HOP)
         self._frequencies = np.empty(0)
 
-    @staticmethod
-    def scenery() -> Iterator[tuple[str, Any]]:
-        """How curves look."""
-        yield (
-            "/plot/vibration/rms",
-            lines(["r.m.s. of all"], [2.5], colors=[ORANGE]),
-        )
-        names = ["once per turn", "the rest"]
-        yield "/plot/orders", lines(names, [2.5, 2.0], colors=[UNBALANCE, SKY])
-
     def of(self, rows: Array) -> Iterator[Sent]:
         """What the next rows make complete."""
-        ends, sizes, turning, orders = [], [], [], []
+        ends, sizes, orders = [], [], []
         for window in self._sizes.of(rows):
             if len(window) < FEWEST:
                 continue
             run = Trajectory(self._channels, window)
             ends.append(window[-1])
             sizes.append(rms(run["time"], run.acceleration))
-            if (parts := once_per_turn(run["angle"], run.acceleration)) is not None:
-                turning.append(window[-1])
-                orders.append(parts)
+            parts = once_per_turn(run["angle"], run.acceleration)
+            orders.append((np.nan, np.nan) if parts is None else parts)
         if ends:
-            yield "/plot/vibration/rms", np.array(ends), scalar_columns(np.array(sizes)[:, None])
-        if turning:
-            yield "/plot/orders", np.array(turning), scalar_columns(np.array(orders))
+            values = {_RMS: np.array(sizes)[:, None], _ORDERS: np.array(orders)}
+            yield SIZES, np.array(ends), plotted_columns(values)
         yield from self._spectra(rows)
 
     def _spectrum(self, window: Array) -> tuple[Array, float, Array] | None:

@@ -15,21 +15,23 @@ from ab_sim.errors import RecordingError
 from ab_sim.recording.blueprint import state_colours, style
 from ab_sim.recording.drawing import description_text
 from ab_sim.recording.layout import (
+    CHANNELS,
     CLOSED,
     LEFT_OUT,
+    SAMPLES,
     THINNED,
     Array,
     entity_path,
     index_columns,
     layout_of,
-    scalar_columns,
+    named_columns,
 )
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
-from ab_sim.recording.plots import lines
 from ab_sim.recording.shown import ALWAYS, Drawn, Plain
 from ab_sim.recording.thinning import AROUND, Thinning
 
 BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
+PICTURES_WAIT = 1.0  # s of the run, where nobody watches
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
 _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
@@ -84,6 +86,7 @@ class Recording:
         self._events: dict[str, list[tuple[float, str, str]]] = {}  # by source: time, text, level
         self._collected = 0  # rows, scalars and events not sent yet
         self._sent = 0  # rows
+        self._undrawn: list[Array] = []  # rows sent whose pictures are not
         self._first_step = np.nan
         self._error: RecordingError | None = None
         self._closed = False
@@ -95,7 +98,6 @@ class Recording:
         self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
         self._file = PipedFile(self.path, self._stream, index)
         self._stream.send_recording_name(self.path.stem)
-        self._stream.send_blueprint(self._shown.blueprint(()))
         self._static("/description", rr.TextDocument(text, media_type="text/markdown"))
         for entity, archetype in self._shown.statics():
             self._static(entity, archetype)
@@ -165,7 +167,8 @@ class Recording:
         if name not in self._scalars:  # every name gets a plot; an empty one would only puzzle
             self._scalars[name] = []
             self._static(entity_path("run", name), style(name))
-            self._stream.send_blueprint(self._shown.blueprint(list(self._scalars)))
+            if self._channels:
+                self._lay_out()
         self._scalars[name].append((time, float(value)))
         self._collect(1)
 
@@ -186,10 +189,16 @@ class Recording:
         self._states[name].append((time, state))
         self._collect(1)
 
-    def flush(self) -> None:
-        """Send what was collected, and wait until it is in the file."""
+    def flush(self, pictures: bool = True) -> None:
+        """Send what was collected, and wait until it is in the file.
+
+        :param pictures: also what is drawn of it. Without, that waits until there is a second of
+            the run: a message costs some 1.2 kB however little is in it.
+        """
         self._check_usable()
         self._send_collected()
+        if self._undrawn and (pictures or self._waited >= PICTURES_WAIT):
+            self._send_pictures()
         try:
             self._stream.flush(timeout_sec=FLUSH_SECONDS)
             self._file.sync()
@@ -204,6 +213,8 @@ class Recording:
         if self._closed or self._error:
             return
         self._keep(*self._thinning.rest())
+        if not self._channels:
+            self._lay_out()
         self.flush()
         self._static(CLOSED, rr.AnyValues(rows=self.rows_written))
         self._closed = True
@@ -228,15 +239,16 @@ class Recording:
                 f"include {', '.join(needed)}; got {', '.join(names)}"
             )
         try:
-            anew = self._shown.begin(names)
+            self._shown.begin(names)
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from error
         self._channels = names
         self._static("/channels", rr.AnyValues(names=list(names)))
-        for entity, columns in layout_of(names).items():
-            self._static(entity, lines([names[column] for column in columns]))
-        if anew:
-            self._stream.send_blueprint(self._shown.blueprint(list(self._scalars)))
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """Say how the viewer is laid out; takes some 0.1 MB of the file."""
+        self._stream.send_blueprint(self._shown.blueprint(list(self._scalars)))
 
     def _check_steps(self, rows: Array) -> None:
         steps = rows[:, 0]
@@ -264,10 +276,7 @@ class Recording:
         left_out = np.concatenate(self._left_out) if self._left_out else np.empty(0)
         for start in range(0, len(rows), CHUNK_ROWS):
             part = slice(start, start + CHUNK_ROWS)
-            self._send_rows(rows[part])
-            if self._thinning.every > 1:
-                index = index_columns(rows[part, 1], rows[part, 0])
-                self._send(LEFT_OUT, index, scalar_columns(left_out[part, None]))
+            self._send_rows(rows[part], left_out[part])
         self._sent += len(rows)
         for name, noted in self._scalars.items():
             if noted:
@@ -295,15 +304,25 @@ class Recording:
         self._events.clear()
         self._collected = 0
 
-    def _send_rows(self, rows: Array) -> None:
-        index, layout = index_columns(rows[:, 1], rows[:, 0]), layout_of(self._channels)
-        for entity, columns in layout.items():
-            self._send(entity, index, scalar_columns(rows[:, columns]))
-        timed = rows
-        for entity, when, part in self._shown.of(rows):
-            if when is not timed:  # several in turn belong to the same rows
-                timed, index = when, index_columns(when[:, 1], when[:, 0])
-            self._send(entity, index, part)
+    def _send_rows(self, rows: Array, left_out: Array) -> None:
+        groups = {name: rows[:, columns] for name, columns in layout_of(self._channels).items()}
+        if self._thinning.every > 1:
+            groups[LEFT_OUT] = left_out[:, None]
+        columns = named_columns(CHANNELS, groups) + self._shown.of_samples(rows)
+        self._send(SAMPLES, index_columns(rows[:, 1], rows[:, 0]), columns)
+        self._undrawn.append(rows)
+
+    @property
+    def _waited(self) -> float:
+        """How much of the run pictures wait for [s]."""
+        return float(self._undrawn[-1][-1, 1] - self._undrawn[0][0, 1])
+
+    def _send_pictures(self) -> None:
+        """What is derived from the rows since the last time."""
+        rows = np.concatenate(self._undrawn)
+        self._undrawn.clear()
+        for entity, when, columns in self._shown.of(rows):
+            self._send(entity, index_columns(when[:, 1], when[:, 0]), columns)
 
     def _index(self, times: Sequence[float]) -> list[rr.TimeColumn]:
         """The timelines for what has a time, and the step that it fell into."""

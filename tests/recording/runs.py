@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rerun.chunk import RrdReader
 
 from ab_sim.recording import Recording
+from ab_sim.recording.layout import CHANNELS, DERIVED, SAMPLES
 
 BASE = ["step", "time", "angle", "speed", "command", "x", "y", "vx", "vy", "ax", "ay"]
 STEP = 1e-3
@@ -21,12 +22,14 @@ def describe(balls: int = 2, **changes: Any) -> dict[str, Any]:
     return base | {"ball_radii": None, "step": STEP} | changes
 
 
-def run(rows: int, balls: int = 2, seed: int = 0) -> tuple[list[str], NDArray[np.float64]]:
+def run(
+    rows: int, balls: int = 2, seed: int = 0, step: float = STEP
+) -> tuple[list[str], NDArray[np.float64]]:
     """Channels and samples with full mantissas, at times k * 1 ms as the simulator stamps them."""
     names = BASE + [f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate")]
     samples = np.random.default_rng(seed).normal(size=(rows, len(names)))
     samples[:, 0] = np.arange(rows)
-    samples[:, 1] = np.arange(rows) * STEP
+    samples[:, 1] = np.arange(rows) * step
     return names, samples
 
 
@@ -49,6 +52,16 @@ def cells(path: Path, entity: str, component: str) -> list[Any]:
     return [cell for _, cell in sorted(rows, key=lambda row: row[0])]
 
 
+def channel(path: Path, group: str) -> NDArray[np.float64]:
+    """What a file has of a group of channels, shape (rows, series)."""
+    return np.array(cells(path, SAMPLES, f"{CHANNELS}:{group}"))
+
+
+def plotted(path: Path, entity: str, name: str) -> NDArray[np.float64]:
+    """Curves, shape (rows, series)."""
+    return np.array(cells(path, entity, f"{DERIVED}:{name}"))
+
+
 def still(path: Path, entity: str, component: str) -> list[Any]:
     """The cell of a component that does not change."""
     for chunk in RrdReader(path).stream().to_chunks():
@@ -63,3 +76,19 @@ def views(path: Path) -> list[str]:
     chunks = (c for store in reader.blueprints() for c in reader.stream(store=store).to_chunks())
     batches = [chunk.to_record_batch() for chunk in chunks]
     return [b[names].to_pylist()[0][0] for b in batches if names in b.schema.names]
+
+
+def curves(path: Path) -> dict[str, int | None]:
+    """What the layouts plot, by component, each with how it is drawn where not all samples are."""
+    reader = RrdReader(path)
+    chunks = [c for store in reader.blueprints() for c in reader.stream(store=store).to_chunks()]
+    sources: dict[str, str] = {}  # by the path of what draws them
+    policies: dict[str, int] = {}
+    maps, policy = "VisualizerInstruction:component_map", "SeriesLines:aggregation_policy"
+    for chunk in chunks:
+        batch = chunk.to_record_batch()
+        if maps in batch.schema.names:
+            sources[chunk.entity_path] = batch[maps].to_pylist()[-1][0]["source_component"]
+        if policy in batch.schema.names:
+            policies[chunk.entity_path] = batch[policy].to_pylist()[-1][0]
+    return {source: policies.get(place) for place, source in sources.items()}

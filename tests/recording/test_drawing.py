@@ -9,11 +9,14 @@ import pytest
 from rerun.chunk import RrdReader
 
 from ab_sim.recording import Recording
-from tests.recording.runs import cells, describe, record, run, still
+from ab_sim.recording.curves import FRAMES
+from ab_sim.recording.layout import SAMPLES
+from ab_sim.recording.pictures import PERIOD
+from tests.recording.runs import cells, describe, plotted, record, run, still
 
 
 def test_top_view_is_to_scale_with_y_upwards(tmp_path: Path) -> None:
-    names, samples = run(3)
+    names, samples = run(3, step=PERIOD)
     col = {name: samples[:, names.index(name)] for name in names}
     record(tmp_path / "run.rrd", names, samples)
     shaft = np.array(cells(tmp_path / "run.rrd", "/top/rotor", "Transform3D:translation"))[:, 0]
@@ -22,7 +25,7 @@ def test_top_view_is_to_scale_with_y_upwards(tmp_path: Path) -> None:
     turn = np.array(cells(tmp_path / "run.rrd", "/top/rotor", "Transform3D:quaternion"))[:, 0]
     direction = np.exp(2j * np.arctan2(turn[:, 2], turn[:, 3]))
     np.testing.assert_allclose(direction, np.exp(-1j * col["angle"]), atol=1e-6)
-    balls = np.array(cells(tmp_path / "run.rrd", "/top/rotor/balls", "Points2D:positions"))
+    balls = np.array(cells(tmp_path / "run.rrd", "/top/rotor", "Points2D:positions"))
     for ball in range(2):
         theta = col[f"ball_{ball}_angle"]
         expected = 10.0 * np.column_stack([np.cos(theta), -np.sin(theta)])
@@ -32,16 +35,16 @@ def test_top_view_is_to_scale_with_y_upwards(tmp_path: Path) -> None:
 def test_whirl_is_given_in_units_of_the_eccentricity(tmp_path: Path) -> None:
     names, samples = run(5)
     record(tmp_path / "run.rrd", names, samples)
-    whirl = np.array(cells(tmp_path / "run.rrd", "/plot/whirl/now", "Scalars:scalars"))[:, 0]
-    np.testing.assert_allclose(whirl, np.hypot(samples[:, 5], samples[:, 6]) / 1e-4, rtol=1e-12)
+    whirl = plotted(tmp_path / "run.rrd", SAMPLES, "whirl")[:, 0]
+    np.testing.assert_allclose(whirl, np.hypot(samples[:, 5], samples[:, 6]) / 1e-4, rtol=1e-6)
 
 
 def test_vibration_is_shown_as_one_curve(tmp_path: Path) -> None:
     names, samples = run(5)
     record(tmp_path / "run.rrd", names, samples)
-    sizes = np.array(cells(tmp_path / "run.rrd", "/plot/vibration/deck", "Scalars:scalars"))[:, 0]
+    sizes = plotted(tmp_path / "run.rrd", SAMPLES, "felt")[:, 0]
     ax, ay = (samples[:, names.index(name)] for name in ("ax", "ay"))
-    np.testing.assert_allclose(sizes, np.hypot(ax, ay))
+    np.testing.assert_allclose(sizes, np.hypot(ax, ay), rtol=1e-6)
 
 
 def test_plots_of_scalars_hold_something_of_the_whole_run(tmp_path: Path) -> None:
@@ -59,35 +62,35 @@ def test_plots_of_scalars_hold_something_of_the_whole_run(tmp_path: Path) -> Non
             batch = chunk.to_record_batch()
             if "ViewContents:query" in batch.schema.names:
                 contents[chunk.entity_path] = batch["ViewContents:query"].to_pylist()[0]
-    beside = {query[1] for query in contents.values() if len(query) > 1} - {"/top/rest"}
-    assert beside >= {"/plot/real_time", "/spindle/speed"}
-    for entity in ("/plot/real_time", "/spindle/speed"):
+    beside = {query[1] for query in contents.values() if query[0].startswith("/run/")}
+    assert beside == {FRAMES, SAMPLES}
+    for entity, last in ((FRAMES, 690), (SAMPLES, 699)):
         times = [
             time
             for chunk in reader.stream().to_chunks()
             if chunk.entity_path == entity and not chunk.is_static
             for time in chunk.to_record_batch()["step"].to_pylist()
         ]
-        assert (min(times), max(times)) == (0, 699)
+        assert (min(times), max(times)) == (0, last)
 
 
 def test_a_balanced_rotor_has_no_division_by_zero(tmp_path: Path) -> None:
     names, samples = run(5)
     with Recording(tmp_path / "run.rrd", description=describe(eccentricity=0.0)) as recording:
         recording.block(names, samples)
-    whirl = np.array(cells(tmp_path / "run.rrd", "/plot/whirl/now", "Scalars:scalars"))[:, 0]
-    np.testing.assert_allclose(whirl, 1e3 * np.hypot(samples[:, 5], samples[:, 6]))
+    whirl = plotted(tmp_path / "run.rrd", SAMPLES, "whirl")[:, 0]
+    np.testing.assert_allclose(whirl, 1e3 * np.hypot(samples[:, 5], samples[:, 6]), rtol=1e-6)
 
 
 def test_every_ball_is_drawn_in_its_size_within_the_race(tmp_path: Path) -> None:
     """But one that covers another's middle is smaller, so that both are seen."""
-    names, samples = run(3)
+    names, samples = run(3, step=PERIOD)
     path = tmp_path / "run.rrd"
     samples[:, names.index("ball_0_angle")] = 7.0
     samples[:, names.index("ball_1_angle")] = 7.0 + np.array([0.3, 0.1, 0.0])
     with Recording(path, description=describe(ball_radii=[1e-3, 2e-3])) as recording:
         recording.block(names, samples)
-    apart, near, together = cells(path, "/top/rotor/balls", "Points2D:radii")
+    apart, near, together = cells(path, "/top/rotor", "Points2D:radii")
     assert apart == pytest.approx([1.0, 2.0])
     assert together == pytest.approx([1.0, 0.62])
     assert near[0] == 1.0 and together[1] < near[1] < apart[1]

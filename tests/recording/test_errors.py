@@ -50,7 +50,7 @@ def test_write_error_is_reported_and_what_was_written_stays_readable(tmp_path: P
     path = tmp_path / "run.rrd"
     recording = Recording(path, description=describe())
     with (
-        files_limited_to(path.stat().st_size + 5_000_000),
+        files_limited_to(path.stat().st_size + 2_000_000),
         pytest.raises(RecordingError, match=r"run\.rrd.*File too large") as first,
     ):
         for start in range(0, len(samples), 20):
@@ -177,6 +177,20 @@ def test_unreadable_files(tmp_path: Path) -> None:
     ):
         with pytest.raises(RecordingError, match=match):
             read_recording(path)
+
+
+def test_a_recording_of_an_earlier_ab_sim_is_said_to_be_one(tmp_path: Path) -> None:
+    stream = rr.RecordingStream("ab_sim", recording_id="old")
+    stream.set_sinks(rr.FileSink(tmp_path / "old.rrd"))
+    rr.log("/description", rr.TextDocument("```json\n{}\n```"), static=True, recording=stream)
+    stream.flush(timeout_sec=5)
+    rr.log("/channels", rr.AnyValues(names=["step", "time"]), static=True, recording=stream)
+    rr.set_time("step", sequence=1, recording=stream)
+    rr.log("/clock/time", rr.Scalars(0.001), recording=stream)
+    stream.flush(timeout_sec=5)
+    stream.disconnect()
+    with pytest.raises(RecordingError, match=r"old\.rrd was written by an earlier ab_sim"):
+        read_recording(tmp_path / "old.rrd")
 
 
 def test_somebody_elses_rerun_file(tmp_path: Path) -> None:

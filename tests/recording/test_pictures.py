@@ -14,9 +14,12 @@ from ab_sim.drive.description import describe
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.recording import Recording, read_recording
-from ab_sim.recording.spindle_phase import PERIOD
+from ab_sim.recording.curves import FRAMES
+from ab_sim.recording.pictures import PERIOD
+from ab_sim.recording.spindle_phase import PERIOD as VARIABLE
+from ab_sim.recording.vibration import SIZES
 from ab_sim.scene import Scene, load_scene
-from tests.recording.runs import cells, still, views
+from tests.recording.runs import cells, curves, plotted, still, views
 
 Array = NDArray[np.float64]
 
@@ -51,9 +54,12 @@ def file(scene: Scene, run: Trajectory, tmp_path_factory: pytest.TempPathFactory
     return path
 
 
-def curve(file: Path, entity: str) -> Array:
-    """Series of an entity, shape (rows, series)."""
-    return np.array(cells(file, entity, "Scalars:scalars"))
+@pytest.fixture(scope="module")
+def seen(scene: Scene, run: Trajectory) -> Trajectory:
+    """The rows that are drawn."""
+    drawn = run["step"] % round(PERIOD / scene.solver.step) == 0
+    drawn[0] = True
+    return Trajectory(run.channels, run.samples[drawn])
 
 
 def steps(file: Path, entity: str) -> Array:
@@ -71,21 +77,23 @@ def test_channels_still_come_back_to_the_bit(file: Path, run: Trajectory) -> Non
     assert back.samples.tobytes() == run.samples.tobytes()
 
 
-def test_arrows_are_the_unbalances_and_their_sum(file: Path, run: Trajectory, scene: Scene) -> None:
+def test_arrows_are_the_unbalances_and_their_sum(
+    file: Path, seen: Trajectory, scene: Scene
+) -> None:
     """From above with y downwards; the ball's arrow begins at the tip of the rotor's."""
-    vectors = np.array(cells(file, "/top/rotor/vectors", "Arrows2D:vectors")) * [1.0, -1.0]
-    origins = np.array(cells(file, "/top/rotor/vectors", "Arrows2D:origins")) * [1.0, -1.0]
+    vectors = np.array(cells(file, "/top/rotor", "Arrows2D:vectors")) * [1.0, -1.0]
+    origins = np.array(cells(file, "/top/rotor", "Arrows2D:origins")) * [1.0, -1.0]
     m, R = scene.balls.masses[0], scene.race.radius
     rotor = scene.eccentric_mass * scene.rotor.eccentricity
-    theta = run.ball_angles
+    theta = seen.ball_angles
     x, y = m * R * np.cos(theta).sum(axis=1), m * R * np.sin(theta).sum(axis=1)
     scale = vectors[0, 0, 0] / rotor
-    np.testing.assert_allclose(vectors[:, 0], np.tile([scale * rotor, 0.0], (len(run), 1)))
+    np.testing.assert_allclose(vectors[:, 0], np.tile([scale * rotor, 0.0], (len(seen), 1)))
     np.testing.assert_allclose(vectors[:, 1], scale * np.column_stack([x, y]), atol=1e-5)
     np.testing.assert_allclose(vectors[:, 2], vectors[:, 0] + vectors[:, 1], atol=1e-5)
     np.testing.assert_allclose(origins[:, 1], vectors[:, 0], atol=1e-5)
     assert not origins[:, [0, 2]].any()
-    space = np.array(cells(file, "/space/deck/rotor/vectors", "Arrows3D:vectors"))
+    space = np.array(cells(file, "/space/deck/rotor", "Arrows3D:vectors"))
     np.testing.assert_allclose(space[..., :2], vectors, atol=1e-5)
     assert not space[..., 2].any()
 
@@ -97,28 +105,30 @@ def test_balls_on_the_rings_leave_no_unbalance(file: Path, scene: Scene) -> None
     rotor = scene.eccentric_mass * scene.rotor.eccentricity
     left = [rotor, 0.0] + np.array(scene.balls.masses) @ centres
     np.testing.assert_allclose(left, 0.0, atol=1e-6 * rotor)
-    levels = curve(file, "/plot/balls/levels")
+    levels = plotted(file, FRAMES, "balls_levels")
     turned = np.sort(np.degrees(np.arctan2(centres[:, 1], centres[:, 0])) % 360.0) - 360.0
     np.testing.assert_allclose(levels, np.tile([-180.0, *turned], (len(levels), 1)), atol=1e-4)
 
 
-def test_curves_of_each_sample(file: Path, run: Trajectory, scene: Scene) -> None:
-    forces = curve(file, "/plot/driving")
-    np.testing.assert_array_equal(forces, driving_forces(run, scene))
-    angles = curve(file, "/plot/balls/angles")
-    np.testing.assert_allclose(np.exp(1j * np.radians(angles)), np.exp(1j * run.ball_angles))
+def test_curves_of_each_frame(file: Path, seen: Trajectory, scene: Scene) -> None:
+    forces = plotted(file, FRAMES, "driving")
+    np.testing.assert_allclose(forces, driving_forces(seen, scene), rtol=1e-6)
+    angles = plotted(file, FRAMES, "balls")
+    np.testing.assert_allclose(
+        np.exp(1j * np.radians(angles)), np.exp(1j * seen.ball_angles), atol=1e-6
+    )
     assert angles.min() >= -330.0 and angles.max() <= 30.0
     M = scene.total_mass - scene.balls.total_mass
     unbalance = scene.eccentric_mass * scene.rotor.eccentricity
     k, c = scene.effects["suspension"]
-    w = run["speed"]
+    w = seen["speed"]
     alone = np.abs(unbalance * w**2 / (k - M * w**2 + 1j * c * w)) / scene.rotor.eccentricity
-    np.testing.assert_allclose(curve(file, "/plot/whirl/alone")[:, 0], alone, rtol=1e-12)
-    assert set(curve(file, "/plot/speed/level")[:, 0]) == {scene.critical_speed}
+    np.testing.assert_allclose(plotted(file, FRAMES, "alone")[:, 0], alone, rtol=1e-6)
+    assert set(plotted(file, FRAMES, "speed_level")[:, 0]) == {np.float32(scene.critical_speed)}
 
 
 def test_running_rms_is_that_of_the_samples_before(file: Path, run: Trajectory) -> None:
-    found, at = curve(file, "/plot/vibration/rms")[:, 0], steps(file, "/plot/vibration/rms")
+    found, at = plotted(file, SIZES, "rms")[:, 0], steps(file, SIZES)
     assert len(found) == 15
     square = np.sum(run.acceleration**2, axis=1)
     for step, value in zip(at, found, strict=True):
@@ -131,8 +141,8 @@ def test_what_comes_once_per_turn_and_the_rest(file: Path, run: Trajectory) -> N
 
     While the whirl still grows the two weigh it differently; the window is the last one, at speed.
     """
-    found, at = curve(file, "/plot/orders"), steps(file, "/plot/orders")
-    assert at[0] > 100, "none before there are two turns"
+    found, at = plotted(file, SIZES, "orders"), steps(file, SIZES)
+    assert np.isnan(found[0]).all() and at[0] < 100, "none before there are two turns"
     chosen = (run["step"] <= at[-1]) & (run["step"] > at[-1] - 250)
     angle, vibration = run["angle"][chosen], run.acceleration[chosen]
     turns = np.floor((angle[-1] - angle[0]) / (2 * np.pi))
@@ -172,10 +182,10 @@ def test_spectrum_is_scipys(file: Path, run: Trajectory) -> None:
 
 def test_the_spindle_s_phases_are_named(file: Path, run: Trajectory) -> None:
     names = [cell[0] for cell in cells(file, "/state/spindle", "StateChange:state")]
-    assert names == ["speeding up", PERIOD, "speeding up", "steady"]
+    assert names == ["speeding up", VARIABLE, "speeding up", "steady"]
     begins = steps(file, "/state/spindle") * 1e-3
     np.testing.assert_allclose(begins, [0.0, 0.45, 0.85, 1.1], atol=0.03)
-    marked = curve(file, "/plot/speed/period")[:, 0]
+    marked = np.array(cells(file, "/plot/speed/period", "Scalars:scalars"))[:, 0]
     np.testing.assert_allclose(marked[:-1], 100.0, atol=4.0)
     assert np.isnan(marked[-1]), "the line ends"
 
@@ -199,7 +209,7 @@ def moving(file: Path) -> dict[tuple[str, str], list[tuple[int, object]]]:
 def test_pictures_do_not_depend_on_how_samples_come_in(
     scene: Scene, run: Trajectory, sizes: list[int], tmp_path: Path
 ) -> None:
-    """To the bit, but for lines at one height, which reach from end to end, and rounding in sums.
+    """To the bit, but for rounding in sums.
 
     In what order numpy adds depends on where in memory the numbers lie.
     """
@@ -210,15 +220,15 @@ def test_pictures_do_not_depend_on_how_samples_come_in(
                 recording.block(run.channels, part)
                 recording.flush()
     whole, cut = moving(tmp_path / "whole"), moving(tmp_path / "cut")
-    assert whole.keys() == cut.keys() and len(whole) > 30
-    summed = ("/plot/vibration/rms", "/plot/orders", "/plot/spectrum/")
+    assert whole.keys() == cut.keys() and len(whole) > 25
+    summed = (SIZES, "/plot/spectrum/")
     for key, rows in whole.items():
         if key[0].startswith(summed):
             assert [step for step, _ in cut[key]] == [step for step, _ in rows], key
             for (_, one), (_, other) in zip(cut[key], rows, strict=True):
                 one, other = numbers(one), numbers(other)
-                np.testing.assert_allclose(one, other, rtol=0, atol=1e-13 * max(map(abs, other)))
-        elif not key[0].endswith(("/level", "/levels", "/real_time")):
+                np.testing.assert_allclose(one, other, rtol=0, atol=1e-7 * max(map(abs, other)))
+        else:
             # repr: what is no number is not equal to itself
             assert repr(cut[key]) == repr(rows), key
 
@@ -255,13 +265,13 @@ def test_every_view_is_there_and_every_entity_in_it(file: Path) -> None:
             (origin,) = batch["ViewBlueprint:space_origin"].to_pylist()[-1]
             seen += 1
             if origin not in ("/events", "/health"):  # this run has none
-                assert any((e + "/").startswith(origin + "/") for e in entities), origin
+                assert any((e + "/").startswith(origin.rstrip("/") + "/") for e in entities)
         if "ViewContents:query" in names:
             for query in batch["ViewContents:query"].to_pylist()[-1]:
                 wanted = query.removesuffix("/**")
                 if not wanted.startswith("$origin"):
                     assert any((e + "/").startswith(wanted + "/") for e in entities), query
     assert seen >= 12
-    styled = {e for e in entities if e.startswith("/plot/")}
-    moved = {entity for entity, _ in moving(file)}
-    assert styled <= moved, "what has a colour has values"
+    plots = set(curves(file))
+    assert len(plots) >= 10
+    assert plots <= {component for _, component in moving(file)}, "what is plotted has values"

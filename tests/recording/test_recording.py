@@ -13,7 +13,8 @@ from rerun_bindings import check_for_rrd_footer
 
 from ab_sim.errors import RecordingError
 from ab_sim.recording import BATCH_ROWS, CHUNK_ROWS, Recording, read_recording
-from tests.recording.runs import cells, describe, record, run, views
+from ab_sim.recording.layout import SAMPLES
+from tests.recording.runs import channel, describe, plotted, record, run, views
 
 
 @pytest.mark.parametrize("balls", [0, 1, 2, 64])
@@ -40,7 +41,7 @@ def test_special_values_survive(tmp_path: Path) -> None:
 def test_a_long_block_is_cut_into_chunks_and_comes_back_whole(tmp_path: Path) -> None:
     names, samples = run(2 * CHUNK_ROWS + 7)
     record(tmp_path / "run.rrd", names, samples, block=len(samples))
-    assert len(cells(tmp_path / "run.rrd", "/clock/time", "Scalars:scalars")) == len(samples)
+    assert len(channel(tmp_path / "run.rrd", "time")) == len(samples)
     assert read_recording(tmp_path / "run.rrd").samples.tobytes() == samples.tobytes()
 
 
@@ -64,17 +65,17 @@ def test_motor_and_sensors_have_places_of_their_own(tmp_path: Path) -> None:
     ) as recording:
         recording.block(more, wide)
     assert read_recording(path).samples.tobytes() == wide.tobytes()
-    torque = np.array(cells(path, "/spindle/torque", "Scalars:scalars"))
-    readings = np.array(cells(path, "/sensors/deck", "Scalars:scalars"))
-    others = np.array(cells(path, "/sensors/a_1", "Scalars:scalars"))
+    torque = channel(path, "spindle_torque")
+    readings = channel(path, "sensor_deck")
+    others = channel(path, "sensor_a_1")
     assert np.array_equal(np.column_stack([torque, readings, others]), wide[:, -5:])
     record(tmp_path / "plain.rrd", names, samples)
     assert set(views(path)) - set(views(tmp_path / "plain.rrd")) == {
         "Motor torque [N m]",
         "Vibration |a|, deck and sensors [m/s²]",
     }
-    sizes = np.array(cells(path, "/plot/vibration/sensors/deck", "Scalars:scalars"))[:, 0]
-    np.testing.assert_allclose(sizes, np.hypot(*readings.T))
+    sizes = plotted(path, SAMPLES, "felt")[:, 1]
+    np.testing.assert_allclose(sizes, np.hypot(*readings.T), rtol=1e-6)
 
 
 def test_the_callers_buffer_may_be_reused(tmp_path: Path) -> None:

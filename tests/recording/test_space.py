@@ -12,8 +12,11 @@ from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import RecordingError
 from ab_sim.recording import Recording, read_recording
+from ab_sim.recording.curves import FRAMES
+from ab_sim.recording.layout import DERIVED, SAMPLES
+from ab_sim.recording.pictures import PERIOD
 from ab_sim.scene import Scene, load_scene
-from tests.recording.runs import cells, still, views
+from tests.recording.runs import cells, channel, curves, plotted, still, views
 
 CHANGES = (
     "rotor.height=0.004",
@@ -43,6 +46,14 @@ def file(scene: Scene, run: Trajectory, tmp_path_factory: pytest.TempPathFactory
     return path
 
 
+@pytest.fixture(scope="module")
+def seen(scene: Scene, run: Trajectory) -> Trajectory:
+    """The rows that are drawn."""
+    drawn = run["step"] % round(PERIOD / scene.solver.step) == 0
+    drawn[0] = True
+    return Trajectory(run.channels, run.samples[drawn])
+
+
 def factor(file: Path) -> float:
     """By which the title says that motion is exaggerated."""
     (title,) = [name for name in views(file) if name.startswith("Drive in space")]
@@ -56,22 +67,22 @@ def test_every_channel_comes_back_bit_for_bit(file: Path, run: Trajectory) -> No
 
 
 @pytest.mark.parametrize(
-    ("entity", "names"),
+    ("group", "names"),
     [
-        ("/deck/displacement", "x y z"),
-        ("/deck/velocity", "vx vy vz"),
-        ("/deck/acceleration", "ax ay az"),
-        ("/deck/turn", "qw qx qy qz"),
-        ("/deck/angular_velocity", "wx wy wz"),
-        ("/deck/angular_acceleration", "wx_rate wy_rate wz_rate"),
-        ("/sensors/pickup", "pickup_1 pickup_2 pickup_3"),
+        ("deck_displacement", "x y z"),
+        ("deck_velocity", "vx vy vz"),
+        ("deck_acceleration", "ax ay az"),
+        ("deck_turn", "qw qx qy qz"),
+        ("deck_angular_velocity", "wx wy wz"),
+        ("deck_angular_acceleration", "wx_rate wy_rate wz_rate"),
+        ("sensor_pickup", "pickup_1 pickup_2 pickup_3"),
     ],
 )
-def test_channels_that_belong_together_are_in_one_entity(
-    file: Path, run: Trajectory, entity: str, names: str
+def test_channels_that_belong_together_are_in_one_component(
+    file: Path, run: Trajectory, group: str, names: str
 ) -> None:
     expected = np.column_stack([run[name] for name in names.split()])
-    np.testing.assert_array_equal(cells(file, entity, "Scalars:scalars"), expected)
+    np.testing.assert_array_equal(channel(file, group), expected)
 
 
 def test_the_views_are_named_and_say_the_exaggeration(file: Path) -> None:
@@ -85,41 +96,40 @@ def test_the_views_are_named_and_say_the_exaggeration(file: Path) -> None:
 
 
 def test_points_of_the_deck_move_by_so_many_times_what_they_moved(
-    file: Path, run: Trajectory, scene: Scene
+    file: Path, seen: Trajectory, scene: Scene
 ) -> None:
     """To first order: the rest is the second order of the exaggerated angles."""
     times = factor(file)
     moved = np.array(cells(file, "/space/deck", "Transform3D:translation"))[:, 0]
     turns = np.array(cells(file, "/space/deck", "Transform3D:quaternion"))[:, 0]
-    np.testing.assert_allclose(moved, times * MM * run.position, atol=1e-5)
-    true = Rotation.from_quat(np.roll(run.turn, -1, axis=1)).as_rotvec()
+    np.testing.assert_allclose(moved, times * MM * seen.position, atol=1e-5)
+    true = Rotation.from_quat(np.roll(seen.turn, -1, axis=1)).as_rotvec()
     np.testing.assert_allclose(Rotation.from_quat(turns).as_rotvec(), times * true, atol=1e-6)
     mounts = np.array([mount.position for mount in scene.mounts])
-    springs = np.array(cells(file, "/space/springs", "LineStrips3D:strips"))
+    springs = np.array(cells(file, "/space/deck", "LineStrips3D:strips"))  # on deck axes
     for k, place in enumerate(mounts):
-        anchor, end = springs[:, k, 0], springs[:, k, 1]
-        np.testing.assert_array_equal(anchor, np.tile(anchor[0], (len(anchor), 1)))
-        np.testing.assert_allclose(anchor[0, :2], MM * place[:2], rtol=1e-6)
-        seen = moved + Rotation.from_quat(turns).apply(MM * place)
-        np.testing.assert_allclose(end, seen, atol=1e-4)
+        end, anchor = (moved + Rotation.from_quat(turns).apply(springs[:, k, i]) for i in (0, 1))
+        np.testing.assert_allclose(anchor, np.tile(anchor[0], (len(anchor), 1)), atol=1e-4)
+        np.testing.assert_allclose(anchor[0, :2], MM * place[:2], atol=1e-4)
+        np.testing.assert_allclose(springs[:, k, 0], np.tile(MM * place, (len(end), 1)), rtol=1e-6)
         drawn, angle = end - MM * place, times * np.abs(true).max()
-        actual = run.position + Rotation.from_rotvec(true).apply(place) - place
+        actual = seen.position + Rotation.from_rotvec(true).apply(place) - place
         second = angle**2 * MM * np.linalg.norm(place)
         np.testing.assert_allclose(drawn, times * MM * actual, atol=second)
         assert np.abs(drawn).max() > 2 * second, "and it moves"
 
 
 def test_spindle_balls_and_races_are_where_they_are(
-    file: Path, run: Trajectory, scene: Scene
+    file: Path, seen: Trajectory, scene: Scene
 ) -> None:
     """On deck axes, z upwards, not exaggerated."""
     turns = np.array(cells(file, "/space/deck/rotor", "Transform3D:quaternion"))[:, 0]
     direction = Rotation.from_quat(turns).apply([1.0, 0.0, 0.0])
-    expected = np.column_stack([np.cos(run["angle"]), np.sin(run["angle"]), np.zeros(len(run))])
+    expected = np.column_stack([np.cos(seen["angle"]), np.sin(seen["angle"]), np.zeros(len(seen))])
     np.testing.assert_allclose(direction, expected, atol=1e-6)
-    balls = np.array(cells(file, "/space/deck/rotor/balls", "Points3D:positions"))
+    balls = np.array(cells(file, "/space/deck/rotor", "Points3D:positions"))
     for ball, height in enumerate((6.0, -3.0)):
-        theta = run.ball_angles[:, ball]
+        theta = seen.ball_angles[:, ball]
         place = np.column_stack(
             [30 * np.cos(theta), 30 * np.sin(theta), np.full_like(theta, height)]
         )
@@ -130,16 +140,17 @@ def test_spindle_balls_and_races_are_where_they_are(
     assert heavy[1] == 0.0 and heavy[2] == pytest.approx(4.0)
 
 
-def test_tilt_and_height_are_plotted(file: Path, run: Trajectory, scene: Scene) -> None:
-    tilt = np.array(cells(file, "/plot/tilt", "Scalars:scalars"))
-    np.testing.assert_allclose(tilt, MM * run.tilt, atol=1e-12)
-    policy = still(file, "/plot/tilt", "SeriesLines:aggregation_policy")
-    assert policy == [rr.components.AggregationPolicy.MinMax.value], "a mean of swings is nothing"
-    whirl = np.array(cells(file, "/plot/whirl/now", "Scalars:scalars"))
+def test_tilt_and_height_are_plotted(
+    file: Path, run: Trajectory, seen: Trajectory, scene: Scene
+) -> None:
+    np.testing.assert_allclose(plotted(file, FRAMES, "tilt"), MM * seen.tilt, rtol=1e-6)
+    policy = curves(file)[f"{DERIVED}:tilt"]
+    assert policy == rr.components.AggregationPolicy.MinMax.value, "a mean of swings is nothing"
     unit = scene.rotor.eccentricity
-    np.testing.assert_allclose(whirl, np.column_stack([run.whirl, run["z"]]) / unit, atol=1e-12)
-    sizes = np.array(cells(file, "/plot/vibration/deck", "Scalars:scalars"))[:, 0]
-    np.testing.assert_allclose(sizes, np.linalg.norm(run.acceleration, axis=1), rtol=1e-12)
+    whirl = np.column_stack([run.whirl, run["z"]]) / unit
+    np.testing.assert_allclose(plotted(file, SAMPLES, "whirl"), whirl, rtol=1e-6)
+    sizes = np.linalg.norm(run.acceleration, axis=1)
+    np.testing.assert_allclose(plotted(file, SAMPLES, "felt")[:, 0], sizes, rtol=1e-6)
 
 
 def test_what_the_drawing_needs_is_asked_for(scene: Scene, run: Trajectory, tmp_path: Path) -> None:

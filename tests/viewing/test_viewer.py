@@ -72,7 +72,7 @@ class Onlooker:
             stores = [reader.stream(store=store).to_chunks() for store in reader.recordings()]
         except (RuntimeError, ValueError):  # it is just being written
             return []
-        angles = [[c for c in chunks if c.entity_path == "/spindle/angle"] for chunks in stores]
+        angles = [[c for c in chunks if c.entity_path == "/samples"] for chunks in stores]
         return sorted(sum(c.num_rows for c in of_one if not c.is_static) for of_one in angles)
 
     def close(self) -> None:
