@@ -16,7 +16,7 @@ import ab_sim
 ORDER = (
     ("errors", "quoting"),
     ("conventions", "interruption", "limited_yaml", "output_file"),
-    ("tracing",),
+    ("scene_files", "tracing"),
     ("scene",),
     ("spindle",),
     ("dynamics",),

@@ -116,11 +116,18 @@ def run(
 
 
 @app.command()
-def scenes() -> None:
-    """List the scenes that come with ab_sim."""
-    from ab_sim.cli.tables import print_scenes
+def scenes(
+    name: Annotated[
+        str | None, typer.Argument(help="Say all of this one, or of a scene's YAML file.")
+    ] = None,
+) -> None:
+    """List the scenes that come with ab_sim, or describe one."""
+    from ab_sim.cli.scenes import print_scene, print_scenes
 
-    print_scenes()
+    if name is None:
+        print_scenes()
+    else:
+        print_scene(name)
 
 
 @app.command()
@@ -148,6 +155,9 @@ def check(scene: SceneArgument, change: SetOption = None) -> None:
     But for one that asks for an accuracy: what delivers it, and at what price, is measured on runs
     of the scene, which takes a moment, and the first time some seconds more to compile it.
     """
+    from ab_sim.scene_files import find_scene
+
+    find_scene(scene)  # refuses what is not there before what takes long to import
     from ab_sim.cli.tables import print_check
 
     print_check(scene, change or [])

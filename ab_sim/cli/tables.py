@@ -1,4 +1,4 @@
-"""`ab-sim scenes`, `ab-sim effects`, `ab-sim sensors`, `ab-sim check`."""
+"""`ab-sim effects`, `ab-sim sensors`, `ab-sim check`."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -13,21 +13,12 @@ from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import System
 from ab_sim.errors import InputError, SceneError, nearest
 from ab_sim.integrate.choose import choose_stepper
-from ab_sim.scene import Scene, find_scene, load_scene, scene_names
+from ab_sim.scene import Scene, find_scene, load_scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 
 # Scenes hold other people's text, and units stand in brackets: nothing here is markup.
 console = Console(markup=False)
-
-
-def print_scenes() -> None:
-    """Name, what it is and where it comes from, of every scene in the package."""
-    table = Table("scene", "balls", "what it is", "source")
-    for name in scene_names():
-        scene = load_scene(name)
-        table.add_row(name, str(scene.balls.count), scene.description, scene.source)
-    console.print(table)
 
 
 def print_effects(only: str | None = None) -> None:

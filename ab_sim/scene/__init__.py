@@ -1,6 +1,7 @@
-"""What to simulate: the scene's sections, checked, and how a scene file is found and read."""
+"""What to simulate: the scene's sections, checked, and read from a file."""
 
-from ab_sim.scene.load import check_scene, find_scene, load_scene, scene_names
+from ab_sim.scene.load import check_scene, load_scene
 from ab_sim.scene.model import Scene
+from ab_sim.scene_files import find_scene, scene_names
 
 __all__ = ["Scene", "check_scene", "find_scene", "load_scene", "scene_names"]

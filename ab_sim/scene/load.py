@@ -1,4 +1,4 @@
-"""Find a scene by name or file, read it, apply ``key=value`` changes, check it."""
+"""Read a scene, apply ``key=value`` changes, check it."""
 
 import contextlib
 import functools
@@ -8,56 +8,13 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
-from ab_sim.errors import SceneError, nearest
-from ab_sim.limited_yaml import read_yaml_file
+from ab_sim.errors import SceneError
 from ab_sim.quoting import short
 from ab_sim.scene.changes import REMOVED, Change, apply, parsed
 from ab_sim.scene.explain import explain
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
-
-SCENES = Path("config", "scenes")
-
-
-def scene_folder() -> Path:
-    """The folder of the scenes that come with the package: a checkout's, or an installed one's."""
-    here = Path(__file__).resolve()
-    checkout = here.parents[2] / SCENES
-    # `<prefix>/share/ab_sim` serves pip and colcon alike: the package lies somewhere below prefix.
-    installed = (parent / "share" / "ab_sim" / SCENES for parent in here.parents)
-    for folder in (checkout, *installed):
-        if folder.is_dir():
-            return folder
-    raise SceneError("the scenes that come with ab_sim are not installed beside it; reinstall it")
-
-
-def scene_names() -> list[str]:
-    """Names of the scenes that come with the package, sorted."""
-    return sorted(path.stem for path in scene_folder().glob("*.yaml"))
-
-
-def find_scene(scene: str | Path) -> Path:
-    """The file of a scene given by name (``thesis-hold``) or by path.
-
-    Raises:
-        SceneError: neither a file nor a known name; names the nearest known one.
-    """
-    path = Path(scene)
-    if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
-        try:
-            if path.is_file():
-                return path
-        except OSError as error:
-            raise SceneError(f"{path}: cannot be read: {error.strerror}") from error
-        raise SceneError(f"{path}: no such scene file")
-    names = scene_names()
-    if str(scene) in names:
-        return scene_folder() / f"{scene}.yaml"
-    raise SceneError(
-        f"scene {short(str(scene))} is not known{nearest(str(scene), names)}; known are: "
-        + ", ".join(names)
-        + "; a file is given by its path, ending in .yaml"
-    )
+from ab_sim.scene_files import find_scene, read_scene_file
 
 
 def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
@@ -201,19 +158,12 @@ def _by_name(effects: Any) -> dict[str, Any]:
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
-    """What a YAML file says, unchecked, its effects by name.
+    """What a scene's file says, unchecked, its effects by name.
 
     Raises:
         SceneError: it cannot be read, or is no mapping.
     """
-    try:
-        raw = read_yaml_file(path)
-    except OSError as error:
-        raise SceneError(f"{path}: cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise SceneError(f"{path}: {error}") from error
-    if not isinstance(raw, dict):
-        raise SceneError(f"{path}: must be a mapping of sections (rotor, race, balls, ...)")
+    raw = read_scene_file(path)
     # By name, so that changes can reach them; what cannot be read so is told with the rest.
     with contextlib.suppress(ValueError, KeyError):
         raw["effects"] = _by_name(raw["effects"])

@@ -9,8 +9,9 @@ from ab_sim.errors import SceneError
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.scene.changes import apply, parsed
 from ab_sim.scene.explain import explain
-from ab_sim.scene.load import find_scene, load_scene, read_mapping
+from ab_sim.scene.load import load_scene, read_mapping
 from ab_sim.scene.profiles import AnyProfile, Profile, check_profile
+from ab_sim.scene_files import find_scene
 
 GIVEN = "the profile in braces"
 INF = float("inf")

@@ -1,6 +1,8 @@
 """`ab-sim` as a user runs it: output, files, messages, exit codes."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -96,6 +98,9 @@ def test_json_to_standard_output_is_only_json() -> None:
         (("run",), "Missing argument"),
         (("fly",), "No such command"),
         (("check", "missing.yaml"), "no such scene file"),
+        (("check", "."), "scene '.' is not known"),
+        (("run", "../.."), "../..: is a folder; give the YAML file of a scene"),
+        (("scenes", "thesis-hlod"), "did you mean 'thesis-hold'"),
     ],
 )
 def test_bad_input_exits_with_2_and_leaves_nothing(
@@ -265,8 +270,10 @@ def test_divergence_exits_with_3(tmp_path: Path) -> None:
 
 
 def test_lists_and_help() -> None:
-    listed = ab_sim("scenes").stdout
-    assert all(name in listed for name in scene_names())
+    listed = ab_sim("scenes").stdout.splitlines()
+    assert [line.split()[0] for line in listed] == scene_names(), "a line each"
+    described = ab_sim("scenes", "thesis-half-acceleration").stdout
+    assert "Both balls start at the unbalance." in described and "Fig. 4.15" in described
     effects = ab_sim("effects").stdout
     for words in ("viscous_drag", "c_b [N s/m]", "thesis (2-8), (2-11)", "-c v - k u"):
         assert words in effects
@@ -276,6 +283,23 @@ def test_lists_and_help() -> None:
     assert __version__ in ab_sim("--version").stdout
     for command in ("run", "scenes", "effects", "check", "demo"):
         assert command in ab_sim("--help").stdout
+
+
+def test_what_is_looked_up_only_imports_little() -> None:
+    """What a scene is checked with, and the compiler of kernels, take a second to import."""
+    program = (
+        "import sys\n"
+        "from ab_sim.cli.app import app\n"
+        "from ab_sim.errors import SceneError\n"
+        "try: app(sys.argv[1:], standalone_mode=False)\n"
+        "except SceneError as error: print(error)\n"
+        "print([name for name in ('ab_sim.scene', 'numba', 'numpy') if name in sys.modules])\n"
+    )
+    for arguments, words in ((("scenes",), "weak-motor"), (("check", "no.yaml"), "no such scene")):
+        done = subprocess.run(
+            [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
+        )
+        assert words in done.stdout and done.stdout.endswith("\n[]\n")
 
 
 def test_a_scene_that_is_read_from_a_file(tmp_path: Path) -> None:
