@@ -8,15 +8,20 @@ Python's C part writes the signal's number to a pipe, and a thread that reads th
 
 import contextlib
 import ctypes
+import math
 import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from typing import NoReturn
 
 SHOW_CURSOR = b"\x1b[?25h"
 """To a terminal: a progress bar may have hidden it."""
+ONE_WISH = 1.0
+"""s after the signal that began an end in order, in which further ones mean the same: Ctrl-C
+reaches a program from its terminal, and once more from the launch that started it."""
 _stopping: threading.Event | None = None
 _watching = False
 
@@ -46,7 +51,11 @@ def watch() -> None:
 
 @contextlib.contextmanager
 def in_order() -> Iterator[threading.Event]:
-    """Within it the first signal sets the event that is given; a second one ends it at once."""
+    """Within it the first signal sets the event that is given.
+
+    A later one ends the process at once, but those within ``ONE_WISH`` count as the same one,
+    behind this context too.
+    """
     global _stopping
     stopping = _stopping = threading.Event()
     try:
@@ -73,10 +82,14 @@ def _leave_to_the_thread(*_: object) -> None:
 
 
 def _obey(outlet: int) -> None:
+    first = -math.inf
     while True:
         number = os.read(outlet, 1)[0]
+        if time.monotonic() - first < ONE_WISH:
+            continue
         stopping = _stopping
         if stopping is not None and not stopping.is_set():
+            first = time.monotonic()
             stopping.set()
             continue
         with contextlib.suppress(OSError):  # the terminal may be gone

@@ -37,8 +37,8 @@ def run_node(
     """Make a node, answer its callbacks in a thread, run ``loop``, and end the process.
 
     Bad input ends the process with one message and the error's exit code. Ctrl-C and SIGTERM end
-    it at once while the node is being made, with 128 + the signal's number; then in order, with 0,
-    and a second one at once.
+    it at once while Python imports, with 128 + the signal's number; then in order, with 0, and a
+    second one (``interruption.ONE_WISH``) at once.
 
     Args:
         make: makes the node; rclpy is initialised by then, and must not be before.
@@ -51,8 +51,10 @@ def run_node(
     code = 0
     try:
         init_ros(arguments)
-        node = make()
+        # From before there is a DDS participant: one that does not leave in order stays in the
+        # graph of others until its lease ends, 20 s later.
         with interruption.in_order() as stopping:
+            node = make()
             try:
                 with _answering(node, stopping):
                     loop(node, stopping)

@@ -1,13 +1,17 @@
 """Ctrl-C while a program imports, compiles, runs: it ends with one line and no traceback."""
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+
+from ab_sim import interruption
 
 ROOT = Path(__file__).resolve().parents[2]
 ENDS = 60.0
@@ -116,6 +120,52 @@ def test_while_a_node_compiles(start: Start, tmp_path: Path, number: int) -> Non
     program.until_it_compiles(tmp_path)
     code, said = program.interrupted(number)
     assert (code, [line for line in said.splitlines() if "[INFO]" not in line]) == (0, [])
+
+
+@pytest.mark.ros
+def test_a_signal_that_a_launch_forwards_counts_once(start: Start) -> None:
+    """To a node's process from the terminal, and from the launch, while it ends in order."""
+    program = start("ab_sim.nodes.profile_controller")
+    program.until("waiting for ~/start")
+    for _ in range(3):
+        program.process.send_signal(signal.SIGINT)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            program.process.wait(timeout=0.02)
+    code, said = program.interrupted()
+    assert code == 0 and "interrupted" not in said
+
+
+WAITS = """
+import threading
+from ab_sim import interruption
+interruption.watch()
+with interruption.in_order() as stopping:
+    print("waiting", flush=True)
+    stopping.wait()
+    print("told", flush=True)
+{then}threading.Event().wait()
+"""
+
+
+@pytest.mark.parametrize("then", ["    ", ""], ids=["in order", "behind it"])
+def test_a_second_wish_ends_it_at_once(then: str) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", WAITS.format(then=then)], stdout=subprocess.PIPE, text=True, cwd=ROOT
+    )
+    try:
+        assert process.stdout is not None and process.stdout.readline() == "waiting\n"
+        began, sent = time.monotonic(), 0
+        while process.poll() is None:
+            assert time.monotonic() < began + ENDS
+            process.send_signal(signal.SIGTERM)
+            sent += 1
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(timeout=0.05)
+        assert process.returncode == 143 and sent > 2
+        assert time.monotonic() - began > interruption.ONE_WISH, "until then they are the first one"
+    finally:
+        process.kill()
+        process.communicate()
 
 
 def test_terminated(start: Start) -> None:
