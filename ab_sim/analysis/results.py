@@ -22,6 +22,7 @@ from ab_sim.integrate.cache_folder import cache_folder
 from ab_sim.integrate.registry import steppers
 from ab_sim.integrate.sources import NotOfSources, sources, versions
 from ab_sim.output_file import write_whole
+from ab_sim.quoting import visible
 from ab_sim.scene.model import Scene
 
 Result = dict[str, Any]
@@ -140,4 +141,4 @@ def _canonical(value: Any) -> str:
 @functools.cache
 def _say(line: str) -> None:
     """Once: a line on standard error, unless a program has its own use of Python's logging."""
-    logging.getLogger("ab_sim").warning(line)
+    logging.getLogger("ab_sim").warning(visible(line))

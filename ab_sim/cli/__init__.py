@@ -12,13 +12,14 @@ def main() -> None:
     """
     interruption.watch()
     from ab_sim.errors import AbSimError, Interrupted
+    from ab_sim.quoting import visible
 
     try:
         from ab_sim.cli.app import app
 
         app()
     except AbSimError as error:
-        print(f"ab-sim: {error}", file=sys.stderr)
+        print(f"ab-sim: {visible(str(error))}", file=sys.stderr)
         if isinstance(error, Interrupted):
             interruption.leave(error.exit_code)
         sys.exit(error.exit_code)

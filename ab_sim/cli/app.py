@@ -11,9 +11,11 @@ from ab_sim.cli.bag_commands import bag_commands
 from ab_sim.cli.node_commands import node_commands
 from ab_sim.cli.options import JsonOption, SceneArgument, SetOption, ViewOption
 from ab_sim.cli.recording_commands import recording_commands
+from ab_sim.cli.usage import Commands
 
 app = typer.Typer(
     name="ab-sim",
+    cls=Commands,
     help="Simulate an optical disc drive with a ball-type automatic balancer.",
     no_args_is_help=True,
     add_completion=False,

@@ -4,9 +4,10 @@ import importlib
 import threading
 from pathlib import Path
 
-from rich.console import Console
+from rich.text import Text
 
 from ab_sim.cli.live import check_wish, recorder_parameters, say_where
+from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.ros import require_ros
 from ab_sim.errors import InputError
 from ab_sim.output_file import check_writable
@@ -14,7 +15,7 @@ from ab_sim.scene import load_scene
 
 SCENE = "balanced-start-up"
 REPORT = "ab_sim.cli.startup_report"
-console = Console()
+console = PlainConsole()
 
 
 def run_demo(out: Path, view: str) -> None:
@@ -44,7 +45,8 @@ def run_demo(out: Path, view: str) -> None:
         file.unlink(missing_ok=True)
 
     scene = load_scene(SCENE)
-    console.print(f"Start-up of [bold]{scene.name}[/] in real time: {scene.description}")
+    name = Text(scene.name, "bold")
+    console.print(Text.assemble("Start-up of ", name, f" in real time: {scene.description}"))
     with LiveRun(scene, SCENE, (), recorder_parameters(recording, view), logs) as live:
         live.wait_until_ready()
         console.print("three nodes are up: drive_sim, profile_controller, recorder")

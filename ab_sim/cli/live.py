@@ -7,8 +7,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
-
+from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.ros import require_ros
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.output_file import RECORDING, check_ending, check_writable
@@ -17,7 +16,7 @@ from ab_sim.viewing import check_view
 
 NOWHERE = "none"
 """To ``--view``: nobody watches."""
-console = Console()
+console = PlainConsole()
 
 
 def check_wish(view: str) -> None:

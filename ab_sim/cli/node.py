@@ -7,15 +7,14 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from ab_sim.cli.node_acts import ACTS, Act
-from ab_sim.cli.outputs import people
+from ab_sim.cli.outputs import PlainConsole, people
 from ab_sim.cli.ros import require_ros
 from ab_sim.errors import AbSimError, InputError, Interrupted, Refused
 from ab_sim.limited_yaml import read_yaml
-from ab_sim.quoting import short
+from ab_sim.quoting import short, visible
 
 AGAIN = 0.5
 """s after which what is urgent is asked for again."""
@@ -57,7 +56,7 @@ def act_command(act: Act, words: Mapping[str, Any], namespace: str, name: str, w
     text = str(getattr(answer, "message", ""))  # those of ROS's life cycle have none
     if not answer.success:
         raise Refused(text or f"{node}/{act.asks}: refused, without a reason")
-    print(text or "done")
+    print(visible(text) or "done")
 
 
 def told(act: Act, words: Mapping[str, Any]) -> dict[str, Any]:
@@ -128,7 +127,7 @@ def get_command(names: Sequence[str], namespace: str, name: str, wait: float) ->
         caller.meet(node, PARAMETERS)
         values = caller.parameters(names)
     for key, value in values.items():
-        print(f"{key}: {_written(value)}")
+        print(visible(f"{key}: {_written(value)}"))
 
 
 def list_command(wait: float) -> None:
@@ -158,7 +157,7 @@ def list_command(wait: float) -> None:
     if not rows:
         others = f"found {', '.join(sorted(found))}" if found else nobody
         raise InputError(f"no node that can be asked was found; {others}")
-    Console(markup=False).print(table)
+    PlainConsole().print(table)
 
 
 def _full_name(namespace: str, name: str, wait: float) -> str:

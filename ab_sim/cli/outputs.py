@@ -1,17 +1,43 @@
 """Where a command's results go, tried before any work is done."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
+from rich.text import Text
 
 from ab_sim.errors import InputError
 from ab_sim.output_file import PICTURE, RECORDING, REPORT, check_ending, check_writable
+from ab_sim.quoting import visible
 
-# Results may go to standard output; everything that is only for people goes here.
-people = Console(stderr=True, markup=False)
+
+class PlainConsole(Console):
+    """Text for people: nothing in it is markup, and nothing from outside acts on the terminal.
+
+    Args:
+        aside: to standard error.
+    """
+
+    def __init__(self, aside: bool = False) -> None:
+        super().__init__(stderr=aside, markup=False)
+
+    def render_str(self, text: str, **how: Any) -> Text:
+        """As rich's, before it finds out how much room there is."""
+        return super().render_str(visible(text), **how)
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterable[Segment]:
+        """As rich's, of which all that is printed is made."""
+        for part in super().render(renderable, options):
+            yield part if part.control else Segment(visible(part.text), part.style)
+
+
+people = PlainConsole(aside=True)
+"""Results may go to standard output; everything that is only for people goes here."""
 
 
 def check_outputs(json_file: str | None, plot: Path | None, rrd: Path | None = None) -> list[Path]:
@@ -35,7 +61,7 @@ def check_files(*outputs: tuple[Path | None, Sequence[str], str]) -> list[Path]:
 
 def console_beside(json_file: str | None) -> Console:
     """Where what is for people goes: aside, where standard output is the report's."""
-    return people if json_file == "-" else Console(markup=False)
+    return people if json_file == "-" else PlainConsole()
 
 
 def say_written(files: list[Path]) -> None:

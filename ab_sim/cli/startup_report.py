@@ -4,11 +4,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from ab_sim.analysis import compare, merits_of, replay, run_scene, time_of_speed
 from ab_sim.cli.merits import merits_table
+from ab_sim.cli.outputs import PlainConsole
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
 from ab_sim.figures.run import run_figure
@@ -19,7 +19,7 @@ from ab_sim.spindle import SpeedProfile
 LOSSES = ("commands lost", "messages dropped by the recorder")
 """Figures of the live run that count, with missing samples, as messages lost."""
 
-console = Console(markup=False)
+console = PlainConsole()
 
 
 def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[str, str]) -> None:

@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.rest import rest_of
-from ab_sim.cli.outputs import people
+from ab_sim.cli.outputs import PlainConsole, people
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import System
 from ab_sim.errors import InputError, SceneError, nearest
@@ -18,7 +18,7 @@ from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 
 # Scenes hold other people's text, and units stand in brackets: nothing here is markup.
-console = Console(markup=False)
+console = PlainConsole()
 
 
 def print_effects(only: str | None = None) -> None:
@@ -69,7 +69,7 @@ def print_check(name: str, changes: list[str]) -> None:
     scene = load_scene(name, changes)
     price = None
     if scene.accuracy is not None:
-        with people.status(f"measuring what delivers the accuracy of {scene.name}"):
+        with people.status(Text(f"measuring what delivers the accuracy of {scene.name}")):
             scene, price = resolve_accuracy(scene)
     # Not a Drive: making one compiles its kernel, which takes half a minute the first time.
     system = system_of(scene)

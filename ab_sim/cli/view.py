@@ -3,16 +3,15 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
-
 from ab_sim import interruption
+from ab_sim.cli.outputs import PlainConsole
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.output_file import RECORDING, check_ending
 from ab_sim.viewing import NATIVE, WEB, Viewer, check_view
 
 MEMORY = "50%"
 """Of this machine's: nothing of a long recording is to be left out."""
-console = Console()
+console = PlainConsole()
 
 
 def run_view(files: Sequence[Path], web: bool, port: int) -> None:

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
+from ab_sim.figures.saved import save
 from ab_sim.studies.accuracy_cost import AccuracyCost, Bound, SettingCost
 
 OURS = ("tab:red", "tab:orange", "tab:purple", "tab:brown", "tab:pink", "tab:olive")
@@ -41,7 +42,7 @@ def accuracy_figure(cost: AccuracyCost, path: Path) -> None:
         f"{cost.scene}: {balls}, {cost.duration:g} s, {effects}\ndown and left is better",
         fontsize=11,
     )
-    figure.savefig(path, dpi=120)
+    save(figure, path, 120)
 
 
 def _panel(axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: float) -> None:

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from ab_sim.figures.curves import say_conventions
+from ab_sim.figures.saved import save
 from ab_sim.studies.basin import (
     BALANCED,
     CHANGING,
@@ -72,4 +73,4 @@ def basin_figure(found: Basin, path: Path) -> None:
         axes.set_ylim(*edges)
     ends.set_ylabel("second ball starts at [deg]")
     say_conventions(figure)
-    figure.savefig(path, dpi=110)
+    save(figure, path, 110)

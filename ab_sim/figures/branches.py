@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch
 from ab_sim.figures.curves import say_conventions
+from ab_sim.figures.saved import save
 from ab_sim.scene.model import Scene
 
 COLOURS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown", "tab:cyan", "tab:olive")
@@ -67,7 +68,7 @@ def branches_figure(scene: Scene, found: Equilibria, over_speed: OverSpeed, path
     below.set_xlim(0.0, over_speed.speeds[1])
     figure.legend(handles=_legend(colours), loc="outside right upper", fontsize=8)
     say_conventions(figure)
-    figure.savefig(path, dpi=110)
+    save(figure, path, 110)
 
 
 def _pattern(label: str) -> str:

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 
 from ab_sim.analysis.modes import AVERAGE, Mode, Vibration, moving
 from ab_sim.figures.curves import Label, label_at_right
+from ab_sim.figures.saved import save
 
 STYLES: dict[str | None, dict[str, Any]] = {
     "forward": {"color": "tab:red", "ls": "-", "lw": 1.6, "zorder": 2.1},
@@ -59,7 +60,7 @@ def campbell_figure(found: Vibration, path: Path) -> None:
     label_at_right(above, [_label(found, mode) for mode in last], away=50.0)
     above.legend(handles=_legend(found), loc="lower right", fontsize=8)
     figure.supxlabel(AVERAGE, fontsize=8, color="0.4")
-    figure.savefig(path, dpi=110)
+    save(figure, path, 110)
 
 
 def _draw(axes: Axes, speeds: np.ndarray, branch: tuple[Mode, ...], values: list[float]) -> None:

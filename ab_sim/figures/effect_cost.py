@@ -5,6 +5,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ab_sim.figures.saved import save
 from ab_sim.studies.effect_cost import ALL, BASE, EffectCost
 
 COLOURS = {BASE: "tab:gray", ALL: "tab:red"}
@@ -23,7 +24,7 @@ def cost_figure(costs: list[EffectCost], path: Path) -> None:
     for axes, cost in zip(panels[:, 0], costs, strict=True):
         _panel(axes, cost)
     panels[-1, 0].set_xlabel("time per step [µs]: median, and quartiles of interleaved repeats")
-    figure.savefig(path, dpi=120)
+    save(figure, path, 120)
 
 
 def _panel(axes: Axes, cost: EffectCost) -> None:

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ab_sim.analysis.floquet import Followed, Stability
+from ab_sim.figures.saved import save
 
 COLORS = {"stable": "tab:blue", "unstable": "tab:red", "undecided": "0.45"}
 MARKERS = ("o", "s", "D")
@@ -42,7 +43,7 @@ def multipliers_figure(solutions: Sequence[Stability], path: Path) -> None:
         title="over one turn of the spindle; inside the circle what is near comes back",
         title_fontsize=8,
     )  # fmt: skip
-    figure.savefig(path, dpi=110)
+    save(figure, path, 110)
 
 
 def _draw_plane(axes: Axes, solutions: Sequence[Stability]) -> None:
@@ -108,7 +109,7 @@ def modulus_figure(scene: str, followed: Followed, path: Path) -> None:
         below.grid(alpha=0.3)
     below.set_xlabel(followed.over + (" [rad/s]" if followed.over == "speed" else ""))
     below.set_xlim(min(values), max(values))
-    figure.savefig(path, dpi=110)
+    save(figure, path, 110)
 
 
 def draw_modulus(axes: Axes, followed: Followed) -> None:

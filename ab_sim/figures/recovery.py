@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag, composite_of
+from ab_sim.figures.saved import save
 
 COLOURS = ("tab:blue", "tab:orange")
 """Of the scene, and of one ball in its balls' place."""
@@ -50,7 +51,7 @@ def recovery_figure(found: RecoveryOverDrag, path: Path) -> None:
     for axes in (times, amplitudes, index):
         axes.set_xlim(left=0.0)
     times.legend(fontsize=9)
-    figure.savefig(path, dpi=110)
+    save(figure, path, 110)
 
 
 def _numbers(values: Sequence[float | None]) -> np.ndarray:

@@ -16,6 +16,7 @@ from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.effects.motor import Motor
 from ab_sim.figures.curves import Label, draw_curve, label_at_right, say_conventions
+from ab_sim.figures.saved import save
 from ab_sim.scene.model import Scene
 
 RUN, BESIDE, LIMIT = "tab:red", ("tab:blue", "0.35"), "0.45"
@@ -93,7 +94,7 @@ def run_figure(
         _mark_period(panels, scene, period_start)
     figure.align_ylabels(panels)
     say_conventions(figure)
-    figure.savefig(path, dpi=120)
+    save(figure, path, 120)
 
 
 def _summary(merits: Merits, scene: Scene, comparison: Comparison) -> str:

@@ -23,6 +23,7 @@ from ab_sim.analysis.maps.verdicts import (
     UNDECIDED,
     name_of,
 )
+from ab_sim.figures.saved import save
 
 COLOURS = {
     EVERYWHERE: "#2c9a55",
@@ -67,7 +68,7 @@ def map_figure(found: StabilityMap, path: Path, beside: StabilityMap | None = No
             fontsize=9,
         )
     panels[0].set_ylabel(found.plane.titles[1])
-    figure.savefig(path, dpi=110)
+    save(figure, path, 110)
 
 
 def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int, str]) -> None:
@@ -123,7 +124,7 @@ def family_figure(found: Family, path: Path) -> None:
         handles=handles, title=title, fontsize=9, title_fontsize=9, loc="center left",
         bbox_to_anchor=(1.01, 0.5),
     )  # fmt: skip
-    figure.savefig(path, dpi=110)
+    save(figure, path, 110)
 
 
 def colours_of(labels: Sequence[int]) -> dict[int, str]:

@@ -18,6 +18,7 @@ from rclpy.service import Service
 
 from ab_msgs_py.services import CHANGE_STATE, answer_waiting
 from ab_sim.errors import AbSimError, Interrupted
+from ab_sim.nodes.log import PlainLog
 
 GLANCE = 0.05
 """s between two looks at what is asked, where there is nothing else to do."""
@@ -27,7 +28,7 @@ Result = TypeVar("Result")
 Say = Callable[[str], Any]
 
 
-class Managed(LifecycleNode):
+class Managed(PlainLog, LifecycleNode):
     """To be derived from: ``configure``, ``activate``, ``deactivate`` and ``cleanup`` do the work.
 
     An error of ab_sim refuses the transition and is told; any other one ends the node.

@@ -16,6 +16,7 @@ from rclpy.node import Node
 from ab_sim import interruption
 from ab_sim.errors import AbSimError
 from ab_sim.nodes.arguments import init_ros
+from ab_sim.quoting import visible
 
 LINGER = 0.2
 """s."""
@@ -62,7 +63,7 @@ def run_node(
             finally:
                 node.destroy_node()
     except AbSimError as error:
-        print(error, file=sys.stderr)
+        print(visible(str(error)), file=sys.stderr)
         code = error.exit_code
     finally:
         rclpy.try_shutdown()

@@ -6,13 +6,13 @@ import time
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from ab_msgs_py import ENDED, Health, Level, Task, VibrationSample, topics
 from ab_msgs_py.samples import command_message, text_message
 from ab_msgs_py.services import ABORT, START, Answer, serve_trigger
 from ab_sim.errors import InputError
+from ab_sim.nodes.log import PlainLog
 from ab_sim.nodes.parameters import close_parameters, declare
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.profile_run import ProfileRun, State
@@ -39,7 +39,7 @@ _VIBRATION = topics.VIBRATION._replace(
 )
 
 
-class ProfileController(Node):
+class ProfileController(PlainLog):
     """What start-up firmware does: one speed command per period, along the profile.
 
     With ``use_sim_time`` it keeps the simulator's time, else the steady clock's, which nobody sets.

@@ -10,13 +10,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-from rclpy.node import Node
-
 from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, Task, topics
 from ab_msgs_py.samples import command_of, description_of, event_of, faults_of, text_of
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.nodes.bag_recorder import BagRecorder
 from ab_sim.nodes.inbox import Inbox
+from ab_sim.nodes.log import PlainLog
 from ab_sim.nodes.parameters import (
     PARAMETERS,
     close_parameters,
@@ -40,7 +39,7 @@ NONE = "none"
 """To the parameter ``view``: nobody watches."""
 
 
-class Recorder(Node):
+class Recorder(PlainLog):
     """Collects messages in callbacks, writes them in batches from the main thread.
 
     Between the two is an inbox of bounded length: a disk that is too slow costs the oldest

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.duration import Duration
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import Qos, QosDurability, QosReliability
@@ -21,6 +20,7 @@ from ab_sim.bags import Bag
 from ab_sim.bags.contract import DESCRIPTION, KINDS
 from ab_sim.bags.importing import choose_namespace
 from ab_sim.errors import InputError, Interrupted
+from ab_sim.nodes.log import PlainLog
 from ab_sim.nodes.process import run_node
 
 DISCOVERY = 1.0
@@ -34,7 +34,7 @@ Progress = Callable[[int, int], None]
 """Is told how many seconds of the bag are done, of how many."""
 
 
-class Replay(Node):
+class Replay(PlainLog):
     """Publishes a bag's messages as they are, each topic with the quality of service it had.
 
     A message goes out when as much time has passed as on the bag's clock, divided by the rate; one

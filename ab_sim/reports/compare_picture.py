@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ab_sim.figures.curves import say_conventions
+from ab_sim.figures.saved import save
 from ab_sim.reports.colours import BLACK, BLUE, ORANGE
 from ab_sim.reports.compare import Beside, Deviation
 
@@ -43,7 +44,7 @@ def compare_picture(found: Beside, recording: str, path: Path) -> None:
     )  # fmt: skip
     figure.align_ylabels(panels[:, 0])
     say_conventions(figure)
-    figure.savefig(path, dpi=110)
+    save(figure, path, 110)
 
 
 def _left_out(found: Beside, shown: list[Deviation]) -> str:

@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
 from ab_sim.output_file import write_whole
+from ab_sim.quoting import visible
 from ab_sim.reports.colours import GREY, MAP
 from ab_sim.reports.grid import Grid, Limits
 from ab_sim.reports.panels import TIME, Panel
@@ -60,32 +61,36 @@ def report_page(
         OSError: it cannot be written.
     """
     title = "Report: " + ", ".join(grid.names)
-    heads = "".join(f"<th>{html.escape(name)}</th>" for name in ("", *grid.names))
+    heads = "".join(f"<th>{_shown(name)}</th>" for name in ("", *grid.names))
     table = "".join(
-        f"<tr><th>{html.escape(label)}</th>"
-        + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
+        f"<tr><th>{_shown(label)}</th>"
+        + "".join(f"<td>{_shown(cell)}</td>" for cell in cells)
         + "</tr>\n"
         for label, cells in rows
     )
     said = "".join(
-        f"<p><b>{html.escape(name)}</b>: {html.escape(note)}</p>\n"
+        f"<p><b>{_shown(name)}</b>: {_shown(note)}</p>\n"
         for name, each in zip(grid.names, notes, strict=True)
         for note in each
     )
     columns = f"grid-template-columns: repeat({len(grid.names)}, minmax(0, 1fr))"
-    body = "".join(f"<h2>{html.escape(name)}</h2>\n" for name in grid.names)
+    body = "".join(f"<h2>{_shown(name)}</h2>\n" for name in grid.names)
     for panels, limits in zip(grid.rows, grid.limits, strict=True):
         for panel in panels:
             body += "<div></div>\n" if panel is None else _division(panel, limits)
     text = (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>{html.escape(title)}</title>\n<style>{_STYLE}</style>\n"
-        f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{html.escape(title)}</h1>\n"
-        f"<table><tr>{heads}</tr>\n{table}</table>\n<p>{html.escape(CAPTION)}</p>\n{said}"
+        f"<title>{_shown(title)}</title>\n<style>{_STYLE}</style>\n"
+        f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{_shown(title)}</h1>\n"
+        f"<table><tr>{heads}</tr>\n{table}</table>\n<p>{_shown(CAPTION)}</p>\n{said}"
         f'<div class="runs" style="{columns}">\n{body}</div>\n<script>{_SCRIPT}</script>'
         "</body></html>\n"
     )
     write_whole(path, text.encode())
+
+
+def _shown(text: str) -> str:
+    return html.escape(visible(text))
 
 
 def _division(panel: Panel, limits: Limits) -> str:
@@ -94,7 +99,7 @@ def _division(panel: Panel, limits: Limits) -> str:
         full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}
     )
     kind = "time" if panel.across == TIME else "other"
-    return f'<div class="{kind}"><h3>{html.escape(panel.title)}</h3>{drawn}</div>\n'
+    return f'<div class="{kind}"><h3>{_shown(panel.title)}</h3>{drawn}</div>\n'
 
 
 def _figure(panel: Panel, limits: Limits) -> Any:

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ab_sim.figures.curves import say_conventions
+from ab_sim.figures.saved import save
 from ab_sim.reports.colours import GREY, MAP
 from ab_sim.reports.grid import Grid
 from ab_sim.reports.panels import Panel
@@ -39,7 +40,7 @@ def report_picture(grid: Grid, path: Path) -> None:
             else:
                 _draw(figure, axes[row][column], panel, limits)
     say_conventions(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, 100)
 
 
 def _draw(

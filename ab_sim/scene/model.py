@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from ab_sim.errors import exact
+from ab_sim.quoting import visible
 from ab_sim.scene.deck import Deck, Inertia, Mount, Vector, check_deck, inertia_matrix
 from ab_sim.scene.profiles import Profile, beyond, check_profile
 from ab_sim.scene.quantities import Count, Length, Number, PerBall, quantity
@@ -19,6 +20,22 @@ MAX_BALLS = 64
 Mass = Annotated[Number, Field(ge=1e-12, le=1e3)]
 Radius = Annotated[Number, Field(gt=0, le=10)]
 Angle = Annotated[Number, Field(ge=-1e10, le=1e10)]
+
+
+def _shown(text: str) -> str:
+    """They go to terminals, logs, pictures and pages, which obey or cannot show the others."""
+    if visible(text) != text:
+        raise ValueError("must hold no control characters; take them out")
+    return text
+
+
+def _one_line(text: str) -> str:
+    if "\n" in text or "\t" in text:
+        raise ValueError("must be one line")
+    return _shown(text)
+
+
+Words = Annotated[str, AfterValidator(_shown)]
 
 
 class Rotor(Section):
@@ -222,10 +239,10 @@ class Accuracy(Section):
 class Scene(Section):
     """One drive, its effects and sensors, its start and its spindle-speed profile."""
 
-    name: str = ""
-    description: str = ""
-    source: str = ""
-    assumed: tuple[str, ...] = ()
+    name: Annotated[str, AfterValidator(_one_line)] = ""
+    description: Words = ""
+    source: Words = ""
+    assumed: tuple[Words, ...] = ()
     rotor: Rotor
     deck: Deck | None = None
     """Of a deck in space; without, it moves in the plane of the disc."""

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ab_sim.figures.saved import save
 from ab_sim.papers.page import Picture
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
@@ -80,5 +81,5 @@ def mark_frequencies(axes: Axes) -> None:
 def written(figure: Figure, folder: Path, what: str, caption: str) -> Picture:
     """Write a picture into the folder."""
     file = f"{NAME}-{what}.png"
-    figure.savefig(folder / file, dpi=100)
+    save(figure, folder / file, 100)
     return Picture(file, caption)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
+from ab_sim.figures.saved import save
 from ab_sim.papers.page import Picture
 from ab_sim.scene import Scene, load_scene
 
@@ -54,5 +55,5 @@ def cases() -> tuple[Case, ...]:
 def written(figure: Figure, folder: Path, number: int, caption: str) -> Picture:
     """Write a figure of the report's number into the folder."""
     file = f"relative-stability-figure-{number}.png"
-    figure.savefig(folder / file, dpi=100)
+    save(figure, folder / file, 100)
     return Picture(file, f"Figure {number}: {caption}")

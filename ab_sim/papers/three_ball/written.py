@@ -5,6 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from ab_sim.figures.saved import save
 from ab_sim.papers.page import Picture
 
 Tell = Callable[[str, int, int], None]
@@ -13,5 +14,5 @@ Tell = Callable[[str, int, int], None]
 def written(figure: Figure, folder: Path, number: int, caption: str) -> Picture:
     """Write a figure into the folder."""
     file = f"three-ball-figure-{number}.png"
-    figure.savefig(folder / file, dpi=100)
+    save(figure, folder / file, 100)
     return Picture(file, f"Figure {number}: {caption}")

@@ -1,0 +1,33 @@
+"""Pictures, written such that texts from outside stand in them as they are."""
+
+from pathlib import Path
+
+from matplotlib.axis import Axis, Tick
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from ab_sim.quoting import visible
+
+
+def save(figure: Figure, path: Path, dpi: int) -> None:
+    """Write a picture.
+
+    Names of scenes and files are in its texts: a $ in one begins no formula, and what a font or an
+    SVG cannot hold is written out. Only matplotlib's own numbers at the axes are formulas.
+
+    Args:
+        figure: what is drawn.
+        path: its ending says the format.
+        dpi: dots per inch.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    numbers = {id(axis.get_offset_text()) for axis in figure.findobj(Axis)}
+    for tick in figure.findobj(Tick):
+        numbers |= {id(tick.label1), id(tick.label2)}
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and id(text) not in numbers:
+            text.set_parse_math(False)
+            text.set_text(visible(text.get_text()))
+    figure.savefig(path, dpi=dpi)
