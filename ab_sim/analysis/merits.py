@@ -10,6 +10,7 @@ from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
 from ab_sim.analysis.trend import Trend
 from ab_sim.drive.balance import resultant
+from ab_sim.drive.overlap import Overlap, OverlapWatch
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
 
@@ -59,6 +60,8 @@ class Merits(NamedTuple):
     """From the unbalance, unwrapped [rad], at the end of the run."""
     final_speed: float
     """Of the spindle [rad/s], at the end of the run."""
+    overlaps: tuple[Overlap, ...] | None
+    """Balls of a size that were in one place, for want of ball_contact; None where none can be."""
 
     def report(self, eccentricity: float) -> dict[str, Any]:
         """As JSON-able values: whirl in eccentricities (None if ``eccentricity`` [m] is 0)."""
@@ -80,6 +83,9 @@ class Merits(NamedTuple):
             "first_passage_of_opposite": self.first_passage_of_opposite,
             "final_ball_angles": list(self.final_ball_angles),
             "final_speed": self.final_speed,
+            "overlapping_balls": None
+            if self.overlaps is None
+            else [overlap._asdict() for overlap in self.overlaps],
         }
 
 
@@ -105,7 +111,7 @@ def merits_of_pieces(
         scene: what was run.
     """
     rest, last = rest_of(scene), max(1, round(LAST * count))
-    peak, tail = _Peak(), _Tail(scene, rest, last)
+    peak, tail, overlaps = _Peak(), _Tail(scene, rest, last), OverlapWatch(scene)
     start_up = scene.profile is not None and scene.profile.kind == "start_up"
     passed, done, before = None, 0, None
     for piece in map(rest.counted_from, pieces()):
@@ -116,6 +122,7 @@ def merits_of_pieces(
         done += len(piece)
         tail.take(piece.last(done - (count - last)))
         peak.take_tilt(piece, rest)
+        overlaps.take(piece)
         # Two samples, so that the largest whirl has both its neighbours once.
         before = joined.last(2)
     assert before is not None
@@ -140,6 +147,7 @@ def merits_of_pieces(
         first_passage_of_opposite=passed,
         final_ball_angles=tuple(before.ball_angles[-1].tolist()),
         final_speed=float(before["speed"][-1]),
+        overlaps=overlaps.found,
     )
 
 

@@ -7,6 +7,7 @@ from rich.table import Table
 from ab_sim.analysis import Compared, Comparison, Merits
 from ab_sim.analysis.merits import BAND, FLOOR, LAST
 from ab_sim.conventions import ANGLES, WHIRL
+from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_text
 from ab_sim.reports.wording import (
     angles_text,
     final_text,
@@ -31,18 +32,17 @@ def merits_table(
         comparison: what stands beside them.
     """
     columns = dict(runs)
-    failures = []
+    notes = []
     for head, beside in comparison.by_name().items():
         if isinstance(beside, Compared):
             columns[head] = beside.merits
         else:
-            failures.append(f"{head} it could not run: {beside}")
+            notes.append(f"{head} it could not run: {beside}")
     merits = list(columns.values())
     e = scene.rotor.eccentricity
     scale, unit, symbol = (1 / e, "e", "W/e") if e > 0 else (1e3, "mm", "W [mm]")
     balls = scene.balls.count > 0
-    table = Table(title=title, caption="\n".join([_caption(scene), *failures]))
-    table.caption_justify = "left"
+    table = Table(title=title, caption_justify="left")
     table.add_column("", no_wrap=True)
     for head in columns:
         table.add_column(head, overflow="fold")
@@ -63,7 +63,11 @@ def merits_table(
         table.add_row("all at -180 deg", *(passage_text(m) for m in merits))
     if balls:
         table.add_row("final ball angles", *(angles_text(m) for m in merits))
+    if any(m.overlaps for m in merits):
+        table.add_row("balls overlap", *(overlaps_text(m.overlaps) for m in merits))
+        notes.append(f"Balls overlap: {WHAT_CHANGES}.")
     table.add_row("final speed", *(f"{m.final_speed:.4g} rad/s" for m in merits))
+    table.caption = "\n".join([_caption(scene), *notes])
     return table
 
 

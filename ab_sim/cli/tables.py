@@ -9,6 +9,7 @@ from rich.text import Text
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.rest import rest_of
 from ab_sim.cli.outputs import PlainConsole, people
+from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_at_start
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import System
 from ab_sim.errors import InputError, SceneError, nearest
@@ -80,6 +81,8 @@ def print_check(name: str, changes: list[str]) -> None:
     table.add_row("effects", ", ".join(scene.effects) or "none")
     if scene.critical_speed is not None:
         table.add_row("critical speed", f"{scene.critical_speed:.4g} rad/s")
+    if overlaps := overlaps_at_start(scene):
+        table.add_row("balls overlap", f"{overlaps}; {WHAT_CHANGES}")
     unbalance = scene.eccentric_mass * scene.rotor.eccentricity
     if scene.balls.count and unbalance > 0:
         reach = scene.balls.total_mass * scene.race.radius / unbalance

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from ab_sim.accuracy import Price, share_of
 from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
+from ab_sim.drive.overlap import OverlapWatch, overlaps_text
 from ab_sim.nodes.pacing import Pacer
 
 PERIOD = 1.0
@@ -49,6 +50,7 @@ class DriveHealth:
         self._reports: deque[tuple[float, int]] = deque([(0.0, 0)], maxlen=max(WINDOWS) + 1)
         self._factor: float | None = None
         self._crowded = 0
+        self._overlaps, self._looked = OverlapWatch(drive.scene), 0
 
     @property
     def stepper_chosen(self) -> str:
@@ -124,8 +126,23 @@ class DriveHealth:
             "crowded steps": str(drive.crowded_steps),
             "effects": ", ".join(drive.scene.effects),
             "sensors": ", ".join(drive.scene.sensors),
+            **self._overlapping(),
             **self._estimates(),
         }
+
+    def _overlapping(self) -> dict[str, str]:
+        """Balls that were in one place; nothing where none can be.
+
+        At a report is soon enough: who passed another in between is seen behind it.
+        """
+        drive = self._drive
+        if not self._overlaps.watches:
+            return {}
+        if drive.steps < self._looked:  # it was reset
+            self._overlaps = OverlapWatch(drive.scene)
+        self._looked = drive.steps
+        self._overlaps.take(drive.present())
+        return {"balls overlap": overlaps_text(self._overlaps.found)}
 
     def _factors(self) -> dict[str, str]:
         """Over the last period, and over longer ones; none before there is one."""

@@ -11,6 +11,7 @@ from ab_sim.analysis import Merits, merits_of_pieces
 from ab_sim.analysis.merits import LAST
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.overlap import WHAT_CHANGES
 from ab_sim.drive.rows import channels_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
@@ -143,6 +144,8 @@ def gather(
         )
     if extent.missing:
         notes.append(f"{extent.missing} steps are missing, at {extent.gaps} places")
+    if merits is not None and merits.overlaps:
+        notes.append(f"balls overlap: {WHAT_CHANGES}")
     return collected.result(name, merits, tuple(notes))
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from ab_sim.analysis import Merits
 from ab_sim.analysis.merits import BAND, FLOOR, LAST
 from ab_sim.conventions import NOTATION
+from ab_sim.drive.overlap import overlaps_text
 from ab_sim.reports.gather import RunData
 from ab_sim.reports.panels import whirl_scale
 from ab_sim.reports.wording import (
@@ -110,6 +111,7 @@ _TOLD: tuple[tuple[str, Callable[[RunData], str]], ...] = (
     ("peak tilt [mrad]", _judged(lambda m, *_: milli_text(m.peak_tilt))),
     ("final tilt [mrad]", _judged(lambda m, *_: milli_text(m.final_tilt))),
     ("final ball angles", _judged(lambda m, *_: angles_text(m))),
+    ("balls overlap", _judged(lambda m, *_: overlaps_text(m.overlaps) if m.overlaps else "-")),
     ("vibration, rms", _vibration),
     ("once per turn", _share),
     ("samples", _samples),

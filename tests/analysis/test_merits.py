@@ -260,6 +260,18 @@ def test_a_report_counts_whirl_in_eccentricities(scene: Any) -> None:
         assert report[f"{name}_over_e"] == getattr(merits, name) / E
 
 
+def test_a_report_names_balls_that_overlap(scene: Any) -> None:
+    apart = scene(
+        effects={"ball_contact": {"restitution_coefficient": 0.5}},
+        start={"ball_angles": [0.0, 1.0]},
+    )
+    run = made(balls=2, ball_1_angle=lambda t: 1.0 - t)
+    assert merits_of(run, apart).report(E)["overlapping_balls"] is None
+    (overlap,) = merits_of(run, scene()).report(E)["overlapping_balls"]
+    assert overlap["balls"] == (0, 1)
+    assert overlap["since"] == pytest.approx(1.0 - 2 * math.asin(0.1), abs=1e-3)
+
+
 def test_root_mean_square() -> None:
     assert rms(np.array([1.0, -7.0, 5.0, 5.0])) == 5.0
 

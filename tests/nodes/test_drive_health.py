@@ -115,3 +115,23 @@ def test_a_stepper_that_was_measured_says_at_what_price() -> None:
     pacer, tolerance = Pacer(drive.step, 4, 40, 60.0), Tolerance(0.05, 0.1)
     assert DriveHealth(drive, pacer, None, tolerance, price).stepper_chosen == price.reason
     assert DriveHealth(drive, pacer, None, tolerance).stepper_chosen == drive.choice.reason
+
+
+def test_balls_that_overlap_are_named_from_when_they_do() -> None:
+    """Looked at once a report."""
+    drive = Drive(load_scene("thesis-hold", ["start.ball_angles=[0,1]"]), commanded=True)
+    health, _ = watched(drive)
+    assert health.values()["balls overlap"] == "no"
+    together = Drive(load_scene("thesis-hold"), commanded=True)
+    together.advance(2)
+    assert watched(together)[0].values()["balls overlap"] == "balls 0 and 1, first at 0.002 s"
+    alone = Drive(load_scene("one-ball"), commanded=True)
+    assert "balls overlap" not in watched(alone)[0].values()
+
+
+def test_after_a_reset_overlaps_count_anew(drive: Drive) -> None:
+    health, _ = watched(drive)
+    drive.advance(5)
+    assert health.values()["balls overlap"] == "balls 0 and 1, first at 0.005 s"
+    drive.reset()
+    assert health.values()["balls overlap"] == "balls 0 and 1, first at 0 s"

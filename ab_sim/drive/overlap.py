@@ -1,0 +1,116 @@
+"""Balls that have a size but no contact: which of them are in one place, and from when on.
+
+Without the effect ``ball_contact`` balls pass through each other, whatever their radius, which then
+is only for their spin and friction. What such a run shows of them no real drive does.
+"""
+
+import math
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.dynamics.race.neighbours import start_angles
+from ab_sim.scene.model import Scene
+
+WHAT_CHANGES = (
+    "without the effect ball_contact balls pass through each other; with it "
+    "(effects.ball_contact.restitution_coefficient) they collide and line up"
+)
+
+
+class Overlap(NamedTuple):
+    """Two balls that were in one place."""
+
+    balls: tuple[int, int]
+    """Their numbers, the lower one first."""
+    since: float
+    """When they first were [s]."""
+
+
+class OverlapWatch:
+    """Looks for overlaps in samples, as they come.
+
+    Two balls overlap where the chord between their centres is shorter than a_i + a_j, the race
+    taken as round. Between two samples they did, too, if one has passed the other.
+
+    Args:
+        scene: of which the samples are.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        balls, radius = scene.balls, scene.race.radius
+        self.watches = False
+        """Whether balls can overlap: two or more of a known size in one race, and no contact."""
+        if "ball_contact" in scene.effects:
+            return
+        pairs = [
+            (i, j)
+            for i, j in combinations(range(balls.count), 2)
+            if balls.races[i] == balls.races[j] and not math.isnan(balls.radii[i] + balls.radii[j])
+        ]
+        self.watches = bool(pairs)
+        self._pairs = np.array(pairs, dtype=int).reshape(-1, 2)
+        sizes = np.array(balls.radii)[self._pairs].sum(axis=1)
+        self._apart = 2.0 * np.arcsin(np.minimum(sizes / (2.0 * radius), 1.0))
+        self._before: np.ndarray | None = None
+        self._found: list[Overlap] = []
+
+    @property
+    def found(self) -> tuple[Overlap, ...] | None:
+        """What was found, each pair once, in the order of time; None if it does not watch."""
+        return tuple(self._found) if self.watches else None
+
+    def take(self, piece: Trajectory) -> None:
+        """The next samples."""
+        if len(piece):
+            self.look(piece["time"], piece.ball_angles)
+
+    def look(self, time: np.ndarray, angles: np.ndarray) -> None:
+        """The next samples.
+
+        Args:
+            time: s, shape (samples,), at least one.
+            angles: of the balls, unwrapped [rad], shape (samples, balls).
+        """
+        if not self.watches or len(self._pairs) == 0:
+            return
+        between = angles[:, self._pairs[:, 1]] - angles[:, self._pairs[:, 0]]
+        turns = np.floor(between / (2.0 * math.pi))
+        within = between - 2.0 * math.pi * turns
+        overlap = np.minimum(within, 2.0 * math.pi - within) < self._apart
+        before = turns[:1] if self._before is None else self._before
+        overlap |= np.diff(turns, axis=0, prepend=before) != 0.0
+        self._before = turns[-1:]
+        new = overlap.any(axis=0)
+        if not new.any():
+            return
+        firsts = np.argmax(overlap, axis=0)
+        for k in sorted(np.flatnonzero(new), key=lambda k: (firsts[k], k)):
+            i, j = self._pairs[k].tolist()
+            self._found.append(Overlap((i, j), float(time[firsts[k]])))
+        # Of each pair only the first time counts.
+        self._pairs, self._apart = self._pairs[~new], self._apart[~new]
+        self._before = self._before[:, ~new]
+
+
+def overlaps_at_start(scene: Scene) -> str:
+    """Whether balls overlap where a scene starts, in words; empty where none ever can."""
+    watch = OverlapWatch(scene)
+    if not watch.watches:
+        return ""
+    watch.look(np.zeros(1), np.array([start_angles(scene)]))
+    return overlaps_text(watch.found) if watch.found else "not at the start, but they can"
+
+
+def overlaps_text(overlaps: tuple[Overlap, ...] | None) -> str:
+    """The first overlap in words, and of how many; a dash where balls cannot overlap."""
+    if overlaps is None:
+        return "-"
+    if not overlaps:
+        return "no"
+    (i, j), since = overlaps[0]
+    first = f"balls {i} and {j}, first at {since:.4g} s"
+    more = len(overlaps) - 1
+    return first if more == 0 else f"{first}; {more} more pair{'' if more == 1 else 's'}"
