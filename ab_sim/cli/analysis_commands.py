@@ -75,8 +75,10 @@ def equilibria(
     lambda_max (the largest real part but for these), stable (null: undecided) and verdict;
     comes_back, of an undecided one, whether motions disturbed along each coordinate do; and
     held_by_friction, for each ball [low, high] of theta in which friction holds all of them, the
-    others in place (null without friction); and `over_speed` with branches, folds, crossings and
-    ranges [rad/s]. Symbols, signs and angles: docs/conventions.md
+    others in place (null without friction); `balanced_positions`, of which positions worst and
+    best are, of three and more balls: all, or, of balls that differ, sampled ones; and `over_speed`
+    with branches, folds, crossings and ranges [rad/s]. Symbols, signs and angles:
+    docs/conventions.md
     """
     from ab_sim.cli.equilibria import equilibria_command
 
@@ -142,8 +144,9 @@ def stability(
     A map is computed where it changes only, and so is what was computed before: an interrupted one
     goes on. Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole
     numbers; `kinds`, each with label, name and share of the map; how many `points` there are and
-    how many were `computed`; with `--against`, shares that are balanced for both or one of the two.
-    With `--each` it has key, values, and `maps`, one such for each value.
+    how many were `computed`; `balanced_positions`, by which of them three and more balls are judged
+    (all, or sampled where balls differ); with `--against`, shares that are balanced for both or one
+    of the two. With `--each` it has key, values, and `maps`, one such for each value.
 
     A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball; `kinds`
     with their shares of the starts that are not left out, which are -1 in labels;

@@ -18,6 +18,7 @@ from ab_sim.analysis.equilibria import (
     settles,
     sticking,
 )
+from ab_sim.analysis.equilibria.extremes import ALL
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.held import last_speed
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
@@ -129,6 +130,12 @@ def _places(state: RestingState) -> str:
     return ", ".join(places[:MOST_PLACES]) + (f" and {more} more" if more > 0 else "")
 
 
+def _of_which(positions: str) -> str:
+    if positions == ALL:
+        return "worst and best: of all balanced positions"
+    return "worst and best: of sampled positions; between them there may be worse and better ones"
+
+
 def _notes(found: Equilibria) -> Iterator[str]:
     if not found.branches:
         yield "nothing can rest at this speed"
@@ -136,6 +143,8 @@ def _notes(found: Equilibria) -> Iterator[str]:
         yield "no state is stable at this speed by the linear test"
     if found.by_numbers:
         yield "found by Newton's method from many starts: some states may be missing"
+    if found.balanced_positions is not None:
+        yield _of_which(found.balanced_positions)
     if found.left_out:
         yield f"left out of states and verdicts: {', '.join(found.left_out)}"
     if "ball_contact" in found.left_out:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED
 from ab_sim.analysis.held import last_speed
 from ab_sim.analysis.maps.balls import Against, Shares, plane_with_balls
 from ab_sim.analysis.maps.family import Family, family, members, values_of
@@ -18,6 +19,10 @@ from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
 from ab_sim.studies import basin as basins
 
+OF_WHICH = {
+    ALL: "by all balanced positions of the balls",
+    SAMPLED: "by sampled balanced positions of the balls: between them there may be others",
+}
 KEPT = "what is done is kept, the same command goes on"
 """Said where Ctrl-C ends one of these."""
 
@@ -134,7 +139,12 @@ def map_table(found: StabilityMap) -> Table:
     table.add_column("share of the map", justify="right")
     for label, share in found.shares.items():
         table.add_row(name_of(label), f"{100 * share:.2f} %")
+    table.caption = _of_which(found)
     return table
+
+
+def _of_which(found: StabilityMap) -> str | None:
+    return None if found.balanced_positions is None else OF_WHICH[found.balanced_positions]
 
 
 def family_table(found: Family) -> Table:
@@ -145,6 +155,7 @@ def family_table(found: Family) -> Table:
     for value, each in zip(found.values, found.maps, strict=True):
         shares = each.balanced.mean(), each.balanced_everywhere.mean()
         table.add_row(f"{value:g}", *(f"{100 * share:.2f} %" for share in shares))
+    table.caption = _of_which(found.maps[0])
     return table
 
 

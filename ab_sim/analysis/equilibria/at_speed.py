@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.analysis.equilibria.balanced import positions
+from ab_sim.analysis.equilibria.extremes import known_positions, positions_at
 from ab_sim.analysis.equilibria.finder import BEST, WORST, found_states
 from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, phase, radii
 from ab_sim.analysis.equilibria.resting import LEFT_OUT, Rotor, resting_system, rotor_of
@@ -31,6 +31,9 @@ class Equilibria:
     by_numbers: bool = False
     """Whether they were looked for from many starts, so that some may be missing; otherwise closed
     forms give all of them."""
+    balanced_positions: str | None = None
+    """Of which worst and best are: ``extremes.ALL``, or ``SAMPLED`` ones; None where there are no
+    such two."""
 
     @property
     def stable(self) -> tuple[RestingState, ...]:
@@ -45,6 +48,7 @@ class Equilibria:
             "branches": [state.report() for state in self.branches],
             "left_out": list(self.left_out),
             "by_numbers": self.by_numbers,
+            "balanced_positions": self.balanced_positions,
         }
 
 
@@ -62,7 +66,9 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
     else:
         states = resting_states(system, rotor, speed)
     left = tuple(name for name in LEFT_OUT if name in scene.effects)
-    return Equilibria(scene.name, speed, tuple(states), left, rotor is None)
+    two = any(state.label.endswith(WORST) for state in states)
+    known = known_positions(rotor, len(system.balls)) if two else None
+    return Equilibria(scene.name, speed, tuple(states), left, rotor is None, known)
 
 
 def resting_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:
@@ -105,7 +111,8 @@ def balanced_states(system: System, rotor: Rotor, speed: float) -> list[RestingS
     if not rotor.moments:
         nothing = np.zeros(2), np.empty(0)
         return [] if rotor.unbalance else [resting_state(system, speed, "balanced", *nothing)]
-    states = [balanced_state(system, rotor, speed, theta) for theta in positions(rotor)]
+    places = positions_at(system, rotor, speed)
+    states = [balanced_state(system, rotor, speed, theta) for theta in places]
     if len(states) <= 1:
         return states
     by_growth = sorted(states, key=lambda state: state.lambda_max)

@@ -7,7 +7,8 @@ dimension n - 2.
 Of equal balls only one number of a position enters the eigenvalues: a disturbance of the angles,
 d_i, reaches the deck as q = sum t_i d_i and comes back through T = sum t_i t_i^T, whose
 eigenvalues are n (1 +- rho) / 2, rho = |sum exp(2 i theta_i)| / n; which way T points does not
-matter to a deck in an isotropic suspension. So all positions are seen by going through rho.
+matter to a deck in an isotropic suspension. So all positions are seen by going through rho
+(``extremes``).
 """
 
 import math
@@ -26,6 +27,8 @@ STARTS = 36
 """Per ball, at random, from which these two are looked for; at least two."""
 SCATTER = 48
 """Positions at random besides, of balls that differ."""
+SAME = 1e-12
+"""Values of rho this near to each other are one."""
 
 
 def can_balance(rotor: Rotor) -> bool:
@@ -71,16 +74,47 @@ def _positions(unbalance: float, moments: tuple[float, ...], kinds: tuple[int, .
     n, middle = len(moments), symmetric(rotor)
     if n <= 2:
         return np.array([completed(rotor, np.empty(0)) if middle is None else middle])
+    starts, low, high = _ends(unbalance, moments, kinds)
     draw = np.random.default_rng(0)
-    first = [] if middle is None else [middle]
-    starts = first + _there(rotor, draw.uniform(-math.pi, math.pi, (max(2, STARTS // n), n)))
-    ends = [_extreme(rotor, start, sense) for start in starts for sense in (1.0, -1.0)]
-    sound = [x for x in ends if x is not None] or starts
-    sound.sort(key=lambda x: doubling(rotor, x))
-    found = [*first, *_between(rotor, sound[0], sound[-1], starts, draw)]
+    found = [] if middle is None else [middle]
+    found += _between(rotor, low, high, starts, draw)
     if len({*kinds}) > 1:
         found += _there(rotor, draw.uniform(-math.pi, math.pi, (SCATTER, n)))
     return np.array(found)
+
+
+def ends(rotor: Rotor) -> tuple[np.ndarray, np.ndarray]:
+    """Balanced positions of three and more balls with the smallest and the largest rho."""
+    _, low, high = _ends(rotor.unbalance, rotor.moments, rotor.kinds)
+    return low, high
+
+
+@lru_cache(maxsize=64)
+def _ends(
+    unbalance: float, moments: tuple[float, ...], kinds: tuple[int, ...]
+) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
+    """Some positions, and the two ends of the set."""
+    rotor = Rotor(1.0, unbalance, 0.0, 0.0, 0.0, moments, kinds)
+    n, middle = len(moments), symmetric(rotor)
+    draw = np.random.default_rng(0)
+    starts = [] if middle is None else [middle]
+    starts += _there(rotor, draw.uniform(-math.pi, math.pi, (max(2, STARTS // n), n)))
+    found = [_extreme(rotor, start, sense) for start in starts for sense in (1.0, -1.0)]
+    sound = [x for x in found if x is not None] or starts
+    sound.sort(key=lambda x: doubling(rotor, x))
+    return starts, sound[0], sound[-1]
+
+
+def position_at(rotor: Rotor, rho: float) -> np.ndarray:
+    """A balanced position of three and more balls with a rho between those of the ``ends``."""
+    known = sorted(positions(rotor), key=lambda x: abs(doubling(rotor, x) - rho))
+    if abs(doubling(rotor, known[0]) - rho) <= SAME:
+        return known[0]
+    draw = np.random.default_rng(0)
+    # Beside the ends, where rho hardly changes along the set, some starts lead nowhere.
+    starts = [x + draw.normal(scale=0.05, size=len(x)) for x in known[:4]]
+    tries = (_closed(rotor, start, rho) for start in (*known, *starts))
+    return next((x for x in tries if x is not None), known[0])
 
 
 def _there(rotor: Rotor, starts: np.ndarray) -> list[np.ndarray]:

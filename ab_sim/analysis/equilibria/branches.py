@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from ab_sim.analysis.equilibria.at_speed import balanced_state, clustered_state
-from ab_sim.analysis.equilibria.balanced import positions
+from ab_sim.analysis.equilibria.balanced import can_balance
+from ab_sim.analysis.equilibria.extremes import positions_at
 from ab_sim.analysis.equilibria.finder import BEST, WORST
 from ab_sim.analysis.equilibria.folds import Fold, folds_of
 from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch, grid_between, stretch_of
@@ -24,7 +25,7 @@ Progress = Callable[[str, int, int], None]
 CLOSE = 1e-6
 """Share of a range in which rounding, at its ends, may say how many radii there are."""
 MANY = 12
-"""Balls, beyond which fewer speeds and balanced positions are looked at: the ends of the set."""
+"""Balls, beyond which fewer speeds are looked at."""
 FEWER = 30
 """Speeds then."""
 
@@ -121,25 +122,21 @@ def _changes(
 
 
 def _balanced(system: System, rotor: Rotor, speeds: np.ndarray) -> Iterator[Stretch]:
-    """The balanced set: its position, or of three and more balls worst and best of all looked at.
+    """The balanced set: its position, or of three and more balls a symmetric, worst and best one.
 
     Which position is worst can change with speed.
     """
-    places = positions(rotor)
-    if len(places) == 0:
+    if not rotor.moments or not can_balance(rotor):
         return
     grid = grid_between(float(speeds[0]), float(speeds[-1]), speeds)
 
-    if len(rotor.moments) > MANY:
-        # By rho: those in between are hardly ever worst or best.
-        places = places[[0, 1, -1]]
-
     @cache
     def states(speed: float) -> list[RestingState]:
+        places = positions_at(system, rotor, speed)
         return [balanced_state(system, rotor, speed, place) for place in places]
 
     yield stretch_of("balanced", lambda speed: states(speed)[0], grid)
-    if len(places) > 1:
+    if len(states(float(grid[0]))) > 1:
         yield stretch_of("balanced" + WORST, lambda w: max(states(w), key=growth), grid)
         yield stretch_of("balanced" + BEST, lambda w: min(states(w), key=growth), grid)
 

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 import ab_sim
+from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED, known_positions
+from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
 from ab_sim.analysis.maps.kept import KeptPoints, Tell
 from ab_sim.analysis.maps.plane import SPEED, Axis, Plane
 from ab_sim.analysis.maps.refine import Point, refined
@@ -49,6 +51,16 @@ class StabilityMap:
         counted = Counter(self.labels.ravel().tolist())
         return {label: count / self.labels.size for label, count in counted.most_common()}
 
+    @property
+    def balanced_positions(self) -> str | None:
+        """Of which the verdicts are: ``extremes.ALL``, or somewhere only of ``SAMPLED`` ones."""
+        rows, columns = self.plane.shape
+        known = set()
+        for row, column in ((0, 0), (0, columns - 1), (rows - 1, 0), (rows - 1, columns - 1)):
+            system = resting_system(self.plane.at(row, column)[0])
+            known.add(known_positions(rotor_of(system), len(system.balls)))
+        return next((each for each in (SAMPLED, ALL) if each in known), None)
+
     def report(self) -> dict[str, Any]:
         """Everything as JSON-able values, SI units: see ``ab-sim stability --help``."""
         across, up = (
@@ -68,6 +80,7 @@ class StabilityMap:
                 for label, share in self.shares.items()
             ],
             "labels": self.labels.tolist(),
+            "balanced_positions": self.balanced_positions,
             "version": ab_sim.__version__,
         }
 

@@ -12,7 +12,7 @@ from ab_sim.analysis.equilibria.at_speed import (
     clustered_place,
     clustered_state,
 )
-from ab_sim.analysis.equilibria.balanced import positions
+from ab_sim.analysis.equilibria.extremes import positions_at
 from ab_sim.analysis.equilibria.patterns import patterns_of, radii
 from ab_sim.analysis.equilibria.resting import (
     Rotor,
@@ -164,7 +164,7 @@ def _clustered(system: System, rotor: Rotor, speed: float) -> Iterator[_Place]:
 
 def _balanced(system: System, rotor: Rotor, speed: float) -> Iterator[_Place]:
     zeros = max(0, len(rotor.moments) - 2)
-    for theta in positions(rotor):
+    for theta in positions_at(system, rotor, speed):
         state = partial(balanced_state, system, rotor, speed, theta)
         yield _Place(EVERYWHERE, zeros, np.zeros(2), theta, state)
 

@@ -65,8 +65,8 @@ def growth_section(folder: Path, tell: Tell) -> Section:
         "needs zeta = 0.02, the second zeta = 0.05. These were chosen to meet them; they are not "
         "the paper's.",
         "Of three balls the position matters too: below, the threshold of the position that is "
-        "its own mirror image (one ball at 180°), and of the best and the worst of those looked "
-        "at along the balanced set. Which position figure 2 shows is not said.",
+        "its own mirror image (one ball at 180°), and of the best and the worst of all. "
+        "Which position figure 2 shows is not said.",
     )
     scene = drive(ETA, 3, *SETS[0][:2])
     figure = Figure(figsize=(8, 4.6), layout="constrained")

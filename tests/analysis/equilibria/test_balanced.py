@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from ab_sim.analysis.equilibria import equilibria_of
 from ab_sim.analysis.equilibria.at_speed import balanced_state
@@ -9,11 +10,14 @@ from ab_sim.analysis.equilibria.balanced import (
     can_balance,
     completed,
     doubling,
+    ends,
     positions,
     symmetric,
 )
+from ab_sim.analysis.equilibria.extremes import growths, positions_at
 from ab_sim.analysis.equilibria.resting import Rotor, resting_system, rotor_of
-from tests.analysis.equilibria.drives import drive
+from ab_sim.papers.three_ball.drive import drive as three_balls
+from tests.analysis.equilibria.drives import altered, base, drive
 
 
 def rotor(*moments: float, unbalance: float = 1.0) -> Rotor:
@@ -95,6 +99,68 @@ def test_worst_and_best_frame_the_symmetric_position() -> None:
     own = rotor_of(resting_system(drive(m=(4e-4,) * 4)))
     assert own is not None
     np.testing.assert_allclose(states["balanced"].theta, symmetric(own))
+
+
+def test_worst_and_best_are_of_all_positions() -> None:
+    """Of three balls all positions are those of the third, which is turned finely here."""
+    scene, speed = three_balls(0.8, 3, 0.051, 0.0332), 0.5
+    system = resting_system(scene)
+    own = rotor_of(system)
+    assert own is not None
+
+    def growth(third: float) -> float:
+        place = completed(own, np.array([third]))
+        return np.inf if place is None else balanced_state(system, own, speed, place).lambda_max
+
+    grid = np.linspace(-np.pi, np.pi, 2001)
+    seen = np.array([growth(third) for third in grid.tolist()])
+    k = int(seen.argmin())
+    least = minimize_scalar(growth, bounds=(grid[k - 1], grid[k + 1]), method="bounded",
+                            options={"xatol": 1e-9}).fun  # fmt: skip
+    found = equilibria_of(scene, speed)
+    states = {state.label: state.lambda_max for state in found.branches}
+    assert states["balanced, best"] == pytest.approx(least, abs=1e-9)
+    assert states["balanced, worst"] >= seen[np.isfinite(seen)].max() - 1e-12
+    sampled = min(balanced_state(system, own, speed, x).lambda_max for x in positions(own))
+    assert sampled > 1.001 * least, "samples miss it"
+    assert found.balanced_positions == found.report()["balanced_positions"] == "all"
+
+
+@pytest.mark.parametrize("n", [3, 4, 6])
+def test_growth_by_rho_is_that_of_positions(n: int) -> None:
+    """On systems at random, worst and best frame all samples, and the ends are met."""
+    draw, given = np.random.default_rng(n), base()
+    compared = 0
+    while compared < 8:
+        system = altered(given, draw)
+        own = rotor_of(system)
+        assert own is not None
+        if len(system.balls) != n or len({*own.kinds}) > 1 or not can_balance(own):
+            continue
+        low, high = ends(own)
+        if doubling(own, high) - doubling(own, low) < 1e-3:
+            continue
+        speed = (own.stiffness / own.mass) ** 0.5 * float(draw.uniform(0.3, 4.0))
+        places = positions(own)
+        states = [balanced_state(system, own, speed, place) for place in places]
+        reduced = growths(system, speed, low)(np.array([doubling(own, x) for x in places]))
+        full = np.array([state.lambda_max for state in states])
+        alone = min(state.lambda_max - r for state, r in zip(states, reduced, strict=True))
+        scale = np.abs(states[0].eigenvalues).max()
+        assert alone > -1e-9 * scale
+        # Where the others decay faster, motions that do not reach the deck are the slowest.
+        same = np.abs(full - reduced) <= 1e-9 * scale
+        assert same.all() or np.ptp(full[~same]) <= 1e-9 * scale
+        two = [balanced_state(system, own, speed, x).lambda_max
+               for x in positions_at(system, own, speed)[1:]]  # fmt: skip
+        assert two[1] - 1e-9 * scale <= full.min() and full.max() <= two[0] + 1e-9 * scale
+        compared += 1
+
+
+def test_of_balls_that_differ_positions_are_sampled() -> None:
+    found = equilibria_of(drive(m=(3e-4, 4e-4, 5e-4)), 120.0)
+    assert found.balanced_positions == found.report()["balanced_positions"] == "sampled"
+    assert equilibria_of(drive(), 120.0).balanced_positions is None
 
 
 def test_no_unbalance_leaves_a_turn_free() -> None:

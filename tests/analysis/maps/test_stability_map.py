@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.equilibria import equilibria_of
+from ab_sim.analysis.equilibria.at_speed import balanced_state
+from ab_sim.analysis.equilibria.balanced import positions
+from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
 from ab_sim.analysis.maps import stability, workers
 from ab_sim.analysis.maps.balls import Against, plane_with_balls, with_balls
 from ab_sim.analysis.maps.plane import SPEED, Plane, axes_of, axis
@@ -87,6 +90,26 @@ def test_fast_verdicts_of_three_balls_are_those_of_all_their_states() -> None:
         assert label == label_of(equilibria_of(scene, speed).branches)
         seen.add(label)
     assert {EVERYWHERE, SOMEWHERE, CLUSTERED, NOTHING} <= seen
+
+
+def test_a_position_between_samples_counts() -> None:
+    """Balanced at a few positions only, of which no sample is one."""
+    scene, speed = drive(0.8, 3, 0.1, 0.0332), 1.25
+    system = resting_system(scene)
+    own = rotor_of(system)
+    assert own is not None
+    assert not any(balanced_state(system, own, speed, x).stable for x in positions(own))
+    assert verdict(scene, speed) & SOMEWHERE
+
+
+@pytest.mark.parametrize(("masses", "known"), [("1e-3", "all"), ("[1e-3, 2e-3, 1e-3]", "sampled")])
+def test_a_map_says_which_positions_it_is_of(masses: str, known: str) -> None:
+    scene = load_scene(
+        "nsc-case-3", ["balls.count=3", f"balls.mass={masses}", "start.ball_angles="]
+    )
+    plane = Plane(scene, 0.0, axis("speed", 100.0, 200.0, 2), axis(DAMPING, 1.0, 2.0, 2))
+    found = stability_map(plane, 1)
+    assert found.balanced_positions == found.report()["balanced_positions"] == known
 
 
 def test_the_degenerate_case_is_undecided() -> None:
