@@ -168,9 +168,12 @@ def _draw_whirl(
             ha=_towards_the_middle(merits.peak_time, path["time"]),
         )  # fmt: skip
     if merits.in_band_from is not None:
-        # Upon the band, whose edges the whirl may still touch.
-        edge = 1.2 * (merits.final_whirl + merits.band) * scale
-        axes.plot(merits.in_band_from, edge, "v", color=RUN, mec="k", ms=8, zorder=4)
+        axes.axvline(merits.in_band_from, color=RUN, lw=0.8, ls=":", zorder=1)
+        # On the upper edge: room above every peak is left for what is written of it.
+        axes.plot(
+            merits.in_band_from, 1.0, "v", color=RUN, mec="k", ms=8, zorder=4, clip_on=False,
+            transform=axes.get_xaxis_transform(),
+        )  # fmt: skip
     label_at_right(axes, labels)
 
 

@@ -12,9 +12,11 @@ from matplotlib import image
 from matplotlib.figure import Figure
 
 from ab_sim.analysis import Comparison, compare, run_scene
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.figures.curves import Label, draw_curve, label_at_right
 from ab_sim.figures.run import run_figure
 from ab_sim.scene import Scene, load_scene
+from tests.figures.collisions import overlaps, written
 
 ALONE = Comparison(None, None)
 
@@ -121,3 +123,26 @@ def test_figures_need_no_pyplot() -> None:
     modules = "ab_sim.figures.run, ab_sim.figures.effect_cost, ab_sim.figures.accuracy_cost"
     code = f"import sys, {modules}; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_the_triangle_covers_nothing_that_is_written(tmp_path: Path, drawn: list[Figure]) -> None:
+    """Where the peak is the end, both are at one place."""
+    run = run_scene(load_scene("no-ball", ["duration=0.2"]))
+    for late in (0.0, 0.5, 1.0):
+        samples = run.trajectory.samples.copy()
+        columns = [run.trajectory.channels.index(name) for name in "xy"]
+        flat = np.full(len(samples), 1e-4)
+        rises = int(late * (len(flat) - 1))
+        flat[:rises] *= 0.5
+        flat[rises] *= 1.01
+        samples[:, columns] = np.stack([flat, 0.0 * flat], axis=1)
+        moved = Trajectory(run.trajectory.channels, samples)
+        run_figure(moved, run.scene, tmp_path / "figure.png", ALONE)
+        panel = drawn[-1].axes[1]
+        triangle = [line for line in panel.lines if line.get_marker() == "v"]
+        peak = [text for text in panel.texts if text.get_text().startswith("peak")]
+        if triangle:
+            box = triangle[0].get_window_extent().padded(5)
+            assert len(peak) == 1 and not box.overlaps(peak[0].get_window_extent())
+        assert bool(triangle) == (late < 0.9)
+        assert not list(overlaps(written(drawn[-1])))
