@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from ab_sim.dynamics.ledger import mechanical_energy
+from ab_sim.dynamics.race.ball import path_change, place_from_shaft, rate_change
 from ab_sim.dynamics.race.margins import HOLD, LOAD, MOTOR, NEVER, SLIDE, TOUCH
 from ab_sim.dynamics.race.settle import settle
 from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED, ORDER
@@ -55,6 +56,24 @@ def test_accelerations_are_the_references(name: str) -> None:
         assert ("contact", True) in seen
     if "motor" in name or name == "all":
         assert {("motor", side) for side in (-1, 0, 1)} <= seen
+
+
+@pytest.mark.parametrize("name", ["thesis", "oval"])
+def test_places_and_changes_along_the_race(name: str) -> None:
+    """On axes that turn, from the shaft; theta'' and path acceleration say the same."""
+    random = np.random.default_rng(12)
+    for _ in range(5):
+        here = instant(random, COMPANIES[name])
+        here.evaluate()
+        q, rates = here.coordinates()
+        arms = here.model.kinematics(q, rates).arms
+        for i, angle in enumerate(q[3:]):
+            h, x = place_from_shaft(here.plant, i)
+            place = (h + 1j * x) * np.exp(1j * angle)
+            assert place == pytest.approx(complex(*arms[:, i]), rel=1e-12)
+            path, rate = random.normal(0.0, 10.0, 2)
+            back = path_change(here.plant, i, rate, rate_change(here.plant, i, rate, path))
+            assert back == pytest.approx(path, rel=1e-12)
 
 
 FRICTION = [name for name, effects in COMPANIES.items() if "race_friction" in effects]

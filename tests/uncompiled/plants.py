@@ -59,7 +59,7 @@ COMPANIES: dict[str, dict[str, Any]] = {
     "thesis": {},
     "oval": OVAL,
     "oval, friction": {**OVAL, **RUBBING},
-    "round, friction, contact": {**RUBBING, **TOUCHING},
+    "round, friction, contact": {**RUBBING, **TOUCHING, "viscous_drag": None},
     "oval, contact, motor": {**OVAL, **TOUCHING, **DRIVEN},
 }
 """Effects beside the thesis'."""
