@@ -10,12 +10,11 @@ from rosbags.interfaces import Qos
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2.storage_mcap import McapReader
 
-from ab_sim.bags.torn import MAGIC, Mended, has_end
+from ab_sim.bags.metadata import METADATA
+from ab_sim.bags.torn import MAGIC, Mended, is_finished
 from ab_sim.errors import RecordingError
 from ab_sim.limited_yaml import read_yaml_file
 from ab_sim.quoting import shortened
-
-METADATA = "metadata.yaml"
 
 
 class BagTopic(NamedTuple):
@@ -74,6 +73,11 @@ class Bag:
         self._reader.close()
 
     @property
+    def count(self) -> int:
+        """How many messages there are."""
+        return sum(topic.messages for topic in self.topics.values())
+
+    @property
     def span(self) -> tuple[int, int]:
         """Times of the first and the last message [ns]; both 0 if there is none."""
         held = self._held
@@ -106,7 +110,7 @@ class Bag:
         try:
             if path.is_dir():
                 read_yaml_file(path / METADATA)  # rosbags itself has no limits
-            torn = path.suffix == ".mcap" and not has_end(path)
+            torn = path.suffix == ".mcap" and not is_finished(path)
             if path.suffix == ".mcap" and path.open("rb").read(len(MAGIC)) != MAGIC:
                 raise ValueError("it does not begin like MCAP")
             reader: Any = McapReader(Mended(path)) if torn else Reader(path)  # type: ignore[arg-type]
@@ -129,9 +133,11 @@ class Bag:
                     f"{cannot}must be a folder that rosbag2 has made, or end in .mcap or .db3"
                 )
             return path
-        if (path / METADATA).is_file():
-            return path
         files = sorted([*path.glob("*.mcap"), *path.glob("*.db3")])
+        # Metadata is there from the beginning, and counts only in the end.
+        finished = len(files) != 1 or files[0].suffix != ".mcap" or is_finished(files[0])
+        if (path / METADATA).is_file() and finished:
+            return path
         if not files:
             raise RecordingError(cannot + f"the folder has no {METADATA}, no .mcap and no .db3")
         if len(files) > 1:

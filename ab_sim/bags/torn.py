@@ -2,25 +2,60 @@
 
 from __future__ import annotations
 
+import fcntl
 import io
 import struct
 from pathlib import Path
 from typing import Any, BinaryIO
 
 MAGIC = b"\x89MCAP0\r\n"
+_FOOTER = struct.Struct("<BQQQI")  # 2, length, where the summary begins, and its offsets; checksum
 _DATA_END = b"\x0f" + struct.pack("<QI", 4, 0)
-_FOOTER = b"\x02" + struct.pack("<QQQI", 20, 0, 0, 0)
-END = _DATA_END + _FOOTER + MAGIC
+END = _DATA_END + _FOOTER.pack(2, 20, 0, 0, 0) + MAGIC
 """Of a file that has no summary: whoever reads it goes through all of it."""
 _RECORD = struct.Struct("<BQ")
 
 
-def has_end(path: Path) -> bool:
-    """Whether an MCAP file has the end that it should have."""
+def is_finished(path: Path) -> bool:
+    """Whether an MCAP file has the end that it should have, with a summary."""
     with path.open("rb") as file:
         size = file.seek(0, io.SEEK_END)
-        file.seek(max(size - len(MAGIC), 0))
-        return size > 2 * len(MAGIC) and file.read() == MAGIC
+        file.seek(max(size - len(MAGIC) - _FOOTER.size, 0))
+        last = file.read()
+    if len(last) < len(MAGIC) + _FOOTER.size or not last.endswith(MAGIC):
+        return False
+    kind, length, summary, *_ = _FOOTER.unpack(last[: _FOOTER.size])
+    return (kind, length) == (2, 20) and summary > 0
+
+
+def is_being_written(path: Path) -> bool:
+    """Whether somebody has a file open to write it, as far as the system tells."""
+    with path.open("rb") as file:
+        try:  # `BagWriter` holds a lock
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        try:  # others do not; Linux gives a lease on a file only if nobody writes it
+            fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_RDLCK)
+            fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_UNLCK)
+        except BlockingIOError:
+            return True
+        except OSError:
+            pass  # somebody else's file, or a file system without leases
+    return False
+
+
+def written_by(path: Path) -> str:
+    """The library that wrote an MCAP file, by its own word; nothing if it does not say."""
+    with path.open("rb") as file:
+        file.seek(len(MAGIC) + _RECORD.size)
+        try:
+            (profile,) = struct.unpack("<I", file.read(4))
+            file.seek(profile, io.SEEK_CUR)
+            (length,) = struct.unpack("<I", file.read(4))
+        except struct.error:
+            return ""
+        return file.read(min(length, 200)).decode(errors="replace")
 
 
 class Mended:
@@ -69,6 +104,15 @@ class _WithEnd(io.RawIOBase):
     def close(self) -> None:
         self._file.close()
         super().close()
+
+
+def torn_bytes(path: Path) -> int:
+    """How many bytes at the end of a file belong to nothing that can be read."""
+    with path.open("rb") as file:
+        whole = _whole(file)
+        file.seek(whole)
+        rest = file.read(len(END) + 1)
+        return 0 if rest == END else file.seek(0, io.SEEK_END) - whole
 
 
 def _whole(file: BinaryIO) -> int:

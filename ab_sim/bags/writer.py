@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 from functools import partial
 from pathlib import Path
@@ -19,7 +20,10 @@ from rosbags.rosbag2 import (
 from rosbags.rosbag2.storage_mcap import McapWriter
 
 from ab_sim.bags.messages import TYPES
+from ab_sim.bags.metadata import METADATA, beginning
+from ab_sim.bags.torn import END
 from ab_sim.errors import RecordingError
+from ab_sim.output_file import write_whole
 
 _CHECKSUM = 201
 """zstd's parameter of that name: frames carry one, and whoever unpacks them checks it."""
@@ -28,17 +32,23 @@ _CHECKSUM = 201
 class BagWriter:
     """A bag on its way to the disk; from one thread at a time.
 
+    After every flush it is one that others read, too: the file then has MCAP's end, without a
+    summary, which is overwritten by what comes next, and ``metadata.yaml`` knows the topics, though
+    not how many messages they have. A killed writer leaves that, or a torn end for `mend_bag`.
+    (``ros2 bag reindex`` sees only files whose names end in a number.)
+
     After a write error (disk full) every method but `close` raises it again, and the file is cut
     back to the last flush that was whole, so that `Bag` can read it.
 
     Args:
         path: the bag's folder, which is made, and must not be there.
+        file: what the file in it is called; empty: NAME_0.mcap.
 
     Raises:
         RecordingError: it cannot be made. So do the methods, where it cannot be written.
     """
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, file: str = "") -> None:
         self.path = Path(path)
         self.messages = 0
         self.messages_written = 0
@@ -51,6 +61,7 @@ class BagWriter:
             self._writer = Writer(self.path, version=9, storage_plugin=StoragePlugin.MCAP)
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer.open()
+            self._name_file(file or f"{self.path.name}_0.mcap")
         except WriterError as error:
             raise RecordingError(f"cannot write the bag {path}: it is there already") from error
         except OSError as error:
@@ -61,6 +72,7 @@ class BagWriter:
         compress: Any = self._storage.compressor
         self._storage.compressor = partial(compress, options={_CHECKSUM: 1})
         self._whole = 0
+        self._metadata_topics = -1  # how many it knows
         self.flush()
 
     def __enter__(self) -> BagWriter:
@@ -69,11 +81,11 @@ class BagWriter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def topic(self, name: str, type_name: str, qos: Qos) -> None:
+    def topic(self, name: str, type_name: str, qos: Qos | None) -> None:
         """Say what a topic is, before its first message; ``qos`` is what a player will offer."""
         self._check_usable()
         self._topics[name] = self._writer.add_connection(
-            name, type_name, typestore=TYPES, offered_qos_profiles=[qos]
+            name, type_name, typestore=TYPES, offered_qos_profiles=[qos] if qos else []
         )
 
     def write(self, topic: str, time: int, message: bytes | memoryview) -> None:
@@ -100,10 +112,15 @@ class BagWriter:
         try:
             if storage.chunk.msgs:
                 storage.close_chunk()
-            storage.bio.flush()
+            whole = storage.bio.tell()
+            storage.bio.write(END)
+            storage.bio.seek(whole)
+            if self._metadata_topics != len(self._topics):
+                write_whole(self.path / METADATA, beginning(storage.path, self._topics.values()))
+                self._metadata_topics = len(self._topics)
         except OSError as error:
             raise self._fail(error) from error
-        self._whole = storage.bio.tell()
+        self._whole = whole
         self.messages_written = self.messages
 
     def close(self) -> None:
@@ -117,6 +134,12 @@ class BagWriter:
             raise self._fail(error) from error
         self._closed = True
 
+    def _name_file(self, name: str) -> None:
+        storage = self._writer.storage
+        assert isinstance(storage, McapWriter)
+        storage.path = storage.path.rename(self.path / name)
+        fcntl.flock(storage.bio, fcntl.LOCK_EX)  # for `mend_bag` to see that it is at work
+
     def _check_usable(self) -> None:
         if self._error:
             raise self._error
@@ -128,6 +151,8 @@ class BagWriter:
             self._storage.abort()
         with contextlib.suppress(OSError):
             os.truncate(self._storage.path, self._whole)
+            with self._storage.path.open("ab") as file:
+                file.write(END)
         self._error = RecordingError(
             f"recording stopped: the bag {self.path} holds {self.messages_written} of "
             f"{self.messages} messages and cannot be written further: {error.strerror}"

@@ -39,6 +39,19 @@ def import_(
 
 
 @bag_commands.command()
+def mend(bag: BagArgument) -> None:
+    """Complete a ROS 2 bag whose recorder was killed, in place.
+
+    What is whole in it stays, to the bit, and gets the index and the counts that other programs ask
+    for. A new file is written beside the old one first, and takes its place when it is complete.
+    A bag that is still being written is refused.
+    """
+    from ab_sim.cli.bags import mend_command
+
+    mend_command(bag)
+
+
+@bag_commands.command()
 def replay(
     bag: BagArgument,
     rate: Annotated[float, typer.Option(help="How many times as fast as it was.")] = 1.0,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ab_sim.bags import STATE_RATE, Bag, export_bag, import_bag
+from ab_sim.bags import STATE_RATE, Bag, export_bag, import_bag, mend_bag
 from ab_sim.cli.outputs import people, say_written
 from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.ros import require_ros
@@ -79,6 +79,22 @@ def import_command(bag: Path, out: Path | None, namespace: str | None) -> None:
     missing = f", {made.missing} steps missing between them" if made.missing else ""
     people.print(f"{made.rows} samples{missing}")
     say_written(made.files)
+
+
+def mend_command(bag: Path) -> None:
+    """Complete a bag in place.
+
+    Raises:
+        RecordingError: see `mend_bag`.
+    """
+    with progress_bar(bag.name) as update:
+        mended = mend_bag(bag, lambda done, of: update("messages", done, of))
+    if mended is None:
+        people.print(f"{bag} is complete: there is nothing to mend")
+        return
+    lost = f"; {mended.lost} bytes at its end were torn and are lost" if mended.lost else ""
+    people.print(f"{mended.messages} messages{lost}")
+    say_written([bag])
 
 
 def replay_command(bag: Path, rate: float, namespace: str | None, paused: bool) -> None:

@@ -66,7 +66,7 @@ def test_one_that_was_cut_off_is_read_up_to_there(
         writer.write(*message)
         if count % 50 == 0:
             writer.flush()
-    file = tmp_path / "bag" / "bag.mcap"
+    file = tmp_path / "bag" / "bag_0.mcap"
     data = file.read_bytes()  # as a killed writer would leave it, or the machine's end
     file.write_bytes(data[: int(cut * len(data))])
     with Bag(tmp_path / "bag") as bag:
@@ -102,7 +102,7 @@ def test_metadata_is_read_within_limits(finished: Path, tmp_path: Path) -> None:
 
 
 def test_the_file_alone_is_a_bag(finished: Path, tmp_path: Path) -> None:
-    file = shutil.copy(finished / "bag.mcap", tmp_path / "alone.mcap")
+    file = shutil.copy(finished / "bag_0.mcap", tmp_path / "alone.mcap")
     made, back = imported(Path(file))
     assert made.complete and back.samples.tobytes() == SAMPLES.tobytes()
 
@@ -279,7 +279,7 @@ def _of_text(path: Path) -> None:
 
 def _file_missing(path: Path) -> None:
     bag_of(path, vibrating(1))
-    (path / f"{path.name}.mcap").unlink()
+    (path / f"{path.name}_0.mcap").unlink()
 
 
 def _two_files(path: Path) -> None:
@@ -333,10 +333,10 @@ def test_what_is_no_bag_of_a_drive(
 
 
 def test_a_bag_that_is_there_and_a_folder_that_is_not(finished: Path, tmp_path: Path) -> None:
-    before = (finished / "bag.mcap").read_bytes()
+    before = (finished / "bag_0.mcap").read_bytes()
     with pytest.raises(RecordingError, match="is there already"):
         BagWriter(finished)
-    assert (finished / "bag.mcap").read_bytes() == before
+    assert (finished / "bag_0.mcap").read_bytes() == before
     (tmp_path / "file").touch()
     with pytest.raises(RecordingError, match=r"cannot write the bag .*Not a directory"):
         BagWriter(tmp_path / "file" / "bag")
@@ -344,7 +344,7 @@ def test_a_bag_that_is_there_and_a_folder_that_is_not(finished: Path, tmp_path: 
 
 def test_a_finished_bag_whose_data_is_damaged(finished: Path, tmp_path: Path) -> None:
     shutil.copytree(finished, tmp_path / "bag")
-    file = tmp_path / "bag" / "bag.mcap"
+    file = tmp_path / "bag" / "bag_0.mcap"
     data = bytearray(file.read_bytes())
     data[5000:6000] = bytes(1000)
     file.write_bytes(data)

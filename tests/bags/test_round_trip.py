@@ -96,7 +96,7 @@ def test_files_need_no_ros() -> None:
 def decoded_by_mcap(bag: Path) -> dict[str, list[tuple[int, str, Any]]]:
     """Time, type and message of all, by topic, as the MCAP project's own library reads them."""
     said: dict[str, list[tuple[int, str, Any]]] = {}
-    with (bag / f"{bag.name}.mcap").open("rb") as file:
+    with (bag / f"{bag.name}_0.mcap").open("rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         for schema, channel, message, decoded in reader.iter_decoded_messages():
             assert schema is not None
@@ -145,7 +145,9 @@ def test_metadata_is_such_as_rosbag2_writes(live: Path, tmp_path: Path) -> None:
     said = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())
     about = said["rosbag2_bagfile_information"]
     assert (about["version"], about["storage_identifier"]) == (9, "mcap")
-    assert about["relative_file_paths"] == ["bag.mcap"] and (tmp_path / "bag/bag.mcap").is_file()
+    assert (
+        about["relative_file_paths"] == ["bag_0.mcap"] and (tmp_path / "bag/bag_0.mcap").is_file()
+    )
     assert about["message_count"] == messages == about["files"][0]["message_count"]
     assert about["starting_time"]["nanoseconds_since_epoch"] == 0
     assert about["duration"]["nanoseconds"] == 700_000_000
