@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.analysis.circulation import Circulation, CirculationWatch
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
 from ab_sim.analysis.trend import Trend
@@ -60,6 +61,8 @@ class Merits(NamedTuple):
     """From the unbalance, unwrapped [rad], at the end of the run."""
     final_speed: float
     """Of the spindle [rad/s], at the end of the run."""
+    circulating: Circulation | None
+    """Balls that go round the race over the last stretch, and on; None if none does."""
     overlaps: tuple[Overlap, ...] | None
     """Balls of a size that were in one place, for want of ball_contact; None where none can be."""
 
@@ -83,6 +86,7 @@ class Merits(NamedTuple):
             "first_passage_of_opposite": self.first_passage_of_opposite,
             "final_ball_angles": list(self.final_ball_angles),
             "final_speed": self.final_speed,
+            "circulating_balls": self.circulating and self.circulating.report(),
             "overlapping_balls": None
             if self.overlaps is None
             else [overlap._asdict() for overlap in self.overlaps],
@@ -147,6 +151,7 @@ def merits_of_pieces(
         first_passage_of_opposite=passed,
         final_ball_angles=tuple(before.ball_angles[-1].tolist()),
         final_speed=float(before["speed"][-1]),
+        circulating=tail.circulation.found,
         overlaps=overlaps.found,
     )
 
@@ -203,7 +208,7 @@ class _Tail:
     def __init__(self, scene: Scene, rest: Rest, count: int) -> None:
         self.whirl, self.tilt, self.unbalance, self.couple = (MeanSquare() for _ in range(4))
         self.halves = (MeanSquare(), MeanSquare())
-        self.trend = Trend(count)
+        self.trend, self.circulation = Trend(count), CirculationWatch(count)
         self.span = (math.inf, -math.inf)
         self._rest, self._first_half, self._taken = rest, count - count // 2, 0
         # Of the balls on a round race around the shaft; what a runout adds is left out.
@@ -221,6 +226,7 @@ class _Tail:
         whirl = piece.whirl
         self.whirl.take(whirl)
         self.trend.take(whirl)
+        self.circulation.take(piece)
         first = max(self._first_half - self._taken, 0)
         self.halves[0].take(whirl[:first])
         self.halves[1].take(whirl[first:])

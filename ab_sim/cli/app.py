@@ -95,13 +95,14 @@ def run(
     final_whirl_over_e, the root mean square over the last tenth of the run (final_stretch), and
     whether it is still_changing there, by a tenth of itself or more;
     final_whirl_relative_to_no_balls; residual_unbalance, and of a deck in space residual_couple;
-    peak_tilt and final_tilt of its shaft; overlapping_balls, pairs that for want of ball_contact
-    were in one place, and since when (null where none can be); in_band_from, the time from which
-    the whirl stays within band_over_e of its final value; first_passage_of_opposite, the time at
-    which all balls first have theta <= -180 deg (less variable_speed_period, the time at which
-    that starts, it is the thesis' "settling period"). The same run without_variable_speed_period
-    and without_balls is judged alike. Where the scene asks for an accuracy, what was measured and
-    what it costs. Symbols, signs and angles: docs/conventions.md
+    peak_tilt and final_tilt of its shaft; circulating_balls, with numbers and mean speeds, that go
+    round the race to the end (null if none does); overlapping_balls, pairs that for want of
+    ball_contact were in one place, and since when (null where none can be); in_band_from, the time
+    from which the whirl stays within band_over_e of its final value; first_passage_of_opposite,
+    the time at which all balls first have theta <= -180 deg (less variable_speed_period, the time
+    at which that starts, it is the thesis' "settling period"). The same run
+    without_variable_speed_period and without_balls is judged alike. Where the scene asks for an
+    accuracy, what was measured and what it costs. Symbols, signs and angles: docs/conventions.md
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
     """

@@ -10,6 +10,7 @@ from ab_sim.conventions import ANGLES, WHIRL
 from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_text
 from ab_sim.reports.wording import (
     angles_text,
+    circulating_text,
     final_text,
     in_band_text,
     milli_text,
@@ -18,6 +19,11 @@ from ab_sim.reports.wording import (
     peak_text,
 )
 from ab_sim.scene import Scene
+
+CIRCULATE = (
+    "Balls circulate: they go round the race, steadily, as long as the run lasts, and do not "
+    "balance the rotor; their speed is absolute, in the mean over the last stretch."
+)
 
 
 def merits_table(
@@ -63,6 +69,9 @@ def merits_table(
         table.add_row("all at -180 deg", *(passage_text(m) for m in merits))
     if balls:
         table.add_row("final ball angles", *(angles_text(m) for m in merits))
+    if any(m.circulating for m in merits):
+        table.add_row("balls circulate", *(circulating_text(m) for m in merits))
+        notes.append(CIRCULATE)
     if any(m.overlaps for m in merits):
         table.add_row("balls overlap", *(overlaps_text(m.overlaps) for m in merits))
         notes.append(f"Balls overlap: {WHAT_CHANGES}.")

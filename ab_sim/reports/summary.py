@@ -11,6 +11,7 @@ from ab_sim.reports.gather import RunData
 from ab_sim.reports.panels import whirl_scale
 from ab_sim.reports.wording import (
     angles_text,
+    circulating_text,
     final_text,
     in_band_text,
     milli_text,
@@ -111,6 +112,7 @@ _TOLD: tuple[tuple[str, Callable[[RunData], str]], ...] = (
     ("peak tilt [mrad]", _judged(lambda m, *_: milli_text(m.peak_tilt))),
     ("final tilt [mrad]", _judged(lambda m, *_: milli_text(m.final_tilt))),
     ("final ball angles", _judged(lambda m, *_: angles_text(m))),
+    ("balls circulate", _judged(lambda m, *_: circulating_text(m))),
     ("balls overlap", _judged(lambda m, *_: overlaps_text(m.overlaps) if m.overlaps else "-")),
     ("vibration, rms", _vibration),
     ("once per turn", _share),

@@ -37,6 +37,13 @@ def in_band_text(merits: Merits, scale: float, unit: str) -> str:
     return f"not before the end: {least:.3g} to {most:.3g} {unit}"
 
 
+def circulating_text(merits: Merits) -> str:
+    """Which balls go round the race for ever, and how fast."""
+    if merits.circulating is None:
+        return "-"
+    return merits.circulating.text(len(merits.final_ball_angles))
+
+
 def passage_text(merits: Merits) -> str:
     """When all balls were opposite the unbalance first."""
     if not merits.final_ball_angles:
@@ -47,5 +54,11 @@ def passage_text(merits: Merits) -> str:
 
 def angles_text(merits: Merits) -> str:
     """Where the balls were at the end."""
-    angles = merits.final_ball_angles
-    return ", ".join(f"{math.degrees(a):.1f}" for a in angles) + " deg" if angles else "-"
+    angles, circulating = merits.final_ball_angles, merits.circulating
+    if not angles:
+        return "-"
+    round_ = () if circulating is None else circulating.balls
+    if len(round_) == len(angles):
+        return "none rests"
+    texts = ["-" if k in round_ else f"{math.degrees(a):.1f}" for k, a in enumerate(angles)]
+    return ", ".join(texts) + " deg"

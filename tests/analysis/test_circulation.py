@@ -1,0 +1,94 @@
+"""Balls that circulate to the end of a run are told from those that come to rest on the rotor."""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_sim.analysis import merits_of, run_scene
+from ab_sim.analysis.circulation import CirculationWatch
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.reports.wording import angles_text, circulating_text
+from tests.analysis.made import made
+
+STALLING = {
+    "balls": {"count": 6, "mass": 4e-3},
+    "effects": {"viscous_drag": {"coefficient": 0.05}},
+    "spindle": {"max_speed": 1300.0, "max_acceleration": 1000.0},
+    "profile": {"kind": "start_up", "acceleration": 400.0, "target_speed": 1152.0},
+    "duration": 8.0,
+}
+"""Six balls of 4 g, which start at one place and stay there together."""
+
+
+def turning(*angles: Any) -> Trajectory:
+    """A spindle at 100 rad/s for 10 s, with balls at these angles."""
+    channels = {f"ball_{k}_angle": angle for k, angle in enumerate(angles)}
+    return made(balls=len(angles), step=1e-2, angle=lambda t: 100 * t, **channels)
+
+
+@pytest.mark.parametrize("size", [1, 3, 334, 1001])
+def test_who_circulates_and_how_fast(size: int) -> None:
+    """One rests; one lags behind at 70 rad/s, one runs ahead at 130, both with a ripple."""
+    run = turning(
+        lambda t: -3.0 + 0.1 * np.sin(9 * t),
+        lambda t: -30 * t + np.sin(30 * t),
+        lambda t: 30 * t + np.sin(20 * t),
+    )
+    watch = CirculationWatch(len(run))
+    for first in range(0, len(run), size):
+        watch.take(Trajectory(run.channels, run.samples[first : first + size]))
+    found = watch.found
+    assert found is not None and found.balls == (1, 2)
+    assert found.speeds == pytest.approx((70.0, 130.0), abs=0.2)
+    assert found.spindle_speed == pytest.approx(100.0)
+
+
+@pytest.mark.parametrize(
+    "angle",
+    [
+        lambda t: -300 * (1 - np.exp(-t / 5)),  # it is being caught up with
+        lambda t: 40 * np.sin(t),  # there and back
+        lambda t: -0.5 * t,  # less than a turn in a third
+        lambda t: 0 * t,
+    ],
+)
+def test_who_comes_to_rest_or_may_does_not_circulate(angle: Any) -> None:
+    run = turning(angle)
+    watch = CirculationWatch(len(run))
+    watch.take(run)
+    assert watch.found is None
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_of_few_samples_nothing_is_said(count: int) -> None:
+    watch = CirculationWatch(count)
+    watch.take(turning(lambda t: -3000 * t).last(count))
+    assert watch.found is None
+
+
+def test_balls_that_stall_near_the_critical_speed_are_named(scene: Any) -> None:
+    """The rotor turns at 1152 rad/s, its critical speed is 100 rad/s: there they stay."""
+    merits = run_scene(scene(**STALLING)).merits
+    found = merits.circulating
+    assert found is not None and found.balls == (0, 1, 2, 3, 4, 5)
+    assert all(90.0 < speed < 100.0 for speed in found.speeds)
+    report = json.loads(json.dumps(merits.report(1e-4)))["circulating_balls"]
+    assert report["balls"] == [0, 1, 2, 3, 4, 5]
+    assert report["spindle_speed"] == pytest.approx(1152.0)
+    assert circulating_text(merits).startswith("6 of 6 at 9")
+    assert angles_text(merits) == "none rests"
+
+
+def test_who_rests_beside_them_has_a_place(scene: Any) -> None:
+    merits = merits_of(turning(lambda t: 0 * t - 1.0, lambda t: -30 * t), scene())
+    assert circulating_text(merits) == "1 of 2 at 70 rad/s, the spindle at 100"
+    assert angles_text(merits) == "-57.3, - deg"
+
+
+def test_balls_at_rest_on_the_rotor_are_not(scene: Any) -> None:
+    rested = merits_of(turning(lambda t: 0 * t - math.pi, lambda t: 0 * t - math.pi), scene())
+    assert rested.circulating is None and rested.report(1e-4)["circulating_balls"] is None
+    assert circulating_text(rested) == "-" and angles_text(rested) == "-180.0, -180.0 deg"
