@@ -11,7 +11,8 @@ import pytest
 from matplotlib import image
 from matplotlib.figure import Figure
 
-from ab_sim.analysis import Comparison, compare, run_scene
+from ab_sim.analysis import Compared, Comparison, compare, run_scene
+from ab_sim.analysis.merits import merits_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.figures.curves import Label, draw_curve, label_at_right
 from ab_sim.figures.run import run_figure
@@ -126,23 +127,24 @@ def test_figures_need_no_pyplot() -> None:
 
 
 def test_the_triangle_covers_nothing_that_is_written(tmp_path: Path, drawn: list[Figure]) -> None:
-    """Where the peak is the end, both are at one place."""
+    """Where the whirl is in its band from its peak on, and another run makes the axis long."""
     run = run_scene(load_scene("no-ball", ["duration=0.2"]))
-    for late in (0.0, 0.5, 1.0):
-        samples = run.trajectory.samples.copy()
-        columns = [run.trajectory.channels.index(name) for name in "xy"]
-        flat = np.full(len(samples), 1e-4)
-        rises = int(late * (len(flat) - 1))
-        flat[:rises] *= 0.5
-        flat[rises] *= 1.01
-        samples[:, columns] = np.stack([flat, 0.0 * flat], axis=1)
-        moved = Trajectory(run.trajectory.channels, samples)
-        run_figure(moved, run.scene, tmp_path / "figure.png", ALONE)
-        panel = drawn[-1].axes[1]
-        triangle = [line for line in panel.lines if line.get_marker() == "v"]
-        peak = [text for text in panel.texts if text.get_text().startswith("peak")]
-        if triangle:
-            box = triangle[0].get_window_extent().padded(5)
-            assert len(peak) == 1 and not box.overlaps(peak[0].get_window_extent())
-        assert bool(triangle) == (late < 0.9)
-        assert not list(overlaps(written(drawn[-1])))
+    samples = run.trajectory.samples.copy()
+    size = np.full(len(samples), 1e-4)
+    middle = len(size) // 2
+    size[:middle] *= 0.5
+    size[middle] *= 1.09
+    for name, values in (("x", size), ("y", 0.0)):
+        samples[:, run.trajectory.channels.index(name)] = values
+    stepped = Trajectory(run.trajectory.channels, samples)
+    time, small = stepped["time"], 1e-3 * size
+    judged = merits_of(stepped, run.scene)
+    calm = Compared(judged._replace(final_whirl=1e-7), time, small, stepped["speed"])
+    run_figure(stepped, run.scene, tmp_path / "figure.png", Comparison(None, calm))
+    panel = drawn[-1].axes[1]
+    (triangle,) = (line for line in panel.lines if line.get_marker() == "v")
+    (peak,) = (text for text in panel.texts if text.get_text().startswith("peak"))
+    assert triangle.get_xdata()[0] == pytest.approx(judged.peak_time, abs=2e-3)
+    drawn[-1].draw_without_rendering()
+    assert not triangle.get_window_extent().overlaps(peak.get_window_extent())
+    assert not list(overlaps(written(drawn[-1])))
