@@ -1,5 +1,6 @@
 """Panels of several runs, side by side on the same axes."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,9 @@ from ab_sim.reports.panels import KEYS, TIME, Panel
 Limits = tuple[tuple[float, float], tuple[float, float]]
 """From and to, across and up."""
 
+LEAST_HEIGHT = 0.1
+"""Share of the height of shared axes that each panel fills; else all have axes of their own."""
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -17,8 +21,10 @@ class Grid:
 
     names: tuple[str, ...]
     rows: tuple[tuple[Panel | None, ...], ...]
-    limits: tuple[Limits, ...]
-    """Of each row; the same for all of its panels."""
+    limits: tuple[tuple[Limits, ...], ...]
+    """Of each row's panels: the same for all, unless that would flatten one of them."""
+    own: tuple[bool, ...]
+    """Of each row, whether its panels have scales of their own upwards."""
 
 
 def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:
@@ -32,15 +38,54 @@ def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:
     by_key = [{panel.key: panel for panel in panels} for panels in runs]
     rows = tuple(tuple(panels.get(key) for panels in by_key) for key in keys)
     drawn = [[panel for panel in row if panel is not None and not panel.note] for row in rows]
-    limits = [_limits(row) for row in drawn]
+    joint = [_limits(row) for row in drawn]
     timed = [row and row[0].across == TIME for row in drawn]
     times = [
-        edge for (across, _), over in zip(limits, timed, strict=True) if over for edge in across
+        edge for (across, _), over in zip(joint, timed, strict=True) if over for edge in across
     ]
     for at, over in enumerate(timed):
         if over:
-            limits[at] = (min(times), max(times)), limits[at][1]
-    return Grid(tuple(names), rows, tuple(limits))
+            joint[at] = (min(times), max(times)), joint[at][1]
+    own = tuple(_flattens(row, shared) for row, shared in zip(drawn, joint, strict=True))
+    limits = tuple(
+        tuple(_alone(panel, shared) if apart and panel else shared for panel in row)
+        for row, shared, apart in zip(rows, joint, own, strict=True)
+    )
+    return Grid(tuple(names), rows, limits, own)
+
+
+def grid_title(panel: Panel, own: bool) -> str:
+    """What stands above a panel: also that it cannot be compared with its neighbours by eye."""
+    return f"{panel.title} (own scale)" if own and not panel.note else panel.title
+
+
+def _flattens(panels: Sequence[Panel], shared: Limits) -> bool:
+    """Whether on shared axes a panel's curves would fill too little of the height to be read."""
+    if len(panels) < 2 or panels[0].heat is not None:
+        return False  # Rows of a map are speeds, which are compared.
+
+    def height(limits: Limits, log: bool) -> float:
+        low, high = limits[1]
+        return math.log(high / low) if log else high - low
+
+    log = any(panel.log for panel in panels)
+    whole = height(shared, log)
+    # One that does not vary, as a speed that is held, is as flat on axes of its own.
+    heights = [height(_limits([panel]), log) for panel in panels if _varies(panel)]
+    return any(own < LEAST_HEIGHT * whole for own in heights)
+
+
+def _varies(panel: Panel) -> bool:
+    values = [part.y[np.isfinite(part.y)] for part in (*panel.curves, panel.cloud) if part]
+    return any(len(each) and np.ptp(each) > 1e-6 * np.abs(each).max() for each in values)
+
+
+def _alone(panel: Panel, shared: Limits) -> Limits:
+    """Limits of its own, but for a time, which all have."""
+    if panel.note:
+        return shared
+    across, up = _limits([panel])
+    return (shared[0] if panel.across == TIME else across), up
 
 
 def _limits(panels: Sequence[Panel]) -> Limits:

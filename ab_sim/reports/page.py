@@ -12,7 +12,7 @@ from plotly.offline import get_plotlyjs
 from ab_sim.output_file import write_whole
 from ab_sim.quoting import visible
 from ab_sim.reports.colours import GREY, MAP
-from ab_sim.reports.grid import Grid, Limits
+from ab_sim.reports.grid import Grid, Limits, grid_title
 from ab_sim.reports.panels import TIME, Panel
 from ab_sim.reports.summary import CAPTION, Row
 
@@ -75,9 +75,9 @@ def report_page(
     )
     columns = f"grid-template-columns: repeat({len(grid.names)}, minmax(0, 1fr))"
     body = "".join(f"<h2>{_shown(name)}</h2>\n" for name in grid.names)
-    for panels, limits in zip(grid.rows, grid.limits, strict=True):
-        for panel in panels:
-            body += "<div></div>\n" if panel is None else _division(panel, limits)
+    for panels, limits, own in zip(grid.rows, grid.limits, grid.own, strict=True):
+        for panel, each in zip(panels, limits, strict=True):
+            body += "<div></div>\n" if panel is None else _division(panel, each, own)
     text = (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         f"<title>{_shown(title)}</title>\n<style>{_STYLE}</style>\n"
@@ -93,13 +93,14 @@ def _shown(text: str) -> str:
     return html.escape(visible(text))
 
 
-def _division(panel: Panel, limits: Limits) -> str:
+def _division(panel: Panel, limits: Limits, own: bool) -> str:
     figure = _figure(panel, limits)
     drawn = figure.to_html(
         full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}
     )
     kind = "time" if panel.across == TIME else "other"
-    return f'<div class="{kind}"><h3>{_shown(panel.title)}</h3>{drawn}</div>\n'
+    title = _shown(grid_title(panel, own))
+    return f'<div class="{kind}"><h3>{title}</h3>{drawn}</div>\n'
 
 
 def _figure(panel: Panel, limits: Limits) -> Any:

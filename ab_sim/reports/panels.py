@@ -20,7 +20,9 @@ ORDERS = {1: VERMILION, 2: SKY}
 WATERFALL_DECADES = 4.0
 """Below the largest amplitude; what is smaller is drawn alike."""
 LEAST = 1e-4
-"""Whirl smaller than this share of its peak is drawn as large as that."""
+"""Whirl smaller than this share of its peak is not drawn."""
+SPECTRUM_LEAST = 1e-6
+"""Nor is a density so much smaller than the largest."""
 COLUMNS = 300
 """Of a waterfall at most."""
 Cells = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -102,7 +104,7 @@ def _panels(data: RunData) -> Iterator[Panel]:
         most = float(values.max(initial=0.0))
         title, up = "Whirl radius of the deck", f"{whirl} [{unit}]"
         if most > 0:
-            curve = Curve(whirl, time, np.maximum(values, LEAST * most), VERMILION)
+            curve = Curve(whirl, time, np.where(values > LEAST * most, values, np.nan), VERMILION)
             yield Panel("whirl", title, TIME, up, 1.2, (curve,), log=True)
         else:
             yield Panel("whirl", title, TIME, up, 1.2, note="the deck does not move")
@@ -181,13 +183,15 @@ def _spectra(data: RunData) -> Iterator[Panel]:
     title = f"Vibration, last tenth of the run: {data.vibrating}"
     density, frequencies = data.spectrum.density, data.spectrum.frequencies
     if len(density):
-        # At 0 there is nothing: what is constant was left out.
+        # At 0 there is nothing: what is constant was left out. What is smaller than rounding leaves
+        # of the largest is a gap, for a line there would look like data.
         root = np.sqrt(density[1:])
-        root = np.maximum(root, 1e-6 * max(float(root.max()), 1e-300))
+        root = np.where(root > SPECTRUM_LEAST * root.max(), root, np.nan)
         curve = Curve("spectrum", frequencies[1:], root, BLUE, 1.0)
         up = "density [(m/s^2)/sqrt(Hz)]"
-        curves = (curve, *_orders_at(data, root))
-        yield Panel("spectrum", title, "frequency [Hz]", up, 1.0, curves, log=True)
+        curves = (curve, *_orders_at(data, root)) if np.isfinite(root).any() else ()
+        still = "" if curves else "nothing vibrates"
+        yield Panel("spectrum", title, "frequency [Hz]", up, 1.0, curves, log=True, note=still)
     else:
         note = "too few samples for a spectrum"
         yield Panel("spectrum", title, "frequency [Hz]", "", 1.0, note=note)
@@ -219,7 +223,8 @@ def _orders_at(data: RunData, root: np.ndarray) -> Iterator[Curve]:
     if "speed" not in data.curves.channels:
         return
     speed = abs(float(data.curves.curve("speed")[1][-1])) / (2.0 * math.pi)
-    ends = np.array([root.min(), root.max()])
+    drawn = root[np.isfinite(root)]
+    ends = np.array([drawn.min(), drawn.max()])
     for order, colour in ORDERS.items():
         if 0 < order * speed < data.spectrum.frequencies[-1]:
             line = np.full(2, order * speed)

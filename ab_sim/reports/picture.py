@@ -1,6 +1,5 @@
 """A report as a picture: a column for each run, a row for each thing to see."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ from matplotlib.figure import Figure
 from ab_sim.figures.curves import say_conventions
 from ab_sim.figures.saved import save
 from ab_sim.reports.colours import GREY, MAP
-from ab_sim.reports.grid import Grid
+from ab_sim.reports.grid import Grid, Limits, grid_title
 from ab_sim.reports.panels import Panel
 
 MOST_NAMES = 8
@@ -33,20 +32,19 @@ def report_picture(grid: Grid, path: Path) -> None:
             name, (0.5, 1.0), xycoords="axes fraction", xytext=(0, 26), fontsize=13,
             textcoords="offset points", ha="center", fontweight="bold", annotation_clip=False,
         )  # fmt: skip
-    for row, (panels, limits) in enumerate(zip(grid.rows, grid.limits, strict=True)):
+    for row, panels in enumerate(grid.rows):
         for column, panel in enumerate(panels):
             if panel is None:
                 axes[row][column].set_axis_off()
             else:
-                _draw(figure, axes[row][column], panel, limits)
+                title = grid_title(panel, grid.own[row])
+                _draw(figure, axes[row][column], panel, title, grid.limits[row][column])
     say_conventions(figure)
     save(figure, path, 100)
 
 
-def _draw(
-    figure: Figure, axes: Axes, panel: Panel, limits: tuple[Sequence[float], Sequence[float]]
-) -> None:
-    axes.set_title(panel.title, fontsize=10)
+def _draw(figure: Figure, axes: Axes, panel: Panel, title: str, limits: Limits) -> None:
+    axes.set_title(title, fontsize=10)
     axes.set_xlabel(panel.across)
     axes.set_ylabel(panel.up)
     if panel.note:
