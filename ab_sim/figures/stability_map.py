@@ -10,6 +10,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from scipy.ndimage import gaussian_filter
 
 from ab_sim.analysis.maps.family import Family
 from ab_sim.analysis.maps.plane import SPEED, Plane
@@ -36,6 +37,8 @@ COLOURS = {
 ONLY_UNBALANCED = ("#f2b447", "#e88b2d", "#c98f55", "#efd08c")
 BALANCED_TOO = ("#4fa3b5", "#7fc7c4", "#4b7fb0", "#9bb8dd")
 """Two or more kinds are stable there, and the start decides."""
+BLUR, NEAR = 2.0, 0.02
+"""Points over which borders are smoothed, and how close to one a point may come."""
 
 
 def map_figure(found: StabilityMap, path: Path, beside: StabilityMap | None = None) -> None:
@@ -110,7 +113,7 @@ def family_figure(found: Family, path: Path) -> None:
         for inside, style in ((each.balanced, "-"), (each.balanced_everywhere, ":")):
             if inside.any() and not inside.all():
                 axes.contour(
-                    plane.across.values, plane.up.values, inside.astype(float), levels=[0.5],
+                    plane.across.values, plane.up.values, smoothed(inside), levels=[0.5],
                     colors=[shade], linestyles=[style], linewidths=1.8,
                 )  # fmt: skip
         share = 100.0 * each.balanced.mean()
@@ -125,6 +128,18 @@ def family_figure(found: Family, path: Path) -> None:
         bbox_to_anchor=(1.01, 0.5),
     )  # fmt: skip
     save(figure, path, 110)
+
+
+def smoothed(inside: np.ndarray) -> np.ndarray:
+    """Values above 0.5 at just the points that are inside, with a border between them that is even.
+
+    A border halfway between all points goes round their corners, in steps.
+
+    Args:
+        inside: shape (values up, values across), bool.
+    """
+    blurred = gaussian_filter(inside.astype(float), BLUR, mode="nearest")
+    return np.where(inside, np.maximum(blurred, 0.5 + NEAR), np.minimum(blurred, 0.5 - NEAR))
 
 
 def colours_of(labels: Sequence[int]) -> dict[int, str]:
