@@ -44,8 +44,9 @@ def equilibria_command(
     scene = load_scene(scene_name, changes)
     files = check_outputs(json, plot)
     at = last_speed(scene) if speed is None else speed
-    found = equilibria_of(scene, at)
-    with progress_bar("branches over speed") as update:
+    with progress_bar(f"resting states of {scene.name}") as update:
+        update("at one speed", 0, 1)
+        found = equilibria_of(scene, at)
         top = max(abs(at), scene.spindle.max_speed)
         over_speed = kept_branches(scene, _speeds(scene, top), update)
         beside = []

@@ -1,5 +1,6 @@
-"""A bar for work that takes a while."""
+"""A bar for work that takes a while; where there is no terminal, a line now and then."""
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -9,13 +10,22 @@ from ab_sim.cli.outputs import people
 from ab_sim.errors import Interrupted
 from ab_sim.interruption import in_order
 
+EVERY = 10.0
+"""s between two lines."""
 Tell = Callable[[str, int, int], None]
 """What is done now, done, of all."""
 
 
 @contextmanager
 def progress_bar(name: str) -> Iterator[Tell]:
-    """Shows a bar, gone at the end; call what it gives with (what is done now, done, of all)."""
+    """Shows a bar, gone at the end; call what it gives with (what is done now, done, of all).
+
+    Without a terminal a line is printed where it is called ``EVERY`` so many seconds after the
+    last.
+    """
+    if not people.is_terminal:
+        yield _lines(name)
+        return
     columns = (
         TextColumn("{task.fields[name]}", markup=False),
         TextColumn("{task.description}", markup=False),
@@ -30,6 +40,18 @@ def progress_bar(name: str) -> Iterator[Tell]:
             bar.update(task, description=what, completed=done, total=total)
 
         yield update
+
+
+def _lines(name: str) -> Tell:
+    last = time.monotonic()
+
+    def update(what: str, done: int, total: int) -> None:
+        nonlocal last
+        if time.monotonic() - last >= EVERY:
+            last = time.monotonic()
+            people.print(f"{name}: {what}, {done} of {total}")
+
+    return update
 
 
 @contextmanager

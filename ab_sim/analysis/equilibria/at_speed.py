@@ -127,7 +127,8 @@ def balanced_state(system: System, rotor: Rotor, speed: float, theta: np.ndarray
     n = len(theta)
     zeros = max(0, n - 2, _turning(rotor))
     ways = {1: 1, 2: 2 if (np.abs(np.sin(theta)) > 1e-9).any() else 1}.get(n)
-    return resting_state(system, speed, "balanced", np.zeros(2), theta, zeros, ways)
+    alike = n > 2 and len({*rotor.kinds}) == 1
+    return resting_state(system, speed, "balanced", np.zeros(2), theta, zeros, ways, alike)
 
 
 def _standing(system: System, rotor: Rotor) -> RestingState:

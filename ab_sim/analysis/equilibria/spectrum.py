@@ -2,7 +2,8 @@
 
 Equal balls at one place can change places, and the Jacobian does not notice. What moves them apart
 decouples from everything else, as 2x2 blocks that are all alike: repeated eigenvalues come out as
-such, and 64 balls cost what a few do.
+such, and 64 balls cost what a few do. So does, of equal balls that balance, what leaves sum t_i d_i
+as it is: that is all that the deck feels of their motion, t_i being the tangents.
 """
 
 from collections.abc import Sequence
@@ -65,6 +66,37 @@ def spectrum_of(
             apart = jacobian[np.ix_(one, one)] - jacobian[np.ix_(one, other)]
             found += [_eigenvalues(apart)] * (len(group) - 1)
     found.append(_eigenvalues(common.T @ jacobian @ common))
+    return _sorted(found)
+
+
+def balanced_spectrum(jacobian: np.ndarray, layout: Layout, theta: np.ndarray) -> Spectrum:
+    """Eigenvalues of a Jacobian where three and more equal balls balance.
+
+    Args:
+        jacobian, layout, theta: as of ``spectrum_of``, in an isotropic suspension.
+    """
+    basis, across = reaching_the_deck(layout, theta)
+    alone = across.T @ jacobian @ across
+    once = _eigenvalues(basis.T @ jacobian @ basis)
+    return _sorted([once, *[_eigenvalues(alone)] * (len(theta) - 2)])
+
+
+def reaching_the_deck(layout: Layout, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of three and more balls: motions that the deck feels, and one that it does not.
+
+    Returns:
+        Orthonormal columns: the deck's states, two combinations of angles and the same of rates;
+        one more combination of angles, and of rates, like which there are n - 2.
+    """
+    along = np.linalg.svd(np.array([-np.sin(theta), np.cos(theta)]))[2]
+    felt, apart = np.zeros((layout.size, layout.carrier.stop + 4)), np.zeros((layout.size, 2))
+    felt[layout.carrier, layout.carrier] = np.eye(layout.carrier.stop)
+    felt[layout.angles, -4:-2] = felt[layout.rates, -2:] = along[:2].T
+    apart[layout.angles, 0] = apart[layout.rates, 1] = along[2]
+    return felt, apart
+
+
+def _sorted(found: Sequence[tuple[np.ndarray, np.ndarray]]) -> Spectrum:
     values = np.concatenate([each[0] for each in found])
     doubts = np.concatenate([each[1] for each in found])
     order = np.lexsort((values.imag, -values.real))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.analysis.equilibria.resting import field_at, kinds_of, state_of
-from ab_sim.analysis.equilibria.spectrum import spectrum_of
+from ab_sim.analysis.equilibria.spectrum import balanced_spectrum, spectrum_of
 from ab_sim.dynamics.system import System
 
 WORDS = {True: "stable", False: "unstable", None: "undecided"}
@@ -87,6 +87,7 @@ def resting_state(
     theta: np.ndarray,
     structural_zeros: int = 0,
     assignments: int | None = None,
+    balance_alike: bool = False,
 ) -> RestingState:
     """A state that is known to rest, with its eigenvalues at a speed [rad/s].
 
@@ -94,10 +95,14 @@ def resting_state(
         system: a ``resting_system``.
         speed: w [rad/s].
         label, u, theta, structural_zeros, assignments: as of RestingState.
+        balance_alike: whether three and more equal balls balance in an isotropic suspension.
     """
     field, theta = field_at(system, speed), wrapped(np.asarray(theta, float))
     jacobian = field.jacobian(0.0, state_of(system, speed, u, theta))
-    spectrum = spectrum_of(jacobian, field.layout, theta, kinds_of(system))
+    if balance_alike:
+        spectrum = balanced_spectrum(jacobian, field.layout, theta)
+    else:
+        spectrum = spectrum_of(jacobian, field.layout, theta, kinds_of(system))
     largest, doubt = spectrum.largest(structural_zeros)
     return RestingState(
         label, u, theta, spectrum.values, structural_zeros, largest, doubt, assignments

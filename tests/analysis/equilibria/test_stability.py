@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from ab_sim.analysis.equilibria import equilibria_of, settles, sticking
-from ab_sim.analysis.equilibria.resting import resting_system, state_of
+from ab_sim.analysis.equilibria import equilibria_of, settles, spectrum, sticking
+from ab_sim.analysis.equilibria.resting import field_at, resting_system, state_of
 from ab_sim.drive import Drive
 from ab_sim.scene import load_scene
 from tests.analysis.equilibria.drives import drive
@@ -125,3 +125,24 @@ def test_friction_holds_balls_beside_a_state() -> None:
         assert bool(moved == 0.0) is stays
     smooth = load_scene("thesis-hold", ["effects.rolling_friction.arm=0"])
     assert all(s.low == s.high for s in sticking(smooth, 200.0, state))
+
+
+def test_what_does_not_reach_the_deck_decouples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Eigenvalues of many balls that balance are those of the whole, from small matrices."""
+    scene, speed = drive(m=(1.5e-3 / 12,) * 12), 130.0
+    system = resting_system(scene)
+    sizes = []
+    small = spectrum._eigenvalues
+    monkeypatch.setattr(
+        spectrum, "_eigenvalues", lambda matrix: sizes.append(len(matrix)) or small(matrix)
+    )
+    states = [s for s in equilibria_of(scene, speed).branches if s.label.startswith("balanced")]
+    assert len(states) == 3 and max(sizes) <= 12
+    for state in states:
+        at = state_of(system, speed, state.u, state.theta)
+        whole = np.linalg.eigvals(field_at(system, speed).jacobian(0.0, at))
+        left = list(state.eigenvalues)
+        for value in whole:  # as sets
+            near = int(np.argmin(np.abs(np.array(left) - value)))
+            # A zero of a whole matrix is not as exact.
+            assert abs(left.pop(near) - value) < 1e-5 * np.abs(whole).max()
