@@ -95,6 +95,10 @@ TASKS = ("real time", "profile", "recording")
 
 NUMBER = Kind("recording/", "std_msgs/msg/Float64")
 """Beside the contract: what `Recording.scalar` was given, each on a topic with its name."""
+THINNED = Kind("recording/thinned", "std_msgs/msg/Float64MultiArray")
+"""Beside the contract: of a block of a run of which not every step was kept, just before it, how
+many were left out by intent up to each row, and by which rule. Laid out like a block."""
+THINNED_CHANNELS = ("step", "time", "left_out", "every", "around")
 NOTE = "recording."
 """What `Recording.event` was given is a log entry of a node, or rather logger, that begins so."""
 

@@ -55,12 +55,15 @@ class DriveLog(Ignored):
         self.rows = self.missing = 0
         self._namespace, self._kinds, self._out = namespace, kinds, out
         self._recording: Recording | None = None
+        self._is_thinned = False  # what the recording is made of
         self._description: dict[str, Any] = {}
         self._time = 0  # newest one heard of [ns]
         self._levels: dict[str, str] = {}
+        self._left_out = np.empty((0, len(contract.THINNED_CHANNELS)))  # of the next block
         self._pending: list[tuple[Any, ...]] = []  # noted before there were samples
         self._write = {
             contract.DESCRIPTION: self._describe,
+            contract.THINNED: self._thinned,
             contract.BLOCK: self._block,
             contract.CLOCK: self._clock,
             contract.COMMAND: self._command,
@@ -96,6 +99,17 @@ class DriveLog(Ignored):
             self._close()
             self._description = description
 
+    def _thinned(self, message: Any) -> None:
+        channels, told = block_of(message)
+        if channels != contract.THINNED_CHANNELS:
+            raise ValueError(f"must have the channels {contract.THINNED_CHANNELS}")
+        counts, every, around = told[:, 2], told[:, 3], told[:, 4]
+        whole = (counts == np.rint(counts)).all() and (counts >= 0).all()
+        if not (whole and (np.diff(counts) >= 0).all() and (every >= 1).all()
+                and (around >= 0).all() and np.isfinite(told).all()):  # fmt: skip
+            raise ValueError("counts must be whole and grow, every at least 1, around 0 or more")
+        self._left_out = told
+
     def _block(self, message: Any) -> None:
         channels, samples = block_of(message)
         if not len(samples):
@@ -107,7 +121,9 @@ class DriveLog(Ignored):
             self._close()  # the drive was reset, and a recording's steps only grow
             self._open(channels)
         assert self._recording is not None
-        self._recording.block(channels, samples)
+        told, self._left_out = self._left_out, self._left_out[:0]
+        thinned = self._is_thinned and np.array_equal(told[:, 0], samples[:, 0])
+        self._recording.block(channels, samples, told[:, 2] if thinned else None)
         self._time = max(self._time, round(1e9 * samples[-1, 1]))
 
     def _clock(self, message: Any) -> None:
@@ -171,7 +187,14 @@ class DriveLog(Ignored):
             path = self._out.with_stem(f"{self._out.stem}-{count}")
         self.files.append(path)
         drawn = drawable(self._description, channels)
-        self._recording = Recording(path, description=self._description, drawn=drawn, index=False)
+        self._is_thinned = len(self._left_out) > 0
+        rule: dict[str, Any] = {}
+        if self._is_thinned:
+            every, around = self._left_out[0, 3:].tolist()
+            rule = {"every": int(every), "around": around, "thinned": True}
+        self._recording = Recording(
+            path, description=self._description, drawn=drawn, index=False, **rule
+        )
         pending, self._pending = self._pending, []
         for what, *noted in pending:
             self._put(what, *noted)

@@ -16,7 +16,7 @@ from ab_sim.bags.writer import BagWriter
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory, balls_in
 from ab_sim.errors import RecordingError, SceneError
-from ab_sim.recording import StoredRun
+from ab_sim.recording import LEFT_OUT, StoredRun
 from ab_sim.scene import Scene, check_scene
 
 STATE_RATE = 250.0
@@ -122,18 +122,27 @@ class _Samples:
         yield self._clocked(begin, -1, contract.DESCRIPTION, messages.description_message(
             self._run.description
         ))  # fmt: skip
-        for block in self._run.blocks(rows=_ROWS):
-            rows = Trajectory(self._run.channels, block)
+        channels = self._run.channels
+        thinned = self._run.every > 1
+        for block in self._run.blocks((*channels, LEFT_OUT) if thinned else None, rows=_ROWS):
+            rows = Trajectory(channels, block[:, : len(channels)])
+            counts = block[:, -1] if thinned else None
             yield from heapq.merge(
-                self._blocks(rows), self._states(rows), key=lambda sent: sent[:2]
+                self._blocks(rows, counts), self._states(rows), key=lambda sent: sent[:2]
             )
             done += len(rows)
             progress(done, extent.rows)
 
-    def _blocks(self, rows: Trajectory) -> Iterator[Sent]:
+    def _blocks(self, rows: Trajectory, left_out: np.ndarray | None) -> Iterator[Sent]:
         for first in range(0, len(rows), _BLOCK):
             samples = rows.samples[first : first + _BLOCK]
             time = nanoseconds(samples[-1, 1])
+            if left_out is not None:
+                counts = left_out[first : first + _BLOCK]
+                rule = np.tile((self._run.every, self._run.around), (len(counts), 1))
+                told = np.column_stack([samples[:, :2], counts, rule])
+                message = messages.block_message(contract.THINNED_CHANNELS, told)
+                yield self._clocked(time, 0, contract.THINNED, message)
             message = messages.block_message(rows.channels, samples)
             yield self._clocked(time, 1, contract.BLOCK, message)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ab_sim.bags import contract
-from ab_sim.bags.contract import BLOCK, DESCRIPTION, NUMBER, Kind
+from ab_sim.bags.contract import BLOCK, DESCRIPTION, NUMBER, THINNED, Kind
 from ab_sim.bags.drives import DriveLog
 from ab_sim.bags.reader import Bag
 from ab_sim.bags.strangers import Stranger
@@ -127,6 +127,7 @@ def _kinds(bag: Bag, namespace: str) -> dict[str, Kind]:
         own = name.startswith(numbers) and name.removeprefix(numbers).isidentifier()
         if own and topic.type == NUMBER.type:
             wanted[name] = NUMBER
+    wanted[THINNED.within(namespace)] = THINNED
     found = {name: kind for name, kind in wanted.items() if name in bag.topics}
     for name, kind in found.items():
         if bag.topics[name].type != kind.type:

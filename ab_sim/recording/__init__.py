@@ -54,6 +54,7 @@ os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
 # So does its allocator, which by default keeps freed pages for later: 10 MB more in a recorder.
 os.environ.setdefault("MIMALLOC_PURGE_DELAY", "0")
 
+from ab_sim.recording.layout import LEFT_OUT  # noqa: E402
 from ab_sim.recording.reader import RecordedRun, read_recording  # noqa: E402
 from ab_sim.recording.shown import drawable  # noqa: E402
 from ab_sim.recording.stored import (  # noqa: E402
@@ -73,6 +74,7 @@ __all__ = [
     "CHUNK_ROWS",
     "Event",
     "Extent",
+    "LEFT_OUT",
     "RecordedRun",
     "Recording",
     "StoredRun",

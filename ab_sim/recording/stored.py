@@ -80,22 +80,27 @@ class StoredRun:
         self.description: dict[str, Any] = _description_in(text, self.path)
         named = _column(found["/channels"], "names") if "/channels" in found else ()
         self.channels: tuple[str, ...] = tuple(named)
-        self.every = int(_column(found[THINNED], "every")[0]) if THINNED in found else 1
+        rule = found.get(THINNED)
+        self.every = int(_column(rule, "every")[0]) if rule else 1
         """One step of so many is kept wherever nothing happens."""
+        self.around = float(_column(rule, "around")[0]) if rule else 0.0
+        """And all of them so long before and after what happens [s]."""
 
     def blocks(
         self, channels: Sequence[str] | None = None, rows: int = BLOCK_ROWS
     ) -> Iterator[Array]:
         """Samples in the order of step, bit for bit as they were recorded.
 
-        :param channels: which, in which order; default: all.
+        :param channels: which, in which order; default: all. Where not every step is kept,
+            `LEFT_OUT` is one, too: how many rows were left out by intent up to each.
         :param rows: of a block, the last one has what is left.
         :returns: arrays of shape (rows, channels); what was yielded is not kept.
         :raises KeyError: there is no such channel.
         """
         names = self.channels if channels is None else tuple(channels)
+        counted = (LEFT_OUT,) if self.every > 1 else ()
         for name in names:
-            column_of(name, self.channels)
+            column_of(name, (*self.channels, *counted))
         kept: list[Array] = []
         for part in self._rows(names):
             kept.append(part)

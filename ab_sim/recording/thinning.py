@@ -152,3 +152,33 @@ class Thinning:
         out = self.left_out + np.cumsum(~kept)
         self.left_out = int(out[-1])
         return rows[kept], out[kept].astype(np.float64)
+
+
+class Thinned:
+    """Stands for a `Thinning` where somebody else has left out rows and says how many.
+
+    Args:
+        every, around: the rule that was followed.
+    """
+
+    refused = 0
+
+    def __init__(self, every: int, around: float) -> None:
+        self.every, self.around = Thinning(every, around).every, around
+        self.left_out = 0
+
+    def note(self, time: float) -> None:
+        """Nothing depends on it any more."""
+
+    def counted(self, rows: Array, left_out: Array) -> tuple[Array, Array]:
+        """Take rows, and for each how many were left out up to it."""
+        self.left_out = int(left_out[-1])
+        return rows, left_out
+
+    def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
+        """Take rows between which nothing was left out."""
+        return self.counted(rows, np.full(len(rows), float(self.left_out)))
+
+    def rest(self) -> tuple[Array, Array]:
+        """Nothing waits."""
+        return np.empty((0, 0)), np.empty(0)

@@ -28,7 +28,7 @@ from ab_sim.recording.layout import (
 )
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
 from ab_sim.recording.shown import ALWAYS, Drawn, Plain
-from ab_sim.recording.thinning import AROUND, Thinning
+from ab_sim.recording.thinning import AROUND, Thinned, Thinning
 
 BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
 PICTURES_WAIT = 1.0  # s of the run, where nobody watches
@@ -62,6 +62,8 @@ class Recording:
         command's moves (`ab_sim.recording.thinning`); 1 keeps all. Rows then wait for twice
         ``around`` before they are sent.
     :param around: what is kept at full rate before and after an event [s], if not all is.
+    :param thinned: ``every`` and ``around`` were already applied by somebody else, and `block` is
+        told what that has left out.
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class Recording:
         drawn: bool = True,
         every: int = 1,
         around: float = AROUND,
+        thinned: bool = False,
     ) -> None:
         self.path = Path(path)
         self.rows = 0  # rows taken by block()
@@ -90,7 +93,7 @@ class Recording:
         self._first_step = np.nan
         self._error: RecordingError | None = None
         self._closed = False
-        self._thinning = Thinning(every, around)
+        self._thinning = Thinned(every, around) if thinned else Thinning(every, around)
         self._left_out: list[Array] = []  # beside blocks
         self._shown = Drawn(description) if drawn else Plain()
         self._step = _positive(description.get("step"))
@@ -126,7 +129,9 @@ class Recording:
         """How often what was around an event was not kept, because there were too many events."""
         return self._thinning.refused
 
-    def block(self, channels: Sequence[str], samples: ArrayLike) -> None:
+    def block(
+        self, channels: Sequence[str], samples: ArrayLike, left_out: ArrayLike | None = None
+    ) -> None:
         """Take samples.
 
         :param channels: the same in every block. ``step``, ``time`` come first; ``angle``, ``x``,
@@ -134,6 +139,8 @@ class Recording:
             ``z`` and its quaternion; the rest is free.
         :param samples: (rows, channels), float64, copied. ``step`` must grow from row to row;
             it may leap, which `read_recording` counts.
+        :param left_out: of samples that somebody else has thinned, how many were left out by intent
+            up to each row; only with ``thinned``.
         """
         self._check_usable()
         names, rows = tuple(channels), np.array(samples, dtype=np.float64)
@@ -151,6 +158,12 @@ class Recording:
             self._first_step = rows[0, 0]
         self.last_step = rows[-1, 0]
         self.rows += len(rows)
+        if left_out is not None:
+            assert isinstance(self._thinning, Thinned)
+            before, counts = self._thinning.left_out, np.array(left_out, dtype=np.float64)
+            self._collect(self._keep(*self._thinning.counted(rows, counts)))
+            self.rows += self._thinning.left_out - before
+            return
         command = names.index("command") if "command" in names else None
         self._collect(self._keep(*self._thinning.take(rows, command)))
 

@@ -18,7 +18,7 @@ from mcap_ros2.decoder import DecoderFactory
 from ab_sim.bags import Bag, export_bag, import_bag
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
-from ab_sim.recording import Recording, open_recording, read_recording
+from ab_sim.recording import LEFT_OUT, Recording, open_recording, read_recording
 from ab_sim.scene import load_scene
 from tests.bags.made import export_of
 from tests.recording import runs
@@ -62,6 +62,28 @@ def test_to_a_bag_and_back_to_the_bit(live: Path, tmp_path: Path, namespace: str
         assert back.scalars[name].tobytes() == scalar.tobytes(), name
     with Bag(tmp_path / "bag") as bag:
         assert sum(topic.messages for topic in bag.topics.values()) == messages
+
+
+def test_what_a_thinned_one_left_out_is_known_afterwards(tmp_path: Path) -> None:
+    """Row by row, and apart from what is missing; by which rule, too."""
+    names, samples = runs.run(3000)
+    kept = np.delete(samples, [*range(120, 150), 2005], axis=0)
+    with Recording(tmp_path / "a.rrd", description=runs.describe(), every=20, around=0.1) as made:
+        for part in np.array_split(kept, 60):
+            if part[0, 0] <= 1500 <= part[-1, 0]:
+                made.event(1.5, "something happened")
+            made.block(names, part)
+    there = open_recording(tmp_path / "a.rrd")
+    export_bag(there, tmp_path / "bag")
+    imported = import_bag(tmp_path / "bag", tmp_path / "b.rrd")
+    back = open_recording(tmp_path / "b.rrd")
+    assert there.extent.left_out > 2000 and there.extent.missing > 1
+    assert back.extent == there.extent and imported.missing == there.extent.missing
+    assert (back.every, back.around) == (there.every, there.around) == (20, 0.1)
+    assert imported.rows == there.extent.rows and back.complete and not imported.ignored
+    for channels in (None, ("step", LEFT_OUT)):
+        one, other = (np.concatenate(list(run.blocks(channels))) for run in (there, back))
+        assert one.tobytes() == other.tobytes()
 
 
 def test_special_values_and_odd_channels_survive(tmp_path: Path) -> None:
