@@ -118,6 +118,18 @@ def test_a_course_goes_on_from_where_a_condition_was_met() -> None:
     assert course.number(10.0) == 3
 
 
+def test_a_course_says_what_is_held_and_along_what_speed_changes() -> None:
+    held = Course(asked({"hold": 2.5}, {"until": QUIET}, {"to": -70, "acceleration": 7}), 70.0)
+    assert held.words(0) == "hold 70 rad/s for 2.5 s"
+    assert held.words(1) == "hold 70 rad/s until vibration below 0.5 m/s^2, at most 4 s"
+    assert held.words(2) == "from 70 to -70 rad/s at -7 rad/s^2"
+    change = load_profile("{kind: speed_change, to_speed: 90, start_time: 1, duration: 2}").profile
+    course = Course(change, 70.0)
+    assert course.count == 2 and course.until(0) is None
+    assert course.words(0) == "hold 70 rad/s for 1 s"
+    assert course.words(1) == "from 70 to 90 rad/s along a raised cosine in 2 s"
+
+
 def scene_with(scene: Any, *segments: dict[str, Any]) -> Any:
     return scene(profile={"kind": "segments", "segments": list(segments)})
 
