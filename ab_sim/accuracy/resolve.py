@@ -5,13 +5,16 @@ import time
 from ab_sim.accuracy.deviation import Samples
 from ab_sim.accuracy.price import Price
 from ab_sim.accuracy.search import cheapest
-from ab_sim.accuracy.trials import Timed
+from ab_sim.accuracy.trials import Tell, Timed
 from ab_sim.drive import Drive
 from ab_sim.scene.model import Scene
 
 
 def resolve_accuracy(
-    scene: Scene, period: float | None = None, commanded: bool = False
+    scene: Scene,
+    period: float | None = None,
+    commanded: bool = False,
+    tell: Tell | None = None,
 ) -> tuple[Scene, Price | None]:
     """The scene with a solver: where it asks for an accuracy, the cheapest that delivers it.
 
@@ -23,6 +26,7 @@ def resolve_accuracy(
         scene: a scene; if it asks for no accuracy it is returned as it is, with no price.
         period: s; the step goes into it a whole number of times.
         commanded: whether the step has to be stable up to ``spindle.max_speed``.
+        tell: called before each run with the setting, and CPU time spent and allowed [s].
 
     Raises:
         SceneError: what is asked for cannot be had; says what can.
@@ -30,7 +34,7 @@ def resolve_accuracy(
     """
     if scene.accuracy is None:
         return scene, None
-    return cheapest(scene, _timed_run, period, commanded)
+    return cheapest(scene, _timed_run, period, commanded, tell)
 
 
 def _timed_run(scene: Scene, steps: int, every: int) -> Timed:

@@ -29,7 +29,7 @@ from collections.abc import Mapping
 
 from ab_sim.accuracy.deviation import Deviation, deviation, rounding
 from ab_sim.accuracy.price import SAFETY, Price, setting, share_of
-from ab_sim.accuracy.trials import NO_PARAMETERS, Run, Trials, Tried
+from ab_sim.accuracy.trials import NO_PARAMETERS, Run, Tell, Trials, Tried
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.choose import USUAL, limiting, solving_drag, top_speed
@@ -59,7 +59,11 @@ FEWEST = 4
 
 
 def cheapest(
-    scene: Scene, run: Run, period: float | None = None, commanded: bool = False
+    scene: Scene,
+    run: Run,
+    period: float | None = None,
+    commanded: bool = False,
+    tell: Tell | None = None,
 ) -> tuple[Scene, Price]:
     """The scene with the solver that delivers the accuracy it asks for at the least price.
 
@@ -68,17 +72,20 @@ def cheapest(
         run: runs a scene.
         period: s; the step goes into it a whole number of times, as a live node needs it.
         commanded: whether the step has to be stable up to ``spindle.max_speed``.
+        tell: called before each run: see ``Trials``.
 
     Raises:
         SceneError: what is asked for cannot be had, or not be measured in a sensible time; says
             what can.
         DivergedError: the scene's run diverges with every step.
     """
-    return _Search(scene, run, period, commanded).settle()
+    return _Search(scene, run, period, commanded, tell).settle()
 
 
 class _Search:
-    def __init__(self, scene: Scene, run: Run, period: float | None, commanded: bool) -> None:
+    def __init__(
+        self, scene: Scene, run: Run, period: float | None, commanded: bool, tell: Tell | None
+    ) -> None:
         assert scene.accuracy is not None
         self.scene, self.asked = scene, scene.accuracy
         system = system_of(scene)
@@ -96,7 +103,7 @@ class _Search:
         close = without_drag if stiff else longest[USUAL]
         longest |= {stepper.name: close for stepper in self._tolerant}
         self._others = [] if stiff else [s for s in by_step if s is not self._usual]
-        self._trials = Trials(scene, run, longest, period)
+        self._trials = Trials(scene, run, longest, period, tell)
         if period is not None and len(self._trials.rungs(self._first)) < FEWEST:
             raise SceneError(
                 f"accuracy: a step has to go into the period of {period:g} s ({1 / period:g} 1/s) "

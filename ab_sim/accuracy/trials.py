@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from ab_sim.accuracy.deviation import MOST_SAMPLES, Samples
-from ab_sim.errors import DivergedError, SceneError
+from ab_sim.errors import DivergedError, SceneError, exact
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
@@ -33,6 +33,8 @@ class Timed(NamedTuple):
     """CPU time of the steps."""
 
 
+Tell = Callable[[str, int, int], None]
+"""What is done now; CPU time spent, and what may be [s]."""
 Run = Callable[[Scene, int, int], Timed]
 """Runs a scene from its start: so many steps, of which every so-manieth is kept."""
 
@@ -73,12 +75,18 @@ class Trials:
         run: runs it.
         longest: the longest step of each method [s], by name; others are not tried.
         period: s; all steps go into it a whole number of times. None: a power of ten.
+        tell: called before each run.
     """
 
     def __init__(
-        self, scene: Scene, run: Run, longest: Mapping[str, float], period: float | None
+        self,
+        scene: Scene,
+        run: Run,
+        longest: Mapping[str, float],
+        period: float | None,
+        tell: Tell | None = None,
     ) -> None:
-        self.scene, self._run, self._longest = scene, run, longest
+        self.scene, self._run, self._longest, self._tell = scene, run, longest, tell
         reach = min(max(longest.values()), LONGEST)
         base = period or 10.0 ** max(math.ceil(math.log10(reach) - 1e-9), -6)
         self._base = round(1e9 * base)
@@ -159,7 +167,11 @@ class Trials:
                 return
 
     def _go(self, scene: Scene, steps: int, every: int) -> Timed:
-        timed, name = self._run(scene, steps, every), scene.solver.stepper
+        name = scene.solver.stepper
+        if self._tell is not None:
+            what = f"{name} at {exact(scene.solver.step)} s; seconds of CPU time"
+            self._tell(what, int(self._spent), int(MOST_SECONDS))
+        timed = self._run(scene, steps, every)
         self._spent += timed.seconds
         self._per_step[name] = min(self._per_step.get(name, math.inf), timed.seconds / steps)
         return timed

@@ -1,6 +1,6 @@
 """A bar for work that takes a while; where there is no terminal, a line now and then."""
 
-import time
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -20,11 +20,11 @@ Tell = Callable[[str, int, int], None]
 def progress_bar(name: str) -> Iterator[Tell]:
     """Shows a bar, gone at the end; call what it gives with (what is done now, done, of all).
 
-    Without a terminal a line is printed where it is called ``EVERY`` so many seconds after the
-    last.
+    Without a terminal a line says so every ``EVERY`` seconds.
     """
     if not people.is_terminal:
-        yield _lines(name)
+        with _lines(name) as update:
+            yield update
         return
     columns = (
         TextColumn("{task.fields[name]}", markup=False),
@@ -42,16 +42,27 @@ def progress_bar(name: str) -> Iterator[Tell]:
         yield update
 
 
-def _lines(name: str) -> Tell:
-    last = time.monotonic()
+@contextmanager
+def _lines(name: str) -> Iterator[Tell]:
+    """From a thread of its own: a kernel may take a minute to compile, and nothing is told then."""
+    ended = threading.Event()
+    newest: list[tuple[str, int, int]] = []
 
     def update(what: str, done: int, total: int) -> None:
-        nonlocal last
-        if time.monotonic() - last >= EVERY:
-            last = time.monotonic()
-            people.print(f"{name}: {what}, {done} of {total}")
+        newest[:] = [(what, done, total)]
 
-    return update
+    def speak() -> None:
+        while not ended.wait(EVERY):
+            for what, done, total in newest:
+                people.print(f"{name}: {what}, {done} of {total}")
+
+    speaking = threading.Thread(target=speak, daemon=True)
+    speaking.start()
+    try:
+        yield update
+    finally:
+        ended.set()
+        speaking.join()
 
 
 @contextmanager

@@ -4,11 +4,11 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from rich.table import Table
-from rich.text import Text
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.rest import rest_of
-from ab_sim.cli.outputs import PlainConsole, people
+from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.progress import progress_bar
 from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_at_start
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import System
@@ -70,8 +70,8 @@ def print_check(name: str, changes: list[str]) -> None:
     scene = load_scene(name, changes)
     price = None
     if scene.accuracy is not None:
-        with people.status(Text(f"measuring what delivers the accuracy of {scene.name}")):
-            scene, price = resolve_accuracy(scene)
+        with progress_bar(f"accuracy of {scene.name}") as tell:
+            scene, price = resolve_accuracy(scene, tell=tell)
     # Not a Drive: making one compiles its kernel, which takes half a minute the first time.
     system = system_of(scene)
     choice = choose_stepper(scene, system)

@@ -276,6 +276,19 @@ class FakeRuns:
         return Timed(samples, steps * stepper.evaluations * self.stage)
 
 
+def test_each_setting_is_told_before_it_is_run() -> None:
+    runs, told = FakeRuns(stage=1e-5), []
+    cheapest(
+        wished("one-ball", angle=1e-5), runs, tell=lambda *now: told.append((*now, len(runs.seen)))
+    )
+    assert len(told) == len(runs.seen)
+    for k, (what, spent, most, seen) in enumerate(told):
+        name, step = runs.seen[k]
+        assert what == f"{name} at {step:.12g} s; seconds of CPU time" and seen == k
+        assert 0 <= spent <= most
+    assert told[-1][1] > told[0][1] == 0
+
+
 def test_the_cheapest_of_all_is_found() -> None:
     for wish in (1e-1, 1e-3, 1e-5, 1e-8):
         runs = FakeRuns()
