@@ -1,6 +1,7 @@
 """`ab-sim equilibria`."""
 
 import math
+import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -57,6 +58,7 @@ def equilibria_command(
         report = found.report()
         branches = [a | b for a, b in zip(report["branches"], beside, strict=True)]
         report |= {"branches": branches, "over_speed": over_speed.report()}
+        report["other_motions"] = _other_motions(scene)
         write_json({**report, "version": ab_sim.__version__}, json)
     if plot is not None:
         from ab_sim.figures.branches import branches_figure
@@ -67,7 +69,27 @@ def equilibria_command(
     notes = *_notes(found), *_beside_notes(found, beside), *_over_speed(over_speed)
     for note in notes:
         console.print(note)
+    if other := _other_motions(scene):
+        console.print(f"{other}; where runs do end says:")
+        # In a line of its own, to be copied.
+        console.print(f"  {_command(scene, scene_name, changes)}", soft_wrap=True)
     say_written(files)
+
+
+def _other_motions(scene: Scene) -> str | None:
+    """What a stable state does not say of a start-up; None without balls."""
+    if scene.balls.count == 0:
+        return None
+    return (
+        "only states at rest on the rotor are looked for: beside a stable one there can be other "
+        "motions, as balls that circulate, and a start-up may end in these"
+    )
+
+
+def _command(scene: Scene, name: str, changes: Sequence[str]) -> str:
+    """What shows where a scene's start-ups end: from many angles, or of one ball from its own."""
+    act = ["run", name] if scene.balls.count == 1 else ["stability", name, "--basin", "12"]
+    return shlex.join(["ab-sim", *act, *(word for change in changes for word in ("--set", change))])
 
 
 def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:

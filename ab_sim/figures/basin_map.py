@@ -12,6 +12,7 @@ from ab_sim.figures.saved import save
 from ab_sim.studies.basin import (
     BALANCED,
     CHANGING,
+    CIRCULATING,
     DIVERGED,
     LEFT_OUT,
     NAMES,
@@ -23,6 +24,7 @@ COLOURS = {
     BALANCED: "#2c9a55",
     NOT_BALANCED: "#d7403a",
     CHANGING: "#f2b447",
+    CIRCULATING: "#6a51a3",
     DIVERGED: "#3b3b3b",
     LEFT_OUT: "#e4e4e4",
 }

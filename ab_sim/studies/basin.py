@@ -31,14 +31,24 @@ SAMPLES = 1000
 AT_A_TIME = 32
 """Runs that a process is given: whole sets of lanes."""
 
-BALANCED, NOT_BALANCED, CHANGING, DIVERGED, LEFT_OUT = 1, 0, 2, 3, -1
+BALANCED, NOT_BALANCED, CHANGING, DIVERGED, CIRCULATING, LEFT_OUT = 1, 0, 2, 3, 4, -1
 NAMES = {
     BALANCED: "balanced",
     NOT_BALANCED: "not balanced",
     CHANGING: "not balanced, still changing",
+    CIRCULATING: "not balanced, balls circulate",
     DIVERGED: "diverged",
     LEFT_OUT: "left out: equal balls that never part, or overlap",
 }
+
+_OUTCOMES = {
+    "run": NOT_BALANCED,
+    "changing": CHANGING,
+    "circulating": CIRCULATING,
+    "diverged": DIVERGED,
+    "left out": LEFT_OUT,
+}
+"""Labels of what is kept of a run, if more than the limit is left of the unbalance."""
 
 
 class End(NamedTuple):
@@ -187,7 +197,7 @@ def _same(one: float, other: float) -> bool:
 
 
 def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
-    """[outcome, residual unbalance, whirl] of each start: "run", "diverged" or "left out"."""
+    """[outcome, residual unbalance, whirl] of each start; outcomes are those of ``_OUTCOMES``."""
     found: list[list[Any]] = [["left out", None, None] for _ in points]
     variations = {}
     for k, point in enumerate(points):
@@ -205,6 +215,7 @@ def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
             continue
         merits = merits_of(run.trajectory, run.scene)
         outcome = "changing" if merits.changing else "run"
+        outcome = "circulating" if merits.circulating else outcome
         found[k] = [outcome, merits.residual_unbalance, merits.final_whirl]
     return found
 
@@ -225,10 +236,7 @@ def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
 
 def _judged(end: list[Any], limit: float) -> End:
     outcome, residual, whirl = end
-    if outcome == "left out":
-        return End(LEFT_OUT, None, None)
-    if outcome == "diverged":
-        return End(DIVERGED, None, None)
-    if residual <= limit:
-        return End(BALANCED, residual, whirl)
-    return End(CHANGING if outcome == "changing" else NOT_BALANCED, residual, whirl)
+    label = _OUTCOMES[outcome]
+    if residual is not None and residual <= limit:
+        label = BALANCED
+    return End(label, residual, whirl)

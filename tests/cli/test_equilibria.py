@@ -36,8 +36,10 @@ def test_it_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
         "nsc-case-3: where balls can rest at 900 rad/s", "0+2/1", "balanced", "unstable",
         "2+0 vanishes at 167.526084 rad/s", "balanced is stable above 192.252865 rad/s (Hopf",
         "no stable state: 167.526 to 192.253 rad/s",
+        "balls that circulate, and a start-up may", "ab-sim stability nsc-case-3 --basin 12",
     ):  # fmt: skip
         assert words in done.stdout, words
+    assert "balls that circulate" in report["other_motions"]
     assert (tmp_path / "e.png").read_bytes().startswith(PNG)
     assert "wrote e.png" in done.stderr
 

@@ -10,7 +10,7 @@ from ab_sim.analysis.offline import run_scene
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
-from ab_sim.studies.basin import BALANCED, LEFT_OUT, NOT_BALANCED, basin
+from ab_sim.studies.basin import BALANCED, CIRCULATING, LEFT_OUT, NOT_BALANCED, basin
 from tests.conftest import SceneMaker
 
 SHORT = {
@@ -57,6 +57,21 @@ def test_what_was_run_is_kept_whatever_the_limit(scene: SceneMaker) -> None:
     assert told == [(10, 10)]
     assert first.report()["residual_unbalance"] == again.report()["residual_unbalance"]
     assert {*again.shares} == {BALANCED}
+
+
+def test_balls_that_circulate_are_an_end_of_their_own(scene: SceneMaker) -> None:
+    """Two balls so heavy and slippery that from every start they stall near the critical speed."""
+    made = scene(
+        balls={"count": 2, "mass": 1.2e-2},
+        effects={"viscous_drag": {"coefficient": 0.05}},
+        spindle={"max_speed": 1300.0, "max_acceleration": 1000.0},
+        profile={"kind": "start_up", "acceleration": 400.0, "target_speed": 1152.0},
+        duration=8.0,
+    )
+    found = basin(made, 3)
+    assert found.shares == {CIRCULATING: 1.0}
+    (kind,) = found.report()["kinds"]
+    assert kind["name"] == "not balanced, balls circulate"
 
 
 @pytest.mark.parametrize(
