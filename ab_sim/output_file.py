@@ -69,14 +69,50 @@ def check_writable(path: Path, said: str, replaced: bool = True) -> None:
         if path.exists() and not path.is_file():
             what = "a folder" if path.is_dir() else "a device or a pipe"
             raise InputError(f"{said} {path}: is {what}; name a file")
-        if not path.parent.is_dir():
+        file = path.resolve()
+        if not file.parent.is_dir():
             raise InputError(f"{said} {path}: there is no folder {path.parent}; make it first")
-    except OSError as error:
-        raise InputError(f"{said} {path}: cannot be written: {error.strerror}") from error
-    if not os.access(path if replaced and path.exists() else path.parent, os.W_OK):
+        if replaced and file.exists():
+            file.open("r+b").close()
+        _try_folder(file.parent)
+    except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
         raise InputError(
-            f"{said} {path}: cannot be written; choose another place or change its rights"
-        )
+            f"{said} {path}: cannot be written: {_reason(error)}; choose another place or change "
+            "its rights"
+        ) from error
+
+
+def check_can_be_made(folder: Path, said: str) -> None:
+    """Refuse a folder for results that is not there and cannot be made; it is made with the first.
+
+    Args:
+        folder: where.
+        said: what to call it in messages, e.g. ``--out``.
+
+    Raises:
+        InputError: names the folder and what is wrong with it.
+    """
+    try:
+        above = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+        if not above.is_dir():
+            raise InputError(f"{said} {folder}: cannot be made: {above} is no folder")
+        _try_folder(above)
+    except OSError as error:
+        raise InputError(f"{said} {folder}: cannot be made: {_reason(error)}") from error
+
+
+def _try_folder(folder: Path) -> None:
+    """Write a file there, of which nothing stays; rights alone do not say whether one can.
+
+    Raises:
+        OSError: one cannot: for want of rights or room, or the file system takes none.
+    """
+    with tempfile.TemporaryFile(dir=folder) as trial:
+        trial.write(b"\n")
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)
 
 
 def write_whole(file: Path, content: bytes) -> None:
@@ -93,12 +129,15 @@ def write_whole(file: Path, content: bytes) -> None:
 def replacing(file: Path) -> Iterator[Path]:
     """Gives another file in the same folder to write to, which becomes ``file`` at the end.
 
-    After an exception it is gone, and nothing has changed.
+    After an exception it is gone, and nothing has changed. The folder is made if need be; of a
+    link, the file that it leads to is replaced.
 
     Raises:
         OSError: it cannot be written.
     """
-    descriptor, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
+    file = file.resolve()
+    file.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, name = tempfile.mkstemp(dir=file.parent, prefix=".unfinished-")
     os.close(descriptor)
     unfinished = Path(name)
     try:

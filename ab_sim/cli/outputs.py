@@ -10,7 +10,14 @@ from rich.segment import Segment
 from rich.text import Text
 
 from ab_sim.errors import InputError
-from ab_sim.output_file import PICTURE, RECORDING, REPORT, check_ending, check_writable
+from ab_sim.output_file import (
+    PICTURE,
+    RECORDING,
+    REPORT,
+    check_ending,
+    check_writable,
+    write_whole,
+)
 from ab_sim.quoting import visible
 
 
@@ -81,6 +88,6 @@ def write_json(report: dict[str, Any], file: str) -> None:
         print(text)
         return
     try:
-        Path(file).write_text(text + "\n", encoding="utf-8")
+        write_whole(Path(file), f"{text}\n".encode())
     except OSError as error:
         raise InputError(f"{file}: cannot be written: {error.strerror}") from error

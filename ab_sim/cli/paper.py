@@ -7,7 +7,7 @@ from rich.table import Table
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
-from ab_sim.output_file import check_writable
+from ab_sim.output_file import check_can_be_made, check_writable, write_whole
 from ab_sim.papers import check_known, regenerate
 from ab_sim.papers import page as pages
 
@@ -17,19 +17,15 @@ def paper_command(name: str, out: Path, json: str | None) -> None:
     check_known(name)
     page = out / f"{name}.md"
     files = check_outputs(json, None)
+    check_can_be_made(out, "--out")
+    if out.exists():
+        check_writable(page, "--out")
+    with progress_bar(name) as tell:
+        paper = regenerate(name, out, tell)
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        write_whole(page, paper.markdown().encode())
     except OSError as error:
-        raise InputError(f"--out {out}: cannot be made: {error.strerror}") from error
-    check_writable(page, "--out")
-    try:
-        with progress_bar(name) as tell:
-            paper = regenerate(name, out, tell)
-        page.write_text(paper.markdown(), encoding="utf-8")
-    except OSError as error:
-        raise InputError(
-            f"--out {out}: {error.filename} cannot be written: {error.strerror}"
-        ) from error
+        raise InputError(f"--out {out}: {page} cannot be written: {error.strerror}") from error
     if json is not None:
         write_json(paper.report(), json)
     console = console_beside(json)

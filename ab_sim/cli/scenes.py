@@ -3,13 +3,13 @@
 import re
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ab_sim.cli.outputs import PlainConsole
 from ab_sim.scene_files import find_scene, read_scene_file, scene_names
 
-console = Console(markup=False)
+console = PlainConsole()
 
 
 def print_scenes() -> None:

@@ -1,11 +1,14 @@
 """Pictures, written such that texts from outside stand in them as they are."""
 
+from io import BytesIO
 from pathlib import Path
 
 from matplotlib.axis import Axis, Tick
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from ab_sim.errors import InputError
+from ab_sim.output_file import write_whole
 from ab_sim.quoting import visible
 
 
@@ -20,8 +23,10 @@ def save(figure: Figure, path: Path, dpi: int) -> None:
         path: its ending says the format.
         dpi: dots per inch.
 
+    It is drawn first and then written, so that who is interrupted leaves no half of one.
+
     Raises:
-        OSError: it cannot be written.
+        InputError: it cannot be written; names it and the reason.
     """
     numbers = {id(axis.get_offset_text()) for axis in figure.findobj(Axis)}
     for tick in figure.findobj(Tick):
@@ -30,4 +35,9 @@ def save(figure: Figure, path: Path, dpi: int) -> None:
         if isinstance(text, Text) and id(text) not in numbers:
             text.set_parse_math(False)
             text.set_text(visible(text.get_text()))
-    figure.savefig(path, dpi=dpi)
+    drawn = BytesIO()
+    figure.savefig(drawn, format=path.suffix[1:].lower(), dpi=dpi)
+    try:
+        write_whole(path, drawn.getvalue())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from error

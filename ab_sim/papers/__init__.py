@@ -27,7 +27,7 @@ def regenerate(name: str, folder: Path, tell: Tell) -> Paper:
 
     Args:
         name: one of ``PAPERS``.
-        folder: is there.
+        folder: made with the first picture, if it is not there.
         tell: called with what is done now, how much is done, and of how much.
 
     Raises:

@@ -112,6 +112,13 @@ def test_while_it_compiles(start: Start, tmp_path: Path) -> None:
     assert program.interrupted() == (130, "interrupted\n")
 
 
+def test_a_paper_that_is_interrupted_leaves_no_folder(start: Start, tmp_path: Path) -> None:
+    program = start("ab_sim", "paper", "deck-3d", "--out", str(tmp_path / "made" / "papers"))
+    program.until_it_compiles(tmp_path)
+    assert program.interrupted()[0] == 130
+    assert not (tmp_path / "made").exists()
+
+
 @pytest.mark.ros
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_while_a_node_compiles(start: Start, tmp_path: Path, number: int) -> None:
