@@ -136,7 +136,8 @@ class DriveControl:
         with node.active() as bench:
             asked, before = _sound(bench), bench.now
             scene, moved = with_disc(before.scene, eccentricity, angle)
-        prepared = before.altered(scene, (), node.settings.values["error_checks"])
+        share = node.settings.values["error_checks"]
+        prepared = node.unless_ended(lambda: before.altered(scene, (), share))
         with node.active(asked) as bench:
             _leave(bench)
             if bench.trouble:
@@ -209,7 +210,8 @@ class DriveControl:
 
     def _prepare(self, scene: Scene) -> Prepared:
         node = self._node
-        return node.prepare(scene, node.settings.values, node.get_logger().info)
+        values, say = node.settings.values, node.get_logger().info
+        return node.unless_ended(lambda: node.prepare(scene, values, say))
 
     def _break(self, faults: tuple[Fault, ...]) -> Answer:
         with self._node.active() as bench:
@@ -217,7 +219,7 @@ class DriveControl:
             if faults == before.drive.faults:
                 return True, f"faults in force already: {bench.marks.words}"
         share = self._node.settings.values["error_checks"]
-        prepared = before.altered(before.scene, faults, share)
+        prepared = self._node.unless_ended(lambda: before.altered(before.scene, faults, share))
         with self._node.active(asked) as bench:
             _leave(bench)
             if bench.trouble:

@@ -200,8 +200,10 @@ class DriveSim(Managed):
 
     def _apply(self, before: Values, values: Values) -> None:
         bench = self._bench
-        if bench is not None:
-            checks = bench.checks_after(before)
+        if bench is None:
+            return
+        with contextlib.suppress(Interrupted):
+            checks = self.unless_ended(lambda: bench.checks_after(before))
             with self._turn:
                 bench.follow(before, checks)
 

@@ -51,6 +51,15 @@ class Managed(PlainLog, LifecycleNode):
         """What the executor answers: all but what the loop answers itself."""
         return (s for s in super().services if s.service_name not in self._urgent)
 
+    def destroy_node(self) -> None:
+        """As any node's; its DDS participant leaves at once.
+
+        rclpy leaves the state machine, which holds the node, to the search for garbage. That never
+        comes where the process ends: others then see the node for the 20 s of the DDS lease.
+        """
+        super().destroy_node()
+        self._state_machine.destroy_when_not_in_use()
+
     def configure(self) -> None:
         """Make ready what takes long."""
         raise NotImplementedError
@@ -125,16 +134,8 @@ class Managed(PlainLog, LifecycleNode):
             Interrupted: told to end; ``act`` is left behind.
             Exception: as ``act``.
         """
-        future: Future[Result] = Future()
         said: SimpleQueue[str] = SimpleQueue()
-
-        def work() -> None:
-            try:
-                future.set_result(act(said.put))
-            except BaseException as error:
-                future.set_exception(error)
-
-        threading.Thread(target=work, name="transition", daemon=True).start()
+        future = _in_a_thread(lambda: act(said.put))
         began = told = time.monotonic()
         while not wait([future], timeout=GLANCE).done:
             if self.stopping.is_set():
@@ -145,6 +146,21 @@ class Managed(PlainLog, LifecycleNode):
                 told = now
                 self.get_logger().info(f"{doing}: {now - began:.0f} s so far")
             self.answer()
+        return future.result()
+
+    def unless_ended(self, act: Callable[[], Result]) -> Result:
+        """Do what takes long for a callback, which is to be over soon when the node ends.
+
+        A callback that goes on holds the node, and with it the node's place in others' graphs.
+
+        Raises:
+            Interrupted: told to end; ``act`` is left behind.
+            Exception: as ``act``.
+        """
+        future = _in_a_thread(act)
+        while not wait([future], timeout=GLANCE).done:
+            if self.stopping.is_set():
+                raise Interrupted("interrupted")
         return future.result()
 
     def _done(self, act: Callable[[], None]) -> TransitionCallbackReturn:
@@ -160,3 +176,16 @@ class Managed(PlainLog, LifecycleNode):
     def _raise(self) -> NoReturn:
         assert self._failure is not None
         raise self._failure
+
+
+def _in_a_thread(act: Callable[[], Result]) -> "Future[Result]":
+    future: Future[Result] = Future()
+
+    def work() -> None:
+        try:
+            future.set_result(act())
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=work, name="aside", daemon=True).start()
+    return future

@@ -12,9 +12,11 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.srv import DescribeParameters, ListParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_srvs.srv import Trigger
 
 from ab_msgs_py import ENDED, Block, JointSample, Level, services, topics
 from ab_msgs_py.samples import description_of
+from ab_sim.integrate.cache_folder import cache_folder
 from ab_sim.scene import find_scene
 from tests.nodes.fleet import Fleet
 
@@ -33,6 +35,8 @@ SERVICES = (
     services.EMERGENCY_STOP,
     services.RESET_EMERGENCY_STOP,
 )
+LEASE = 20.0
+"""s for which Fast DDS goes on to show who has gone without a word."""
 ROSS_OWN = {"use_sim_time", "start_type_description_service"}
 
 
@@ -56,6 +60,11 @@ def told(fleet: Fleet, level: Level, *words: str) -> None:
 
 def listeners(fleet: Fleet) -> int:
     return fleet.node.count_subscribers("/left/spindle/command")
+
+
+def gone(fleet: Fleet, node: str) -> None:
+    """It leaves the graph by itself, and not only when its DDS lease ends, 20 s later."""
+    fleet.until(lambda: node not in fleet.node.get_node_names(), f"{node} leaves", LEASE / 2)
 
 
 def described_parameters(fleet: Fleet) -> dict[str, Any]:
@@ -168,6 +177,7 @@ def test_a_life(fleet: Fleet, tmp_path: Path) -> None:
     # The end.
     assert fleet.change(DRIVE, "shutdown")
     assert fleet.ended(DRIVE) == 0
+    gone(fleet, "drive_sim")
     told(fleet, Level.OK, ENDED)
     assert "Traceback" not in fleet.log(DRIVE)
 
@@ -193,4 +203,27 @@ def test_it_answers_while_it_configures(fleet: Fleet, tmp_path: Path) -> None:
     assert fleet.state("drive_sim") == "configuring" and not configured.done()
     assert fleet.stop("drive_sim", signal.SIGTERM) == 0
     fleet.until(lambda: (h := fleet.health("drive_sim")) and h.message == ENDED, "last words")
+    gone(fleet, "drive_sim")
+    assert "Traceback" not in fleet.log("drive_sim")
+
+
+def test_it_leaves_while_a_request_compiles(fleet: Fleet, tmp_path: Path) -> None:
+    """The first scene's kernel is in the cache of all tests; for the second one there is none."""
+    known, cache = cache_folder(), tmp_path / "cache"
+    assert known is not None
+    cache.symlink_to(known.parent)
+    fleet.start_process(
+        "drive_sim", "env", f"XDG_CACHE_HOME={cache}",
+        sys.executable, "-m", "ab_sim.nodes.drive_sim", "--ros-args", "-p", "scene:=no-ball",
+    )  # fmt: skip
+    fleet.until(lambda: fleet.value("drive_sim", "scene"), "it runs")
+    cache.unlink()
+    cache.mkdir()
+    assert fleet.set("drive_sim", scene="thesis-hold")[0]
+    client = fleet.node.create_client(Trigger, "drive_sim/load_scene")
+    fleet.until(client.service_is_ready, "the service")
+    client.call_async(Trigger.Request())
+    fleet.until(lambda: list(cache.rglob("*.lock")), "it compiles")
+    assert fleet.stop("drive_sim", signal.SIGTERM) == 0
+    gone(fleet, "drive_sim")
     assert "Traceback" not in fleet.log("drive_sim")
