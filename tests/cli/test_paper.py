@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from ab_sim.conventions import NOTATION
 from ab_sim.papers import PAPERS
 from ab_sim.papers.page import Paper, Picture, Section, Table
 from ab_sim.papers.relative_stability.speed import speed_section
@@ -39,7 +40,8 @@ def test_a_page_has_all_that_the_report_has_in_markdown() -> None:
     parts = (Section("Heading", ("Text.",), (table,), (Picture("p.png", "What it shows"),)),)
     paper = Paper("name", "Title", "Source.", parts)
     assert paper.markdown() == (
-        "# Title\n\nSource.\n\nWritten by `ab-sim paper name`.\n\n## Heading\n\nText.\n\n"
+        f"# Title\n\nSource.\n\nWritten by `ab-sim paper name`. {NOTATION}.\n\n"
+        "## Heading\n\nText.\n\n"
         "**Table 1**\n\n"
         "| case | ours [s] | published [s] |\n| --- | --- | --- |\n| \\|x\\| | 1.23457 | - |\n\n"
         "![What it shows](p.png)\n\n*What it shows*\n"
