@@ -64,6 +64,20 @@ def in_order() -> Iterator[threading.Event]:
         _stopping = None
 
 
+@contextlib.contextmanager
+def kept_from_children() -> Iterator[None]:
+    """Processes that this thread starts within it leave Ctrl-C and a closed terminal to this one.
+
+    They inherit what the thread blocks, from their first instruction on; in this process another
+    thread takes the signals, so that none is lost.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT, signal.SIGHUP])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def leave(code: int) -> NoReturn:
     """End the process, now that everything is in order, with an exit code.
 

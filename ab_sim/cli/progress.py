@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ab_sim.cli.outputs import people
-from ab_sim.errors import Interrupted
+from ab_sim.errors import AbSimError, Interrupted
 from ab_sim.interruption import in_order
 
 EVERY = 10.0
@@ -75,4 +75,9 @@ def interruptible(name: str, left: str) -> Iterator[Tell]:
             if stopping.is_set():
                 raise Interrupted(f"interrupted; {left}")
 
-        yield tell
+        try:
+            yield tell
+        except AbSimError as error:
+            if stopping.is_set():  # who ends all processes of a command means the command
+                raise Interrupted(f"interrupted; {left}") from error
+            raise

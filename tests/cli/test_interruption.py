@@ -35,6 +35,7 @@ class Program:
             stderr=subprocess.STDOUT,
             text=True,
             cwd=ROOT,
+            start_new_session=True,
             env={**os.environ, "PYTHONUNBUFFERED": "1", **environment},
         )
         self.said: list[str] = []
@@ -55,9 +56,19 @@ class Program:
             with pytest.raises(subprocess.TimeoutExpired):
                 self.process.wait(timeout=0.05)
 
-    def interrupted(self, number: int = signal.SIGINT) -> tuple[int, str]:
-        """Send a signal; exit code, and what it has said but for imports."""
-        self.process.send_signal(number)
+    def interrupted(
+        self, number: int = signal.SIGINT, its_children: bool = False
+    ) -> tuple[int, str]:
+        """Send a signal; exit code, and what it has said but for imports.
+
+        Args:
+            number: of the signal.
+            its_children: get it as well, as when it comes from a terminal.
+        """
+        if its_children:
+            os.killpg(self.process.pid, number)
+        else:
+            self.process.send_signal(number)
         rest, _ = self.process.communicate(timeout=ENDS)
         for line in rest.splitlines(keepends=True):
             self._note(line)

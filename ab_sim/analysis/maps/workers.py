@@ -4,12 +4,16 @@ import concurrent.futures
 import contextlib
 import multiprocessing
 import os
-import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import resource_tracker
 from types import TracebackType
 from typing import TypeVar
+
+from ab_sim.errors import AbSimError
+from ab_sim.interruption import kept_from_children
 
 AT_A_TIME = 16
 """Things that a process is given, unless told."""
@@ -20,6 +24,12 @@ WORTH_IT = 20.0
 
 Thing = TypeVar("Thing")
 Result = TypeVar("Result")
+
+
+class WorkerLost(AbSimError):
+    """A process that shared the work is gone."""
+
+    exit_code = 1
 
 
 class Workers:
@@ -76,12 +86,20 @@ class Workers:
                     )
         if self._pool is not None and done < len(things):
             chunk = max(1, min(at_a_time, (len(things) - done) // self._count))
-            yield from self._pool.map(function, things[done:], chunksize=chunk)
+            resource_tracker.ensure_running()  # to start it would let Ctrl-C through again
+            try:
+                with kept_from_children():  # this is where processes start
+                    results = self._pool.map(function, things[done:], chunksize=chunk)
+                yield from results
+            except BrokenProcessPool as error:
+                raise WorkerLost(
+                    "a process that shared the work was ended, by a signal or for want of memory; what "
+                    "is done is kept, the same command goes on"
+                ) from error
 
 
 def _begin() -> None:
-    """Ctrl-C is the parent's to obey, and where it is gone nobody waits for results."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Where the parent is gone nobody waits for results."""
     threading.Thread(target=_leave_with_the_parent, daemon=True).start()
 
 
