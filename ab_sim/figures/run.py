@@ -2,12 +2,10 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator
 
 from ab_sim.analysis.comparison import Compared, Comparison
 from ab_sim.analysis.merits import Merits, merits_of
@@ -15,27 +13,16 @@ from ab_sim.analysis.rest import from_rest, rest_of
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.effects.motor import Motor
+from ab_sim.figures.balls import ball_styles, draw_balls
 from ab_sim.figures.curves import Label, draw_curve, label_at_right, say_conventions
 from ab_sim.figures.saved import save
 from ab_sim.scene.model import Scene
 
 RUN, BESIDE, LIMIT = "tab:red", ("tab:blue", "0.35"), "0.45"
-BALLS = (
-    "tab:orange",
-    "tab:purple",
-    "tab:green",
-    "tab:brown",
-    "tab:pink",
-    "tab:olive",
-    "tab:cyan",
-    "k",
-)
 TILT = {"alpha, about x": RUN, "beta, about y": "tab:blue", "gamma, about the shaft": "0.55"}
 KINDS = {"start_up": "Start-up", "speed_change": "Speed change", "segments": "Run"}
 LEAST = 1e-4
 """Whirl smaller than this share of its peak is not drawn, nor is what is so small beside it."""
-MOST_LABELS = 8
-"""Balls beyond so many are drawn without names."""
 
 
 def run_figure(
@@ -50,7 +37,7 @@ def run_figure(
 
     Speed; W/e, beside that of the runs that it is compared with; of a deck in space its height and
     tilt; with a motor its torque; with balls the driving force on them and their angles from the
-    unbalance.
+    unbalance, or their speeds where they circulate.
 
     Args:
         trajectory: consecutive samples, from the start to the end.
@@ -89,7 +76,7 @@ def run_figure(
         _draw_torque(at["torque"], trajectory, motor)
     if balls:
         _draw_forces(at["force"], trajectory, scene)
-        _draw_angles(at["angles"], trajectory, merits)
+        draw_balls(at["angles"], trajectory, scene, merits)
     if period_start is not None:
         _mark_period(panels, scene, period_start)
     figure.align_ylabels(panels)
@@ -112,6 +99,8 @@ def _summary(merits: Merits, scene: Scene, comparison: Comparison) -> str:
     else:
         within = f"+-{merits.band * scale:.2g}{unit}"
         parts.append(f"stays within {within} of it from {merits.in_band_from:.3f} s on (triangle)")
+    if merits.circulating is not None:
+        parts.append(f"balls circulate: {merits.circulating.text(scene.balls.count)}")
     if scene.balls.count and merits.residual_unbalance is not None:
         parts.append(f"residual unbalance {merits.residual_unbalance:.3g}")
     return "; ".join(parts)
@@ -230,48 +219,10 @@ def _draw_torque(axes: Axes, path: Trajectory, motor: Motor) -> None:
 
 def _draw_forces(axes: Axes, path: Trajectory, scene: Scene) -> None:
     forces = driving_forces(path, scene)
-    for ball, style in enumerate(_styles(path.balls)):
+    for ball, style in enumerate(ball_styles(path.balls)):
         draw_curve(axes, path["time"], forces[:, ball], **style)
     axes.set_ylabel("driving force\non the balls [N]")
     axes.axhline(0, color="k", lw=0.5)
-
-
-def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
-    time, angles = path["time"], np.degrees(path.ball_angles)
-    labels = []
-    for ball, style in enumerate(_styles(path.balls)):
-        axes.plot(time, angles[:, ball], **style)
-        if path.balls <= MOST_LABELS:
-            labels.append(Label(angles[-1, ball], f"ball {ball}", style["color"]))
-    # The turns in an angle count: the opposite side is at every odd multiple of 180 deg.
-    nearest = {180.0 + 360.0 * round((angle - 180.0) / 360.0) for angle in angles[-1]}
-    low, high = min(angles.min(), *nearest), max(angles.max(), *nearest)
-    margin = max(0.06 * (high - low), 15.0)
-    low, high = low - margin, high + margin
-    for turn in range(int(np.ceil((low - 180) / 360)), int(np.floor((high - 180) / 360)) + 1):
-        axes.axhline(180 + 360 * turn, color=LIMIT, lw=0.9, ls=":")
-    labels += [Label(angle, "opposite the unbalance", LIMIT) for angle in sorted(nearest)]
-    axes.set_ylim(low, high)
-    ticks = next((base for base in (15, 30, 45, 90, 180) if high - low <= 8 * base), 360)
-    axes.yaxis.set_major_locator(MultipleLocator(ticks, offset=0))
-    axes.set_ylabel("ball angle from\nthe unbalance [deg]")
-    passed = merits.first_passage_of_opposite
-    if passed is not None and passed > 0:
-        axes.plot(passed, -180, "ko", ms=5, zorder=4)
-        # Balls come from above and go on to the right: room is below to the left, or above.
-        late = passed > 0.3 * time[-1]
-        axes.annotate(
-            f"all balls at -180 deg first: {passed:.3f} s", (passed, -180), fontsize=8,
-            xytext=(-8, -10) if late else (8, 8), textcoords="offset points",
-            ha="right" if late else "left",
-        )  # fmt: skip
-    label_at_right(axes, labels)
-
-
-def _styles(balls: int) -> list[dict[str, Any]]:
-    """One per ball; later ones are drawn thinner, so that balls that move as one remain visible."""
-    widths = np.linspace(3.0, 1.0, balls) if balls > 1 else [1.8]
-    return [{"color": BALLS[ball % len(BALLS)], "lw": width} for ball, width in enumerate(widths)]
 
 
 def _mark_period(panels: Sequence[Axes], scene: Scene, start: float) -> None:

@@ -17,6 +17,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.figures.curves import Label, draw_curve, label_at_right
 from ab_sim.figures.run import run_figure
 from ab_sim.scene import Scene, load_scene
+from tests.analysis.test_circulation import STALLING
 from tests.figures.collisions import overlaps, written
 
 ALONE = Comparison(None, None)
@@ -51,6 +52,14 @@ def test_a_speed_change_is_called_that_and_180_deg_is_opposite_too(tmp_path: Pat
     assert "Speed change of nsc-case-1" in text and "Start-up" not in text
     assert text.count("opposite the unbalance") == 1
     assert ">180<" in text and ">−180<" not in text
+
+
+def test_balls_that_circulate_are_drawn_by_their_speed(scene: Any, tmp_path: Path) -> None:
+    """Hundreds of turns would be as many ticks."""
+    text = texts_of(scene(**STALLING), tmp_path / "figure.svg")
+    assert "speed of the balls" in text and "6 balls circulate" in text
+    assert "ball angle from" not in text and "opposite the unbalance" not in text
+    assert "6 of 6 at 97" in text, "in the line that sums it up"
 
 
 def test_runs_beside_it_are_drawn_and_named_with_their_final_whirl(tmp_path: Path) -> None:

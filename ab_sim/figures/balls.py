@@ -1,0 +1,99 @@
+"""Where a run's balls are; of those that never come to rest, how fast they go."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MultipleLocator
+
+from ab_sim.analysis.merits import Merits
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.figures.curves import Label, draw_curve, label_at_right
+from ab_sim.scene.model import Scene
+
+SPINDLE, LIMIT = "tab:red", "0.45"
+BALLS = (
+    "tab:orange",
+    "tab:purple",
+    "tab:green",
+    "tab:brown",
+    "tab:pink",
+    "tab:olive",
+    "tab:cyan",
+    "k",
+)
+MOST_LABELS = 8
+"""Balls beyond so many are drawn without names."""
+
+
+def draw_balls(axes: Axes, path: Trajectory, scene: Scene, merits: Merits) -> None:
+    """Draw ball angles; the speeds instead, where balls circulate: turns by the hundred say less.
+
+    Args:
+        axes: where.
+        path: consecutive samples, from the start to the end.
+        scene: what was run.
+        merits: of the run.
+    """
+    if merits.circulating is None:
+        _draw_angles(axes, path, merits)
+    else:
+        _draw_speeds(axes, path, scene, merits)
+
+
+def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, merits: Merits) -> None:
+    time, found = path["time"], merits.circulating
+    assert found is not None
+    labels = [Label(path["speed"][-1], "spindle", SPINDLE)]
+    axes.plot(time, path["speed"], color=SPINDLE, lw=1.0, ls="--", zorder=3)
+    for ball, style in enumerate(ball_styles(path.balls)):
+        draw_curve(axes, time, path["speed"] + path.ball_rates[:, ball], **style)
+        if path.balls <= MOST_LABELS and ball not in found.balls:
+            labels.append(Label(path["speed"][-1], f"ball {ball}", style["color"]))
+    for speed in sorted({float(f"{speed:.3g}") for speed in found.speeds}):
+        many = sum(float(f"{each:.3g}") == speed for each in found.speeds)
+        what = "ball circulates" if many == 1 else "balls circulate"
+        labels.append(Label(speed, f"{many} {what}\nat {speed:g} rad/s"))
+    if scene.critical_speed is not None:
+        axes.axhline(scene.critical_speed, color=LIMIT, lw=0.8, ls=":")
+        labels.append(Label(scene.critical_speed, "critical speed", LIMIT))
+    axes.set_ylabel("speed of the balls\n[rad/s]")
+    label_at_right(axes, labels[:MOST_LABELS])
+
+
+def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
+    time, angles = path["time"], np.degrees(path.ball_angles)
+    labels = []
+    for ball, style in enumerate(ball_styles(path.balls)):
+        axes.plot(time, angles[:, ball], **style)
+        if path.balls <= MOST_LABELS:
+            labels.append(Label(angles[-1, ball], f"ball {ball}", style["color"]))
+    # The turns in an angle count: the opposite side is at every odd multiple of 180 deg.
+    nearest = {180.0 + 360.0 * round((angle - 180.0) / 360.0) for angle in angles[-1]}
+    low, high = min(angles.min(), *nearest), max(angles.max(), *nearest)
+    margin = max(0.06 * (high - low), 15.0)
+    low, high = low - margin, high + margin
+    for turn in range(int(np.ceil((low - 180) / 360)), int(np.floor((high - 180) / 360)) + 1):
+        axes.axhline(180 + 360 * turn, color=LIMIT, lw=0.9, ls=":")
+    labels += [Label(angle, "opposite the unbalance", LIMIT) for angle in sorted(nearest)]
+    axes.set_ylim(low, high)
+    ticks = next((base for base in (15, 30, 45, 90, 180) if high - low <= 8 * base), 360)
+    axes.yaxis.set_major_locator(MultipleLocator(ticks, offset=0))
+    axes.set_ylabel("ball angle from\nthe unbalance [deg]")
+    passed = merits.first_passage_of_opposite
+    if passed is not None and passed > 0:
+        axes.plot(passed, -180, "ko", ms=5, zorder=4)
+        # Balls come from above and go on to the right: room is below to the left, or above.
+        late = passed > 0.3 * time[-1]
+        axes.annotate(
+            f"all balls at -180 deg first: {passed:.3f} s", (passed, -180), fontsize=8,
+            xytext=(-8, -10) if late else (8, 8), textcoords="offset points",
+            ha="right" if late else "left",
+        )  # fmt: skip
+    label_at_right(axes, labels)
+
+
+def ball_styles(balls: int) -> list[dict[str, Any]]:
+    """One per ball; later ones are drawn thinner, so that balls that move as one remain visible."""
+    widths = np.linspace(3.0, 1.0, balls) if balls > 1 else [1.8]
+    return [{"color": BALLS[ball % len(BALLS)], "lw": width} for ball, width in enumerate(widths)]
