@@ -93,8 +93,8 @@ class Workers:
                 yield from results
             except BrokenProcessPool as error:
                 raise WorkerLost(
-                    "a process that shared the work was ended, by a signal or for want of memory; what "
-                    "is done is kept, the same command goes on"
+                    "a process that shared the work was ended, by a signal or for want of memory; "
+                    "what is done is kept, the same command goes on"
                 ) from error
 
 
