@@ -29,7 +29,9 @@ MOST_TIME = 2.0**31
 SEGMENTS = {kind.__name__: kind for kind in (Ramp, RaisedCosine)}
 
 
-def write_snapshot(path: Path, scene: Scene, snapshot: Snapshot, beside: Mapping[str, Any]) -> None:
+def write_snapshot(
+    path: Path, scene: Scene, snapshot: Snapshot, beside: Mapping[str, Any], *modules: str
+) -> None:
     """Write one; a file that is there is replaced at once, or stays whole.
 
     Args:
@@ -37,6 +39,7 @@ def write_snapshot(path: Path, scene: Scene, snapshot: Snapshot, beside: Mapping
         scene: the drive's.
         snapshot: the drive's.
         beside: whatever else is to be kept, as JSON-able values.
+        modules: names of those that go on from that.
 
     Raises:
         InputError: the file cannot be written.
@@ -48,7 +51,7 @@ def write_snapshot(path: Path, scene: Scene, snapshot: Snapshot, beside: Mapping
         "format": FORMAT,
         "version": VERSION,
         "ab_sim": ab_sim.__version__,
-        "kernel": _kernel(),
+        "kernel": _kernel(*modules),
         "scene": scene.as_mapping(),
         "digest": _digest(run),
         "run": run,
@@ -59,12 +62,13 @@ def write_snapshot(path: Path, scene: Scene, snapshot: Snapshot, beside: Mapping
         raise InputError(f"snapshot {path}: cannot be written: {error.strerror}") from error
 
 
-def read_snapshot(path: Path, scene: Scene) -> tuple[Snapshot, dict[str, Any]]:
+def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, dict[str, Any]]:
     """Read one, and what was kept beside it.
 
     Args:
         path: of the file.
         scene: what is to go on from it.
+        modules: as when it was written.
 
     Raises:
         InputError: there is none, it is damaged, or it is of another scene or another ab_sim.
@@ -87,12 +91,12 @@ def read_snapshot(path: Path, scene: Scene) -> tuple[Snapshot, dict[str, Any]]:
             f"snapshot {path}: is of version {short(version)}, and this ab_sim reads version "
             f"{VERSION}; save it again"
         )
-    if of != [ab_sim.__version__, _kernel()]:
+    if of != [ab_sim.__version__, _kernel(*modules)]:
         program, kernel = (shortened(str(each)) for each in of)
         raise InputError(
             f"snapshot {path}: is of ab_sim {program} with kernel {kernel}, and this is "
-            f"{ab_sim.__version__} with {_kernel()}: it would not go on to the same bits; save it "
-            "again"
+            f"{ab_sim.__version__} with {_kernel(*modules)}: it would not go on to the same bits; "
+            "save it again"
         )
     if different := _different(content.get("scene"), json.loads(json.dumps(scene.as_mapping()))):
         names = shortened(", ".join(different))
@@ -122,10 +126,10 @@ def _digest(run: str) -> str:
 
 
 @functools.cache
-def _kernel() -> str:
-    """A few digits that say of which sources a drive is made."""
+def _kernel(*modules: str) -> str:
+    """A few digits that say of which sources a drive is made, and what is beside it."""
     try:
-        made_of = sources(["ab_sim.drive.drive"])
+        made_of = sources(["ab_sim.drive.drive", *modules])
     except NotOfSources as error:
         raise InputError(f"snapshot: {error}; start this process again") from error
     digests = "".join(source.digest for source in made_of.values())

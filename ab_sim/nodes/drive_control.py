@@ -11,6 +11,7 @@ from ab_sim.drive.disc import with_disc
 from ab_sim.drive.faults.fault import Fault, faults_of
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
 from ab_sim.errors import AbSimError, CommandError, InputError
+from ab_sim.nodes.command_path import CommandPath
 from ab_sim.nodes.drive_settings import TimeMode
 from ab_sim.nodes.parameters import path_of
 from ab_sim.nodes.prepared import Prepared
@@ -166,7 +167,7 @@ class DriveControl:
             _sound(bench).catch_up()
             kept = bench.now.drive.snapshot(), bench.path.state()
             scene, time_ns = bench.now.scene, bench.now.time_ns
-        write_snapshot(path, scene, *kept)
+        write_snapshot(path, scene, *kept, CommandPath.__module__)
         return True, f"{path}: t = {time_ns * 1e-9:.9g} s"
 
     def restore_snapshot(self) -> Answer:
@@ -174,7 +175,7 @@ class DriveControl:
         path = path_of(self._node.settings.values["snapshot"])
         with self._node.active() as bench:
             asked, scene = _sound(bench), bench.now.scene
-        kept, commands = read_snapshot(path, scene)
+        kept, commands = read_snapshot(path, scene, CommandPath.__module__)
 
         def leap(bench: "Bench") -> None:
             try:

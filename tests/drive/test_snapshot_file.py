@@ -46,6 +46,15 @@ def test_a_file_is_replaced_whole(saved: tuple[Scene, Drive, Path]) -> None:
     assert [file.name for file in path.parent.iterdir()] == ["kept.json"]
 
 
+def test_what_goes_on_from_it_counts(saved: tuple[Scene, Drive, Path]) -> None:
+    """Commands under way are kept beside the drive: other sources would take them otherwise."""
+    chosen, drive, path = saved
+    with pytest.raises(InputError, match="would not go on to the same bits; save it again"):
+        read_snapshot(path, chosen, "ab_sim.nodes.command_path")
+    write_snapshot(path, chosen, drive.snapshot(), {}, "ab_sim.nodes.command_path")
+    assert read_snapshot(path, chosen, "ab_sim.nodes.command_path")[0].steps == 777
+
+
 def test_another_scene_is_refused_by_name(saved: tuple[Scene, Drive, Path], scene: Any) -> None:
     other = scene(sensors=SENSORS, balls={"mass": 2e-3}, rotor={"eccentricity": 2e-4})
     with pytest.raises(InputError, match=r"another scene, which differs in balls.mass, rotor.ecc"):
