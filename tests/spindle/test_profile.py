@@ -149,7 +149,8 @@ def test_a_raised_cosine_is_steepest_half_way() -> None:
     assert profile.top_speed == 300.0 and profile.end == 1.5
     assert profile.angle(1.5) == pytest.approx(100.0 + 0.5 * -100.0)
     assert SpeedProfile.constant(-70.0).top_speed == 70.0
-    assert SpeedProfile.constant(-70.0).steepest == 0.0
+    held = SpeedProfile.constant(-70.0)
+    assert held.steepest == 0.0 and held.angle(2.0) == -140.0
 
 
 def test_a_profile_may_begin_later_and_further_round() -> None:

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from ab_sim.dynamics.ledger import mechanical_energy
+from ab_sim.dynamics.race import pools, table
 from ab_sim.dynamics.race.ball import path_change, place_from_shaft, rate_change
-from ab_sim.dynamics.race.margins import HOLD, LOAD, MOTOR, NEVER, SLIDE, TOUCH
+from ab_sim.dynamics.race.margins import HOLD, LOAD, MOTOR, NEVER, SLIDE, TOUCH, slots
 from ab_sim.dynamics.race.settle import settle
 from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED, ORDER
 from tests.reference.contact import touching
@@ -56,6 +57,19 @@ def test_accelerations_are_the_references(name: str) -> None:
         assert ("contact", True) in seen
     if "motor" in name or name == "all":
         assert {("motor", side) for side in (-1, 0, 1)} <= seen
+
+
+def test_no_two_things_share_a_column() -> None:
+    columns = [
+        *(pools.PULL, pools.HOLD, pools.COARSE, pools.LEVEL, pools.CLOSED, pools.SHIFT, pools.HOP),
+        *(pools.FIRST, pools.POOL_INERTIA, pools.POOL_PULL, pools.POOL_HOLD),
+        *(pools.POOL_COARSE, pools.POOL_LEVEL),
+    ]
+    assert sorted(columns) == list(range(pools.POOL_WIDTH))
+    names = [name for name in vars(table) if name.isupper()]
+    assert sorted(getattr(table, name) for name in names) == list(range(table.REACH + 1))
+    assert table.table_width(7) == table.REACH + 3 * 7
+    assert sorted([SLIDE, HOLD, LOAD, TOUCH, MOTOR]) == list(range(5)) and slots(3) == 4 * 3 + 2
 
 
 @pytest.mark.parametrize("name", ["thesis", "oval"])
@@ -106,8 +120,14 @@ def test_margins_of_friction_are_what_the_reference_has_left(name: str) -> None:
             for i, j, touch in zip(here.chain.behind, here.chain.ahead, rows, strict=True)
             if touch and stuck[i] and stuck[j]
         ]
+        rounding, moved = here.work.rounding, np.abs(here.work.room.acceleration[:2]).max()
+        own = 1e-12 * np.max([want.normal, np.abs(held), here.model.masses * moved], axis=0)
+        assert (rounding[LOAD * N :][:N] >= np.where(stuck, own, 0.0)).all()
+        assert (rounding[LOAD * N :][:N] >= 1e-12 * np.abs(want.normal)).all()
+        least = own.copy(), own.copy()
         for _ in range(N):
             for i, j in leans:
+                least[0][j], least[1][i] = own[j] + least[0][i], own[i] + least[1][j]
                 back[j], forward[i] = (most - held)[j] + back[i], (most + held)[i] + forward[j]
         leaning += len(leans)
         for i in range(N):
@@ -115,11 +135,14 @@ def test_margins_of_friction_are_what_the_reference_has_left(name: str) -> None:
                 assert modes[i, DIRECTION] == 0
                 assert margin[SLIDE * N + i] == pytest.approx(back[i], abs=1e-9)
                 assert margin[HOLD * N + i] == pytest.approx(forward[i], abs=1e-9)
-                assert here.work.rounding[SLIDE * N + i] == pytest.approx(0.0, abs=1e-11)
+                # Of the forces on it, and on those that it leans on.
+                assert least[0][i] <= rounding[SLIDE * N + i] <= 5 * least[0][i]
+                assert least[1][i] <= rounding[HOLD * N + i] <= 5 * least[1][i]
             elif loaded[i]:
                 assert margin[SLIDE * N + i] == abs(here.state[here.layout.rates][i])
                 turned = modes[i, DIRECTION] * change[i]
                 assert rate[SLIDE * N + i] == pytest.approx(turned, rel=1e-8, abs=1e-6)
+                assert 0.0 < rounding[SLIDE * N + i] < 1e-12, "rad/s"
                 assert margin[HOLD * N + i] == NEVER
             else:
                 assert margin[SLIDE * N + i] == margin[HOLD * N + i] == NEVER
@@ -143,9 +166,14 @@ def test_margins_of_contact_are_gaps_or_pushes(name: str) -> None:
             if modes[k, JOINED] == 0:
                 assert margin[slot] == pytest.approx(gaps[c], abs=1e-14)
                 assert rate[slot] == pytest.approx(opens[c], abs=1e-12)
+                closest = here.chain.radius[c] * here.chain.closest[c]
+                assert 1e-13 < here.work.rounding[slot] / closest < 1e-11
             elif name not in FRICTION or 0 not in modes[[i, j], DIRECTION]:
                 assert margin[slot] == pytest.approx(want.contact[c], abs=1e-9)
                 assert rate[slot] == NEVER
+                moved = np.abs(here.work.room.acceleration[:2]).max()
+                both = here.model.masses[i] + here.model.masses[j]
+                assert 1e-12 * both * moved < here.work.rounding[slot] < 1e-10
                 joined += 1
             else:
                 assert margin[slot] == rate[slot] == NEVER
