@@ -75,3 +75,11 @@ def test_they_do_not_depend_on_how_steps_are_grouped(count: int) -> None:
 def test_parts_end_where_they_are_told_to() -> None:
     along = list(parts(curve(0.1, 1e-3), GRID, 100, 0.1004))
     assert len(along) == 5 and sum(one.length for one in along) == pytest.approx(4e-4)
+
+
+@pytest.mark.parametrize("asked", range(1, 14))
+def test_no_more_steps_are_taken_than_are_asked_for(asked: int) -> None:
+    """Also just before a breakpoint, here after eleven of them."""
+    hold = SpeedProfile.start_up(0.0, 10.0, 0.11)
+    assert hold.end == pytest.approx(11 * STEP)
+    assert sum(one.steps for one in stretches(hold, GRID, 0, asked)) == asked
