@@ -119,9 +119,8 @@ def _figure(panel: Panel, limits: Limits) -> Any:
             customdata=_short(time), hovertemplate="%{customdata:.4f} s<br>%{x}, %{y} mm",
         )  # fmt: skip
     for curve in panel.curves:
-        line = {
-            "color": curve.colour, "width": curve.width, "dash": "dash" if curve.dashed else "solid"
-        }  # fmt: skip
+        dash = ",".join(f"{part:g}px" for part in curve.dashes) or "solid"
+        line = {"color": curve.colour, "width": curve.width, "dash": dash}
         figure.add_scatter(
             x=_short(curve.x), y=_short(curve.y), name=curve.name, line=line, mode="lines"
         )

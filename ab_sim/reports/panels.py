@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ab_sim.figures.dashes import DASHES, dashes_of
 from ab_sim.reports.colours import BLACK, BLUE, CURVES, GREY, SKY, VERMILION
 from ab_sim.reports.gather import TURNS, RunData
 
@@ -15,6 +16,7 @@ KEYS = (
 )  # fmt: skip
 """Of panels, from above to below."""
 TIME = "time [s]"
+DASHED = DASHES[1]
 ORDERS = {1: VERMILION, 2: SKY}
 """Times the spindle's speed, drawn as lines in these colours."""
 WATERFALL_DECADES = 4.0
@@ -37,7 +39,7 @@ class Curve:
     y: np.ndarray
     colour: str
     width: float = 1.3
-    dashed: bool = False
+    dashes: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ def _panels(data: RunData) -> Iterator[Panel]:
     have = data.curves.channels
     whirl, unit, scale = whirl_scale(data)
     speeds = [
-        Curve("commanded", *data.curves.curve("command"), BLACK, 0.9, True)
+        Curve("commanded", *data.curves.curve("command"), BLACK, 0.9, DASHED)
         if "command" in have
         else None,
         Curve("spindle", *data.curves.curve("speed"), BLUE, 1.8) if "speed" in have else None,
@@ -148,7 +150,8 @@ def _in_turn(data: RunData, names: list[str], scale: float) -> tuple[Curve, ...]
     for at, (name, width) in enumerate(zip(names, widths, strict=True)):
         time, values = data.curves.curve(name)
         colour = CURVES[at % len(CURVES)]
-        curves.append(Curve(f"ball {at}", time, values * scale, colour, float(width)))
+        dashes = dashes_of(at, len(CURVES))
+        curves.append(Curve(f"ball {at}", time, values * scale, colour, float(width), dashes))
     return tuple(curves)
 
 
@@ -211,7 +214,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
         for order, colour in ORDERS.items():
             ends = np.array([low, min(high, 2.0 * math.pi * top / order)])
             line = order * ends / (2.0 * math.pi)
-            orders.append(Curve(f"{order}x", line, ends, colour, 1.5, True))
+            orders.append(Curve(f"{order}x", line, ends, colour, 1.5, DASHED))
         yield Panel("waterfall", title, across, up, 1.4, tuple(orders), heat=heat)
     else:
         note = "the spindle's speed hardly changes, or there are too few samples"
@@ -228,7 +231,7 @@ def _orders_at(data: RunData, root: np.ndarray) -> Iterator[Curve]:
     for order, colour in ORDERS.items():
         if 0 < order * speed < data.spectrum.frequencies[-1]:
             line = np.full(2, order * speed)
-            yield Curve(f"{order}x, {order * speed:.4g} Hz", line, ends, colour, 1.5, True)
+            yield Curve(f"{order}x, {order * speed:.4g} Hz", line, ends, colour, 1.5, DASHED)
 
 
 def _pooled(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> Cells:

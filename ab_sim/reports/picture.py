@@ -67,7 +67,7 @@ def _draw(figure: Figure, axes: Axes, panel: Panel, title: str, limits: Limits) 
     for curve in panel.curves:
         axes.plot(
             curve.x, curve.y, color=curve.colour, lw=curve.width, label=curve.name,
-            ls="--" if curve.dashed else "-",
+            dashes=curve.dashes,
         )  # fmt: skip
     for at, (value, name) in enumerate(panel.levels):
         axes.axhline(value, color=GREY, lw=1.0, ls=":", label=name if at == 0 else None)
