@@ -82,4 +82,5 @@ def test_no_more_steps_are_taken_than_are_asked_for(asked: int) -> None:
     """Also just before a breakpoint, here after eleven of them."""
     hold = SpeedProfile.start_up(0.0, 10.0, 0.11)
     assert hold.end == pytest.approx(11 * STEP)
-    assert sum(one.steps for one in stretches(hold, GRID, 0, asked)) == asked
+    taken = list(stretches(hold, GRID, 0, asked))
+    assert sum(one.steps for one in taken) == asked and not any(one.offset for one in taken)
