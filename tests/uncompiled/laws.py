@@ -25,7 +25,9 @@ def settled(random: np.random.Generator, effects: dict[str, Any]) -> tuple[Insta
     """An instant whose branches have been found, with the reference's mode and forces."""
     here = instant(random, effects)
     here.evaluate()
+    before = here.state.copy()
     settle(here.calls, here.race, here.work, 0.0, here.state, -1, False)
+    np.testing.assert_array_equal(here.state, before, "a look changes nothing")
     assert here.work.counts[1] == 0, "branches were found"
     q, rates = here.coordinates()
     mode = choose_mode(here.model, here.chain, here.asked, q, rates, here.z)

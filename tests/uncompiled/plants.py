@@ -171,7 +171,7 @@ def instant(random: np.random.Generator, effects: dict[str, Any], together: floa
     modes[:N, DIRECTION] = np.sign(speeds)
     order = system.contacts[:, ORDER].astype(int)
     modes[: len(order), JOINED] = np.append(touch, False)[order]
-    stepper: Any = SimpleNamespace(slopes=1, memory=0, tables=0, spans=False)
+    stepper: Any = SimpleNamespace(slopes=2, memory=0, tables=0, spans=False)
     work = workspace(system, stepper, np.full(layout.size, np.inf))
     plant = Plant(system, Place(Ramp(ASKED, SLOPE), PHASE), modes, work.room)
     return Instant(plant, work, state, layout, model, chain, z)
