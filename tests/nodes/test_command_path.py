@@ -142,8 +142,9 @@ def test_of_a_command_without_a_stamp_nothing_is_known() -> None:
     assert p.acted == [0, 0, 0]
 
 
-def test_a_watchdog_shorter_than_a_step_acts_at_the_next_one() -> None:
-    p = path(age_limit=1e-4)
+@pytest.mark.parametrize("limit", [1e-4, 1e-13])
+def test_a_watchdog_shorter_than_a_step_acts_at_the_next_one(limit: float) -> None:
+    p = path(age_limit=limit)
     p.hear(50.0, 7)
     assert told(p, 7) == (50.0, 100.0) and not p.silent
     assert p.next(7) == 8
@@ -198,7 +199,9 @@ def test_an_emergency_stop_outlasts_what_is_kept_and_another_scene() -> None:
     assert not p.stopped and told(p, 0) is None
 
 
-@pytest.mark.parametrize("change", [{"bus": [[3]]}, {"told": [1.0]}, {"draws": "x"}, None])
+@pytest.mark.parametrize(
+    "change", [{"bus": [[3]]}, {"told": [1.0]}, {"draws": "x"}, {"draws": 2**63}, None]
+)
 def test_what_was_not_kept_is_refused_and_changes_nothing(change: dict[str, object] | None) -> None:
     p = path()
     p.hear(200.0, 0)
