@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from ab_sim.dynamics.race.impact import SLOW_IMPACT, collide
+from ab_sim.dynamics.race.margins import TOUCH
 from ab_sim.dynamics.race.settle import settle
 from ab_sim.dynamics.system import DIRECTION, JOINED, ORDER
 from tests.reference.contact import impact
@@ -108,7 +109,7 @@ def test_an_event_at_a_contact_is_an_impact_and_what_follows_of_it() -> None:
         q, rates = here.coordinates()
         want = impact(here.model, here.chain, c, q, rates)
         here.evaluate()
-        settle(here.calls, here.race, here.work, 0.0, here.state, 3 * N + k, False)
+        settle(here.calls, here.race, here.work, 0.0, here.state, TOUCH * N + k, False)
         assert here.work.counts[1] == 0
         np.testing.assert_allclose(here.coordinates()[1], want, rtol=1e-9, atol=1e-9)
 

@@ -100,7 +100,7 @@ MOTORS = [name for name, effects in COMPANIES.items() if "motor" in effects]
 @pytest.mark.parametrize("name", FRICTION)
 def test_margins_of_friction_are_what_the_reference_has_left(name: str) -> None:
     random, leaning = np.random.default_rng(4), 0
-    for _ in range(40):
+    for _ in range(150):
         here, mode, want = settled(random, COMPANIES[name])
         margin, rate, modes = here.work.margin, here.work.rate, here.plant.modes
         q, rates = here.coordinates()

@@ -1,4 +1,4 @@
-"""Three balls of a drive in the plane at any instant, for the package and for the reference."""
+"""Four balls of a drive in the plane at any instant, for the package and for the reference."""
 
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -22,7 +22,7 @@ from tests.reference.model import Model
 from tests.reference.motor import Command
 from tests.reference.of_scene import params_of
 
-N = 3
+N = 4
 PHASE, ASKED, SLOPE = 0.7, 90.0, 30.0
 """Of the spindle: angle [rad], commanded speed [rad/s] and acceleration [rad/s^2]."""
 OVAL: dict[str, Any] = {
@@ -66,8 +66,8 @@ COMPANIES: dict[str, dict[str, Any]] = {
 
 
 def scene_with(effects: dict[str, Any], angles: list[float] | None = None) -> Scene:
-    """The thesis' drive with three unequal balls."""
-    balls = {"count": N, "mass": [1e-3, 6e-4, 1.4e-3], "radius": [1e-3, 8e-4, 1.2e-3]}
+    """The thesis' drive with four unequal balls."""
+    balls = {"count": N, "mass": [1e-3, 6e-4, 1.4e-3, 8e-4], "radius": [1e-3, 8e-4, 1.2e-3, 9e-4]}
     changes = {"balls": balls, "effects": effects, "start": {"ball_angles": angles}}
     return check_scene(merge(THESIS, changes), "test")
 
@@ -145,7 +145,7 @@ def instant(random: np.random.Generator, effects: dict[str, Any], together: floa
         together: how likely neighbours touch, as fast as each other; and how likely a ball is at
             rest on the race, with those that touch it.
     """
-    begin = random.uniform(-9.0, 9.0) + np.arange(N) * 2.0
+    begin = random.uniform(-9.0, 9.0) + np.arange(N) * 2 * np.pi / N
     scene = scene_with(effects, begin.tolist())
     model = Model(params_of(scene))
     chain = chain_of(model, begin)
