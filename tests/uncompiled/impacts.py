@@ -82,7 +82,7 @@ def test_speeds_after_an_impact_are_the_references(name: str) -> None:
 @pytest.mark.parametrize("plastic", [False, True])
 def test_what_is_plastic_or_slow_does_not_bounce(plastic: bool) -> None:
     random = np.random.default_rng(8)
-    for _ in range(10):
+    for _ in range(40):
         here, c, k = struck(random, {**OVAL, **TOUCHING})
         if not plastic:
             # Just below what counts as an impact.
@@ -93,10 +93,12 @@ def test_what_is_plastic_or_slow_does_not_bounce(plastic: bool) -> None:
             row[j] = False
             rates[row] -= (0.05 - 0.9 * SLOW_IMPACT) / path[row]
             here.state[layout.rates] = rates
+        joined = here.plant.modes[:N, JOINED].copy()
         here.evaluate()
         q = here.coordinates()[0]
         assert collide(here.calls, here.race, here.work, here.state, k, plastic)
         assert here.plant.modes[k, JOINED] == 1
+        assert plastic or (here.plant.modes[:N, JOINED] >= joined).all(), "it parts none"
         opens = here.chain.radius * here.chain.rates(q, here.coordinates()[1])
         assert opens[c] == pytest.approx(0.0, abs=1e-15)
 
