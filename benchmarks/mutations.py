@@ -1,0 +1,186 @@
+"""Which changes of a single operator, comparison or number no test notices.
+
+cosmic-ray says what can be changed in a file, one place at a time. Each such mutant is served to a
+process of its own, which runs the tests of its room until one fails. Nothing on disk is changed, so
+kernels that were compiled before know nothing of a mutant: tests of the equations and of the race
+call these as plain Python. docs/mutations.md says what survived, and why.
+
+    .venv/bin/pip install cosmic-ray==8.7.0
+    .venv/bin/python benchmarks/mutations.py --json out/mutations.json [ROOM ...]
+"""
+
+import argparse
+import importlib
+import json
+import os
+import re
+import resource
+import signal
+import sys
+from collections import Counter, deque
+from collections.abc import Iterator
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from cosmic_ray.ast import ast_nodes, get_ast
+from cosmic_ray.mutating import mutate_code
+from cosmic_ray.plugins import get_operator, operator_names
+
+UNCOMPILED = [f"tests/uncompiled/{name}.py" for name in ("elimination", "laws", "impacts")]
+PLAIN = ["-p", "tests.uncompiled.plugin"]
+"""Keeps numba from compiling."""
+DECK = "tests/analysis/test_deck.py::test_merits_of_a_deck"
+ROOMS = {
+    "elimination": ("ab_sim/dynamics/race/[rte]*.py", [*PLAIN, *UNCOMPILED]),
+    "laws": ("ab_sim/dynamics/race/[bcimps]*.py", [*PLAIN, *UNCOMPILED[1:]]),
+    "neighbours": ("ab_sim/dynamics/race/neighbours.py", ["tests/dynamics/test_neighbours.py"]),
+    "effects": (
+        "ab_sim/dynamics/effects/*.py",
+        [*PLAIN, "tests/effects/test_laws.py", "tests/effects/test_parameters.py", UNCOMPILED[1]],
+    ),
+    "spindle": ("ab_sim/spindle/*.py", ["tests/spindle"]),
+    "merits": ("ab_sim/analysis/merits.py", ["tests/analysis/test_merits.py", DECK]),
+    "command_path": ("ab_sim/nodes/command_path.py", ["tests/nodes/test_command_path.py"]),
+    "pacing": ("ab_sim/nodes/pacing.py", ["tests/nodes/test_pacing.py"]),
+    "inbox": ("ab_sim/nodes/inbox.py", ["tests/nodes/test_inbox.py"]),
+}
+"""What is mutated, and pytest's arguments."""
+OPERATORS = re.compile(
+    "core/("
+    "ReplaceBinaryOperator_(Add_Sub|Sub_Add|Mul_Div|Div_Mul|FloorDiv_Mul|Mod_Mul|Pow_Mul)"
+    "|ReplaceComparisonOperator_(Eq_NotEq|NotEq_Eq|Is_IsNot|IsNot_Is|Lt_LtE|Lt_GtE|LtE_Lt|LtE_Gt"
+    "|Gt_GtE|Gt_LtE|GtE_Gt|GtE_Lt)"
+    "|ReplaceUnaryOperator_Delete_.*|AddNot|NumberReplacer|ZeroIterationForLoop|ExceptionReplacer"
+    "|ReplaceTrueWithFalse|ReplaceFalseWithTrue|ReplaceAndWithOr|ReplaceOrWithAnd"
+    "|ReplaceBreakWithContinue|ReplaceContinueWithBreak)"
+)
+"""One other operator for each, and both neighbours of a comparison: cosmic-ray knows eleven, of
+which most are as easily noticed. No removed decorators: numba or the first call refuses those."""
+PRELOADED = (
+    "numpy numba numba.extending numba.np.arrayobj scipy.integrate scipy.optimize "
+    "scipy.interpolate scipy.spatial.transform matplotlib.figure pydantic yaml "
+    "hypothesis"
+)
+"""Imported once, before processes part."""
+
+
+class Mutant(NamedTuple):
+    """A place in a file and what is done there."""
+
+    path: str
+    line: int
+    operator: str
+    occurrence: int
+
+    def source(self) -> str:
+        """The file's text with the change."""
+        operator = get_operator(f"core/{self.operator}")()
+        changed = mutate_code(Path(self.path).read_text(), operator, self.occurrence)
+        assert changed is not None
+        return changed
+
+    def shown(self) -> str:
+        """The changed line."""
+        pairs = zip(
+            Path(self.path).read_text().splitlines(), self.source().splitlines(), strict=True
+        )
+        return next((new.strip() for old, new in pairs if old != new), "")
+
+
+def mutants_of(path: Path) -> Iterator[Mutant]:
+    """All mutants of a file."""
+    tree = get_ast(path.read_text())
+    for name in filter(OPERATORS.fullmatch, operator_names()):
+        operator = get_operator(name)()
+        places = (
+            start for node in ast_nodes(tree) for start, _ in operator.mutation_positions(node)
+        )
+        for occurrence, (line, _) in enumerate(places):
+            yield Mutant(str(path), line, name.removeprefix("core/"), occurrence)
+
+
+def start(mutant: Mutant | None, tests: list[str], patience: int) -> int:
+    """A process that ends with 0 if the tests pass on a mutant (None: on the sources)."""
+    child = os.fork()
+    if child:
+        return child
+    # Of the processor's time, for a machine may be busy: SIGXCPU ends it.
+    resource.setrlimit(resource.RLIMIT_CPU, (patience, patience + 1))
+    quiet = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(quiet, stream)
+    if mutant is not None:
+        module, source = mutant.path.removesuffix(".py").replace("/", "."), mutant.source()
+        from_disk = SourceFileLoader.get_code
+
+        def get_code(loader: SourceFileLoader, name: str):  # type: ignore[no-untyped-def]
+            if name == module:
+                return compile(source, mutant.path, "exec")
+            return from_disk(loader, name)
+
+        SourceFileLoader.get_code = get_code  # type: ignore[method-assign,assignment]
+    os._exit(int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests])))
+
+
+def outcomes(
+    mutants: list[Mutant], tests: list[str], jobs: int, patience: int
+) -> Iterator[tuple[Mutant, str]]:
+    """Each mutant with "killed", "timeout" or "survived", as they come."""
+    waiting, running = deque(mutants), dict[int, Mutant]()
+    while waiting or running:
+        while waiting and len(running) < jobs:
+            mutant = waiting.popleft()
+            running[start(mutant, tests, patience)] = mutant
+        child, status = os.wait()
+        late = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL)
+        yield running.pop(child), "timeout" if late else "killed" if status else "survived"
+
+
+def main() -> None:
+    """Run the rooms that are asked for and print a table, then the survivors."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("rooms", nargs="*", metavar="ROOM", help=f"of {', '.join(ROOMS)}")
+    parser.add_argument("--jobs", type=int, default=1, help="processes at once")
+    parser.add_argument("--patience", type=int, default=120, help="CPU seconds for each")
+    parser.add_argument("--every", type=int, default=1, help="of so many mutants, try one")
+    parser.add_argument("--file", default="", help="only files whose path contains this")
+    parser.add_argument("--again", type=Path, help="only what survived in this earlier --json")
+    parser.add_argument("--json", type=Path, help="write every mutant's outcome there")
+    asked = parser.parse_args()
+    sys.path.insert(0, os.getcwd())
+    # Else every process would compile all that it imports.
+    sys.dont_write_bytecode = False
+    for name in PRELOADED.split():
+        importlib.import_module(name)
+    before = json.loads(asked.again.read_text()) if asked.again else None
+    found: list[dict[str, object]] = []
+    for room in asked.rooms or ROOMS:
+        pattern, tests = ROOMS[room]
+        files = [path for path in sorted(Path().glob(pattern)) if asked.file in str(path)]
+        mutants = [mutant for path in files for mutant in mutants_of(path)][:: asked.every]
+        if before is not None:
+            alive = {
+                (e["path"], e["operator"], e["occurrence"])
+                for e in before
+                if e["outcome"] == "survived"
+            }
+            mutants = [m for m in mutants if (m.path, m.operator, m.occurrence) in alive]
+        if os.waitpid(start(None, tests, asked.patience), 0)[1]:
+            sys.exit(f"{room}: its tests fail on the sources as they are: {' '.join(tests)}")
+        for mutant, outcome in outcomes(mutants, tests, asked.jobs, asked.patience):
+            found.append({"room": room, **mutant._asdict(), "outcome": outcome})
+            if outcome == "survived":
+                print(f"{mutant.path}:{mutant.line} {mutant.operator}: {mutant.shown()}")
+                sys.stdout.flush()
+            if asked.json:
+                asked.json.write_text(json.dumps(found, indent=0) + "\n")
+    counts = Counter((entry["path"], entry["outcome"]) for entry in found)
+    for path in sorted({path for path, _ in counts}):
+        kinds = [counts[path, kind] for kind in ("killed", "timeout", "survived")]
+        print(f"| {path} | {sum(kinds)} | {kinds[0] + kinds[1]} | {kinds[2]} |")
+
+
+if __name__ == "__main__":
+    main()
