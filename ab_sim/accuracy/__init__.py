@@ -3,6 +3,6 @@
 from ab_sim.accuracy.price import SAFETY, Price, share_of
 from ab_sim.accuracy.resolve import resolve_accuracy
 from ab_sim.accuracy.search import cheapest
-from ab_sim.accuracy.trials import Run, Timed
+from ab_sim.accuracy.trials import Run, Tell, Timed
 
-__all__ = ["SAFETY", "Price", "Run", "Timed", "cheapest", "resolve_accuracy", "share_of"]
+__all__ = ["SAFETY", "Price", "Run", "Tell", "Timed", "cheapest", "resolve_accuracy", "share_of"]

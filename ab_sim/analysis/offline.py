@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import ab_sim
-from ab_sim.accuracy import Price, resolve_accuracy
+from ab_sim.accuracy import Price, Tell, resolve_accuracy
 from ab_sim.analysis.merits import LAST, Merits, merits_of
 from ab_sim.drive import Drive
 from ab_sim.drive.observation import Observation
@@ -65,6 +65,7 @@ def run_scene(
     times: Sequence[float] = (),
     progress: Callable[[Drive, Trajectory], None] | None = None,
     parts: int = 100,
+    tell: Tell | None = None,
 ) -> OfflineRun:
     """Run a scene's profile from its start to its end.
 
@@ -74,6 +75,7 @@ def run_scene(
         times: when to take samples [s]; they need not lie on the grid of steps.
         progress: called with the drive and the newest samples about ``parts`` times.
         parts: how many pieces the run is cut into for ``progress``.
+        tell: called while an accuracy is measured, as by ``resolve_accuracy``.
 
     Raises:
         InputError: a time is negative or not finite, or the run would be absurdly long.
@@ -84,7 +86,7 @@ def run_scene(
             raise InputError(f"times: {time} s: must be a finite number, at least 0")
     SpeedProfile.of_scene(scene)  # refuses what it cannot know before minutes of measuring
     end = max([scene.duration, *times])
-    scene, price = resolve_accuracy(scene)
+    scene, price = resolve_accuracy(scene, once=True, tell=tell)
     drive = Drive(scene)
     if end / drive.step * len(drive.channels) > MAX_VALUES:
         what = "duration" if end == scene.duration else "times:"

@@ -1,21 +1,19 @@
 """`ab-sim run`."""
 
-import contextlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ab_sim.analysis import OfflineRun, compare, run_scene
 from ab_sim.cli.merits import merits_table
 from ab_sim.cli.outputs import check_outputs, people, say_written, write_json
+from ab_sim.cli.progress import progress_bar
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError, exact
-from ab_sim.scene import Scene, load_scene
+from ab_sim.scene import load_scene
 
 INTERVALS = 100
 """Between samples in the JSON, where no times are asked for."""
@@ -38,8 +36,14 @@ def run_command(
     if not wanted and json is not None:
         wanted = [i / INTERVALS * scene.duration for i in range(INTERVALS + 1)]
     files = check_outputs(json, plot, rrd)
-    with _progress(scene) as update:
-        result = run_scene(scene, wanted, update)
+    with progress_bar("run") as tell:
+        tell(f"{scene.name}, compiling; ms simulated", 0, round(1e3 * scene.duration))
+
+        def update(drive: Drive, newest: Trajectory) -> None:
+            what = f"{drive.scene.name} at {newest['speed'][-1]:.1f} rad/s; ms simulated"
+            tell(what, round(1e3 * drive.time), round(1e3 * drive.scene.duration))
+
+        result = run_scene(scene, wanted, update, tell=tell)
         comparison = compare(result, update)
     eccentricity = result.scene.rotor.eccentricity
     report = {**result.report(), **comparison.report(result.merits, eccentricity)}
@@ -76,26 +80,6 @@ def parse_times(text: str | None) -> list[float]:
         raise InputError(
             f"--times {text}: must be numbers separated by commas, e.g. 2.5,3,6"
         ) from error
-
-
-@contextlib.contextmanager
-def _progress(scene: Scene) -> Iterator[Any]:
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.completed:6.2f} of {task.total:g} s simulated"),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[state]}"),
-    )
-    with Progress(*columns, console=people, transient=True) as bar:
-        begins = "compiling" if scene.accuracy is None else "compiling, measuring accuracy"
-        task = bar.add_task(f"{scene.name} ({begins})", total=scene.duration, state="")
-
-        def update(drive: Drive, newest: Trajectory) -> None:
-            state = f"{newest['speed'][-1]:6.1f} rad/s"
-            bar.update(task, completed=drive.time, description=drive.scene.name, state=state)
-
-        yield update
 
 
 def _record(result: OfflineRun, path: Path, every: int) -> None:

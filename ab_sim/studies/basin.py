@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import ab_sim
+from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.maps.kept import KeptPoints, Tell
 from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.maps.workers import Workers
@@ -138,8 +139,10 @@ def basin(
     with Workers(workers) as each, KeptPoints(basin_points, scene, numbers) as kept:
 
         def run(wanted: Sequence[Point]) -> Any:
+            # Once, and not in each part of the work again.
+            ready = resolve_accuracy(scene, tell=tell)[0] if wanted else scene
             parts = [wanted[k : k + AT_A_TIME] for k in range(0, len(wanted), AT_A_TIME)]
-            of_part = functools.partial(_ends, scene, count)
+            of_part = functools.partial(_ends, ready, count)
             return itertools.chain.from_iterable(each.each(of_part, parts, 1))
 
         ends = dict(zip(points, kept.of(points, run, "runs", tell), strict=True))

@@ -282,7 +282,7 @@ def measure(
     if repeats < 1:
         raise InputError(f"repeats = {repeats}: must be at least 1")
     tell = progress or (lambda what, done, total: None)
-    scene, _ = resolve_accuracy(scene)
+    scene, _ = resolve_accuracy(scene, tell=progress)
     steps = min(MOST_STEPS, max(1, math.ceil(scene.duration / scene.solver.step - 1e-9)))
     scene, turned = off_axis(scene)
     wanted = variants(scene, leave_one_out)

@@ -8,16 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.accuracy import SAFETY, Price, Timed, cheapest, resolve_accuracy
-from ab_sim.accuracy.deviation import MOST_SAMPLES, Deviation, Samples, deviation
+from ab_sim.accuracy import SAFETY, Price, resolve_accuracy
+from ab_sim.accuracy.deviation import Deviation, Samples, deviation
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
-from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.race.neighbours import start_angles
-from ab_sim.errors import DivergedError, SceneError
-from ab_sim.integrate.choose import choose_stepper
+from ab_sim.errors import SceneError
 from ab_sim.scene import Scene, check_scene, load_scene, scene_names
-from tests.conftest import THESIS, merge
+from tests.accuracy.wishes import EVENTFUL, SHORT, wished
 from tests.reference import simulate, simulate_deck
 from tests.reference.of_scene import deck_of, params_of
 
@@ -25,77 +23,6 @@ GRID = 5e-4
 """s; errors are looked at wherever a step ends on it, so that their peaks are not missed."""
 DOUBT = 3e-11
 """What the reference's own error may be, in rad and in e."""
-SHORT = {
-    # Through the resonance, from close to it: an independent simulator takes its time.
-    "thesis-hold": ["start.speed=80", "duration=0.7"],
-    "thesis-baseline": ["start.speed=80", "duration=0.7"],
-    "thesis-half-acceleration": ["start.speed=80", "duration=0.7"],
-    "one-ball": ["start.speed=80", "duration=0.7"],
-    "no-ball": ["start.speed=80", "duration=0.7"],
-    "balanced-start-up": ["start.speed=80", "duration=0.5"],
-    "weak-motor": ["duration=0.6"],
-    "five-balls-8000-rpm": ["start.speed=220", "duration=0.3"],
-    "on-edge": ["start.speed=80", "duration=0.4"],
-    "everything": ["duration=0.3"],
-    "nsc-case-1": ["profile.start_time=0.1", "duration=0.3"],
-    "nsc-case-2": ["profile.start_time=0.1", "duration=0.3"],
-    "nsc-case-3": ["profile.start_time=0.1", "duration=0.3"],
-    # With eight balls at rest the reference has 10^7 modes to choose from: see the last of these
-    # tests. Three in a row start to slide, meet and part.
-    "packed-balls": ["balls.count=3", "duration=0.5"],
-    "feeding-deck": ["duration=0.3"],
-    # Through the tilt's critical speeds.
-    "couple-unbalance": ["start.speed=320", "duration=0.5"],
-}
-MEETING = ["balls.count=2", "balls.mass=0.001", "effects.viscous_drag.coefficient=0.02"]
-MEETING += ["start.ball_angles=[0.6,-0.6]"]
-EVENTFUL = {
-    "balls that stick": (
-        "thesis-hold",
-        ["start.speed=60", "start.ball_angles=[0.5,-1.1]", "effects.rolling_friction.arm=5e-6"]
-        + ["effects.viscous_drag.coefficient=0.1", "duration=0.6"],
-        {"stick", "release"},
-    ),
-    "balls that collide": (
-        "packed-balls",
-        [*MEETING, "effects.rolling_friction.arm=0", "start.speed=90", "duration=0.4"],
-        {"impact"},
-    ),
-    "balls that stick and collide": (
-        "packed-balls",
-        [*MEETING, "effects.rolling_friction.arm=5e-6", "start.speed=60", "duration=0.6"],
-        {"stick", "release", "impact"},
-    ),
-}
-"""A scene, changes of it, and what the reference has to see happen there.
-
-What measures an accuracy shares our laws and our location of events, so these are the scenes in
-which that has to be right. In the sets of effects of the scenes above."""
-NEW: dict[str, Any] = merge(
-    THESIS,
-    {
-        "rotor": {"total_mass": 0.13, "eccentricity": 7e-5},
-        "race": {"radius": 0.013},
-        "balls": {"count": 3, "mass": [6e-4, 1.1e-3, 9e-4], "radius": 1.2e-3},
-        "effects": {
-            "suspension": {"stiffness": 2100.0, "damping": 0.5},
-            "viscous_drag": {"coefficient": 0.35},
-            "gravity": {"tilt": 0.4, "direction": 0.7},
-        },
-        "start": {"speed": 90.0, "ball_angles": [0.4, 2.0, -1.7]},
-        "profile": {"kind": "start_up", "acceleration": 90.0, "target_speed": 180.0},
-        "solver": None,
-        "duration": 0.9,
-    },
-)
-"""A drive that nothing was tuned on."""
-
-
-def wished(name: str, **accuracy: float) -> Scene:
-    if name == "new":
-        return check_scene({**NEW, "accuracy": accuracy}, "new")
-    scene, changes, _ = EVENTFUL[name] if name in EVENTFUL else (name, SHORT[name], set())
-    return load_scene(scene, [*changes, *(f"accuracy.{k}={v!r}" for k, v in accuracy.items())])
 
 
 @functools.cache
@@ -254,164 +181,6 @@ def test_an_accelerometer_gets_steps_that_suit_it() -> None:
     drive, _ = resolved(load_scene("one-ball", changes))
     assert drive.step <= 1e-3, "one sample per step at most"
     assert 1e-3 / drive.step == pytest.approx(round(1e-3 / drive.step))
-
-
-# The search itself, on runs that cost and err as the test wants.
-
-
-class FakeRuns:
-    """Runs of a drive that is easy to price: seconds per stage, an error of the method's order."""
-
-    def __init__(self, floor: float = 0.0, stage: float = 1e-7) -> None:
-        self.floor, self.stage, self.seen = floor, stage, []  # type: ignore[var-annotated]
-
-    def __call__(self, scene: Scene, steps: int, every: int) -> Timed:
-        stepper = choose_stepper(scene, system_of(scene)).stepper
-        step = scene.solver.step
-        self.seen.append((stepper.name, step))
-        size = 10.0 * (step / 0.01) ** stepper.order
-        size += self.floor * np.sin(1e9 * step)  # differs from step to step
-        count = steps // every
-        samples = Samples(np.zeros((count, 2)), np.full((count, 1), size))
-        return Timed(samples, steps * stepper.evaluations * self.stage)
-
-
-def test_each_setting_is_told_before_it_is_run() -> None:
-    runs, told = FakeRuns(stage=1e-5), []
-    cheapest(
-        wished("one-ball", angle=1e-5), runs, tell=lambda *now: told.append((*now, len(runs.seen)))
-    )
-    assert len(told) == len(runs.seen)
-    for k, (what, spent, most, seen) in enumerate(told):
-        name, step = runs.seen[k]
-        assert what == f"{name} at {step:.12g} s; seconds of CPU time" and seen == k
-        assert 0 <= spent <= most
-    assert told[-1][1] > told[0][1] == 0
-
-
-def test_the_cheapest_of_all_is_found() -> None:
-    for wish in (1e-1, 1e-3, 1e-5, 1e-8):
-        runs = FakeRuns()
-        _, price = cheapest(wished("one-ball", angle=wish), runs)
-        # By hand: the longest step on the ladder for each method; fewest stages per second win.
-        prices = {}
-        for name, order, stages, longest in (
-            ("rk8", 8, 12, 5e-3), ("tsit5", 5, 6, 2.5e-3), ("rk4", 4, 4, 2.5e-3)
-        ):  # fmt: skip
-            for parts in (1, 2, 4, 5, 10, 20, 40, 50, 100, 200, 400, 500, 1000):
-                step = 0.01 / parts
-                if step <= longest and SAFETY * 10.0 * (step / 0.01) ** order <= wish / 1.1:
-                    prices[name, step] = stages / step
-                    break
-        least = min(prices.values())
-        alike = [setting for setting, cost in prices.items() if cost <= 1.15 * least]
-        assert (price.stepper, pytest.approx(price.step)) in alike
-
-
-class Tolerant(FakeRuns):
-    """A method whose error is five times its tolerance, at no price to speak of."""
-
-    def __call__(self, scene: Scene, steps: int, every: int) -> Timed:
-        samples, seconds = super().__call__(scene, steps, every)
-        tolerance = scene.solver.parameters.get("tolerance")
-        if tolerance is None:
-            return Timed(samples, seconds)
-        return Timed(samples._replace(angles=0.0 * samples.angles + 5.0 * tolerance), 1e-9 * steps)
-
-
-def test_a_tolerance_is_found_that_delivers_the_accuracy() -> None:
-    for wish, tolerance in ((1e-3, 1e-5), (3e-8, 1e-9)):
-        scene, price = cheapest(wished("nsc-case-1", angle=wish), Tolerant())
-        assert price.stepper == "collocation" and price.parameters == {"tolerance": tolerance}
-        assert scene.solver.parameters == price.parameters
-        assert f"tolerance {tolerance:g}" in price.reason
-        assert price.step == 0.005, "samples as close as the usual method would need them"
-
-
-def test_stiff_drag_leads_to_what_solves_it() -> None:
-    """Where drag limits explicit steps by far, they are not even tried; where by little, only."""
-    explicit = {"rk8", "tsit5", "rk4"}
-    for coefficient, tried in ((1000, set()), (20, explicit)):
-        changes = [f"effects.viscous_drag.coefficient={coefficient}", "accuracy.angle=1e-1"]
-        runs = Tolerant()
-        _, price = cheapest(load_scene("one-ball", [*SHORT["one-ball"], *changes]), runs)
-        assert {stepper for stepper, _ in runs.seen} <= {*tried, "collocation"}
-        assert price.stepper == "collocation" and price.step > 1e-4
-
-
-class Blind(FakeRuns):
-    """Steps of 1 ms and longer are all alike in what they miss."""
-
-    def __call__(self, scene: Scene, steps: int, every: int) -> Timed:
-        samples, seconds = super().__call__(scene, steps, every)
-        missed = 1.0 if scene.solver.step > 0.9e-3 else 1e3 * scene.solver.step**2
-        return Timed(samples._replace(angles=samples.angles + missed), seconds)
-
-
-def test_runs_that_agreed_by_chance_are_not_taken_for_rounding() -> None:
-    """Where a shorter step shows more than all that was seen before, there is more to be seen."""
-    _, price = cheapest(wished("one-ball", angle=1e-5), Blind())
-    assert SAFETY * price.measured.angle <= 1e-5 and price.step < 1e-4
-
-
-def test_the_shortest_step_of_all_is_not_called_rounding() -> None:
-    class Slow(FakeRuns):
-        def __call__(self, scene: Scene, steps: int, every: int) -> Timed:
-            samples, seconds = super().__call__(scene, steps, every)
-            return Timed(samples._replace(angles=samples.angles + scene.solver.step), seconds)
-
-    with pytest.raises(SceneError, match="a shorter step is not tried; ask for no more"):
-        cheapest(wished("one-ball", angle=1e-7), Slow(stage=1e-9))
-
-
-def test_rounding_is_recognised() -> None:
-    runs = FakeRuns(floor=1e-7)
-    with pytest.raises(SceneError, match="the best that can be had is about"):
-        cheapest(wished("one-ball", angle=1e-8), runs)
-    assert min(step for _, step in runs.seen) > 1e-5, "no endless shortening"
-    _, price = cheapest(wished("one-ball", angle=1e-5), FakeRuns(floor=1e-7))
-    assert SAFETY * price.measured.angle <= 1e-5
-
-
-def test_measuring_that_would_take_too_long_is_refused_before() -> None:
-    runs = FakeRuns(stage=1.0)
-    with pytest.raises(SceneError, match="more than 300 s of CPU time.*shorter duration"):
-        cheapest(wished("one-ball", angle=1e-6), runs)
-    assert len(runs.seen) == 2, "two probes were enough to see it"
-
-
-def test_no_more_samples_are_kept_than_are_compared() -> None:
-    """However long the run is, and also when it is only timed."""
-    kept = []
-
-    class Counted(FakeRuns):
-        def __call__(self, scene: Scene, steps: int, every: int) -> Timed:
-            kept.append(steps // every)
-            return super().__call__(scene, steps, every)
-
-    scene = load_scene("one-ball", ["duration=1e5", "accuracy.angle=1e-6"])
-    cheapest(scene, Counted(stage=1e-9))
-    assert len(kept) > 5 and max(kept) <= MOST_SAMPLES
-
-
-def test_a_run_that_diverges_with_every_step_says_so() -> None:
-    def diverge(scene: Scene, steps: int, every: int) -> Timed:
-        raise DivergedError("ball_0 rate went beyond all bounds at t = 1 s")
-
-    with pytest.raises(DivergedError, match="beyond all bounds"):
-        cheapest(wished("one-ball", angle=1e-6), diverge)
-
-
-def test_steps_that_diverge_are_no_candidates() -> None:
-    runs = FakeRuns()
-
-    def sometimes(scene: Scene, steps: int, every: int) -> Timed:
-        if scene.solver.step > 1.5e-3:
-            raise DivergedError("too long")
-        return runs(scene, steps, every)
-
-    _, price = cheapest(wished("one-ball", angle=1e-1), sometimes)
-    assert price.step <= 1e-3
 
 
 # Scenes.

@@ -76,7 +76,8 @@ def measure(
     if repeats < 1:
         raise InputError(f"repeats = {repeats}: must be at least 1")
     tell = progress or (lambda what, done, total: None)
-    scene, _ = resolve_accuracy(scene)  # What it asks for is one of the settings.
+    # What it asks for is one of the settings.
+    scene, _ = resolve_accuracy(scene, tell=progress)
     choice = choose_stepper(scene, system_of(scene))
     sampling = sampling_of(scene)
     tell("reference", 0, 1)
