@@ -169,7 +169,8 @@ class Trials:
     def _go(self, scene: Scene, steps: int, every: int) -> Timed:
         name = scene.solver.stepper
         if self._tell is not None:
-            what = f"{name} at {exact(scene.solver.step)} s; seconds of CPU time"
+            first = "" if name in self._per_step else ", compiled first if need be"
+            what = f"{name} at {exact(scene.solver.step)} s{first}; seconds of CPU time"
             self._tell(what, int(self._spent), int(MOST_SECONDS))
         timed = self._run(scene, steps, every)
         self._spent += timed.seconds
