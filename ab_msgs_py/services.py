@@ -56,7 +56,8 @@ class Stepped(NamedTuple):
     wakes: int
     """Wake-ups that were taken."""
     commands: int
-    """That have come since the node was configured, those rejected or ignored included."""
+    """That have come since the answer before, or since a reset that has forgotten them; those
+    rejected or ignored included. What the drive has heard in all is in its diagnostics."""
 
     @property
     def text(self) -> str:

@@ -99,8 +99,8 @@ class DriveControl:
             wakes += 1
         with node.active() as bench:
             bench.flush()
-            bench.stepped_for = bench.path.heard
-            return True, Stepped(bench.now.time_ns, wakes, bench.path.heard).text
+            commands, bench.stepped_for = bench.new_commands, bench.path.heard
+            return True, Stepped(bench.now.time_ns, wakes, commands).text
 
     def reset(self) -> Answer:
         """Back to t = 0 and the scene's start; a command under way is forgotten."""

@@ -91,7 +91,7 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     assert done, text
     futures = []
     for _ in range(2):
-        assert step(fleet).sim_time_ns == 17 * WAKE_NS
+        assert step(fleet) == (17 * WAKE_NS, 5, 0), "the command was counted before"
         fleet.until(lambda: JointSample.of(joints[-1]).time == 17 * WAKE_NS, "the last")
         futures.append(JointSample.of(joints[-1]))
         assert fleet.call("drive_sim/restore_snapshot")[0]
@@ -161,7 +161,7 @@ def driven(fleet: Fleet, node: str) -> list[bytes]:
     assert fleet.set("drive_sim", steps=9, await_commands=1)[0]
     for speed in (10.0, 200.0, -30.0, 40.0):
         fleet.command(speed)
-        step(fleet)
+        assert step(fleet).commands == 1, "those of this step"
     fleet.until(lambda: sum(len(Block.of(m).samples) for m in blocks) == 145, "all samples")
     assert fleet.stop("drive_sim") == 0
     fleet.node.destroy_subscription(listening)
