@@ -13,6 +13,7 @@ from ab_sim.errors import InputError, nearest
 from ab_sim.papers.page import Paper
 
 PAPERS = {
+    "thesis": "ab_sim.papers.thesis",
     "relative-stability": "ab_sim.papers.relative_stability",
     "deck-3d": "ab_sim.papers.deck_3d",
     "three-ball": "ab_sim.papers.three_ball",

@@ -164,9 +164,7 @@ def start_ups(
         target: speed [rad/s] at which they end; 400 is not reached, as in the figures.
         duration: of each [s]; None: until 2.5 s after the critical speed.
     """
-    variations = [_variation(*case) | {"profile.target_speed": target} for case in cases]
-    if duration is not None:
-        variations = [variation | {"duration": duration} for variation in variations]
+    variations = [variation_of(*case, target, duration) for case in cases]
     base = load_scene(BASE)
     scenes = [changed_scene(base, variation, "the thesis") for variation in variations]
     runs = simulate_batch(base, variations, every, tell).runs
@@ -181,7 +179,10 @@ def start_up(parameters: Parameters = THESIS, period: Period | None = None) -> S
     return start_ups([(parameters, period)])[0]
 
 
-def _variation(p: Parameters, period: Period | None) -> dict[str, Any]:
+def variation_of(
+    p: Parameters, period: Period | None, target: float, duration: float | None
+) -> dict[str, Any]:
+    """A start-up as changes of the scene ``BASE``; arguments as of ``start_ups``."""
     changes = {
         "rotor.total_mass": p.M,
         "rotor.eccentricity": p.e,
@@ -193,7 +194,8 @@ def _variation(p: Parameters, period: Period | None) -> dict[str, Any]:
         "effects.viscous_drag.coefficient": p.c_b,
         "effects.rolling_friction.arm": p.beta_b,
         "start.ball_angles": np.radians(p.starts).tolist(),
-        "duration": round(p.critical_time + AFTER, 3),
+        "profile.target_speed": target,
+        "duration": round(p.critical_time + AFTER, 3) if duration is None else duration,
     }
     if period is not None:
         changes["profile.variable_speed_period"] = {

@@ -1,7 +1,6 @@
 """Section 4.4: which variable-speed period is best, and by what measure."""
 
-import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,10 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ab_sim.analysis.merits import merits_of
 from ab_sim.papers.page import Picture, Section, Table
 from ab_sim.papers.thesis.claims import Claim, table_of
-from ab_sim.papers.thesis.drive import THESIS, Period, StartUp, Tell, Told, start_ups
+from ab_sim.papers.thesis.drive import THESIS, Period, Tell, start_ups
+from ab_sim.papers.thesis.many import End, ends
 from ab_sim.papers.thesis.pictures import FORCES, histories, written
 
 PRINTED = {0.0: {0.4: 0.77, 0.5: 0.86, 0.6: 0.91}, 20.0: {0.4: 0.88, 0.5: 0.58, 0.6: 0.59}}
@@ -40,19 +39,16 @@ class Judged(NamedTuple):
 
     settling: float | None
     """From the period's start until both balls first are at -180 deg or beyond [s]."""
-    opposite: float | None
-    """The same from standstill [s]."""
-    final_whirl: float
-    """W/e at the end."""
-    in_band: float | None
-    """When W stays within its final band [s], from standstill."""
+    end: End
 
 
-def judged(periods: list[Period], tell: Told | None = None) -> list[Judged]:
+def judged(what: str, periods: Sequence[Period], tell: Tell) -> list[Judged]:
     """Start-ups to 200 rad/s, run for ``JUDGED_FOR``."""
-    cases = [(THESIS, period) for period in periods]
-    runs = start_ups(cases, tell, every=10, target=200.0, duration=JUDGED_FOR)
-    return [_judged(run) for run in runs]
+    found = ends(what, [(THESIS, period) for period in periods], tell, 200.0, JUDGED_FOR)
+    return [
+        Judged(None if end.opposite is None else end.opposite - period.start, end)
+        for end, period in zip(found, periods, strict=True)
+    ]
 
 
 def settling_section(folder: Path, tell: Tell) -> Section:
@@ -65,7 +61,9 @@ def settling_section(folder: Path, tell: Tell) -> Section:
     caption = "Figures 4.19 to 4.22: periods of 0.4 and 0.6 s"
     pictures = [histories(folder, "4.19", runs, FORCES, caption)]
     lines = {
-        acceleration: judged([Period(2.5, float(d), acceleration) for d in LINE])
+        acceleration: judged(
+            "section 4.4, duration", [Period(2.5, float(d), acceleration) for d in LINE], tell
+        )
         for acceleration in PRINTED
     }
     pictures.append(_line_picture(folder, lines))
@@ -135,20 +133,10 @@ def grid_of(tell: Tell) -> dict[float, list[list[Judged]]]:
             for duration in DURATIONS
         ]
         what = f"section 4.4, start speed and duration, {NAMES[acceleration]}"
-        flat = judged(periods, functools.partial(tell, what))
+        flat = judged(what, periods, tell)
         width = len(DURATIONS)
         found[acceleration] = [flat[k : k + width] for k in range(0, len(flat), width)]
     return found
-
-
-def _judged(run: StartUp) -> Judged:
-    merits = merits_of(run.trajectory, run.scene)
-    return Judged(
-        run.settling,
-        merits.first_passage_of_opposite,
-        merits.final_whirl / run.parameters.e,
-        merits.in_band_from,
-    )
 
 
 def _best_table(lines: dict[float, list[Judged]], grid: dict[float, list[list[Judged]]]) -> Table:
@@ -163,7 +151,15 @@ def _best_table(lines: dict[float, list[Judged]], grid: dict[float, list[list[Ju
             values = [key(one) for _, one in cells]
             best, one = cells[int(np.argmin(values))]
             rows.append(
-                (name, what, best, one.settling, one.opposite, one.in_band, one.final_whirl)
+                (
+                    name,
+                    what,
+                    best,
+                    one.settling,
+                    one.end.opposite,
+                    one.end.in_band,
+                    one.end.final_whirl,
+                )
             )
     return Table(
         "Best start speed and duration on the grid, by measure",
@@ -182,9 +178,9 @@ def _or_never(value: float | None) -> float:
 
 _MEASURES: tuple[tuple[str, Callable[[Judged], float]], ...] = (
     ("settling period", lambda one: _or_never(one.settling)),
-    ("-180 deg, from standstill", lambda one: _or_never(one.opposite)),
-    ("in band, from standstill", lambda one: _or_never(one.in_band)),
-    ("final W/e", lambda one: one.final_whirl),
+    ("-180 deg, from standstill", lambda one: _or_never(one.end.opposite)),
+    ("in band, from standstill", lambda one: _or_never(one.end.in_band)),
+    ("final W/e", lambda one: one.end.final_whirl),
 )
 
 
@@ -198,8 +194,8 @@ def _line_picture(folder: Path, lines: dict[float, list[Judged]]) -> Picture:
     panels = figure.subplots(3, 1, sharex=True)
     values: tuple[tuple[str, Callable[[Judged], float | None]], ...] = (
         ("settling period [s]", lambda one: one.settling),
-        ("in band from [s]", lambda one: one.in_band),
-        ("final W/e", lambda one: one.final_whirl),
+        ("in band from [s]", lambda one: one.end.in_band),
+        ("final W/e", lambda one: one.end.final_whirl),
     )
     for axes, (label, pick) in zip(panels, values, strict=True):
         for acceleration, color in zip(PRINTED, ("tab:blue", "tab:red"), strict=True):
@@ -227,8 +223,13 @@ def _grid_picture(folder: Path, grid: dict[float, list[list[Judged]]]) -> Pictur
     panels = figure.subplots(3, 2, sharex=True, sharey=True)
     for column, (acceleration, rows) in zip(panels.T, grid.items(), strict=True):
         _map(figure, column[0], [[one.settling for one in row] for row in rows], "settling [s]")
-        _map(figure, column[1], [[one.in_band for one in row] for row in rows], "in band from [s]")
-        _map(figure, column[2], [[one.final_whirl for one in row] for row in rows], "final W/e")
+        _map(
+            figure,
+            column[1],
+            [[one.end.in_band for one in row] for row in rows],
+            "in band from [s]",
+        )
+        _map(figure, column[2], [[one.end.final_whirl for one in row] for row in rows], "final W/e")
         column[0].set_title(NAMES[acceleration])
         column[-1].set_xlabel("duration [s]")
     for axes in panels[:, 0]:
