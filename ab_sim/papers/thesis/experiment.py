@@ -6,7 +6,7 @@ The thesis prints 0.33 g cm of the balls, 0.3 g cm of the disc, 2300 and 8000 rp
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -76,43 +76,49 @@ class Bar(NamedTuple):
         return f"{self.mean:.2f} +- {self.interval:.2f} um"
 
 
-def drive(
-    target: float = 8000.0,
-    unbalance: float = UNBALANCE,
-    choice: str = "",
-    factor: float = 1.0,
-    contact: bool = True,
-) -> Scene:
-    """The drive of the experiments.
+class Case(NamedTuple):
+    """A drive of the experiments."""
 
-    Args:
-        target: speed at the end [rpm].
-        unbalance: of the disc [g cm].
-        choice: of ``CHOICES``, what is changed by ``factor``; the critical speed, the unbalance and
-            the damping ratio stay where the mass is.
-        factor: how.
-        contact: whether balls collide; without they pass through each other.
-    """
-    scene = load_scene(SCENE, [CONTACT] if contact else [])
+    rpm: float | None = None
+    """Where the variable-speed period of 0.5 s is; None: without one."""
+    target: float = 8000.0
+    """Speed at the end [rpm]."""
+    unbalance: float = UNBALANCE
+    """Of the disc [g cm]."""
+    choice: str = ""
+    """Of ``CHOICES``, what is changed by ``factor``; with the mass go stiffness and damping, so that
+    critical speed, damping ratio and unbalance stay."""
+    factor: float = 1.0
+
+
+def base(contact: bool = True) -> Scene:
+    """The drive as chosen; balls collide, or pass through each other."""
+    return load_scene(SCENE, [CONTACT] if contact else [])
+
+
+def changes_of(case: Case) -> dict[str, Any]:
+    """A case as changes of ``base()``."""
+    scene = base()
+    factor = dict.fromkeys(CHOICES, 1.0) | {case.choice: case.factor}
     suspension = scene.effects["suspension"]
-    heavier = factor if choice == "mass" else 1.0
     assert scene.rotor.mass is not None
-    mass = heavier * scene.rotor.mass
-    damping = suspension.damping * heavier * (factor if choice == "damping" else 1.0)
-    changes: dict[str, Any] = {
+    mass = factor["mass"] * scene.rotor.mass
+    arm, drag = scene.effects["rolling_friction"].arm, scene.effects["viscous_drag"].coefficient
+    period: dict[str, Any] = (
+        {"profile.variable_speed_period": None}
+        if case.rpm is None
+        else {"profile.variable_speed_period.start_speed": case.rpm * RPM}
+    )
+    return {
         "rotor.mass": mass,
-        "rotor.eccentricity": 1e-5 * unbalance / mass,
-        "effects.suspension.stiffness": heavier * suspension.stiffness,
-        "effects.suspension.damping": damping,
-        "profile.target_speed": target * RPM,
+        "rotor.eccentricity": 1e-5 * case.unbalance / mass,
+        "effects.suspension.stiffness": factor["mass"] * suspension.stiffness,
+        "effects.suspension.damping": factor["mass"] * factor["damping"] * suspension.damping,
+        "effects.rolling_friction.arm": factor["friction"] * arm,
+        "effects.viscous_drag.coefficient": factor["drag"] * drag,
+        "profile.target_speed": case.target * RPM,
+        **period,
     }
-    if choice == "friction":
-        changes["effects.rolling_friction.arm"] = factor * scene.effects["rolling_friction"].arm
-    if choice == "drag":
-        changes["effects.viscous_drag.coefficient"] = (
-            factor * scene.effects["viscous_drag"].coefficient
-        )
-    return changed_scene(scene, changes, "section 6.2")
 
 
 def starts(count: int) -> list[list[float]]:
@@ -127,38 +133,35 @@ def starts(count: int) -> list[list[float]]:
     return found
 
 
-def period(rpm: float | None) -> Mapping[str, Any]:
-    """Changes of the drive for a variable-speed period at a speed; None: without one."""
-    if rpm is None:
-        return {"profile.variable_speed_period": None}
-    return {"profile.variable_speed_period.start_speed": rpm * RPM}
-
-
 def whirl_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
     """Final whirl [um]."""
     return [1e6 * merits_of(trajectory, scene).final_whirl]
 
 
-def bar(what: str, scene: Scene, rpm: float | None, count: int, tell: Tell) -> Bar:
-    """Runs from random starts."""
-    variations = [{"start.ball_angles": angles, **period(rpm)} for angles in starts(count)]
-    return Bar(np.array(many(what, scene, variations, whirl_of, tell))[:, 0])
+def bars_of(
+    what: str, cases: Sequence[Case], count: int, tell: Tell, contact: bool = True
+) -> list[Bar]:
+    """Each case from as many random starts."""
+    begun = [{"start.ball_angles": angles} for angles in starts(count)]
+    variations = [{**changes_of(case), **start} for case in cases for start in begun]
+    whirls = np.array(many(what, base(contact), variations, whirl_of, tell))
+    return [Bar(each) for each in whirls.reshape(len(cases), count)]
 
 
-def alone(scene: Scene) -> float:
+def alone(case: Case) -> float:
     """Final whirl without the balls [um]."""
+    scene = changed_scene(base(), changes_of(case), "section 6.2")
     return 1e6 * run_scene(without_balls(scene)).merits.final_whirl
 
 
 def experiment_section(folder: Path, tell: Tell) -> Section:
     """Figures 6.3 to 6.6."""
-    bars = {name: bar(f"figure 6.3, {name}", drive(), rpm, THOUSAND, tell)
-            for name, rpm in PERIODS.items()}  # fmt: skip
-    bars_alone = alone(drive())
-    passing = bar("balls that pass each other", drive(contact=False), 2500.0, OF_ECCENTRIC, tell)
-    varied = varied_bars(tell)
-    over_speed = speed_bars(tell)
-    eccentric = eccentric_bars(tell)
+    named = [Case(rpm) for rpm in PERIODS.values()]
+    bars = dict(zip(PERIODS, bars_of("figures 6.3 and 6.4", named, THOUSAND, tell), strict=True))
+    bars_alone = alone(Case())
+    what = "balls that pass each other"
+    (passing,) = bars_of(what, [Case(2500.0)], OF_ECCENTRIC, tell, contact=False)
+    varied, over_speed, eccentric = varied_bars(tell), speed_bars(tell), eccentric_bars(tell)
     text = (
         "Not printed, and chosen here: M = 0.1 kg, R = 1 cm, damping ratio 0.01, drag "
         "c_b = 0.033 N s/m, arm of friction 1 um, acceleration 400 rad/s^2, restitution 0.5. Each "
@@ -187,12 +190,16 @@ def experiment_section(folder: Path, tell: Tell) -> Section:
 
 def varied_bars(tell: Tell) -> dict[str, tuple[float, dict[str, Bar]]]:
     """By choice the whirl without balls [um], and the bars of ``PERIODS``."""
+    varied = [(choice, factor) for choice in CHOICES for factor in (0.5, 2.0)]
+    cases = [Case(rpm, choice=c, factor=f) for c, f in varied for rpm in PERIODS.values()]
+    each = bars_of("choices halved and doubled", cases, FEW, tell)
     found = {}
-    for choice in CHOICES:
-        for factor, word in ((0.5, "half"), (2.0, "double")):
-            scene, name = drive(choice=choice, factor=factor), f"{word} the {choice}"
-            each = {n: bar(f"{name}, {n}", scene, rpm, FEW, tell) for n, rpm in PERIODS.items()}
-            found[name] = alone(scene), each
+    for k, (choice, factor) in enumerate(varied):
+        own = each[len(PERIODS) * k : len(PERIODS) * (k + 1)]
+        name = f"{'half' if factor < 1.0 else 'double'} the {choice}"
+        found[name] = (
+            alone(Case(choice=choice, factor=factor)), dict(zip(PERIODS, own, strict=True))
+        )  # fmt: skip
     return found
 
 
@@ -202,12 +209,9 @@ Speeds = list[tuple[float, Bar]]
 
 def speed_bars(tell: Tell) -> Speeds:
     """Figure 6.5; below the hold's speed there is none."""
-    found = []
-    for speed in SPEEDS:
-        scene, hold = drive(target=float(speed)), 2500.0 if speed > 2500.0 else None
-        what = f"figure 6.5, {speed:.0f} rpm"
-        found.append((alone(scene), bar(what, scene, hold, OF_SPEEDS, tell)))
-    return found
+    cases = [Case(2500.0 if speed > 2500.0 else None, float(speed)) for speed in SPEEDS]
+    bars = bars_of("figure 6.5", cases, OF_SPEEDS, tell)
+    return [(alone(case), bar) for case, bar in zip(cases, bars, strict=True)]
 
 
 Eccentric = dict[float, tuple[float, Bar, Bar]]
@@ -216,15 +220,11 @@ Eccentric = dict[float, tuple[float, Bar, Bar]]
 
 def eccentric_bars(tell: Tell) -> Eccentric:
     """Figure 6.6, at 6000 rpm."""
-    found = {}
-    for unbalance in ECCENTRIC:
-        scene, what = drive(6000.0, unbalance), f"figure 6.6, {unbalance:g} g cm"
-        found[unbalance] = (
-            alone(scene),
-            bar(what, scene, None, OF_ECCENTRIC, tell),
-            bar(what, scene, 2500.0, OF_ECCENTRIC, tell),
-        )
-    return found
+    cases = [Case(rpm, 6000.0, unbalance) for unbalance in ECCENTRIC for rpm in (None, 2500.0)]
+    bars = bars_of("figure 6.6", cases, OF_ECCENTRIC, tell)
+    free = [alone(case) for case in cases[::2]]
+    each = zip(free, bars[::2], bars[1::2], strict=True)
+    return dict(zip(ECCENTRIC, each, strict=True))
 
 
 def measured_claims(

@@ -1,0 +1,196 @@
+"""The thesis page: each verdict, and the values behind it; the whole page is written by hand.
+
+Source: Yoshida (2014), chapters 4 to 6. Of the thousand starts of section 6.2 ten are run here.
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_sim.papers.page import Table
+from ab_sim.papers.thesis import LEFT_OUT, _in_short
+from ab_sim.papers.thesis import rotation as chapter_5
+from ab_sim.papers.thesis.claims import Claim, opposite, value
+from ab_sim.papers.thesis.drive import HOLD, THESIS, Period, start_ups
+from ab_sim.papers.thesis.experiment import Bar, Case, bars_of, base, changes_of, starts
+from ab_sim.papers.thesis.many import ends
+from ab_sim.papers.thesis.rules import (
+    FACTORS,
+    RULES,
+    period_of,
+    ratio_claims,
+    where,
+    word_of,
+)
+from ab_sim.papers.thesis.settling import LINE, PRINTED, judged, settling_claims
+from ab_sim.papers.thesis.with_period import acceleration_claims, all_runs, hold_claims
+from ab_sim.papers.thesis.without_period import STARTS, without_claims
+from ab_sim.scene.load import changed_scene
+
+
+def quiet(*_: Any) -> None:
+    """Tells nobody."""
+
+
+def fails(claims: list[Claim]) -> list[str]:
+    """Figures and statements that do not hold."""
+    return [f"{claim.figure}: {claim.printed}" for claim in claims if not claim.holds]
+
+
+def test_section_4_1() -> None:
+    runs = start_ups([(THESIS._replace(starts=start), None) for start in STARTS.values()])
+    claims = without_claims(dict(zip(STARTS, runs, strict=True)))
+    assert len(claims) == 10
+    assert fails(claims) == ["4.5 (c), 4.6: one ball in the vicinity of -180 deg, the other not"]
+    np.testing.assert_allclose(runs[2].angles, [-138.8, 50.2], atol=0.3)
+
+
+def test_sections_4_2_and_4_3() -> None:
+    runs = all_runs()
+    claims = hold_claims(runs)
+    gone = "residual unbalance is eliminated"
+    assert fails(claims) == [f"4.7, 4.8: {gone}", f"4.9, 4.10: {gone}", f"4.11, 4.12: {gone}"]
+    assert fails(acceleration_claims(runs)) == []
+    assert runs["4.7"].residual == pytest.approx(1.14, abs=0.01)
+    assert runs["4.7"].final_whirl > 1.5 * runs["4.1"].final_whirl
+
+
+def test_section_4_4() -> None:
+    lines = {
+        a: judged("section 4.4, duration", [Period(2.5, float(d), a) for d in LINE], quiet)
+        for a in PRINTED
+    }
+    claims = settling_claims(lines)
+    assert fails(claims) == [
+        "4.21: half the acceleration for 0.4 s: settled in 0.88 s",
+        "4.4: accelerating 0.5 s is soonest of them",
+    ]
+    # Soonest at -180 deg is not soonest in band, nor quietest.
+    hold = lines[0.0]
+    settled = [np.inf if one.settling is None else one.settling for one in hold]
+    in_band = [np.inf if one.end.in_band is None else one.end.in_band for one in hold]
+    assert LINE[int(np.argmin(settled))] > LINE[int(np.argmin(in_band))]
+
+
+def test_section_4_5() -> None:
+    claims = ratio_claims()
+    assert fails(claims) == [
+        "4.26 (b): peak force over that of 4.24: about 0.333",
+        "4.27 (b): peak force over that of 4.25: about 0.667",
+        "4.29 (a): peak W/e over that of 4.24: about 1.1",
+        "4.29 (b): peak force over that of 4.24: about 1.8",
+        "4.30 (a): peak W/e over that of 4.25: about 1",
+        "4.30 (b): peak force over that of 4.25: about 1.5",
+        "4.30 (c): end position: about -300 deg",
+        "4.32: force grows in proportion to R: about 2",
+        "4.40 (b): largest force over that of 4.24: about 2",
+        "4.45: m = 2 g does (caption)",
+    ]
+    # What is said of the spring holds where the damping is scaled with it.
+    scaled = [claim for claim in claims if "c scaled" in claim.figure]
+    assert len(scaled) == 5 and not fails(scaled)
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.what)
+def test_each_rule_at_half_and_triple(rule: Any) -> None:
+    """What the page's table says of a rule, at the ends of its range and at factor 2."""
+    drives = [rule.changed(factor) for factor in (0.5, 2.0, 3.0)]
+    found = ends("rules", [(p, period_of(p)) for p in drives], quiet)
+    good = opposite(np.array([end.angle for end in found])).tolist()
+    expected = {
+        "M": [False, False, False],
+        "k": [False, False, False],
+        "k, m against it": [False, True, True],
+        "c": [False, True, True],
+    }
+    assert good == expected.get(rule.what, [True, True, True])
+
+
+def test_what_becomes_of_a_rule_and_where() -> None:
+    enough, not_enough = RULES[1], RULES[0]
+    everywhere, nowhere = np.ones(len(FACTORS), bool), np.zeros(len(FACTORS), bool)
+    assert word_of(enough, everywhere) == "confirmed"
+    assert word_of(enough, nowhere) == word_of(not_enough, everywhere) == "refuted"
+    assert word_of(enough, FACTORS >= 1.0) == "limited to these factors"
+    assert word_of(not_enough, FACTORS < 1.5) == "confirmed: it is not enough"
+    assert where(everywhere) == "0.5 to 3" and where(nowhere) == "nowhere"
+    assert where((FACTORS == 0.5) | (FACTORS >= 2.0)) == "0.5, 2 to 3"
+
+
+def test_chapter_5() -> None:
+    runs = chapter_5.histories_of()
+    drag, eccentricity = chapter_5.over_drag(quiet), chapter_5.over_eccentricity(quiet)
+    assert fails(chapter_5.without_claims(runs, drag, eccentricity)) == [
+        "5.4: they settle in the vicinity of odd multiples of -180 deg",
+        "5.5: by c_b and m the end can be tuned to odd multiples of -180 deg",
+        "5.6: e does not change the end position much",
+    ]
+    assert fails(chapter_5.hold_claims(runs, drag, eccentricity))[0] == (
+        "5.12: e does not change the end position much, whatever m"
+    )
+
+
+def test_ten_starts_of_section_6_2() -> None:
+    """A share of the page's thousand, the same ones first: less than without balls."""
+    assert starts(10) == starts(12)[:10]
+    hold, plain = bars_of("ten", [Case(2500.0), Case()], 10, quiet)
+    assert hold.each.shape == (10,) and 5.0 < hold.mean < 15.0 and plain.mean != hold.mean
+
+
+def test_the_drive_of_section_6_2_has_what_is_printed() -> None:
+    """0.3 g cm, a critical speed of 2300 rpm, whatever the mass."""
+    for case in (Case(2500.0), Case(2500.0, choice="mass", factor=2.0)):
+        scene = changed_scene(base(), changes_of(case), "test")
+        assert scene.eccentric_mass * scene.rotor.eccentricity == pytest.approx(3e-6)
+        assert scene.critical_speed * 30 / np.pi == pytest.approx(2300.0, rel=0.01)
+
+
+def test_bars_differ_where_their_intervals_do_not_meet() -> None:
+    random = np.random.default_rng(0)
+    low, high = Bar(random.normal(1.0, 1.0, 1000)), Bar(random.normal(1.3, 1.0, 1000))
+    assert low.below(high) and not high.below(low) and not low.below(low)
+    assert Bar(low.each[:10]).interval > 5 * low.interval
+
+
+def test_what_is_known_is_not_run_again() -> None:
+    told: list[tuple[str, int, int]] = []
+    cases = [(THESIS._replace(c_b=1.01), None), (THESIS._replace(c_b=1.01), HOLD)]
+    first = ends("two", cases, lambda *what: told.append(what))
+    told.clear()
+    assert ends("two", cases, lambda *what: told.append(what)) == first
+    assert told == [("two", 2, 2)]
+
+
+def test_a_value_holds_within_its_share() -> None:
+    assert value("1", "x", 2.0, 2.29).holds and not value("1", "x", 2.0, 2.31).holds
+    assert value("1", "x", 2.0, 3.0, why="because").verdict == "does not hold: +50 %; because"
+    assert value("1", "x", -200.0, -205.0, " deg").verdict == "holds"
+
+
+def test_the_head_counts_the_verdicts() -> None:
+    columns = ("figure", "the thesis", "ours", "verdict")
+    rows = (("1", "a", "b", "holds"), ("2", "a", "b", "does not hold: c"))
+    section = LEFT_OUT._replace(tables=(Table("t", columns, rows),))
+    assert _in_short([section, section]).text[0].startswith("1. Of 4 statements 2 hold")
+
+
+def test_every_figure_has_a_row() -> None:
+    """A reader with the thesis open finds each figure of chapters 4 to 6 by its number."""
+    page = Path(__file__).parents[2] / "docs" / "papers" / "thesis.md"
+    text = page.read_text(encoding="utf-8")
+    shown = [f"4.{k}" for k in range(1, 46)] + [f"5.{k}" for k in range(1, 13)]
+    shown += [f"6.{k}" for k in range(3, 7)]
+    missing = [number for number in shown if number not in _numbers(text)]
+    assert missing == []
+
+
+def _numbers(text: str) -> set[str]:
+    """Figure numbers in a text, those within ranges, too."""
+    found = set(re.findall(r"\b[456]\.\d+\b", text))
+    for first, last in re.findall(r"\b([456]\.\d+)(?:-| to )([456]\.\d+)\b", text):
+        chapter, begin = first.split(".")
+        found |= {f"{chapter}.{k}" for k in range(int(begin), int(last.split(".")[1]) + 1)}
+    return found
