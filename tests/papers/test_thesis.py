@@ -15,7 +15,7 @@ from ab_sim.papers.thesis import LEFT_OUT, _in_short
 from ab_sim.papers.thesis import rotation as chapter_5
 from ab_sim.papers.thesis.claims import Claim, opposite, value
 from ab_sim.papers.thesis.drive import HOLD, THESIS, Period, start_ups
-from ab_sim.papers.thesis.experiment import Bar, Case, bars_of, base, changes_of, starts
+from ab_sim.papers.thesis.five_balls import Bar, Case, bars_of, base, changes_of, starts
 from ab_sim.papers.thesis.many import ends
 from ab_sim.papers.thesis.rules import (
     FACTORS,

@@ -1,33 +1,16 @@
-"""Section 6.2: what was measured on a drive with five balls, from many random starts.
+"""Section 6.2: what was measured on a drive with five balls. Only orders are compared."""
 
-The thesis prints 0.33 g cm of the balls, 0.3 g cm of the disc, 2300 and 8000 rpm, and the period of
-0.5 s. Mass, damping, friction and drag are not printed: they are chosen here (the scene
-``five-balls-8000-rpm``) and varied by half and double, and only orders are compared.
-"""
-
-import math
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from ab_sim.analysis import run_scene, without_balls
-from ab_sim.analysis.merits import merits_of
-from ab_sim.drive.trajectory import Trajectory
 from ab_sim.papers.page import Cell, Picture, Section, Table
 from ab_sim.papers.thesis.claims import Claim, table_of
 from ab_sim.papers.thesis.drive import Tell
-from ab_sim.papers.thesis.many import many
+from ab_sim.papers.thesis.five_balls import CHOICES, Bar, Case, alone, bars_of
 from ab_sim.papers.thesis.pictures import written
-from ab_sim.scene import Scene, load_scene
-from ab_sim.scene.load import changed_scene
 
-SCENE, CONTACT = "five-balls-8000-rpm", "effects.ball_contact={restitution_coefficient: 0.5}"
-RPM = math.pi / 30.0
-UNBALANCE = 0.3
-"""Of the disc [g cm]: 1e-5 kg m each."""
 PERIODS = {
     "no period": None,
     "2500 rpm": 2500.0,
@@ -35,8 +18,6 @@ PERIODS = {
     "3000 rpm": 3000.0,
 }
 """Where the variable-speed period of 0.5 s is: figures 6.3 (b), 6.3 (c), 6.4 (b), 6.4 (c)."""
-CHOICES = ("mass", "damping", "friction", "drag")
-"""What is not printed, and varied by half and double."""
 THOUSAND, TEN, FEW = 1000, 10, 40
 """Starts: of the drive as chosen; as many as the thesis averages; of each varied choice."""
 ECCENTRIC = (0.1, 0.25, 0.5)
@@ -47,111 +28,6 @@ SPEEDS = np.array([1000, 1500, 1800, 2000, 2150, 2300, 2450, 2600, 3000, 3500, 4
 """Figure 6.5 [rpm]."""
 OF_SPEEDS = 30
 """Starts for each of them."""
-CLOSEST = 0.27
-"""Between neighbours at the start [rad]; balls touch at 0.25."""
-
-
-class Bar(NamedTuple):
-    """Final whirl over many starts [um]."""
-
-    each: np.ndarray
-    """Of each start, shape (starts,)."""
-
-    @property
-    def mean(self) -> float:
-        """Their mean."""
-        return float(self.each.mean())
-
-    @property
-    def interval(self) -> float:
-        """Half the width of the mean's 95 % interval."""
-        return float(1.96 * self.each.std(ddof=1) / math.sqrt(len(self.each)))
-
-    def below(self, other: "Bar") -> bool:
-        """Whether the mean is smaller, and both 95 % intervals say so."""
-        return self.mean + self.interval < other.mean - other.interval
-
-    def words(self) -> str:
-        """Mean and interval."""
-        return f"{self.mean:.2f} +- {self.interval:.2f} um"
-
-
-class Case(NamedTuple):
-    """A drive of the experiments."""
-
-    rpm: float | None = None
-    """Where the variable-speed period of 0.5 s is; None: without one."""
-    target: float = 8000.0
-    """Speed at the end [rpm]."""
-    unbalance: float = UNBALANCE
-    """Of the disc [g cm]."""
-    choice: str = ""
-    """Of ``CHOICES``, what is changed by ``factor``; with the mass go stiffness and damping, so that
-    critical speed, damping ratio and unbalance stay."""
-    factor: float = 1.0
-
-
-def base(contact: bool = True) -> Scene:
-    """The drive as chosen; balls collide, or pass through each other."""
-    return load_scene(SCENE, [CONTACT] if contact else [])
-
-
-def changes_of(case: Case) -> dict[str, Any]:
-    """A case as changes of ``base()``."""
-    scene = base()
-    factor = dict.fromkeys(CHOICES, 1.0) | {case.choice: case.factor}
-    suspension = scene.effects["suspension"]
-    assert scene.rotor.mass is not None
-    mass = factor["mass"] * scene.rotor.mass
-    arm, drag = scene.effects["rolling_friction"].arm, scene.effects["viscous_drag"].coefficient
-    period: dict[str, Any] = (
-        {"profile.variable_speed_period": None}
-        if case.rpm is None
-        else {"profile.variable_speed_period.start_speed": case.rpm * RPM}
-    )
-    return {
-        "rotor.mass": mass,
-        "rotor.eccentricity": 1e-5 * case.unbalance / mass,
-        "effects.suspension.stiffness": factor["mass"] * suspension.stiffness,
-        "effects.suspension.damping": factor["mass"] * factor["damping"] * suspension.damping,
-        "effects.rolling_friction.arm": factor["friction"] * arm,
-        "effects.viscous_drag.coefficient": factor["drag"] * drag,
-        "profile.target_speed": case.target * RPM,
-        **period,
-    }
-
-
-def starts(count: int) -> list[list[float]]:
-    """Random places of five balls that do not touch [rad]; always the same ones."""
-    random = np.random.default_rng(2014)
-    found: list[list[float]] = []
-    while len(found) < count:
-        angles = np.sort(random.uniform(-math.pi, math.pi, 5))
-        gaps = np.diff(np.append(angles, angles[0] + 2.0 * math.pi))
-        if gaps.min() > CLOSEST:
-            found.append(angles.tolist())
-    return found
-
-
-def whirl_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
-    """Final whirl [um]."""
-    return [1e6 * merits_of(trajectory, scene).final_whirl]
-
-
-def bars_of(
-    what: str, cases: Sequence[Case], count: int, tell: Tell, contact: bool = True
-) -> list[Bar]:
-    """Each case from as many random starts."""
-    begun = [{"start.ball_angles": angles} for angles in starts(count)]
-    variations = [{**changes_of(case), **start} for case in cases for start in begun]
-    whirls = np.array(many(what, base(contact), variations, whirl_of, tell))
-    return [Bar(each) for each in whirls.reshape(len(cases), count)]
-
-
-def alone(case: Case) -> float:
-    """Final whirl without the balls [um]."""
-    scene = changed_scene(base(), changes_of(case), "section 6.2")
-    return 1e6 * run_scene(without_balls(scene)).merits.final_whirl
 
 
 def experiment_section(folder: Path, tell: Tell) -> Section:
