@@ -37,6 +37,7 @@ def experiment_section(folder: Path, tell: Tell) -> Section:
     bars_alone = alone(Case())
     what = "balls that pass each other"
     (passing,) = bars_of(what, [Case(2500.0)], OF_ECCENTRIC, tell, contact=False)
+    (easing,) = bars_of("an accelerating period", [Case(2500.0, 200.0)], OF_ECCENTRIC, tell)
     varied, over_speed, eccentric = varied_bars(tell), speed_bars(tell), eccentric_bars(tell)
     text = (
         "Not printed, and chosen here: M = 0.1 kg, R = 1 cm, damping ratio 0.01, drag "
@@ -52,7 +53,10 @@ def experiment_section(folder: Path, tell: Tell) -> Section:
         "6.2 The experiments: figures 6.3 to 6.6",
         text,
         (
-            table_of("What was measured", measured_claims(bars, bars_alone, over_speed, eccentric)),
+            table_of(
+                "What was measured",
+                measured_claims(bars, bars_alone, easing, over_speed, eccentric),
+            ),
             _bars_table(bars, bars_alone),
             _choices_table(varied),
         ),
@@ -85,7 +89,7 @@ Speeds = list[tuple[float, Bar]]
 
 def speed_bars(tell: Tell) -> Speeds:
     """Figure 6.5; below the hold's speed there is none."""
-    cases = [Case(2500.0 if speed > 2500.0 else None, float(speed)) for speed in SPEEDS]
+    cases = [Case(2500.0 if speed > 2500.0 else None, target=float(speed)) for speed in SPEEDS]
     bars = bars_of("figure 6.5", cases, OF_SPEEDS, tell)
     return [(alone(case), bar) for case, bar in zip(cases, bars, strict=True)]
 
@@ -96,7 +100,11 @@ Eccentric = dict[float, tuple[float, Bar, Bar]]
 
 def eccentric_bars(tell: Tell) -> Eccentric:
     """Figure 6.6, at 6000 rpm."""
-    cases = [Case(rpm, 6000.0, unbalance) for unbalance in ECCENTRIC for rpm in (None, 2500.0)]
+    cases = [
+        Case(rpm, target=6000.0, unbalance=unbalance)
+        for unbalance in ECCENTRIC
+        for rpm in (None, 2500.0)
+    ]
     bars = bars_of("figure 6.6", cases, OF_ECCENTRIC, tell)
     free = [alone(case) for case in cases[::2]]
     each = zip(free, bars[::2], bars[1::2], strict=True)
@@ -104,7 +112,7 @@ def eccentric_bars(tell: Tell) -> Eccentric:
 
 
 def measured_claims(
-    bars: dict[str, Bar], bars_alone: float, speeds: Speeds, eccentric: Eccentric
+    bars: dict[str, Bar], bars_alone: float, easing: Bar, speeds: Speeds, eccentric: Eccentric
 ) -> list[Claim]:
     """What section 6.2 states, at the drive as chosen."""
     without, hold, early, late = bars.values()
@@ -119,6 +127,14 @@ def measured_claims(
         Claim("6.3 (b), (c)", "much less with a period of 0.5 s at 2500 rpm than without one",
               f"{hold.words()}, without a period {without.words()}", hold.below(without),
               "how the balls come to lie is chance, more than the profile's work"),
+        Claim("6.3, 6.4", "an accelerating period of 0.5 s does the same as a hold",
+              f"{easing.words()}, the hold {hold.words()}",
+              not easing.below(hold) and not hold.below(easing)),
+        Claim("6.4 (a)", "after 2500 rpm the balls are near -180 deg, after 2000, 3000 rpm not",
+              ", ".join(f"{one.opposite.mean():.0%}" for one in (hold, early, late))
+              + " of the balls within 30 deg of it",
+              hold.opposite.mean() > 0.8 and max(early.opposite.mean(), late.opposite.mean()) < 0.5,
+              "five balls in contact take 72 deg at least; most balance the disc spread out"),
         Claim("6.4", "2500 rpm: least of the three", f"{hold.words()}; 2000 rpm {early.words()}, "
               f"3000 rpm {late.words()}", hold.below(early) and hold.below(late),
               "the three do not differ by more than their spread"),

@@ -14,6 +14,7 @@ import numpy as np
 from ab_sim.analysis import run_scene, without_balls
 from ab_sim.analysis.merits import merits_of
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.papers.thesis.claims import OPPOSITE
 from ab_sim.papers.thesis.drive import Tell
 from ab_sim.papers.thesis.many import many
 from ab_sim.scene import Scene, load_scene
@@ -34,6 +35,8 @@ class Bar(NamedTuple):
 
     each: np.ndarray
     """Of each start, shape (starts,)."""
+    opposite: np.ndarray
+    """Which share of the balls is within 30 deg of -180 deg, of each start."""
 
     @property
     def mean(self) -> float:
@@ -59,6 +62,8 @@ class Case(NamedTuple):
 
     rpm: float | None = None
     """Where the variable-speed period of 0.5 s is; None: without one."""
+    acceleration: float = 0.0
+    """In the period [rad/s^2]; 400 rad/s^2 before and after it."""
     target: float = 8000.0
     """Speed at the end [rpm]."""
     unbalance: float = UNBALANCE
@@ -85,7 +90,10 @@ def changes_of(case: Case) -> dict[str, Any]:
     period: dict[str, Any] = (
         {"profile.variable_speed_period": None}
         if case.rpm is None
-        else {"profile.variable_speed_period.start_speed": case.rpm * RPM}
+        else {
+            "profile.variable_speed_period.start_speed": case.rpm * RPM,
+            "profile.variable_speed_period.acceleration": case.acceleration,
+        }
     )
     return {
         "rotor.mass": mass,
@@ -112,8 +120,10 @@ def starts(count: int) -> list[list[float]]:
 
 
 def whirl_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
-    """Final whirl [um]."""
-    return [1e6 * merits_of(trajectory, scene).final_whirl]
+    """Final whirl [um], and the share of the balls that are opposite to the unbalance."""
+    turned = np.degrees(trajectory.ball_angles[-1]) % 360.0
+    near = float(np.mean(np.abs(turned - 180.0) <= OPPOSITE))
+    return [1e6 * merits_of(trajectory, scene).final_whirl, near]
 
 
 def bars_of(
@@ -122,8 +132,8 @@ def bars_of(
     """Each case from as many random starts."""
     begun = [{"start.ball_angles": angles} for angles in starts(count)]
     variations = [{**changes_of(case), **start} for case in cases for start in begun]
-    whirls = np.array(many(what, base(contact), variations, whirl_of, tell))
-    return [Bar(each) for each in whirls.reshape(len(cases), count)]
+    found = np.array(many(what, base(contact), variations, whirl_of, tell))
+    return [Bar(*each.T) for each in found.reshape(len(cases), count, 2)]
 
 
 def alone(case: Case) -> float:

@@ -19,7 +19,7 @@ PAIRS = {"5.1": (1e-3, 1.0), "5.2": (2e-3, 1.0), "5.3": (2e-3, 2.0)}
 HELD = {"5.1": "5.7", "5.2": "5.8", "5.3": "5.9"}
 MASSES = (0.5e-3, 1e-3, 1.5e-3, 2e-3)
 """Of a ball [kg]."""
-DRAGS = np.round(np.arange(0.5, 4.01, 0.1), 3)
+DRAGS = np.round(np.arange(0.2, 4.01, 0.1), 3)
 """c_b of figures 5.5 and 5.11 [N s/m]; the printed axes' range is not in the text."""
 ECCENTRICITIES = np.round(np.arange(50e-6, 301e-6, 10e-6), 8)
 """e of figures 5.6 and 5.12 [m], half to three times the thesis'; the printed range is not in the
@@ -107,6 +107,8 @@ def without_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> 
     one, heavy, braked = (runs[number] for number in PAIRS)
     lags = [_lag(run) for run in (one, heavy, braked)]
     masses = [drag[m][0][_drag_at(1.0)] for m in MASSES]
+    beyond = float(start_ups([(THESIS._replace(m=3e-3), None)])[0].angles.mean())
+    settled = [_settled_after(run) for run in (one, heavy, braked)]
     return [
         Claim("5.1 (b), 5.2 (b)", "above the critical speed the balls lag behind the rotor",
               f"by {lags[0]:.1f} and {lags[1]:.1f} rad/s at most", lags[0] > 0 and lags[1] > 0),
@@ -119,9 +121,13 @@ def without_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> 
         Claim("5.3 (b)", "c_b = 2 reduces the lag",
               f"{lags[2]:.1f} in place of {lags[1]:.1f} rad/s",
               lags[2] < lags[1]),
+        value("5.2 (c)", "settled after the critical speed within", 1.0, settled[1], " s", 0.35),
+        value("5.3 (c)", "settled after the critical speed within", 0.5, settled[2], " s", 0.35),
         value("5.3 (c)", "suppressed to", -200.0, float(braked.angles.mean()), " deg"),
         Claim("5.4", "the heavier the balls, the farther they go",
               _list(masses) + " deg for m = 0.5, 1, 1.5, 2 g", bool(np.all(np.diff(masses) < 0))),
+        Claim("5.4", "beyond 2 g farther still", f"{beyond:.0f} deg for m = 3 g",
+              beyond < masses[-1]),
         Claim("5.4", "they settle in the vicinity of odd multiples of -180 deg",
               _list(masses) + " deg", bool(at_odd(np.array(masses)).all()),
               "2.5 s after the critical speed the others are still on their way, or stand "
@@ -131,7 +137,7 @@ def without_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> 
               _tunable_words(drag, 0), all(at_odd(drag[m][0]).any() for m in MASSES)),
         Claim("5.6", "e does not change the end position much",
               _spread_words(eccentricity, 0), _steady(eccentricity, 0),
-              "it does so only while no ball slips by a further turn"),
+              "light balls go farther as e grows, heavy ones slip by a further turn"),
     ]  # fmt: skip
 
 
@@ -143,6 +149,10 @@ def hold_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> lis
     lags = [_lag(run) for run in (one, heavy, braked)]
     masses = [drag[m][1][_drag_at(1.0)] for m in MASSES]
     spreads = [_spread(eccentricity, held) for held in (0, 1)]
+    settled = [_settled_after(run) for run in (one, heavy, braked)]
+    before = [_settled_after(run) for run in without]
+    over_e = start_ups([(THESIS._replace(e=float(e)), HOLD) for e in ECCENTRICITIES[::5]])
+    times = [_settled_after(run) for run in over_e]
     return [
         Claim("5.7 (c)", "about -200 deg about 1 s after the critical speed",
               f"{degrees(_angles_at(one, 3.5))} at 3.5 s, {degrees(one.angles)} at 5 s",
@@ -151,6 +161,14 @@ def hold_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> lis
               f"{degrees(heavy.angles)} at 5 s, still turning by "
               f"{np.degrees(heavy.trajectory.ball_rates[-1]).mean():.0f} deg/s",
               bool((heavy.angles < -570.0).all())),
+        Claim("5.7", "settled sooner than without the period", f"after {settled[0]:.2f} s, "
+              f"without {before[0]:.2f} s", settled[0] < before[0]),
+        Claim("5.8", "settled later than without the period", f"after {settled[1]:.2f} s, "
+              f"without {before[1]:.2f} s", settled[1] > before[1]),
+        Claim("5.9", "settled in an unbalanced position", degrees(braked.angles),
+              not bool(at_odd(braked.angles).any())),
+        Claim("5.9", "the settling time grows by the period of 0.5 s", f"by "
+              f"{settled[2] - before[2]:.2f} s", abs(settled[2] - before[2] - 0.5) < 0.15),
         value("5.9 (c)", "settled at", -300.0, float(braked.angles.mean()), " deg"),
         Claim("5.7-5.9 (b)", "in the hold the balls keep the rotor's speed",
               ", ".join(f"{lag:.1f}" for lag in during) + " rad/s behind it at most",
@@ -177,7 +195,9 @@ def hold_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> lis
               _tunable_words(drag, 1), all(at_odd(drag[m][1]).any() for m in MASSES)),
         Claim("5.12", "e does not change the end position much, whatever m",
               _spread_words(eccentricity, 1), _steady(eccentricity, 1),
-              "it fails for m = 1.5 g from 200 um on, where the balls slip by a further turn"),
+              "light balls go farther as e grows; at 1.5 g they slip by a further turn from 200 um on"),
+        Claim("5.12", "the settling time is not significantly changed by e, m = 1 g",
+              f"{min(times):.2f} to {max(times):.2f} s", max(times) - min(times) < 0.3),
         Claim("5.12", "less than without the hold",
               f"spread over e, mean of four masses: {spreads[1]:.0f} deg, without {spreads[0]:.0f}",
               spreads[1] < spreads[0]),
@@ -193,6 +213,18 @@ def _lag(run: StartUp) -> float:
 def _lag_during_hold(run: StartUp) -> float:
     time = run.trajectory["time"]
     return float(-run.trajectory.ball_rates[(time > 2.5) & (time < 3.0)].min())
+
+
+SETTLED = 25.0
+"""Balls have settled when they stay this near to where they end [deg]."""
+
+
+def _settled_after(run: StartUp) -> float:
+    """How long after the critical speed the balls have settled [s]; 2.5 if they have not."""
+    angle = np.degrees(run.trajectory.ball_angles.mean(axis=1))
+    away = np.flatnonzero(np.abs(angle - angle[-1]) > SETTLED)
+    last = 0 if not len(away) else int(away[-1])
+    return float(run.trajectory["time"][last] - run.parameters.critical_time)
 
 
 def _angles_at(run: StartUp, time: float) -> np.ndarray:

@@ -17,6 +17,8 @@ from ab_sim.papers.thesis.pictures import written
 FACTORS = np.unique([*np.round(np.geomspace(0.5, 3.0, 20), 3), 1.0, 2.0])
 """Of the parameter that a rule is about."""
 ROOT_2 = math.sqrt(2.0)
+DURATIONS = np.round(np.arange(0.1, 1.51, 0.1), 3)
+"""Of holds that are tried where the end time alone is not to do [s]."""
 
 
 class Rule(NamedTuple):
@@ -150,6 +152,10 @@ def ratio_claims() -> list[Claim]:
         Claim("4.34", "peak W/e is suppressed", f"{run['4.34'].peak[0]:.1f}, in 4.24 "
               f"{run['4.24'].peak[0]:.1f}", run["4.34"].peak[0] < 0.9 * run["4.24"].peak[0]),
         _opposite("4.35", "the same effect to some extent", run["4.35"]),
+        Claim("4.35", "strictly, m must be increased, too",
+              f"{degrees(run['4.35'].angles)} as it is, in 4.25 {degrees(reference.angles)}",
+              abs(end("4.35") + 180.0) > abs(end("4.25") + 180.0),
+              "with more damping they end nearer to -180 deg than before"),
         value("4.36 (a)", "peak W/e", 33.0, run["4.36"].peak[0]),
         value("4.36 (a)", "whirl over that of 4.24", 1.3, 2.0 * peak("4.36", "4.24")),
         value("4.36 (b)", "largest force", 0.08, run["4.36"].forward_peak[0], " N"),
@@ -158,18 +164,22 @@ def ratio_claims() -> list[Claim]:
               -60.0 < end("4.36") - end("4.24") < 0.0),
         Claim("4.37", "slightly too much", f"{degrees(run['4.37'].angles)}; in 4.25 "
               f"{degrees(reference.angles)}", -60.0 < end("4.37") - end("4.25") < 0.0),
+        Claim("4.37", "m must be decreased", f"by {end('4.25') - end('4.37'):.0f} deg too far",
+              end("4.25") - end("4.37") > 10.0, "the hold makes up for e"),
         _unchanged("4.38, 4.39", "a of the ball has no influence",
                    (run["4.38"], run["4.24"]), (run["4.39"], reference)),
         value("4.40 (a)", "peak W/e over that of 4.24", 2.0, peak("4.40", "4.24")),
         value("4.40 (b)", "largest force over that of 4.24", 2.0,
               force("4.40", "4.24"), why=twice),
         value("4.40 (c)", "end position", -600.0, end("4.40"), " deg"),
+        _not_by_time("4.40", "m = 2 g: not by the end time alone", p._replace(m=2e-3)),
         _opposite("4.41", "with c_b = 4 the same effect at the same times", run["4.41"]),
         _unchanged("4.42, 4.43", "the influence of beta_b is small",
                    (run["4.42"], run["4.24"]), (run["4.43"], reference)),
         Claim("4.44", "the viscous drag hinders: the effect is insufficient",
               f"{degrees(run['4.44'].angles)}, in 4.24 {degrees(run['4.24'].angles)}",
               end("4.44") > end("4.24")),
+        _not_by_time("4.44", "c_b = 2: not by the end time alone", p._replace(c_b=2.0)),
         _opposite("4.45", "m about 1.3 times gives the same effect (text)", run["4.45, m = 1.3 g"]),
         _opposite("4.45", "m = 2 g does (caption)", run["4.45, m = 2 g"]),
     ]  # fmt: skip
@@ -239,6 +249,15 @@ def _at(factor: float) -> int:
 
 def _opposite(figure: str, printed: str, run: StartUp) -> Claim:
     return Claim(figure, printed, degrees(run.angles), bool(opposite(run.angles).all()))
+
+
+def _not_by_time(figure: str, printed: str, p: Parameters) -> Claim:
+    """That no end of the hold brings both balls opposite."""
+    periods = [period_of(p)._replace(duration=float(d)) for d in DURATIONS]
+    good = [bool(opposite(run.angles).all()) for run in start_ups([(p, x) for x in periods])]
+    found = [f"{d:g}" for d, ok in zip(DURATIONS, good, strict=True) if ok]
+    ours = f"holds of {', '.join(found)} s do" if found else "no hold of up to 1.5 s does"
+    return Claim(figure, printed, ours, not found)
 
 
 def _unchanged(figure: str, printed: str, *pairs: tuple[StartUp, StartUp]) -> Claim:

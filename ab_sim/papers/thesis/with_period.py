@@ -83,6 +83,7 @@ def hold_claims(runs: dict[str, StartUp]) -> list[Claim]:
         value("4.7 (a)", "when, right after the period", 3.3, when, " s", 0.05),
         value("4.7 (a)", "more than in 4.1", 7.0, peak - without.peak[0]),
         value("4.7 (b)", "largest driving force", 0.07, hold.forward_peak[0], " N"),
+        value("4.7 (b)", "when, as the whirl", 3.3, hold.forward_peak[1], " s", 0.05),
         _both("4.7 (c), 4.8", hold),
         _balance("4.7, 4.8", hold),
         Claim(
@@ -102,6 +103,12 @@ def hold_claims(runs: dict[str, StartUp]) -> list[Claim]:
             f"peak {other.peak[0]:.1f}, in 4.7 {peak:.1f}", other.peak[0] > peak,
         ),
         value("4.11 (b)", "largest driving force", 0.08, other.forward_peak[0], " N"),
+        Claim(
+            "4.11 (b), (c)", "both balls feel and do about the same at about 3.3 s",
+            f"forces apart by {_apart(other, slice(3200, 3400)):.0%}; they end "
+            f"{abs(np.diff(other.angles)[0]):.0f} deg apart, 45 deg at the start",
+            _apart(other, slice(3200, 3400)) < ABOUT and abs(np.diff(other.angles)[0]) < 20.0,
+        ),
         _both("4.11 (c), 4.12", other),
         _balance("4.11, 4.12", other),
     ]  # fmt: skip

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from ab_sim.papers.page import Cell, Section, Table
 from ab_sim.papers.thesis.claims import Claim, degrees, opposite, table_of, value
 from ab_sim.papers.thesis.drive import HOLD, THESIS, Parameters, StartUp, Tell, start_ups
@@ -37,6 +39,9 @@ def without_claims(runs: dict[str, StartUp]) -> list[Claim]:
     """What section 4.1 states."""
     first = runs["4.1"]
     peak, when = first.peak
+    angle = np.degrees(first.trajectory.ball_angles[:, 0])
+    before = _at_time(angle, first, 2.5)
+    soon = _at_time(angle, first, 3.2) - before
     claims = [
         value("4.1 (a)", "peak W/e", 55.0, peak),
         Claim(
@@ -44,6 +49,20 @@ def without_claims(runs: dict[str, StartUp]) -> list[Claim]:
             2.5 < when < 3.0,
         ),
         value("4.1 (b)", "largest driving force", 0.06, first.forward_peak[0], " N"),
+        Claim(
+            "4.1 (a)", "W/e rises with the speed, and falls again after its peak",
+            f"{_at_time(first.whirl, first, 2.0):.1f} at 2 s, {first.final_whirl:.1f} at 5 s",
+            _at_time(first.whirl, first, 2.0) < 0.2 * peak > first.final_whirl,
+        ),
+        Claim(
+            "4.1 (b)", "largest force immediately after the critical speed",
+            f"{first.forward_peak[1]:.2f} s", 2.5 < first.forward_peak[1] < 3.0,
+        ),
+        Claim(
+            "4.1 (c)", "the angle falls gradually, then a lot right after the critical speed",
+            f"by {-before:.0f} deg until 2.5 s, by {-soon:.0f} deg in the 0.7 s after that",
+            -soon > 5.0 * -before,
+        ),
         Claim(
             "4.1 (c), 4.2", "neither ball reaches -180 deg; residual unbalance remains",
             f"{degrees(first.angles)}; {first.residual:.2f} of the disc's unbalance",
@@ -94,6 +113,10 @@ def starts_table() -> Table:
         tuple(rows),
         3,
     )
+
+
+def _at_time(values: np.ndarray, run: StartUp, time: float) -> float:
+    return float(values[np.argmin(np.abs(run.trajectory["time"] - time))])
 
 
 def _at(starts: tuple[float, ...]) -> Parameters:
