@@ -195,7 +195,7 @@ def hold_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> lis
               _tunable_words(drag, 1), all(at_odd(drag[m][1]).any() for m in MASSES)),
         Claim("5.12", "e does not change the end position much, whatever m",
               _spread_words(eccentricity, 1), _steady(eccentricity, 1),
-              "light balls go farther as e grows; at 1.5 g they slip by a further turn from 200 um on"),
+              "light balls go farther as e grows; of 1.5 g they slip by a turn from 200 um on"),
         Claim("5.12", "the settling time is not significantly changed by e, m = 1 g",
               f"{min(times):.2f} to {max(times):.2f} s", max(times) - min(times) < 0.3),
         Claim("5.12", "less than without the hold",
