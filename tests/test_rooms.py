@@ -15,7 +15,7 @@ import ab_sim
 
 ORDER = (
     ("errors", "quoting"),
-    ("conventions", "interruption", "limited_yaml", "output_file"),
+    ("conventions", "interruption", "limited_yaml", "output_file", "palette"),
     ("scene_files", "tracing"),
     ("scene",),
     ("spindle",),

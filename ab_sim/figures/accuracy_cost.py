@@ -6,11 +6,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
+from ab_sim.figures.colours import distinct_colours
 from ab_sim.figures.saved import save
 from ab_sim.studies.accuracy_cost import AccuracyCost, Bound, SettingCost
 
 OURS = ("tab:red", "tab:orange", "tab:purple", "tab:brown", "tab:pink", "tab:olive")
 PEERS = ("tab:blue", "tab:cyan", "tab:green", "tab:gray", "black", "navy", "teal")
+"""Of the first methods; more have colours far from these."""
 MARKERS = "osD^vP*X"
 REAL_TIME = 1.0
 """CPU seconds per simulated second at which one core just keeps up."""
@@ -53,7 +55,8 @@ def _panel(axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: flo
     values: list[float] = []
     labels: list[tuple[str, float, float, str]] = []
     front = cost.front()
-    ours, peers = iter(OURS), iter(PEERS)
+    ours = iter(distinct_colours(max(len(OURS), len(methods)), OURS, avoid=PEERS))
+    peers = iter(distinct_colours(max(len(PEERS), len(methods)), PEERS, avoid=OURS))
     for at, (name, rows) in enumerate(methods.items()):
         rows = sorted(rows, key=lambda row: row.step or row.tolerance or 0.0)
         times = [row.cpu.median for row in rows if row.cpu]
@@ -61,7 +64,7 @@ def _panel(axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: flo
         errors = [_drawable(bound) for bound in bounds]
         values += errors
         peer = rows[0].peer
-        colour = next(peers, "gray") if peer else next(ours, "red")
+        colour = next(peers if peer else ours)
         marker = MARKERS[at % len(MARKERS)]
         axes.plot(
             times, errors, color=colour, marker=marker, markersize=5 if peer else 7,

@@ -8,6 +8,7 @@ from matplotlib.ticker import MultipleLocator
 
 from ab_sim.analysis.merits import Merits
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.figures.colours import distinct_colours
 from ab_sim.figures.curves import Label, draw_curve, label_at_right
 from ab_sim.figures.dashes import dashes_of
 from ab_sim.scene.model import Scene
@@ -23,6 +24,7 @@ BALLS = (
     "tab:cyan",
     "k",
 )
+"""Of the first balls; more have colours far from these."""
 MOST_LABELS = 8
 """Balls beyond so many are drawn without names."""
 
@@ -97,7 +99,8 @@ def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
 def ball_styles(balls: int) -> list[dict[str, Any]]:
     """One per ball; later ones are drawn thinner, so that balls that move as one remain visible."""
     widths = np.linspace(3.0, 1.0, balls) if balls > 1 else [1.8]
+    colours = distinct_colours(balls, BALLS, avoid=[SPINDLE])
     return [
-        {"color": BALLS[ball % len(BALLS)], "lw": width, "dashes": dashes_of(ball, len(BALLS))}
-        for ball, width in enumerate(widths)
+        {"color": colour, "lw": width, "dashes": dashes_of(ball, len(BALLS))}
+        for ball, (colour, width) in enumerate(zip(colours, widths, strict=True))
     ]

@@ -11,11 +11,13 @@ from matplotlib.lines import Line2D
 
 from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch
+from ab_sim.figures.colours import distinct_colours
 from ab_sim.figures.curves import say_conventions
 from ab_sim.figures.saved import save
 from ab_sim.scene.model import Scene
 
 COLOURS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown", "tab:cyan", "tab:olive")
+"""Of the first patterns; more have colours far from these."""
 STYLES = {True: "-", False: (0, (4, 2)), None: ":"}
 """By the linear test's verdict."""
 MOST_LABELLED = 12
@@ -36,9 +38,10 @@ def branches_figure(scene: Scene, found: Equilibria, over_speed: OverSpeed, path
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.9))
     length, symbol = scene.whirl_unit
     names = list(dict.fromkeys(_pattern(stretch.label) for stretch in over_speed.stretches))
+    spread = distinct_colours(len(names), COLOURS, avoid=["k"])
     colours = {
-        name: "k" if name == "balanced" else COLOURS[k % len(COLOURS)]
-        for k, name in enumerate(names)
+        name: "k" if name == "balanced" else colour
+        for name, colour in zip(names, spread, strict=True)
     }
     for stretch in over_speed.stretches:
         colour = colours[_pattern(stretch.label)]

@@ -24,6 +24,7 @@ from ab_sim.analysis.maps.verdicts import (
     UNDECIDED,
     name_of,
 )
+from ab_sim.figures.colours import distinct_colours
 from ab_sim.figures.saved import save
 
 COLOURS = {
@@ -37,6 +38,9 @@ COLOURS = {
 ONLY_UNBALANCED = ("#f2b447", "#e88b2d", "#c98f55", "#efd08c")
 BALANCED_TOO = ("#4fa3b5", "#7fc7c4", "#4b7fb0", "#9bb8dd")
 """Two or more kinds are stable there, and the start decides."""
+WARM, COOL = (50.0, 105.0), (185.0, 290.0)
+"""Hues of more of either [deg], see ``ab_sim.palette``."""
+LIGHTNESS = (0.35, 0.9)
 BLUR, NEAR = 2.0, 0.02
 """Points over which borders are smoothed, and how close to one a point may come."""
 
@@ -144,12 +148,13 @@ def smoothed(inside: np.ndarray) -> np.ndarray:
 
 def colours_of(labels: Sequence[int]) -> dict[int, str]:
     """A colour for each label: green where balance is the only choice, red where there is none."""
-    found, used = {}, {id(ONLY_UNBALANCED): 0, id(BALANCED_TOO): 0}
-    for label in labels:
-        if label in COLOURS:
-            found[label] = COLOURS[label]
-            continue
-        choice = BALANCED_TOO if label > 0 and label & BALANCED else ONLY_UNBALANCED
-        found[label] = choice[used[id(choice)] % len(choice)]
-        used[id(choice)] += 1
+    found = {label: COLOURS[label] for label in labels if label in COLOURS}
+    others = [label for label in labels if label not in COLOURS]
+    too = [label for label in others if label > 0 and label & BALANCED]
+    only = [label for label in others if label not in too]
+    for some, first, hues in ((only, ONLY_UNBALANCED, WARM), (too, BALANCED_TOO, COOL)):
+        spread = distinct_colours(
+            len(some), first, avoid=[*COLOURS.values()], lightness=LIGHTNESS, hues=hues
+        )
+        found |= zip(some, spread, strict=True)
     return found

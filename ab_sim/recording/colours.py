@@ -1,6 +1,9 @@
 """Colours that people of all kinds of colour vision tell apart (Okabe and Ito), on dark ground."""
 
-Colour = tuple[int, int, int]
+from functools import lru_cache
+
+from ab_sim.palette import ON_DARK, Colour, distinct
+from ab_sim.scene.model import MAX_BALLS
 
 GROUND: Colour = (14, 17, 19)
 """Of the drawings, whatever the viewer's theme: white is to be seen on it."""
@@ -21,9 +24,15 @@ UNBALANCE, RESULTANT, RESIDUAL = VERMILLION, GREEN, WHITE
 BALANCED = YELLOW
 """Where balls balance."""
 HUES = (SKY, ORANGE, PURPLE, BLUE, SAND)
-"""Of balls and of curves, in turn; none that has a meaning above."""
+"""Of the first balls and curves; none that has a meaning above."""
 
 
 def hue(number: int) -> Colour:
     """Of the ball or curve of that number."""
-    return HUES[number % len(HUES)]
+    return _hues(max(MAX_BALLS, number + 1))[number]
+
+
+@lru_cache
+def _hues(count: int) -> list[Colour]:
+    meant = (UNBALANCE, RESULTANT, RESIDUAL, BALANCED, GREY, DARK)
+    return distinct(count, HUES, avoid=meant, lightness=ON_DARK)

@@ -9,7 +9,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import ComponentSourceKind, VisualizerComponentMapping
 
-from ab_sim.recording.colours import GREY, Colour, hue
+from ab_sim.palette import Colour
+from ab_sim.recording.colours import GREY, hue
 from ab_sim.recording.layout import CHANNELS, DERIVED, SAMPLES
 
 

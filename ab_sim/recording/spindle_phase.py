@@ -9,7 +9,8 @@ import numpy as np
 import rerun as rr
 
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.recording.colours import DARK, GREY, ORANGE, PURPLE, SKY, Colour
+from ab_sim.palette import Colour
+from ab_sim.recording.colours import DARK, GREY, ORANGE, PURPLE, SKY
 from ab_sim.recording.layout import Array, scalar_columns
 from ab_sim.recording.windows import Windows
 

@@ -6,6 +6,6 @@ GREY = "#737373"
 """Okabe and Ito, Color Universal Design (2008); yellow is left out of curves: it is too light."""
 
 CURVES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-"""In turn, for curves of the same kind."""
+"""Of the first curves of the same kind."""
 MAP = "cividis"
 """Of maps: dark to light in one sense, made for colour-blind readers."""

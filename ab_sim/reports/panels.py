@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ab_sim.figures.colours import distinct_colours
 from ab_sim.figures.dashes import DASHES, dashes_of
 from ab_sim.reports.colours import BLACK, BLUE, CURVES, GREY, SKY, VERMILION
 from ab_sim.reports.gather import TURNS, RunData
@@ -146,10 +147,10 @@ def _of_balls(data: RunData) -> Iterator[Panel]:
 def _in_turn(data: RunData, names: list[str], scale: float) -> tuple[Curve, ...]:
     """Later ones thinner, so that balls that move as one remain visible."""
     widths = np.linspace(3.0, 1.0, len(names)) if len(names) > 1 else [1.6]
+    colours = distinct_colours(len(names), CURVES)
     curves = []
-    for at, (name, width) in enumerate(zip(names, widths, strict=True)):
+    for at, (name, width, colour) in enumerate(zip(names, widths, colours, strict=True)):
         time, values = data.curves.curve(name)
-        colour = CURVES[at % len(CURVES)]
         dashes = dashes_of(at, len(CURVES))
         curves.append(Curve(f"ball {at}", time, values * scale, colour, float(width), dashes))
     return tuple(curves)
