@@ -31,8 +31,9 @@ class Settings:
     """Whole turns over which the vibration that turns with the spindle is measured."""
     quiet: float = 0.1
     """The hold is over when that vibration is down to this share of its largest there ..."""
-    floor: float = 0.1
-    """... or below this [m/s^2], about what noise leaves."""
+    permissible: float = 0.75
+    """... or to this [m/s^2]: what a balanced drive may shake there. One that is quiet from the
+    beginning has no large vibration to compare with."""
     longest_hold: float = 8.0
     """s; after that it goes on anyway, and says so."""
     settle: float = 2.0
@@ -165,7 +166,7 @@ class StartUp:
         self.amplitude = amplitude
         if self.state == "hold":
             self._largest = max(self._largest, amplitude)
-            if amplitude <= max(self.settings.quiet * self._largest, self.settings.floor):
+            if amplitude <= max(self.settings.quiet * self._largest, self.settings.permissible):
                 self._leave_hold("quiet")
         elif self.state == "at speed" and not self._judged:
             if self._in_state >= self.settings.settle:

@@ -85,6 +85,20 @@ def test_the_hold_that_it_ends_by_itself_balances(angles: tuple[float, float]) -
     assert measured == pytest.approx(bench.final_whirl(), abs=0.1)
 
 
+def test_a_drive_that_is_quiet_already_is_not_held_for_long(library: ctypes.CDLL) -> None:
+    """Firmware that takes over a balanced drive: the vibration never was large there."""
+    bench = Bench([StartUp(Settings(), print)])
+    bench.run(9.0)
+    said: list[str] = []
+    said_in_c: list[str] = []
+    bench.firmware = [StartUp(Settings(), said.append), InC(library, said_in_c.append)]
+    bench.run(6.0)
+    assert said[2].startswith("to final: ") and said[2].endswith(" m/s^2, quiet")
+    assert said[3].startswith("at speed")
+    assert said_in_c == said
+    assert bench.final_whirl() < 0.25
+
+
 def test_without_a_hold_it_is_not_balanced() -> None:
     bench = Bench([StartUp(Settings(longest_hold=1e-3), print)])
     bench.run(6.0)

@@ -11,7 +11,7 @@ const struct settings default_settings = {
     .final_speed = 200.0,
     .turns = 10.0,
     .quiet = 0.1,
-    .floor = 0.1,
+    .permissible = 0.75,
     .longest_hold = 8.0,
     .settle = 2.0,
     .limit = 150.0,
@@ -74,7 +74,7 @@ static void window(struct start_up *s, double amplitude)
     s->amplitude = amplitude;
     if (s->state == HOLD) {
         s->largest = fmax(s->largest, amplitude);
-        if (amplitude <= fmax(s->settings.quiet * s->largest, s->settings.floor))
+        if (amplitude <= fmax(s->settings.quiet * s->largest, s->settings.permissible))
             leave_hold(s, "quiet");
     } else if (s->state == AT_SPEED && !s->judged && s->in_state >= s->settings.settle) {
         s->judged = true;

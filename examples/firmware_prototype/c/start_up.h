@@ -12,7 +12,7 @@ struct settings {
     double final_speed;  /* rad/s */
     double turns;        /* over which the vibration that turns with the spindle is measured */
     double quiet;        /* the hold is over when that is down to this share of its largest ... */
-    double floor;        /* ... or below this [m/s^2] */
+    double permissible;  /* ... or to this [m/s^2], however quiet it was before */
     double longest_hold; /* s */
     double settle;       /* s at the final speed before the vibration is judged */
     double limit;        /* m/s^2; a larger vibration ends the run */
