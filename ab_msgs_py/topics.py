@@ -50,6 +50,12 @@ class Topic(NamedTuple):
     type: Any
     qos: QoSProfile
 
+    @property
+    def type_name(self) -> str:
+        """Of its messages, as ROS writes it: ``std_msgs/msg/Float64``."""
+        package, kind = self.type.__module__.split(".")[:2]
+        return f"{package}/{kind}/{self.type.__name__}"
+
     def publisher(self, node: Node) -> Publisher[Any]:
         """A publisher whose QoS may be overridden by parameters."""
         return node.create_publisher(

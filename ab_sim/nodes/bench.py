@@ -222,6 +222,7 @@ class Bench:
     def report(self, instead: str = "") -> None:
         """Publish this node's health, with what to say instead of what it does."""
         health = self.now.health
+        self._commands.look_for_other_types()
         news = [*self.marks.news(), *health.news(), *self._commands.news()]
         level = Level.WARN if news else Level.OK
         text = "; ".join([self._state(), *news])

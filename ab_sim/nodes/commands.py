@@ -46,6 +46,8 @@ class Commands:
         self._delays = Spread()
         self._told = 0
         self._sources = 0
+        self._unheard: dict[tuple[int, ...], str] = {}
+        """Publishers of another type, as they were last looked for: what is wrong, by endpoint."""
 
     def listen(self) -> None:
         """From now on; what was commanded before is not heard."""
@@ -56,6 +58,7 @@ class Commands:
         if self._subscription is not None:
             self._node.destroy_subscription(self._subscription)
         self._subscription, self._sources = None, 0
+        self._unheard.clear()
 
     def take(self, now: int, standing: bool) -> None:
         """Put on their path what has come by a step; rejecting costs no more than accepting.
@@ -85,9 +88,28 @@ class Commands:
             self._sources = self._subscription.get_publisher_count()
         return before != self._sources
 
+    def look_for_other_types(self) -> None:
+        """Whether somebody publishes something else on the topic, which DDS passes over silently.
+
+        Takes a query of the graph: not for every wake-up. Each one is logged when it is found.
+        """
+        if self._subscription is None:
+            return
+        before, topic = self._unheard, self._subscription.topic_name
+        self._unheard = {
+            tuple(info.endpoint_gid): (
+                f"{info.node_namespace.rstrip('/')}/{info.node_name} publishes {info.topic_type} "
+                f"on {topic} and is not heard: commands are {topics.COMMAND.type_name}"
+            )
+            for info in self._node.get_publishers_info_by_topic(topic)
+            if info.topic_type != topics.COMMAND.type_name
+        }
+        for endpoint in self._unheard.keys() - before.keys():
+            self._node.get_logger().warning(self._unheard[endpoint])
+
     def news(self) -> list[str]:
         """What is wrong, for people."""
-        path, news = self._path, []
+        path, news = self._path, sorted(self._unheard.values())
         if path.stopped:
             news.append("emergency stop: commands are ignored until ~/reset_emergency_stop")
         elif path.silent:

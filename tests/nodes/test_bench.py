@@ -1,5 +1,6 @@
 """`drive_sim` as a test bench: lock-step, settings, watchdog, emergency stop, snapshots, discs."""
 
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -115,6 +116,16 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     fleet.until(second.get_subscription_count, "a second one may command")
     warned(fleet, "2 publishers on /spindle/command: the last to speak leads the drive")
     fleet.node.destroy_publisher(second)
+    unheard = "/mistaken publishes std_msgs/msg/Float32 on /spindle/command and is not heard"
+    fleet.start_process("mistaken", sys.executable, Path(__file__).with_name("other_type.py"))
+    warned(fleet, f"{unheard}: commands are std_msgs/msg/Float64")
+    count = len(fleet.heard["/diagnostics"])
+    fleet.until(lambda: len(fleet.heard["/diagnostics"]) > count + 1, "it is looked at again")
+    assert fleet.log("drive_sim").count(unheard) == 1, "said once"
+    assert fleet.stop("mistaken") == 0
+    fleet.until(
+        lambda: (h := fleet.health("drive_sim")) and unheard not in h.message, "no warning any more"
+    )
     fleet.command(50.0)
     fleet.until(lambda: fleet.value("drive_sim", "commands ignored") == "1", "it is ignored")
     assert fleet.call("drive_sim/reset_emergency_stop")[0]
