@@ -14,6 +14,8 @@ from ab_sim.reports.panels import Panel
 
 MOST_NAMES = 8
 """Curves beyond so many have no legend."""
+BAR = (1.02, 0.0, 0.03, 1.0)
+"""A colours' bar, close to its panel however wide legends above are; in shares of the panel."""
 
 
 def report_picture(grid: Grid, path: Path) -> None:
@@ -57,13 +59,13 @@ def _draw(figure: Figure, axes: Axes, panel: Panel, title: str, limits: Limits) 
             panel.heat.x, panel.heat.y, np.ma.masked_invalid(panel.heat.values), cmap=MAP,
             shading="nearest", rasterized=True,
         )  # fmt: skip
-        figure.colorbar(drawn, ax=axes, label=panel.heat.label)
+        figure.colorbar(drawn, cax=axes.inset_axes(BAR), label=panel.heat.label)
     if panel.cloud is not None:
         axes.plot(panel.cloud.x, panel.cloud.y, color="0.85", lw=0.4, zorder=1)
         dots = axes.scatter(
             panel.cloud.x, panel.cloud.y, c=panel.cloud.time, s=4, cmap=MAP, lw=0, zorder=2
         )
-        figure.colorbar(dots, ax=axes, label="time [s]")
+        figure.colorbar(dots, cax=axes.inset_axes(BAR), label="time [s]")
     for curve in panel.curves:
         axes.plot(
             curve.x, curve.y, color=curve.colour, lw=curve.width, label=curve.name,
@@ -79,4 +81,6 @@ def _draw(figure: Figure, axes: Axes, panel: Panel, title: str, limits: Limits) 
     axes.set_ylim(*limits[1])
     axes.grid(alpha=0.3)
     if 1 < len(panel.curves) + bool(panel.levels) <= MOST_NAMES + 1:
-        axes.legend(fontsize=8, loc="best" if panel.heat is None else "lower right")
+        # Beside the panel, where it covers no curve; a map has its colours' bar there.
+        beside = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+        axes.legend(fontsize=8, **(beside if panel.heat is None else {"loc": "lower right"}))

@@ -43,6 +43,24 @@ def test_one_wild_run_flattens_no_other(
     assert not list(overlaps(written(drawn[0])))
 
 
+def test_a_legend_covers_no_curve(tmp_path: Path, drawn: list[Figure]) -> None:
+    """However many entries it has, and in whichever column."""
+    time = np.linspace(0.0, 2.0, 50)
+    curves = tuple(Curve(f"ball {k}", time, np.sin(time + 7 * k), "k") for k in range(8))
+    levels = ((0.5, "opposite the unbalance"),)
+    made = Panel("angles", "Balls", TIME, "ball angle [deg]", 0.8, curves, levels)
+    report_picture(grid_of("ab", [[made], [made]]), tmp_path / "report.png")
+    drawn[0].draw_without_rendering()
+    legends = [axes.get_legend().get_window_extent() for axes in drawn[0].axes]
+    panels = [axes.get_window_extent() for axes in drawn[0].axes]
+    assert not any(legend.overlaps(box) for legend in legends for box in panels)
+    for legend in legends:
+        assert drawn[0].bbox.contains(legend.x0, legend.y0)
+        assert drawn[0].bbox.contains(legend.x1, legend.y1)
+    assert all(box.width > 0.3 * drawn[0].bbox.width for box in panels), "room is left to see them"
+    assert not list(overlaps(written(drawn[0])))
+
+
 def test_logarithmic_axes_stay_shared() -> None:
     runs = [panel(np.exp(-T), log=True), panel(100.0 * np.exp(-T), log=True)]
     (row,) = grid_of("ab", runs).limits
