@@ -9,8 +9,9 @@ from matplotlib.ticker import MultipleLocator
 from ab_sim.analysis.merits import Merits
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.figures.colours import distinct_colours
-from ab_sim.figures.curves import Label, draw_curve, label_at_right
+from ab_sim.figures.curves import draw_curve
 from ab_sim.figures.dashes import dashes_of
+from ab_sim.figures.labels import Label, label_at_right
 from ab_sim.scene.model import Scene
 
 SPINDLE, LIMIT = "tab:red", "0.45"

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ab_sim.analysis.modes import AVERAGE, Mode, Vibration, moving
-from ab_sim.figures.curves import Label, label_at_right
+from ab_sim.figures.labels import Label, label_at_right
 from ab_sim.figures.saved import save
 
 STYLES: dict[str | None, dict[str, Any]] = {

@@ -14,7 +14,8 @@ from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.effects.motor import Motor
 from ab_sim.figures.balls import ball_styles, draw_balls
-from ab_sim.figures.curves import Label, draw_curve, label_at_right, say_conventions
+from ab_sim.figures.curves import draw_curve, say_conventions
+from ab_sim.figures.labels import Label, label_at_right
 from ab_sim.figures.saved import save
 from ab_sim.scene.model import Scene
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from ab_sim.analysis import Compared, Comparison, compare, run_scene
 from ab_sim.analysis.merits import merits_of
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.figures.curves import Label, draw_curve, label_at_right
+from ab_sim.figures.curves import draw_curve
 from ab_sim.figures.run import run_figure
 from ab_sim.scene import Scene, load_scene
 from tests.analysis.test_circulation import STALLING
@@ -116,16 +116,6 @@ def test_swings_too_fast_to_be_seen_become_a_range_and_their_mean() -> None:
     slow = Figure().subplots()
     draw_curve(slow, time, 3 + np.sin(2 * np.pi * time), color="k")
     assert not slow.collections and np.ptp(slow.lines[0].get_ydata()) == pytest.approx(2, abs=1e-3)
-
-
-def test_labels_do_not_overlap() -> None:
-    figure = Figure(figsize=(8, 4))
-    axes = figure.subplots()
-    axes.set_ylim(0, 1)
-    label_at_right(axes, [Label(0.5, "one"), Label(0.5, "two\nlines"), Label(0.51, "three")])
-    figure.draw_without_rendering()
-    boxes = sorted((text.get_window_extent() for text in axes.texts), key=lambda box: box.y0)
-    assert all(upper.y0 >= lower.y1 - 1 for lower, upper in zip(boxes, boxes[1:], strict=False))
 
 
 def test_figures_need_no_pyplot() -> None:

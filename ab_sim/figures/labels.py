@@ -1,0 +1,125 @@
+"""Labels beside a panel, each as near to what it names as the others let it."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+
+APART = 1.0
+"""Between labels [pt]."""
+
+
+class Label(NamedTuple):
+    """A text at the right edge of a panel."""
+
+    value: float
+    """Where, on the vertical axis."""
+    text: str
+    color: str = "black"
+
+
+def label_at_right(axes: Axes, labels: Sequence[Label], away: float = 5.0) -> None:
+    """Write texts beside a panel, at their values, moved apart where they would overlap.
+
+    None is above or below the panel: those of values beyond its limits are at the nearest edge; of
+    more than there is room for, the last ones are left out and counted.
+
+    Args:
+        axes: its limits and its size may change until it is drawn.
+        labels: what to write, those that matter most first.
+        away: how far from the panel [pt].
+    """
+    if labels:
+        _LabelsAtRight(axes, labels, away)
+
+
+class _LabelsAtRight(Artist):
+    """Puts labels where they belong once the layout is known, when the panel is drawn."""
+
+    def __init__(self, axes: Axes, labels: Sequence[Label], away: float) -> None:
+        super().__init__()
+        self.set_zorder(-1.0)  # drawn before the texts
+        axes.add_artist(self)  # and asked for its size before them, as what is clipped is not
+        self.set_clip_on(False)
+        self._values = [label.value for label in labels]
+        left_out = Label(-np.inf, "", "0.45")
+        *self._texts, self._left_out = (
+            axes.annotate(
+                label.text, (1.0, 0.5), xycoords="axes fraction", xytext=(away, 0),
+                textcoords="offset points", va="center", fontsize=8, color=label.color,
+            )
+            for label in (*labels, left_out)
+        )  # fmt: skip
+
+    def draw(self, renderer: Any) -> None:
+        """Move the texts; they draw themselves."""
+        self._place(renderer)
+
+    def get_tightbbox(self, renderer: Any = None) -> None:
+        """Nothing by itself; the layout asks before it asks the texts for theirs."""
+        self._place(renderer)
+
+    def _place(self, renderer: Any) -> None:
+        assert self.axes is not None
+        panel = self.axes.get_window_extent(renderer)
+        texts, values = [*self._texts], [*self._values]
+        for text in texts:
+            text.set_visible(True)
+        gap = self.axes.figure.dpi * APART / 72.0
+        heights = [text.get_window_extent(renderer).height + gap for text in texts]
+        self._left_out.set_text("")
+        if sum(heights) > panel.height:
+            line = min(heights)
+            while heights and sum(heights) + line > panel.height:
+                texts.pop().set_visible(False)
+                heights.pop()
+            self._left_out.set_text(f"and {len(self._texts) - len(texts)} more")
+            texts.append(self._left_out)
+            values[len(heights) :] = [-np.inf]  # below all others
+            heights.append(line)
+        low, high = sorted(self.axes.get_ylim())
+        within = np.clip(values, low, high)
+        wanted = self.axes.transData.transform([(0.0, value) for value in within])[:, 1] - panel.y0
+        if texts[-1] is self._left_out:
+            wanted[-1] = -np.inf
+        order = np.argsort(wanted, kind="stable")
+        wanted = np.clip(wanted, 0.0, panel.height)
+        places = spread(wanted[order].tolist(), [heights[i] for i in order], panel.height)
+        for i, place in zip(order, places, strict=True):
+            texts[i].xy = (1.0, place / panel.height)
+
+
+def spread(wanted: Sequence[float], heights: Sequence[float], top: float) -> list[float]:
+    """Wanted centres, rising, moved as little as need be until intervals so high are apart.
+
+    Args:
+        wanted: centres.
+        heights: of the intervals, together at most ``top``.
+        top: no interval reaches above it, or below 0.
+    """
+    # Neighbours that overlap form a block, which is centred where its members would like to be.
+    blocks: list[tuple[list[float], list[float]]] = []
+    for y, height in zip(wanted, heights, strict=True):
+        blocks.append(([y], [height]))
+        while len(blocks) > 1:
+            (_, below), lowest = blocks[-2], _bottom(blocks[-2], top)
+            if _bottom(blocks[-1], top) >= lowest + sum(below):
+                break
+            upper, lower = blocks.pop(), blocks.pop()
+            blocks.append((lower[0] + upper[0], lower[1] + upper[1]))
+    result = []
+    for block in blocks:
+        bottom = _bottom(block, top)
+        for height in block[1]:
+            result.append(bottom + height / 2)
+            bottom += height
+    return result
+
+
+def _bottom(block: tuple[list[float], list[float]], top: float) -> float:
+    wanted, heights = block
+    # Where each would have its centre, less what of the block is below that centre.
+    below = np.cumsum(heights) - 0.5 * np.asarray(heights)
+    return float(np.clip(np.mean(np.asarray(wanted) - below), 0.0, max(top - sum(heights), 0.0)))
