@@ -34,7 +34,7 @@ setup(
     license=ros.findtext("license"),
     python_requires=">=3.10",
     packages=find_packages(include=["ab_sim", "ab_sim.*", "ab_msgs_py"]),
-    package_data={"ab_sim": ["py.typed"], "ab_msgs_py": ["py.typed"]},
+    package_data={"ab_sim": ["py.typed", "nodes/discovery.xml"], "ab_msgs_py": ["py.typed"]},
     install_requires=[
         "matplotlib",
         "numba",

@@ -1,6 +1,5 @@
 """A node's command line: what ROS would pass over without a word is an error."""
 
-import os
 import sys
 from collections.abc import Sequence
 
@@ -8,18 +7,14 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 
 from ab_sim.errors import InputError
-
-DISCOVERY_RANGE, RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
-"""ROS's variable, and what it is for us unless the user has set it."""
+from ab_sim.nodes import discovery
 
 
 def init_ros(arguments: Sequence[str] | None = None) -> None:
     """``rclpy.init``: strict with arguments, and discovering on this machine only.
 
-    A drive obeys whoever it discovers, so it takes a user who sets
-    ``ROS_AUTOMATIC_DISCOVERY_RANGE`` for others to come in. Signals are left to
-    ``ab_sim.interruption``; rclpy's own handlers would tear the context down under whatever is in
-    flight.
+    Signals are left to ``ab_sim.interruption``; rclpy's own handlers would tear the context down
+    under whatever is in flight.
 
     Args:
         arguments: the program and its arguments; default: those of the process.
@@ -33,7 +28,7 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
             f"argument {stray[0]!r}: is not known; parameters come after --ros-args, each after "
             f"-p: `--ros-args -p {_as_parameter(stray[0])}`"
         )
-    os.environ.setdefault(DISCOVERY_RANGE, RANGE)
+    discovery.prepare()
     try:
         rclpy.init(args=list(given), signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:

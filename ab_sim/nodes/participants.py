@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from ab_sim.nodes.arguments import DISCOVERY_RANGE, RANGE
+from ab_sim.nodes import discovery
 
 # The DDSI-RTPS specification, 9.6.2: the unicast port for discovery of each participant.
 BASE, PER_DOMAIN, FIRST, PER_PARTICIPANT = 7400, 250, 10, 2
@@ -15,7 +15,7 @@ def participants_here() -> int | None:
 
     It can where discovery ends at this machine: each has a port that the specification names.
     """
-    if os.environ.get(DISCOVERY_RANGE, RANGE) != RANGE or os.environ.get("ROS_STATIC_PEERS"):
+    if not discovery.ends_here():
         return None
     try:
         first = BASE + PER_DOMAIN * int(os.environ.get("ROS_DOMAIN_ID") or 0) + FIRST

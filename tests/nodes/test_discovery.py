@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from ab_sim.nodes import discovery
 from tests.nodes.two_hosts import TwoHosts
 
 pytest.importorskip("rclpy", reason="needs ROS 2")
@@ -29,7 +30,24 @@ while True:
         print(*sorted(found), flush=True)
     rclpy.spin_once(node, timeout_sec=0.05)
 """
+# As `ros2 node list --no-daemon` and `ros2 topic list --no-daemon` do, again and again: in ROS's
+# default range, with a participant of its own for half a second.
+LIST = """
+import rclpy, time
+while True:
+    rclpy.init()
+    node = rclpy.create_node("_ros2cli")
+    end = time.monotonic() + 0.5
+    while (left := end - time.monotonic()) > 0.0:
+        rclpy.spin_once(node, timeout_sec=left)
+    names = [name for name, _ in node.get_node_names_and_namespaces()]
+    topics = [name for name, _ in node.get_topic_names_and_types()]
+    print("listed", *names, *topics, flush=True)
+    node.destroy_node()
+    rclpy.shutdown()
+"""
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+PEERS = "ROS_STATIC_PEERS"
 
 
 class Started:
@@ -43,7 +61,8 @@ class Started:
         self, where: list[str], *command: str, reach: str | None = None
     ) -> subprocess.Popen[str]:
         """Start Python somewhere; what it prints can be read line by line."""
-        environment = {k: v for k, v in os.environ.items() if k != RANGE}
+        ours = (RANGE, discovery.PROFILES_NAMED_BY)  # of a node that this process has been
+        environment = {k: v for k, v in os.environ.items() if k not in ours}
         environment |= {"ROS_DOMAIN_ID": str(self._domain), "PYTHONUNBUFFERED": "1"}
         if reach is not None:
             environment[RANGE] = reach
@@ -79,6 +98,17 @@ def until(process: subprocess.Popen[str], name: str) -> list[str]:
     return []
 
 
+def in_a_row(process: subprocess.Popen[str], names: set[str], times: int) -> bool:
+    """Wait until so many lists in a row have all names; False if it is too late."""
+    assert process.stdout is not None
+    end, row = time.monotonic() + 120.0, 0
+    while row < times and time.monotonic() < end:
+        line = process.stdout.readline()
+        assert line, "it ended"
+        row = row + 1 if names <= set(line.split()) else 0
+    return row == times
+
+
 @pytest.fixture
 def started(domain: int) -> Iterator[Started]:
     made = Started(domain)
@@ -108,3 +138,37 @@ def test_another_host_finds_only_who_wants_to_be_found(hosts: TwoHosts, started:
     found = until(far, "open")
     assert found, "who wants to be found was not"
     assert "closed" not in found
+
+
+@pytest.mark.timeout(300)
+def test_the_ros2_command_line_finds_a_drive_at_once(started: Started) -> None:
+    """Each time: who is announced every 3 s is found once, and not by the next lists."""
+    drive = ("-m", "ab_sim.nodes.drive_sim", "--ros-args", "-p", "autostart:=false")
+    started([], *drive)
+    lists = started([], "-c", LIST)
+    assert in_a_row(lists, {"drive_sim", "/drive_sim/transition_event"}, 4)
+
+
+@pytest.mark.parametrize(
+    ("given", "often"),
+    [
+        ({}, True),
+        ({RANGE: "LOCALHOST"}, True),
+        ({RANGE: "SUBNET"}, False),
+        ({PEERS: "10.99.0.2"}, False),
+    ],
+)
+def test_only_this_machine_is_told_often(
+    monkeypatch: pytest.MonkeyPatch, given: dict[str, str], often: bool
+) -> None:
+    monkeypatch.setattr(os, "environ", dict(given))
+    discovery.prepare()
+    wanted = {discovery.PROFILES_NAMED_BY: str(discovery.PROFILES)} if often else {}
+    assert os.environ == {RANGE: "LOCALHOST"} | given | wanted
+
+
+@pytest.mark.parametrize("name", [discovery.PROFILES_NAMED_BY, discovery.EARLIER_NAME])
+def test_profiles_of_the_user_stay(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setattr(os, "environ", {name: "mine"})
+    discovery.prepare()
+    assert os.environ == {RANGE: "LOCALHOST", name: "mine"}
