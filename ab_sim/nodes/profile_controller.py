@@ -7,15 +7,17 @@ from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 
 from ab_msgs_py import ENDED, Health, Level, Task, VibrationSample, topics
 from ab_msgs_py.samples import command_message, text_message
 from ab_msgs_py.services import ABORT, START, Answer, serve_trigger
 from ab_sim.errors import InputError
 from ab_sim.nodes.log import PlainLog
-from ab_sim.nodes.parameters import close_parameters, declare
+from ab_sim.nodes.parameters import Wanted, close_parameters, declare
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.profile_run import ProfileRun, State
+from ab_sim.nodes.settings import Settings, Values
 from ab_sim.scene.profile_file import AskedProfile, load_profile
 from ab_sim.spindle import SpeedProfile
 
@@ -47,17 +49,18 @@ class ProfileController(PlainLog):
 
     def __init__(self) -> None:
         super().__init__("profile_controller")
-        name = declare(
-            self,
-            "profile",
-            "thesis-hold",
-            "the profile: name or YAML file of a scene that has one, YAML file of a profile alone, "
-            "or that in braces",
-        )
-        changes = declare(self, "changes", [""], "changes to the scene, each key=value")
+        self._settings = Settings(self)
+        for meaning, wanted in (
+            ("name or YAML file of a scene that has a profile, YAML file of a profile alone, or "
+             "that in braces; read when it is set, the next ~/start takes it",
+             Wanted("profile", "thesis-hold")),
+            ("changes to the scene, each key=value; the next ~/start takes them",
+             Wanted("changes", [""])),
+        ):  # fmt: skip
+            self._settings.declare(meaning, wanted)
         rate = declare(self, "command_rate", 200.0, "commands", "1/s", (1.0, 1000.0))
         auto_start = declare(self, "auto_start", False, "start as soon as there is a drive")
-        slope = declare(
+        self._slope = declare(
             self,
             "abort_deceleration",
             0.0,
@@ -74,8 +77,8 @@ class ProfileController(PlainLog):
             (0.001, 1e4),
         )
         close_parameters(self)
-        asked = load_profile(name, filter(None, changes))
-        slope = slope or _steepest(asked)
+        self._judged: tuple[AskedProfile, float]
+        self._judge(self._settings.values)
         self._period = 1.0 / rate
         self._lock = threading.Lock()
         self._simulated = bool(self.get_parameter("use_sim_time").value)
@@ -95,9 +98,11 @@ class ProfileController(PlainLog):
             steady = Clock(clock_type=ClockType.STEADY_TIME)
             self._waiting = self.create_timer(0.05, self._start_when_heard, clock=steady)
         # Last: it says that it waits, and who has read that may end the node in order.
+        asked, slope = self._judged
         self.run = ProfileRun(asked, slope, self._period, silence, self._say)
-        if self.run.needs_vibration:
-            _VIBRATION.subscription(self, self._hear)
+        self._vibration: Subscription[Any] | None = None
+        self._listen()
+        self._settings.follow(self._judge, self._apply)
 
     def start(self) -> Answer:
         """Run the profile from its beginning, now."""
@@ -163,6 +168,26 @@ class ProfileController(PlainLog):
         with self._lock:
             self._ended = True
             self.report(ended=True)
+
+    def _judge(self, values: Values) -> None:
+        """Read the profile of these; kept, for its file may be another one in a moment.
+
+        Raises:
+            SceneError, InputError: there is none, or it cannot be run.
+        """
+        asked = load_profile(values["profile"], filter(None, values["changes"]))
+        self._judged = asked, self._slope or _steepest(asked)
+
+    def _apply(self, before: Values, values: Values) -> None:
+        with self._lock:
+            self.run.take(*self._judged)
+        self._listen()
+        self.get_logger().info(f"the next ~/start takes {values['profile']}")
+
+    def _listen(self) -> None:
+        """To the vibration, if what is run next needs it."""
+        if self._vibration is None and self.run.needs_vibration:
+            self._vibration = _VIBRATION.subscription(self, self._hear)
 
     def _missing(self) -> str:
         """What a start still lacks; nothing, if it lacks nothing."""

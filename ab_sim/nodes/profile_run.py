@@ -47,7 +47,8 @@ class ProfileRun:
         silence: float,
         say: Callable[[str, bool], None],
     ) -> None:
-        self._asked, self._deceleration = asked, deceleration
+        self._next = asked, deceleration
+        self._deceleration = deceleration
         self._ahead, self._silence, self._say = ahead, silence, say
         self._course = Course(*asked)
         self._began = 0.0
@@ -64,13 +65,18 @@ class ProfileRun:
 
     @property
     def needs_vibration(self) -> bool:
-        """Whether a condition is judged by it."""
-        return any(self._course.until(number) for number in range(self._course.count))
+        """Whether a condition of what the next start takes is judged by it."""
+        course = Course(*self._next[0])
+        return any(course.until(number) for number in range(course.count))
 
     @property
     def vibration(self) -> float | None:
         """As it is judged at present [m/s^2]."""
         return None if self._watch is None else self._watch.rms
+
+    def take(self, asked: AskedProfile, deceleration: float) -> None:
+        """Another profile, and the deceleration of its abort, from the next start on."""
+        self._next = asked, deceleration
 
     def wait(self, what: str) -> None:
         """Wait for something."""
@@ -82,12 +88,13 @@ class ProfileRun:
             return "running already; abort first"
         if self.state is State.ABORTING:
             return "ramping down; wait for standstill"
-        if self.state is State.DONE and self.command != self._asked.first:
+        asked, deceleration = self._next
+        if self.state is State.DONE and self.command != asked.first:
             return (
                 f"{self.command:g} rad/s is commanded, and the profile begins at "
-                f"{self._asked.first:g} rad/s; abort first"
+                f"{asked.first:g} rad/s; abort first"
             )
-        self._course = Course(*self._asked)
+        self._course, self._deceleration = Course(*asked), deceleration
         self._began, self._number, self._watch, self.why = now, -1, None, ""
         self.state = State.RUNNING
         self.tick(now)

@@ -148,6 +148,31 @@ def test_an_abort_is_a_ramp(bench: Fleet) -> None:
     assert bench.health("profile_controller").level is Level.WARN
 
 
+def test_another_profile_is_for_the_next_start(bench: Fleet) -> None:
+    """The run under way goes on; what cannot be run is refused, and changes nothing."""
+    node, calm = "profile_controller", "{kind: segments, segments: [{to: 8, acceleration: 80}]}"
+    bench.until(lambda: bench.call(f"{node}/start")[0], "it starts")
+    bench.until(lambda: status_of(bench).startswith("running: segment 1 of 2"), "it runs")
+    for values, words in (
+        ({"profile": "no-such-scene"}, "no-such-scene"),
+        ({"profile": "{kind: segments}"}, "segments: is missing"),
+        ({"profile": 5}, "parameter profile = 5: must be a text"),
+        ({"profile": calm, "changes": ["balls.mass=1"]}, "is a profile by itself"),
+        ({"profile": calm, "command_rate": 100.0}, "read-only"),
+    ):
+        done, why = bench.set(node, **values)
+        assert not done and words in why, why
+    assert bench.set(node, profile=calm) == (True, "")
+    assert status_of(bench).startswith("running: segment 1 of 2"), "the present one goes on"
+    assert bench.call(f"{node}/abort")[0]
+    bench.until(lambda: status_of(bench) == "aborted", "it is aborted")
+    assert bench.call(f"{node}/start")[0]
+    bench.until(lambda: status_of(bench) == "done", "the other one is done")
+    bench.until(lambda: speed_of(bench) == 8.0, "and its speed is held")
+    statuses = [text_of(m) for m in bench.heard["profile_controller/status"]]
+    assert statuses[-2].startswith("running: segment 1 of 1, from 0 to 8 rad/s")
+
+
 def test_a_drive_that_is_not_ab_sim(fleet: Fleet, tmp_path: Path) -> None:
     """A board that knows its own clock and standard topics, and is best effort in both."""
     profile = tmp_path / "calm.yaml"

@@ -232,3 +232,17 @@ def test_whatever_happens_commands_flow(segments: list[Any], events: list[Any]) 
     assert all(map(math.isfinite, flow))
     assert max(abs(b - a) for a, b in zip(flow, flow[1:], strict=False)) <= 80.0 * 2 * 0.005 + 1e-9
     assert bench.state in ("aborted", "done") and flow[-1] == 0.0
+
+
+def test_another_profile_waits_for_the_next_start() -> None:
+    bench = started({"to": 100, "acceleration": 100}, deceleration=50.0)
+    bench.run.take(load_profile("{kind: segments, segments: [{to: 8, acceleration: 80}]}"), 80.0)
+    bench.go(2.0)
+    assert bench.state == "done" and bench.commands[-1] == 100.0
+    bench.run.abort(bench.now, "by hand")
+    bench.go(1.0)
+    assert bench.commands[-1] == pytest.approx(50.0, abs=0.5), "as steeply as it was to be"
+    bench.go(2.0)
+    assert bench.run.start(bench.now) == ""
+    bench.go(1.0)
+    assert bench.state == "done" and bench.commands[-1] == 8.0
