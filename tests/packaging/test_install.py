@@ -138,6 +138,7 @@ def test_pip_install(tree: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
     assert_installed(prefix, tree, monkeypatch)
     assert (site_packages / "ab_sim/py.typed").exists()
+    assert (site_packages / "ab_sim/nodes/discovery.xml").exists()
     assert (site_packages / "ab_msgs_py/py.typed").exists()
     # The environment is not activated: the path's python3 is ours, which is not the nodes'.
     assert_nodes_run(prefix, environment())
