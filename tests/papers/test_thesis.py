@@ -13,21 +13,29 @@ import pytest
 from ab_sim.papers.page import Table
 from ab_sim.papers.thesis import LEFT_OUT, _in_short
 from ab_sim.papers.thesis import rotation as chapter_5
-from ab_sim.papers.thesis.claims import Claim, opposite, value
+from ab_sim.papers.thesis.claims import BY_CONSTRUCTION, Claim, opposite, value
 from ab_sim.papers.thesis.drive import HOLD, THESIS, Period, start_ups
 from ab_sim.papers.thesis.five_balls import Bar, Case, bars_of, base, changes_of, starts
 from ab_sim.papers.thesis.many import ends
+from ab_sim.papers.thesis.measures import course_apart
+from ab_sim.papers.thesis.other_drives import period_of
+from ab_sim.papers.thesis.ratios import damped_table, ratio_claims
+from ab_sim.papers.thesis.rotation_claims import hold_claims as hold_claims_5
+from ab_sim.papers.thesis.rotation_claims import without_claims as without_claims_5
 from ab_sim.papers.thesis.rules import (
     FACTORS,
     RULES,
-    period_of,
-    ratio_claims,
     where,
     word_of,
 )
 from ab_sim.papers.thesis.settling import LINE, PRINTED, judged, settling_claims
-from ab_sim.papers.thesis.with_period import acceleration_claims, all_runs, hold_claims
-from ab_sim.papers.thesis.without_period import STARTS, without_claims
+from ab_sim.papers.thesis.with_period import (
+    acceleration_claims,
+    all_runs,
+    hold_claims,
+    matched_table,
+)
+from ab_sim.papers.thesis.without_period import STARTS, starts_claims, starts_runs, without_claims
 from ab_sim.scene.load import changed_scene
 
 
@@ -37,15 +45,23 @@ def quiet(*_: Any) -> None:
 
 def fails(claims: list[Claim]) -> list[str]:
     """Figures and statements that do not hold."""
-    return [f"{claim.figure}: {claim.printed}" for claim in claims if not claim.holds]
+    return [f"{claim.figure}: {claim.printed}" for claim in claims if claim.holds is False]
 
 
 def test_section_4_1() -> None:
     runs = start_ups([(THESIS._replace(starts=start), None) for start in STARTS.values()])
     claims = without_claims(dict(zip(STARTS, runs, strict=True)))
-    assert len(claims) == 13
+    assert len(claims) == 15
     assert fails(claims) == ["4.5 (c), 4.6: one ball in the vicinity of -180 deg, the other not"]
     np.testing.assert_allclose(runs[2].angles, [-138.8, 50.2], atol=0.3)
+    # The thesis' own example of balls that are not in the vicinity is none to us, either.
+    assert not opposite(runs[0].angles).any()
+
+
+def test_the_starts_of_table_4_1() -> None:
+    claims = starts_claims(starts_runs())
+    assert [claim.holds for claim in claims] == [False, False]
+    assert claims[0].ours.startswith("4 of 16") and claims[1].ours.startswith("7 of 16")
 
 
 def test_sections_4_2_and_4_3() -> None:
@@ -53,9 +69,20 @@ def test_sections_4_2_and_4_3() -> None:
     claims = hold_claims(runs)
     gone = "residual unbalance is eliminated"
     assert fails(claims) == [f"4.7, 4.8: {gone}", f"4.9, 4.10: {gone}", f"4.11, 4.12: {gone}"]
-    assert fails(acceleration_claims(runs)) == []
+    assert fails(acceleration_claims(runs)) == [
+        "4.3: the acceleration in the period controls how far the balls go",
+        "4.15-4.17 (b): the largest force hardly changes ...",
+    ]
     assert runs["4.7"].residual == pytest.approx(1.14, abs=0.01)
-    assert runs["4.7"].final_whirl > 1.5 * runs["4.1"].final_whirl
+    assert course_apart(runs["4.7"], runs["4.1"]) > 0.2 > course_apart(runs["4.9"], runs["4.7"])
+
+
+def test_balls_that_match_the_disc_leave_little_with_the_hold() -> None:
+    """The thesis' own two leave as much as they take; it is the same with and without a period."""
+    rows = matched_table(quiet).rows
+    residuals, whirls = np.array([row[-2:] for row in rows], float).T
+    np.testing.assert_allclose(residuals, [1.23, 1.14, 0.95, 0.18], atol=0.01)
+    np.testing.assert_allclose(whirls, [1.365, 1.367, 0.117, 0.058], atol=0.002)
 
 
 def test_section_4_4() -> None:
@@ -77,24 +104,43 @@ def test_section_4_4() -> None:
 
 def test_section_4_5() -> None:
     claims = ratio_claims()
+    left = "balance effect: it cancels the unbalance (ours: 0.1 at most)"
     assert fails(claims) == [
         "4.26 (b): peak force over that of 4.24: about 0.333",
         "4.27 (b): peak force over that of 4.25: about 0.667",
+        "4.27: m must be increased: not by the end time alone",
+        f"4.28: {left}",
         "4.29 (a): peak W/e over that of 4.24: about 1.1",
         "4.29 (b): peak force over that of 4.24: about 1.8",
         "4.30 (a): peak W/e over that of 4.25: about 1",
         "4.30 (b): peak force over that of 4.25: about 1.5",
         "4.30 (c): end position: about -300 deg",
-        "4.32: force grows in proportion to R: about 2",
+        "4.30: m must be reduced: not by the end time alone",
+        f"4.31: {left}",
+        "4.32-4.44: the start time depends on M and k only",
+        "4.32: whirl in proportion to R: W/e over that of 4.24 (ours: to 10 %): about 2",
+        "4.32: force in proportion to R (ours: to 10 %): about 2",
+        f"4.33: {left}",
+        f"4.35: {left}",
         "4.35: strictly, m must be increased, too",
-        "4.37: m must be decreased",
+        "4.37: the balance effect is slightly excessive",
+        "4.37: m must be decreased, not only the end time adjusted",
         "4.40 (b): largest force over that of 4.24: about 2",
+        "4.40: m = 2 g: not by the end time alone",
+        f"4.41: {left}",
         "4.44: c_b = 2: not by the end time alone",
+        f"4.45, m = 1.3 g: {left}",
         "4.45: m = 2 g does (caption)",
+        f"4.45, m = 2 g: {left}",
     ]
-    # What is said of the spring holds where the damping is scaled with it.
-    scaled = [claim for claim in claims if "c scaled" in claim.figure]
-    assert len(scaled) == 5 and not fails(scaled)
+    # The two times that are given, not found.
+    assert [claim.holds for claim in claims].count(None) == 2
+
+
+def test_the_spring_comes_out_as_printed_where_the_damping_is_scaled() -> None:
+    printed, plain, damped = np.array([row[2:] for row in damped_table().rows], float).T
+    np.testing.assert_allclose(damped, printed, rtol=0.15)
+    assert (np.abs(plain / printed - 1.0) > 0.2).all()
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.what)
@@ -108,6 +154,7 @@ def test_each_rule_at_half_and_triple(rule: Any) -> None:
         "k": [False, False, False],
         "k, m against it": [False, True, True],
         "c": [False, True, True],
+        "c_b, m 1.3 times for its double": [False, True, True],
     }
     assert good == expected.get(rule.what, [True, True, True])
 
@@ -116,7 +163,8 @@ def test_what_becomes_of_a_rule_and_where() -> None:
     enough, not_enough = RULES[1], RULES[0]
     everywhere, nowhere = np.ones(len(FACTORS), bool), np.zeros(len(FACTORS), bool)
     assert word_of(enough, everywhere) == "confirmed"
-    assert word_of(enough, nowhere) == word_of(not_enough, everywhere) == "refuted"
+    assert word_of(enough, nowhere) == "refuted: it is not enough"
+    assert word_of(not_enough, everywhere) == "refuted: it is enough"
     assert word_of(enough, FACTORS >= 1.0) == "limited to these factors"
     assert word_of(not_enough, FACTORS < 1.5) == "confirmed: it is not enough"
     assert where(everywhere) == "0.5 to 3" and where(nowhere) == "nowhere"
@@ -126,14 +174,19 @@ def test_what_becomes_of_a_rule_and_where() -> None:
 def test_chapter_5() -> None:
     runs = chapter_5.histories_of()
     drag, eccentricity = chapter_5.over_drag(quiet), chapter_5.over_eccentricity(quiet)
-    assert fails(chapter_5.without_claims(runs, drag, eccentricity)) == [
+    in_time = "the settling time is not significantly changed by e, m = 1 g"
+    assert fails(without_claims_5(runs, drag, eccentricity)) == [
+        "5.2 (c): settles near, the next balanced position: about -540 deg",
+        "5.2 (c): odd multiples of -180 deg are the balanced positions",
         "5.4: they settle in the vicinity of odd multiples of -180 deg",
-        "5.6: e does not change the end position much",
+        "5.6: e does not change the end position much (ours: by 60 deg)",
+        f"5.6: {in_time}",
     ]
-    assert fails(chapter_5.hold_claims(runs, drag, eccentricity)) == [
-        "5.12: e does not change the end position much, whatever m",
-        "5.12: the settling time is not significantly changed by e, m = 1 g",
-        "5.12: less than without the hold",
+    assert fails(hold_claims_5(runs, drag, eccentricity)) == [
+        "5.7-5.9: the settling time grows by the period of 0.5 s",
+        "5.12: e does not change the end position much, whatever m (ours: by 60 deg)",
+        "5.12: it changes less than without the hold",
+        f"5.12: {in_time}",
     ]
 
 
@@ -155,9 +208,17 @@ def test_the_drive_of_section_6_2_has_what_is_printed() -> None:
 def test_bars_differ_where_their_intervals_do_not_meet() -> None:
     random = np.random.default_rng(0)
     none = np.zeros(1000)
-    low, high = (Bar(random.normal(mean, 1.0, 1000), none) for mean in (1.0, 1.3))
+    low, high = (Bar(random.normal(mean, 1.0, 1000), none, none) for mean in (1.0, 1.3))
     assert low.below(high) and not high.below(low) and not low.below(low)
-    assert Bar(low.each[:10], none).interval > 5 * low.interval
+    assert low.first(10).interval > 5 * low.interval
+    # Start by start a difference shows that is small beside what the starts do.
+    shifted = low._replace(each=low.each + random.normal(0.02, 0.1, 1000))
+    assert low.below(shifted) and shifted.mean - low.mean < low.interval
+
+
+def test_what_is_no_result_is_not_counted() -> None:
+    claim = Claim("1", "x", "y", None, BY_CONSTRUCTION)
+    assert claim.verdict == BY_CONSTRUCTION
 
 
 def test_what_is_known_is_not_run_again() -> None:

@@ -6,12 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.papers.page import Table
+from ab_sim.papers.thesis.drive import OPPOSITE
 
 HOLDS, FAILS = "holds", "does not hold"
-OPPOSITE = 30.0
-"""[deg]: "in the vicinity of -180 degrees" is -150 to -210; the thesis calls -200 so."""
 ABOUT = 0.15
-"""What "about", of ratios and values read off a figure, may be off by, relative."""
+"""What "about", of ratios and values read off a figure, may be off by, relative: so far goes the
+thesis' own rounding of one figure (0.06 and 0.07 N are told apart, 55 and 53 are one peak)."""
+ODD = (1, 3, 5)
+"""Multiples of -180 deg that are opposite to the unbalance."""
+BY_CONSTRUCTION = "by construction, not a result"
+UNDECIDED = "undecided"
 
 
 class Claim(NamedTuple):
@@ -23,13 +27,16 @@ class Claim(NamedTuple):
     """What it says."""
     ours: str
     """What our runs say."""
-    holds: bool
+    holds: bool | None
+    """None: our runs cannot decide it, or it is not a result; ``why`` says which."""
     why: str = ""
     """Where it does not hold: the reason, as far as it is known."""
 
     @property
     def verdict(self) -> str:
-        """In words."""
+        """In words; what is not decided is not counted."""
+        if self.holds is None:
+            return self.why
         return HOLDS if self.holds else FAILS + (f": {self.why}" if self.why else "")
 
 
@@ -60,9 +67,22 @@ def value(
     )
 
 
+def angle(figure: str, what: str, printed: float, ours: float, why: str = "") -> Claim:
+    """A printed angle [deg] beside ours: as near as what is in the vicinity."""
+    return Claim(
+        figure, f"{what}: about {printed:.0f} deg", f"{ours:.0f} deg",
+        abs(ours - printed) <= OPPOSITE, why or f"by {ours - printed:+.0f} deg",
+    )  # fmt: skip
+
+
 def opposite(angles: np.ndarray) -> np.ndarray:
     """Which balls are in the vicinity of -180 deg."""
     return np.asarray(np.abs(angles + 180.0) <= OPPOSITE)
+
+
+def at_odd(angles: np.ndarray) -> np.ndarray:
+    """Which balls are in the vicinity of an odd multiple of -180 deg."""
+    return np.any([np.abs(angles + 180.0 * odd) <= OPPOSITE for odd in ODD], axis=0)
 
 
 def degrees(angles: np.ndarray) -> str:

@@ -23,6 +23,9 @@ ACCELERATION = 40.0
 """[rad/s^2]: twice the printed "half of the initial acceleration", 20 rad/s^2."""
 BASE = "thesis-baseline"
 """The scene that has its parameters."""
+OPPOSITE = 25.0
+"""[deg] from -180: "in the vicinity". The thesis calls -200 so, and not -150, where 4.1 and 5.1
+end: half-way between the two."""
 AFTER = 2.5
 """[s] after the critical speed the figures end; with a variable-speed period, too."""
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from ab_sim.analysis import run_scene, without_balls
 from ab_sim.analysis.merits import merits_of
+from ab_sim.drive.balance import resultant
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.papers.thesis.claims import OPPOSITE
-from ab_sim.papers.thesis.drive import Tell
+from ab_sim.papers.thesis.drive import OPPOSITE, Tell
 from ab_sim.papers.thesis.many import many
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
@@ -36,7 +36,9 @@ class Bar(NamedTuple):
     each: np.ndarray
     """Of each start, shape (starts,)."""
     opposite: np.ndarray
-    """Which share of the balls is within 30 deg of -180 deg, of each start."""
+    """Which share of the balls is in the vicinity of -180 deg, of each start."""
+    balls: np.ndarray
+    """Their unbalance, from that of the disc as real axis [g cm], of each start; complex."""
 
     @property
     def mean(self) -> float:
@@ -48,9 +50,22 @@ class Bar(NamedTuple):
         """Half the width of the mean's 95 % interval."""
         return float(1.96 * self.each.std(ddof=1) / math.sqrt(len(self.each)))
 
+    def more_than(self, other: "Bar") -> tuple[float, float]:
+        """By how much, in the mean, start by start, and half its 95 % interval [um].
+
+        Both begin at the same starts: what a start decides of both is not in the interval.
+        """
+        each = self.each - other.each
+        return float(each.mean()), float(1.96 * each.std(ddof=1) / math.sqrt(len(each)))
+
     def below(self, other: "Bar") -> bool:
-        """Whether the mean is smaller, and both 95 % intervals say so."""
-        return self.mean + self.interval < other.mean - other.interval
+        """Whether the mean is smaller, and the difference's 95 % interval says so."""
+        more, interval = self.more_than(other)
+        return more + interval < 0.0
+
+    def first(self, count: int) -> "Bar":
+        """Of as many starts only."""
+        return Bar(*(values[:count] for values in self))
 
     def words(self) -> str:
         """Mean and interval."""
@@ -120,10 +135,12 @@ def starts(count: int) -> list[list[float]]:
 
 
 def whirl_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
-    """Final whirl [um], and the share of the balls that are opposite to the unbalance."""
+    """Final whirl [um], share of the balls that are opposite, their unbalance [g cm] (x, y)."""
     turned = np.degrees(trajectory.ball_angles[-1]) % 360.0
     near = float(np.mean(np.abs(turned - 180.0) <= OPPOSITE))
-    return [1e6 * merits_of(trajectory, scene).final_whirl, near]
+    own = np.array(scene.balls.masses) * scene.race.radius
+    balls = 1e5 * complex(resultant(own, trajectory.ball_angles[-1:])[0])
+    return [1e6 * merits_of(trajectory, scene).final_whirl, near, balls.real, balls.imag]
 
 
 def bars_of(
@@ -133,7 +150,8 @@ def bars_of(
     begun = [{"start.ball_angles": angles} for angles in starts(count)]
     variations = [{**changes_of(case), **start} for case in cases for start in begun]
     found = np.array(many(what, base(contact), variations, whirl_of, tell))
-    return [Bar(*each.T) for each in found.reshape(len(cases), count, 2)]
+    columns = found.reshape(len(cases), count, 4).transpose(0, 2, 1)
+    return [Bar(whirl, near, x + 1j * y) for whirl, near, x, y in columns]
 
 
 def alone(case: Case) -> float:
