@@ -81,12 +81,13 @@ class Workers:
             elif self._count > 1:
                 spent = time.perf_counter() - begin
                 if spent > TRIAL and spent * (len(things) - done) > WORTH_IT * done:
+                    with kept_from_children():  # before the pool, which would start it
+                        resource_tracker.ensure_running()
                     self._pool = concurrent.futures.ProcessPoolExecutor(
                         self._count, multiprocessing.get_context("spawn"), _begin
                     )
         if self._pool is not None and done < len(things):
             chunk = max(1, min(at_a_time, (len(things) - done) // self._count))
-            resource_tracker.ensure_running()  # to start it would let Ctrl-C through again
             try:
                 with kept_from_children():  # this is where processes start
                     results = self._pool.map(function, things[done:], chunksize=chunk)
