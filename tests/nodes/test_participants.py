@@ -7,7 +7,7 @@ pytest.importorskip("rclpy", reason="needs ROS 2")
 import rclpy  # noqa: E402
 from rclpy.context import Context  # noqa: E402
 
-from ab_sim.nodes.arguments import DISCOVERY_RANGE, RANGE  # noqa: E402
+from ab_sim.nodes.discovery import DISCOVERY_RANGE, RANGE  # noqa: E402
 from ab_sim.nodes.participants import participants_here  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
 
