@@ -1,0 +1,178 @@
+"""What section 6.2 states of the drive with five balls, at the drive as chosen."""
+
+import numpy as np
+
+from ab_sim.papers.thesis.claims import ABOUT, UNDECIDED, Claim
+from ab_sim.papers.thesis.drive import OPPOSITE
+from ab_sim.papers.thesis.five_balls import UNBALANCE, Bar
+
+PERIODS = {
+    "no period": None,
+    "2500 rpm": 2500.0,
+    "2000 rpm": 2000.0,
+    "3000 rpm": 3000.0,
+}
+"""Where the variable-speed period of 0.5 s is: figures 6.3 (b), 6.3 (c), 6.4 (b), 6.4 (c)."""
+TEN = 10
+"""Starts: as many as the thesis averages."""
+ECCENTRIC = (0.1, 0.25, 0.5)
+"""Figure 6.6: the disc's unbalance [g cm]."""
+MUCH = 0.8
+""""Much less" is at most this share."""
+SPEEDS = np.array([1000, 1500, 1800, 2000, 2150, 2300, 2450, 2600, 3000, 3500, 4500, 6000, 8000.0])
+"""Figure 6.5 [rpm]."""
+ALIKE = 0.1
+""""The same effect", relative: the whole interval of the difference; ours."""
+BALLS = 0.33
+"""Their unbalance together [g cm]."""
+LIMITED = 0.8
+"""Share of the whirl that the balls' limit has to explain; ours."""
+Speeds = list[tuple[float, Bar]]
+"""By speed the whirl without balls [um], and the bar with balls and the hold at 2500 rpm."""
+Eccentric = dict[float, tuple[float, Bar, Bar]]
+"""By unbalance [g cm] the whirl without balls [um], without a period, with the hold."""
+
+
+def measured_claims(
+    bars: dict[str, Bar],
+    bars_alone: float,
+    easing: Bar,
+    speeds: Speeds,
+    eccentric: Eccentric,
+    two_balls: list[float],
+) -> list[Claim]:
+    """What section 6.2 states.
+
+    Args:
+        bars: by ``PERIODS``.
+        bars_alone: whirl without balls [um].
+        easing: with an accelerating period.
+        speeds: figure 6.5.
+        eccentric: figure 6.6.
+        two_balls: final W/e of the drive of chapter 4, without a period and with the hold.
+    """
+    return [
+        *_period_claims(bars, bars_alone, easing, two_balls),
+        *_speed_claims(speeds),
+        *_eccentric_claims(eccentric),
+    ]
+
+
+def _period_claims(
+    bars: dict[str, Bar], bars_alone: float, easing: Bar, two_balls: list[float]
+) -> list[Claim]:
+    without, hold, early, late = bars.values()
+    share, share_of_two = hold.mean / without.mean, two_balls[1] / two_balls[0]
+    carried = [-float(one.balls.real.mean()) for one in (hold, early, late)]
+    more, interval = easing.more_than(hold.first(len(easing.each)))
+    limit = ALIKE * hold.mean
+    same = None if abs(more) - interval <= limit < abs(more) + interval else (
+        abs(more) + interval <= limit
+    )  # fmt: skip
+    return [
+        Claim("6.3 (a), (b)", "with balls it shakes less than without",
+              f"{without.words()}, without balls {bars_alone:.2f} um",
+              without.mean + without.interval < bars_alone),
+        Claim("6.3 (b), (c)", "much less with a period of 0.5 s at 2500 rpm than without one",
+              f"{hold.words()}, without a period {without.words()}: {_apart(hold, without)} (ours: "
+              "by a fifth)", hold.below(without) and share < MUCH,
+              f"less by {1 - share:.0%}: where balls start decides more"),
+        Claim("6.3", "(b) corresponds to 4.1, (c) to 4.7",
+              f"the hold's whirl over that without: {share:.2f} here, {share_of_two:.2f} with the "
+              "two balls at 200 rad/s, at rest (ours: both 0.8 at most)",
+              share < MUCH and share_of_two < MUCH,
+              "in neither drive the hold changes much of how it ends"),
+        Claim("6.3, 6.4", "an accelerating period of 0.5 s does the same as a hold",
+              f"{easing.words()}, the hold {hold.words()}: {_words(more, interval)} (ours: within "
+              f"{ALIKE:.0%})", same,
+              f"{UNDECIDED}: the interval reaches beyond {ALIKE:.0%}" if same is None else ""),
+        Claim("6.4 (a)", "after 2500 rpm the balls are near -180 deg, after 2000, 3000 rpm not",
+              ", ".join(f"{x:.2f}" for x in carried) + f" g cm towards it, of {UNBALANCE:g} needed "
+              f"and {BALLS:g} at most; {hold.opposite.mean():.0%} of the balls within "
+              f"{OPPOSITE:g} deg (ours: 90 % of what is needed, and of the others less)",
+              carried[0] > 0.9 * UNBALANCE > max(carried[1:]),
+              "after each they lie there alike, and more spread than balls that touch"),
+        Claim("6.4", "2500 rpm: least of the three", f"{hold.words()}; 2000 rpm {early.words()}, "
+              f"3000 rpm {late.words()}", hold.below(early) and hold.below(late),
+              f"than 2000 rpm by {_apart(early, hold)}, than 3000 rpm by {_apart(late, hold)}"),
+        Claim("6.4", "2000 rpm: most of the three", f"than 2500 rpm by {_apart(early, hold)}, "
+              f"than 3000 rpm by {_apart(early, late)}", late.below(early) and hold.below(early)),
+        Claim("6.4", "3000 rpm: more than at 2500 rpm", f"by {_apart(late, hold)}",
+              hold.below(late), "no difference that a thousand starts show"),
+    ]  # fmt: skip
+
+
+def _speed_claims(speeds: Speeds) -> list[Claim]:
+    least = [one.mean + one.interval < whirl for whirl, one in speeds]
+    shares = np.array([one.mean / whirl for whirl, one in speeds])
+    beyond = SPEEDS > 2300.0
+    above = [ok for ok, far in zip(least, beyond, strict=True) if far]
+    peak = SPEEDS[int(np.argmax([whirl for whirl, _ in speeds]))]
+    return [
+        Claim("6.5", "the peak without balls is at about 2300 rpm", f"{peak:.0f} rpm",
+              abs(peak - 2300.0) < 200.0),
+        Claim("6.5", "with balls less at almost all speeds", f"at {sum(least)} of {len(least)} "
+              f"speeds: {_speeds_where(least)} (ours: at four of five)",
+              sum(least) >= 0.8 * len(least),
+              "below the critical speed balls move towards the unbalance and add to it"),
+        Claim("6.5", "with balls less above the critical speed",
+              f"at {sum(above)} of {len(above)} speeds", all(above)),
+        Claim("6.5", "especially beyond the critical speed",
+              f"whirl with balls over that without: {shares[beyond].mean():.2f} in the mean above "
+              f"2300 rpm, {shares[~beyond].mean():.2f} up to it",
+              bool(shares[beyond].mean() < MUCH * shares[~beyond].mean())),
+    ]  # fmt: skip
+
+
+def _eccentric_claims(eccentric: Eccentric) -> list[Claim]:
+    free, plain, held = zip(*eccentric.values(), strict=True)
+    towards = {kind: [-float(one.balls.real.mean()) for one in group]
+               for kind, group in (("without a period", plain), ("with it", held))}  # fmt: skip
+    alike = all(max(each) <= (1.0 + ABOUT) * min(each) for each in towards.values())
+    limit = (ECCENTRIC[2] - BALLS) / ECCENTRIC[2] * free[2]
+    return [
+        Claim("6.6", "from 0.1 to 0.25 g cm not much changes, without balls either",
+              f"without balls {free[0]:.2f} to {free[1]:.2f} um (ours: by 30 %)",
+              free[1] < 1.3 * free[0],
+              "a linear suspension whirls in proportion to the unbalance"),
+        Claim("6.6", "... with balls and no period", f"{plain[0].words()} to {plain[1].words()}",
+              abs(plain[1].mean / plain[0].mean - 1.0) < 0.3),
+        Claim("6.6", "... with balls and the period", f"{held[0].words()} to {held[1].words()}",
+              abs(held[1].mean / held[0].mean - 1.0) < 0.3),
+        Claim("6.6", "the balls' position is the same for every unbalance",
+              "; ".join(f"{', '.join(f'{x:.2f}' for x in each)} g cm towards -180 deg {kind}"
+                        for kind, each in towards.items())
+              + " at 0.1, 0.25, 0.5 g cm (ours: within 15 %)", alike,
+              "they go where the disc needs them, until all are used up"),
+        Claim("6.6", "at 0.5 g cm it shakes more in all three",
+              f"{free[2]:.2f}, {plain[2].mean:.2f}, {held[2].mean:.2f} um",
+              free[2] > free[1] and plain[1].below(plain[2]) and held[1].below(held[2])),
+        Claim("6.6", "most so without balls", f"{free[2]:.2f} um, with balls "
+              f"{plain[2].words()}, with the period {held[2].words()}",
+              plain[2].mean < free[2] and held[2].mean < free[2]),
+        Claim("6.6", "at 0.5 g cm the limit of the balls is exceeded",
+              f"all at -180 deg leave {limit:.1f} um; ours {plain[2].mean:.1f} um, with the period "
+              f"{held[2].mean:.1f} um (ours: of which the limit is {LIMITED:.0%})",
+              all(LIMITED * one.mean <= limit <= one.mean for one in (plain[2], held[2]))),
+    ]  # fmt: skip
+
+
+def _apart(one: Bar, other: Bar) -> str:
+    """By how much one shakes more than the other."""
+    return _words(*one.more_than(other))
+
+
+def _words(more: float, interval: float) -> str:
+    return f"{more:+.2f} +- {interval:.2f} um"
+
+
+def printed_order(bars: dict[str, Bar]) -> float:
+    """How often means of ten starts, drawn at random, come in the printed order."""
+    random = np.random.default_rng(10)
+    means = {name: random.choice(one.each, (20000, TEN)).mean(axis=1) for name, one in bars.items()}
+    order = [means[name] for name in ("2500 rpm", "3000 rpm", "2000 rpm", "no period")]
+    return float(np.all(np.diff(order, axis=0) > 0.0, axis=0).mean())
+
+
+def _speeds_where(good: list[bool]) -> str:
+    return ", ".join(f"{s:.0f}" for s, ok in zip(SPEEDS, good, strict=True) if ok) + " rpm"
