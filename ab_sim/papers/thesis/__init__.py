@@ -56,9 +56,9 @@ def _in_short(sections: Sequence[Section]) -> Section:
         (
             f"1. Of {hold + fail} statements {hold} hold: mainly what a run shows, peaks, forces, "
             "end positions. What fails is mainly what is concluded from them.",
-            '2. "Residual balance is eliminated" is not so: two balls of 1 g at -180 deg leave 1.04 '
-            "of the disc's unbalance, and at rest at 200 rad/s W/e is 1.37 with the hold as "
-            "without. Balls that match, 2 m R = M0 e, end at 0.06 with the hold and at 0.12 without.",
+            '2. "Residual balance is eliminated" is not so: two balls of 1 g at -180 deg leave '
+            "1.04 of the disc's unbalance, and at rest at 200 rad/s W/e is 1.37 with the hold as "
+            "without. Balls that match, 2 m R = M0 e, end at 0.06 with the hold, at 0.12 without.",
             "3. Soonest at -180 deg does not say how a drive ends: no period, and nearly every "
             "period of the grid, ends in one state. The best duration depends on where the balls "
             "start.",
