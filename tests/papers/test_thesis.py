@@ -21,6 +21,7 @@ from ab_sim.papers.thesis.many import ends
 from ab_sim.papers.thesis.measured import SPEEDS, measured_claims
 from ab_sim.papers.thesis.measures import closest, course_apart
 from ab_sim.papers.thesis.other_drives import period_of
+from ab_sim.papers.thesis.pictures import FORCES, histories
 from ab_sim.papers.thesis.ratios import damped_table, ratio_claims
 from ab_sim.papers.thesis.rotation_claims import hold_claims as hold_claims_5
 from ab_sim.papers.thesis.rotation_claims import without_claims as without_claims_5
@@ -40,6 +41,7 @@ from ab_sim.papers.thesis.with_period import (
 )
 from ab_sim.papers.thesis.without_period import STARTS, starts_claims, starts_runs, without_claims
 from ab_sim.scene.load import changed_scene
+from tests.cli.tool import PNG
 
 
 def quiet(*_: Any) -> None:
@@ -307,3 +309,10 @@ def _numbers(text: str) -> set[str]:
         chapter, begin = first.split(".")
         found |= {f"{chapter}.{k}" for k in range(int(begin), int(last.split(".")[1]) + 1)}
     return found
+
+
+def test_a_picture_makes_its_folder(tmp_path: Path) -> None:
+    run = start_ups([(THESIS, HOLD)])[0]
+    folder = tmp_path / "not" / "there"
+    picture = histories(folder, "4.7", {"4.7": run}, FORCES, "Figure 4.7")
+    assert (folder / picture.file).read_bytes().startswith(PNG)

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ab_sim.figures.saved import save
 from ab_sim.papers.page import Picture
 from ab_sim.papers.thesis.drive import StartUp
 
@@ -80,7 +81,7 @@ def histories(
 def written(figure: Figure, folder: Path, what: str, caption: str) -> Picture:
     """Write a picture into the folder."""
     file = f"{NAME}-{what}.png"
-    figure.savefig(folder / file, dpi=90)
+    save(figure, folder / file, 90)
     return Picture(file, caption)
 
 
