@@ -21,25 +21,6 @@ class Level(IntEnum):
     STATE = 3
 
 
-OPERATIONS = {
-    "add": 2,
-    "sub": 2,
-    "mul": 2,
-    "div": 2,
-    "neg": 1,
-    "abs": 1,
-    "sqrt": 1,
-    "fma": 3,
-    "lt": 2,
-    "le": 2,
-    "where": 3,
-    "cos": 1,
-    "sin": 1,
-    "total": 1,
-}
-"""Operations by the number of their arguments. A ``const`` and an ``input`` have none."""
-
-
 class Graph:
     """The nodes that one trace makes."""
 

@@ -124,8 +124,10 @@ def test_signals_on_a_terminal_end_all_processes_and_keep_what_is_done(
         "ab_sim", "stability", "nsc-case-3", "--set", f"effects.viscous_drag.coefficient={drag!r}",
         *LONG[work],
     )  # fmt: skip
+    give_up = time.monotonic() + ENDS
     while len(started := children_of(program.process.pid)) < 2:  # one watches their resources
         assert program.process.poll() is None, program.process.communicate()
+        assert time.monotonic() < give_up, "it shares no work"
         time.sleep(0.01)
     code, said = program.interrupted(number, its_children=True)
     assert code == 130

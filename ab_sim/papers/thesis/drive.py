@@ -177,11 +177,6 @@ def start_ups(
     ]
 
 
-def start_up(parameters: Parameters = THESIS, period: Period | None = None) -> StartUp:
-    """One of ``start_ups``."""
-    return start_ups([(parameters, period)])[0]
-
-
 def variation_of(
     p: Parameters, period: Period | None, target: float, duration: float | None
 ) -> dict[str, Any]:
