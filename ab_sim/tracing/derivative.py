@@ -4,8 +4,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from ab_sim.tracing.expression import (
     Expression,
+    across,
     is_constant,
+    lane,
     reached,
+    rows,
     total,
     where,
 )
@@ -60,4 +63,7 @@ _RULES: dict[str, Rule] = {
     "cos": lambda x, a, d: -(a[0].sin() * d[0]),
     "sin": lambda x, a, d: a[0].cos() * d[0],
     "total": lambda x, a, d: total(d[0]),
+    "rows": lambda x, a, d: rows(d[0]),
+    "lane": lambda x, a, d: lane(d[0], x.payload),
+    "across": lambda x, a, d: across(d[0]),
 }

@@ -2,7 +2,8 @@
 
 An expression is a node of a graph. Equal nodes of one graph are one object, so common parts of
 formulas are there once. A node may stand for one number per ball (``each``): ``total`` adds such a
-node up over the balls.
+node up over the balls. Where numbers have lanes, ``lane`` takes one of them, for all lanes, and
+``across`` adds them up.
 """
 
 from collections.abc import Callable, Iterable
@@ -52,13 +53,19 @@ class Graph:
         """An operation on nodes of this graph."""
         if any(arg.graph is not self for arg in args):
             raise ValueError(f"{op} of expressions of different graphs")
-        each = op != "total" and any(arg.each for arg in args)
+        each = op == "rows" or (op != "total" and any(arg.each for arg in args))
         level = max(arg.level for arg in args)
+        if op == "rows":
+            level = max(level, Level.TIME)
         numbers = [arg.number for arg in args]
         if op in ("add", "mul", "fma"):
             # The first two commute: either order is the same node, printed as written first.
             numbers[:2] = sorted(numbers[:2])
         return self._node(op, args, level, each, None, tuple(numbers))
+
+    def lane(self, x: "Expression", k: int) -> "Expression":
+        """Lane k of a node of this graph, in all lanes."""
+        return self._node("lane", (x,), x.level, x.each, k, (x.number, k))
 
     def _node(
         self, op: str, args: Any, level: Level, each: bool, payload: Any, key: Any
@@ -89,7 +96,7 @@ class Expression:
     """Whether it stands for one number per ball."""
     level: Level
     payload: Any
-    """Value of a constant, name of an input."""
+    """Value of a constant, name of an input, which lane."""
     number: int
     """In the order in which the graph's nodes were made: after all its arguments."""
 
@@ -265,6 +272,27 @@ def total(a: Expression) -> Expression:
     return a if is_constant(a, 0.0) else a.graph.node("total", a)
 
 
+def lane(a: Expression, k: int) -> Expression:
+    """Lane k of a node that has an element in each, in all lanes."""
+    return a if is_constant(a) or a.op in ("lane", "across") else a.graph.lane(a, k)
+
+
+def across(a: Expression) -> Expression:
+    """The sum of a node's lanes, in all of them."""
+    return a if is_constant(a, 0.0) else a.graph.node("across", a)
+
+
+def rows(a: Expression) -> Expression:
+    """Of each ball, what a matrix makes of a node that stands for a number per ball.
+
+    The matrix is symmetric, and the input ``ROWS`` of whoever emits it, column by column: balls of
+    a row that moves as one have an acceleration in common. It may change at events.
+    """
+    return a if is_constant(a, 0.0) else a.graph.node("rows", a)
+
+
+ROWS = "rows"
+
 REBUILD: dict[str, Callable[..., "Expression"]] = {
     "add": add,
     "sub": sub,
@@ -273,6 +301,7 @@ REBUILD: dict[str, Callable[..., "Expression"]] = {
     "neg": neg,
     "fma": fma,
     "where": where,
+    "across": across,
 }
 
 
@@ -281,6 +310,8 @@ def rebuilt(x: Expression, args: Iterable[Expression]) -> Expression:
     own = tuple(args)
     if x.op == "total":
         return total(own[0])
+    if x.op == "lane":
+        return lane(own[0], x.payload)
     return REBUILD[x.op](*own) if x.op in REBUILD else x.graph.node(x.op, *own)
 
 
@@ -310,6 +341,8 @@ def shown(x: Expression, depth: int = 6) -> str:
     args = [shown(arg, depth - 1) for arg in x.args]
     if x.op in _SIGNS:
         return f"({args[0]} {_SIGNS[x.op]} {args[1]})"
+    if x.op == "lane":
+        return f"lane({args[0]}, {x.payload})"
     return f"-{args[0]}" if x.op == "neg" else f"{x.op}({', '.join(args)})"
 
 
