@@ -4,11 +4,14 @@ The *types* of a scene's effects say which code its kernel holds: an effect with
 in question adds nothing, not even a zero, and numba's cache keys on exactly these types.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 from numba.core.types.containers import BaseTuple
 from numba.extending import overload, register_jitable
+
+from ab_sim.tracing import functions as traced
 
 APART = {
     "error_model": "numpy",
@@ -225,3 +228,9 @@ def effect_class(kind: Any) -> type[Any]:
     if found is None:
         raise TypeError(f"a named tuple is needed, not {kind}")
     return found
+
+
+# Effects take these of the tracer: until numba is gone, compiled as they were.
+overload(traced.cos)(lambda x: lambda x: math.cos(x))
+overload(traced.sin)(lambda x: lambda x: math.sin(x))
+overload(traced.where)(lambda condition, a, b: lambda condition, a, b: a if condition else b)

@@ -4,23 +4,25 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ab_sim.tracing import expression
 from ab_sim.tracing.expression import Expression
 
 
 def cos(x: Any) -> Any:
     """Cosine of an angle [rad]."""
-    return x.cos() if isinstance(x, Expression) else math.cos(x)
+    return math.cos(x) if isinstance(x, float) else np.cos(x)
 
 
 def sin(x: Any) -> Any:
     """Sine of an angle [rad]."""
-    return x.sin() if isinstance(x, Expression) else math.sin(x)
+    return math.sin(x) if isinstance(x, float) else np.sin(x)
 
 
 def sqrt(x: Any) -> Any:
     """Square root."""
-    return x.sqrt() if isinstance(x, Expression) else math.sqrt(x)
+    return math.sqrt(x) if isinstance(x, float) else np.sqrt(x)
 
 
 def where(condition: Any, a: Any, b: Any) -> Any:
@@ -28,6 +30,8 @@ def where(condition: Any, a: Any, b: Any) -> Any:
     if isinstance(condition, Expression):
         graph = condition.graph
         return expression.where(condition, expression.lifted(graph, a), expression.lifted(graph, b))
+    if isinstance(condition, np.ndarray):
+        return np.where(condition, a, b)
     return a if condition else b
 
 
@@ -35,8 +39,8 @@ def total(x: Any) -> Any:
     """Sum over the balls: of an expression per ball, or of a sequence with a number for each."""
     if isinstance(x, Expression):
         return expression.total(x)
-    if isinstance(x, Sequence):
-        return added_up(x, lambda a, b: a + b)
+    if isinstance(x, Sequence | np.ndarray):
+        return added_up(list(x), lambda a, b: a + b)
     raise TypeError(f"total of {x!r}: must be an expression or a sequence with a number per ball")
 
 

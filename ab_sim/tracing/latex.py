@@ -58,6 +58,8 @@ def _written(x: Expression, symbol: Callable[[str], str]) -> tuple[str, int]:
         return rf"\sqrt{{{own[0][0]}}}", _ATOM
     if x.op == "total":
         return rf"\sum_i {tight(0, _PRODUCT)}", _PRODUCT
+    if x.op == "rows":
+        return rf"\sum_j B_{{ij}} \, {tight(0, _PRODUCT)}".replace("_{i}", "_{j}"), _PRODUCT
     return rf"\{x.op} {tight(0, _ATOM)}", _PRODUCT
 
 

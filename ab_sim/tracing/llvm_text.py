@@ -9,7 +9,7 @@ import struct
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ab_sim.tracing.expression import Expression, reached
+from ab_sim.tracing.expression import ROWS, Expression, reached
 from ab_sim.tracing.functions import GROUP, added_up
 
 
@@ -31,18 +31,36 @@ class Shape(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where a number is in memory: the first of those per ball, which lie side by side."""
+    """Where a number is in memory: the first of those per ball."""
 
     pointer: str
     at: int
-    """In numbers: each takes ``lanes`` doubles."""
+    """In numbers: each takes ``lanes`` doubles, or one where the pointer is uniform."""
+    stride: int = 1
+    """Numbers from one ball to the next."""
 
 
 class Function:
-    """A function of pointers to doubles, line by line."""
+    """A function of pointers to doubles, and of doubles, line by line.
 
-    def __init__(self, name: str, pointers: Sequence[str], shape: Shape) -> None:
+    Args:
+        name: of the function.
+        pointers: names of its first arguments.
+        shape: of the numbers that it computes with.
+        numbers: names of further arguments, doubles.
+        uniform: pointers behind which a number is one double, the same in all lanes.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        pointers: Sequence[str],
+        shape: Shape,
+        numbers: Sequence[str] = (),
+        uniform: Sequence[str] = (),
+    ) -> None:
         self.name, self.pointers, self.shape = name, pointers, shape
+        self.numbers, self.uniform = numbers, frozenset(uniform)
         self.lines: list[str] = []
         self.declared: set[str] = set()
         self._count = 0
@@ -59,18 +77,36 @@ class Function:
         self.lines.append(f"{made} = {text}")
         return made
 
-    def load(self, place: Place, offset: int, width: int) -> str:
-        """Of ``width`` doubles, ``offset`` doubles after a place."""
-        pointer = self._pointer(place, offset)
-        return self.put(f"load {kind(width)}, ptr {pointer}, align 8")
+    def load(self, place: Place, first: int, width: int) -> str:
+        """A value: of one number in all lanes, or of numbers of balls from the first on."""
+        lanes = self.shape.lanes
+        if lanes > 1:
+            pointer = self._pointer(place, first)
+            if place.pointer in self.uniform:
+                return self.widened(self.put(f"load double, ptr {pointer}, align 8"), lanes)
+            return self.put(f"load {kind(lanes)}, ptr {pointer}, align 8")
+        if place.stride == 1 or width == 1:
+            return self.put(f"load {kind(width)}, ptr {self._pointer(place, first)}, align 8")
+        made = "poison"
+        for k in range(width):
+            one = self.put(f"load double, ptr {self._pointer(place, first + k)}, align 8")
+            made = self.put(f"insertelement {kind(width)} {made}, double {one}, i32 {k}")
+        return made
 
-    def store(self, value: str, place: Place, offset: int, width: int) -> None:
-        """Of ``width`` doubles, ``offset`` doubles after a place."""
-        pointer = self._pointer(place, offset)
-        self.lines.append(f"store {kind(width)} {value}, ptr {pointer}, align 8")
+    def store(self, value: str, place: Place, first: int, width: int) -> None:
+        """A value, as ``load`` reads one."""
+        if self.shape.lanes > 1 or place.stride == 1 or width == 1:
+            pointer = self._pointer(place, first)
+            self.lines.append(f"store {kind(width)} {value}, ptr {pointer}, align 8")
+            return
+        for k in range(width):
+            one = self.put(f"extractelement {kind(width)} {value}, i32 {k}")
+            pointer = self._pointer(place, first + k)
+            self.lines.append(f"store double {one}, ptr {pointer}, align 8")
 
-    def _pointer(self, place: Place, offset: int) -> str:
-        at = place.at * self.shape.lanes + offset
+    def _pointer(self, place: Place, ball: int) -> str:
+        size = 1 if place.pointer in self.uniform else self.shape.lanes
+        at = (place.at + ball * place.stride) * size
         return self.put(f"getelementptr double, ptr %{place.pointer}, i64 {at}")
 
     def call(self, name: str, width: int, *values: str) -> str:
@@ -92,9 +128,10 @@ class Function:
 
     def text(self) -> str:
         """The function's definition."""
-        arguments = ", ".join(f"ptr noalias {name}" for name in (f"%{p}" for p in self.pointers))
+        arguments = [f"ptr noalias %{name}" for name in self.pointers]
+        arguments += [f"double %{name}" for name in self.numbers]
         body = "\n".join(f"  {line}" for line in [*self.lines, "ret void"])
-        return f"define void @{self.name}({arguments}) nounwind {{\n{body}\n}}\n"
+        return f"define void @{self.name}({', '.join(arguments)}) nounwind {{\n{body}\n}}\n"
 
 
 class Body:
@@ -104,6 +141,7 @@ class Body:
         into: the function.
         places: where inputs are, by name.
         known: where other nodes are already, by their numbers.
+        bound: inputs that are values already, by name, in the widths that they have.
     """
 
     def __init__(
@@ -111,8 +149,10 @@ class Body:
         into: Function,
         places: Mapping[str, Place],
         known: Mapping[int, Place] | None = None,
+        bound: Mapping[str, list[str]] | None = None,
     ) -> None:
         self._into, self._places, self._known = into, places, known or {}
+        self._bound = bound or {}
         self._values: dict[int, list[str]] = {}
 
     def values(self, x: Expression) -> list[str]:
@@ -134,11 +174,17 @@ class Body:
 
     def store(self, x: Expression, place: Place, each: bool = False) -> None:
         """Write a node to memory; with ``each``, one that is the same for all balls to each."""
-        shape, offset = self._into.shape, 0
+        shape, first = self._into.shape, 0
         self.values(x)
         for k, width in enumerate(shape.widths(x.each or each)):
-            self._into.store(self._operand(x, k, width), place, offset, width)
-            offset += width
+            self._into.store(self._operand(x, k, width), place, first, width)
+            first += 1 if shape.lanes > 1 else width
+
+    def each(self, x: Expression) -> list[str]:
+        """Names of what a node is for each ball, of one that is the same for all, too."""
+        self.values(x)
+        widths = self._into.shape.widths(True)
+        return [self._operand(x, k, width) for k, width in enumerate(widths)]
 
     def _widths(self, x: Expression) -> list[int]:
         return self._into.shape.widths(x.each)
@@ -159,15 +205,19 @@ class Body:
         into = self._into
         place = self._known.get(x.number)
         if place is None and x.op == "input":
+            if x.payload in self._bound:
+                return self._bound[x.payload]
             place = self._places[x.payload]
         if place is not None:
-            made, offset = [], 0
+            made, first = [], 0
             for width in self._widths(x):
-                made.append(into.load(place, offset, width))
-                offset += width
+                made.append(into.load(place, first, width))
+                first += 1 if into.shape.lanes > 1 else width
             return made
         if x.op == "total":
             return [self._total(x.args[0])]
+        if x.op == "rows":
+            return self._rows(x.args[0])
         return [
             self._operation(x.op, width, [self._operand(arg, k, width) for arg in x.args])
             for k, width in enumerate(self._widths(x))
@@ -201,6 +251,32 @@ class Body:
         if widths[-1] != GROUP:
             sums.append(self._halved(parts[-1], widths[-1]))
         return sums[0] if len(sums) == 1 else self._operation("add", 1, sums)
+
+    def _rows(self, x: Expression) -> list[str]:
+        """The matrix times what each ball has, column by column."""
+        into, shape, matrix = self._into, self._into.shape, self._places[ROWS]
+        widths, n = shape.widths(True), shape.balls
+        each = [self._operand(x, k, width) for k, width in enumerate(widths)]
+        found: list[str] = []
+        for j in range(n):
+            if shape.lanes > 1:
+                factors = [each[j]] * n
+            else:
+                group, at = divmod(j, GROUP)
+                one = each[group]
+                if widths[group] > 1:
+                    one = into.put(f"extractelement {kind(widths[group])} {one}, i32 {at}")
+                factors = [one if w == 1 else into.widened(one, w) for w in widths]
+            first, made = 0, []
+            for k, width in enumerate(widths):
+                column = into.load(matrix, j * n + first, width)
+                if j == 0:
+                    made.append(self._operation("mul", width, (column, factors[k])))
+                else:
+                    made.append(self._operation("fma", width, (column, factors[k], found[k])))
+                first += 1 if shape.lanes > 1 else width
+            found = made
+        return found
 
     def _halved(self, value: str, width: int) -> str:
         while width > 1:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from ab_sim.tracing.expression import Expression, add, reached, rebuilt
+from ab_sim.tracing.expression import ROWS, Expression, Level, add, fma, mul, reached, rebuilt
 from ab_sim.tracing.functions import added_up
 
 
@@ -29,6 +29,9 @@ def unrolled(roots: Iterable[Expression], balls: int) -> list[list[Expression]]:
             of = new[x.args[0].number]
             parts = of if len(of) == balls else of * balls
             new[x.number] = [added_up(parts, add)]
+        elif x.op == "rows":
+            of = new[x.args[0].number]
+            new[x.number] = [_row(of * balls if len(of) == 1 else of, i) for i in range(balls)]
         elif x.op == "input" and x.each:
             names = (name_of(x.payload, ball) for ball in range(balls))
             new[x.number] = [x.graph.input(name, x.level) for name in names]
@@ -42,3 +45,13 @@ def unrolled(roots: Iterable[Expression], balls: int) -> list[list[Expression]]:
                 for k in range(count)
             ]
     return [new[root.number] for root in roots]
+
+
+def _row(of: list[Expression], i: int) -> Expression:
+    """A line of the matrix times a column, from the first ball on."""
+    graph, n = of[0].graph, len(of)
+    line = [graph.input(name_of(ROWS, j * n + i), Level.TIME) for j in range(n)]
+    found = mul(line[0], of[0])
+    for j in range(1, n):
+        found = fma(line[j], of[j], found)
+    return found

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 from ab_sim.dynamics.race.neighbours import check_row
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
+from ab_sim.tracing.functions import where
 
 if TYPE_CHECKING:
     from ab_sim.scene.model import Scene
@@ -39,7 +40,7 @@ class BallContact(NamedTuple):
     ] = 1e-5
 
     def restitution(self, approach: float) -> float:
-        return self.restitution_coefficient if approach > self.rest_speed else 0.0
+        return where(approach > self.rest_speed, self.restitution_coefficient, 0.0)
 
     def check_scene(self, scene: "Scene") -> None:
         """Refuse balls that do not fit on the race, or that overlap at the start."""

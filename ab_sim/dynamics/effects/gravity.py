@@ -1,10 +1,11 @@
 """Gravity across the shaft, for any mounting angle of the drive."""
 
-from math import cos, hypot, sin
+from math import hypot
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
+from ab_sim.tracing.functions import cos, sin
 
 if TYPE_CHECKING:
     from ab_sim.scene.model import Scene

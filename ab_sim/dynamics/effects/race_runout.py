@@ -1,11 +1,11 @@
 """A race that is off the shaft axis, or oval."""
 
-from math import cos, sin
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from ab_sim.errors import exact
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
+from ab_sim.tracing.functions import cos, sin
 
 if TYPE_CHECKING:
     from ab_sim.scene.model import Scene

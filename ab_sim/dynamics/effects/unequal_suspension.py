@@ -1,11 +1,11 @@
 """Linear suspension that is not equal in every direction."""
 
-from math import cos, sin
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from ab_sim.dynamics.motion import Deck
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
+from ab_sim.tracing.functions import cos, sin
 
 if TYPE_CHECKING:
     from ab_sim.scene.model import Scene

@@ -1,0 +1,145 @@
+"""The equations of motion, solved: docs/equations.md, 2.
+
+What carries the balls has K accelerations x, the last of which is the spindle's. With the balls
+held on the race its equations are B x = f, B symmetric. A ball's path acceleration g obeys
+
+    mu g = pull + reach.x - friction N,    N = load + press.x,
+
+and what carries it feels -reach g. So the matrix of all equations is an arrowhead: each ball, or
+each row of balls that move as one, is eliminated, and K equations, or K - 1 where the spindle's
+acceleration is prescribed, are left.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from ab_sim.equations.sums import Number, over_balls
+
+
+class Arrow(NamedTuple):
+    """The equations before they are solved."""
+
+    block: list[list[Number]]
+    """B, shape (K, K); its upper triangle is read."""
+    force: list[Number]
+    """f [N, N m], shape (K,)."""
+    reach: list[Number]
+    """Of each ball, shape (K,)."""
+    press: list[Number]
+    """Of each ball, shape (K,)."""
+    load: Number
+    """Of each ball: N but for what the accelerations add [N]."""
+    pull: Number
+    """Of each ball: force along the race but for friction and accelerations [N]."""
+
+
+class Solved(NamedTuple):
+    """The accelerations."""
+
+    x: list[Number]
+    """Of what carries the balls, the spindle's last [m/s^2, rad/s^2], shape (K,)."""
+    path: Number
+    """g of each ball [m/s^2]."""
+
+
+Mobility = Callable[[Number], Number]
+"""From forces along the race on the balls [N] to their path accelerations [m/s^2]: a division by
+mu; 0 for a ball that sticks, and one acceleration for all of a row that moves as one."""
+
+
+def solve(
+    arrow: Arrow,
+    balls: int,
+    mobility: Mobility,
+    friction: Number | None = None,
+    spindle_acceleration: Number | None = None,
+) -> Solved:
+    """The accelerations.
+
+    Args:
+        arrow: the equations.
+        balls: how many there are.
+        mobility: see there.
+        friction: coefficient of sliding friction of each ball, with the sign of its sliding; None
+            without friction, where the equations are symmetric.
+        spindle_acceleration: prescribed [rad/s^2]; None where it is solved for.
+    """
+    every = len(arrow.force)
+    free = every if spindle_acceleration is None else every - 1
+    rows, pull = list(arrow.reach), arrow.pull
+    if friction is not None:
+        rows = [reach - friction * press for reach, press in zip(rows, arrow.press, strict=True)]
+        pull = pull - friction * arrow.load
+    force = list(arrow.force[:free])
+    if spindle_acceleration is not None:
+        pull = pull + rows[-1] * spindle_acceleration
+        force = [f - arrow.block[r][free] * spindle_acceleration for r, f in enumerate(force)]
+    loose = mobility(pull)
+    gain = [mobility(rows[r]) for r in range(free)]
+    reduced = [[0.0] * free for _ in range(free)]
+    for r in range(free):
+        for q in range(free):
+            if q < r and friction is None:
+                reduced[r][q] = reduced[q][r]
+                continue
+            given = arrow.block[min(r, q)][max(r, q)]
+            reduced[r][q] = given - over_balls(balls, arrow.reach[r] * gain[q])
+        force[r] = force[r] + over_balls(balls, arrow.reach[r] * loose)
+    x = solve_dense(reduced, force)
+    path = loose
+    for r in range(free):
+        path = path + gain[r] * x[r]
+    if spindle_acceleration is not None:
+        x = [*x, spindle_acceleration]
+    return Solved(x, path)
+
+
+def solve_with_balls(arrow: Arrow, balls: int, path: Number, prescribed: Number | None) -> Solved:
+    """The accelerations x where the balls' path accelerations are given."""
+    every = len(arrow.force)
+    free = every if prescribed is None else every - 1
+    force = list(arrow.force[:free])
+    for r in range(free):
+        if prescribed is not None:
+            force[r] = force[r] - arrow.block[r][free] * prescribed
+        force[r] = force[r] + over_balls(balls, arrow.reach[r] * path)
+    matrix = [[arrow.block[min(r, q)][max(r, q)] for q in range(free)] for r in range(free)]
+    x = solve_dense(matrix, force)
+    return Solved(x if prescribed is None else [*x, prescribed], path)
+
+
+def solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> list[Number]:
+    """x of matrix x = force; masses and inertias need no pivoting.
+
+    Args:
+        matrix: shape (n, n), n at least 2.
+        force: shape (n,).
+    """
+    a, f, n = [list(row) for row in matrix], list(force), len(force)
+    # From the last unknown up, until two are left.
+    for p in range(n - 1, 1, -1):
+        pivot = 1.0 / a[p][p]
+        for r in range(p):
+            factor = a[r][p] * pivot
+            for q in range(p):
+                a[r][q] = a[r][q] - factor * a[p][q]
+            f[r] = f[r] - factor * f[p]
+    inverse = 1.0 / (a[0][0] * a[1][1] - a[0][1] * a[1][0])
+    x = [
+        (f[0] * a[1][1] - f[1] * a[0][1]) * inverse,
+        (f[1] * a[0][0] - f[0] * a[1][0]) * inverse,
+    ]
+    for p in range(2, n):
+        rest = f[p]
+        for q in range(p):
+            rest = rest - a[p][q] * x[q]
+        x.append(rest * (1.0 / a[p][p]))
+    return x
+
+
+def normal_force(arrow: Arrow, x: Sequence[Number]) -> Number:
+    """N of each ball [N]."""
+    force = arrow.load
+    for press, each in zip(arrow.press, x, strict=True):
+        force = force + press * each
+    return force

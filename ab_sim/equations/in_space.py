@@ -1,0 +1,194 @@
+"""A deck that moves and tilts in space on its mounts: docs/equations.md, 4.
+
+Conventions of Kim and Chung (2002), made precise: C is the point of the deck on the spindle axis at
+height 0; deck axes x, y, z at C are parallel to the ground's while the mounts are relaxed, z is the
+spindle axis; the spindle turns by psi relative to the deck, and the unbalance lies in the direction
+psi from x. The ground's axes begin where C lies then.
+
+State: X, Y, Z of C on the ground's axes; the quaternion (w, x, y, z) that turns deck axes to the
+ground's; the velocity of C on the ground's axes; the deck's angular velocity Om on deck axes.
+
+x = (A, Om', al) on deck axes, A the specific force at C, its acceleration less gravity. S is the
+first moment and J the inertia about C of deck, rotor and balls; S_r and P = sum m r r^T those of
+the rotor, which turns with psi; w = psi', al = psi''; V = z x S_r. With forces f of the mounts and
+their moment t, and balls held on the race,
+
+    M A + Om' x S + al V = f - Om x (Om x S) - 2 w Om x V - w^2 z x V + balls
+    S x A + J Om' + al J_r z = t - Om x J Om + 2 w z x P Om - w^2 (P z) x z + balls
+    V.A + (J_r z).Om' + al z.J_r z = T - Om.(z x P Om) + balls
+
+A ball at r = h n + x t + Z z, n and t the race's normal and tangent on deck axes, moves relative to
+the deck with v = w z x r + s' t, and has the specific force
+
+    a = A + Om' x r + al z x r + g t + b,
+    b = Om x (Om x r) + 2 Om x v - (h w^2 + 2 w s' + l theta'^2) n - x w^2 t
+
+which the deck feels as -m a, in the direction and at the place where it acts; along the race it is
+the ball's own equation. A ball that rolls spins with w - s'/a about z, carried by the deck's tilt:
+its angular momentum is (I/a^2) a^2 (Om + (w - s'/a) z).
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from ab_sim.dynamics.motion import Spindle
+from ab_sim.equations.arrowhead import Arrow
+from ab_sim.equations.mounts import mount_forces, mount_loss
+from ab_sim.equations.orientation import half_product, to_ground, turn_of
+from ab_sim.equations.race import Balls, OnRace, drag_force, relative_load
+from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
+from ab_sim.tracing.functions import sqrt
+
+State = Sequence[Number]
+"""X, Y, Z; quaternion; velocity; Om: thirteen numbers."""
+
+
+def arrow(
+    deck: Any, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: State
+) -> Arrow:
+    """The equations of motion."""
+    block, force = _deck_and_rotor(deck, effects, spindle, state)
+    n, m, w = balls.count, balls.mass, spindle.speed
+    h, x, z = on.h, on.x, balls.height
+    nx, ny = on.c * spindle.cos - on.s * spindle.sin, on.s * spindle.cos + on.c * spindle.sin
+    load, along = relative_load(effects, balls, on, w)
+    ox, oy, oz = state[10:13]
+    # Om along n and t, and the ball's velocity on the deck.
+    o_n, o_t = ox * nx + oy * ny, oy * nx - ox * ny
+    v_n, v_t = -w * x, w * h + on.path
+    q, square = h * o_n + x * o_t + z * oz, o_n * o_n + o_t * o_t + oz * oz
+    load = load - m * (o_n * q - h * square - 2.0 * oz * v_t)
+    along = along - m * (o_t * q - x * square + 2.0 * oz * v_n)
+    lift = -m * (oz * q - z * square + 2.0 * (o_n * v_t - o_t * v_n))
+    reach = [m * ny, -(m * nx), 0.0, m * z * nx, m * z * ny, -(m * h), -(m * h)]
+    press = [-(m * nx), -(m * ny), 0.0, m * z * ny, -(m * z * nx), m * x, m * x]
+    _add_point_masses(block, n, m, h * nx - x * ny, h * ny + x * nx, z)
+    tn, tt, about = x * lift - z * along, z * load - h * lift, h * along - x * load
+    for r, each in enumerate(
+        [
+            *(load * nx - along * ny, load * ny + along * nx, lift),
+            *(tn * nx - tt * ny, tn * ny + tt * nx, about, about),
+        ]
+    ):
+        force[r] = force[r] + over_balls(n, each)
+    if any_has(effects, "ball_inertia"):
+        lever = over_effects(effects, "ball_inertia", 0.0, balls.each) * balls.radius
+        inertia, turning = over_balls(n, lever * balls.radius), lever * (balls.radius * w - on.path)
+        for r, s in ((3, 3), (4, 4), (5, 5), (5, 6), (6, 6)):
+            block[r][s] = block[r][s] + inertia
+        reach[5], reach[6] = reach[5] + lever, reach[6] + lever
+        force[3] = force[3] - over_balls(n, turning) * oy
+        force[4] = force[4] + over_balls(n, turning) * ox
+    return Arrow(block, force, reach, press, load, along + drag_force(effects, balls, on))
+
+
+def rates(
+    deck: Any, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+) -> list[Number]:
+    """The state's rates of change."""
+    quaternion, g = state[3:7], deck.gravity
+    ax, ay, az = to_ground(turn_of(quaternion), x[0], x[1], x[2])
+    return [
+        *state[7:10],
+        *half_product(quaternion, *state[10:13]),
+        *(ax + g[0], ay + g[1], az + g[2]),
+        *x[3:6],
+    ]
+
+
+def channels(
+    deck: Any, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+) -> list[Number]:
+    """Place, velocity, acceleration, unit quaternion, turning and its rate: nineteen numbers."""
+    a, b, c, d = state[3:7]
+    length = sqrt(a * a + b * b + c * c + d * d)
+    changes = rates(deck, effects, spindle, state, x)
+    return [
+        *(*state[:3], *state[7:10], *changes[7:10]),
+        *(a / length, b / length, c / length, d / length),
+        *(*state[10:13], *x[3:6]),
+    ]
+
+
+def dissipated(deck: Any, effects: Any, spindle: Spindle, state: State) -> Number:
+    """Power that the mounts dissipate [W]."""
+    return mount_loss(deck, turn_of(state[3:7]), state)
+
+
+def jump(deck: Any, state: State, jumps: Sequence[Number]) -> list[Number]:
+    """What jumps of velocity, in the order of x, add to the state."""
+    velocity = to_ground(turn_of(state[3:7]), jumps[0], jumps[1], jumps[2])
+    return [*[0.0] * 7, *velocity, *jumps[3:6]]
+
+
+def turned_second_moments(own: Sequence[Number], c: Number, s: Number) -> tuple[Number, ...]:
+    """Second moments on deck axes of what turns with the spindle: xx, yy, zz, xy, xz, yz."""
+    xx, yy, zz, xy, xz, yz = own
+    return (
+        c * c * xx - 2.0 * c * s * xy + s * s * yy,
+        s * s * xx + 2.0 * c * s * xy + c * c * yy,
+        zz,
+        c * s * (xx - yy) + (c * c - s * s) * xy,
+        c * xz - s * yz,
+        s * xz + c * yz,
+    )
+
+
+def _deck_and_rotor(
+    deck: Any, effects: Any, spindle: Spindle, state: State
+) -> tuple[list[list[Number]], list[Number]]:
+    """Their block of the equations, without balls."""
+    w, c, s, (ox, oy, oz) = spindle.speed, spindle.cos, spindle.sin, state[10:13]
+    fx, fy, fz, tx, ty, tz = mount_forces(deck, effects, turn_of(state[3:7]), state)
+    # The rotor as it lies now.
+    rx, ry = deck.unbalance * c, deck.unbalance * s
+    pxx, pyy, pzz, pxy, pxz, pyz = turned_second_moments(deck.rotor_second, c, s)
+    sx, sy = deck.deck_first[0] + rx, deck.deck_first[1] + ry
+    sz = deck.deck_first[2] + deck.rotor_lift
+    jxx, jyy, jzz, jxy, jxz, jyz = deck.deck_inertia
+    jxx, jyy, jzz = jxx + pyy + pzz, jyy + pxx + pzz, jzz + pxx + pyy
+    jxy, jxz, jyz = jxy - pxy, jxz - pxz, jyz - pyz
+    M, polar = deck.total_mass, pxx + pyy
+    block = [
+        [M, 0.0, 0.0, 0.0, sz, -sy, -ry],
+        [0.0, M, 0.0, -sz, 0.0, sx, rx],
+        [0.0, 0.0, M, sy, -sx, 0.0, 0.0],
+        [0.0, 0.0, 0.0, jxx, jxy, jxz, -pxz],
+        [0.0, 0.0, 0.0, 0.0, jyy, jyz, -pyz],
+        [0.0, 0.0, 0.0, 0.0, 0.0, jzz, polar],
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, polar],
+    ]
+    # Om x (Om x S) = Om (Om.S) - S Om^2, and 2 w Om x V.
+    along, square = ox * sx + oy * sy + oz * sz, ox * ox + oy * oy + oz * oz
+    lx = jxx * ox + jxy * oy + jxz * oz
+    ly = jxy * ox + jyy * oy + jyz * oz
+    lz = jxz * ox + jyz * oy + jzz * oz
+    px = pxx * ox + pxy * oy + pxz * oz
+    py = pxy * ox + pyy * oy + pyz * oz
+    force = [
+        fx - (ox * along - sx * square) + 2.0 * w * oz * rx + w * w * rx,
+        fy - (oy * along - sy * square) + 2.0 * w * oz * ry + w * w * ry,
+        fz - (oz * along - sz * square) - 2.0 * w * (ox * rx + oy * ry),
+        tx - (oy * lz - oz * ly) - 2.0 * w * py - w * w * pyz,
+        ty - (oz * lx - ox * lz) + 2.0 * w * px + w * w * pxz,
+        tz - (ox * ly - oy * lx),
+        spindle.torque - (oy * px - ox * py),
+    ]
+    return block, force
+
+
+def _add_point_masses(
+    block: list[list[Number]], n: int, m: Number, x: Number, y: Number, z: Number
+) -> None:
+    """To the block what masses at (x, y, z) that turn with the spindle add, M excepted."""
+    sx, sy, sz = m * x, m * y, m * z
+    sum_x, sum_y, sum_z = (over_balls(n, each) for each in (sx, sy, sz))
+    xx, yy, zz = over_balls(n, sx * x), over_balls(n, sy * y), over_balls(n, sz * z)
+    xy, xz, yz = over_balls(n, sx * y), over_balls(n, sx * z), over_balls(n, sy * z)
+    for r, q, added in (
+        *((0, 4, sum_z), (0, 5, -sum_y), (1, 3, -sum_z), (1, 5, sum_x), (2, 3, sum_y)),
+        *((2, 4, -sum_x), (3, 3, yy + zz), (4, 4, xx + zz), (5, 5, xx + yy), (3, 4, -xy)),
+        *((3, 5, -xz), (4, 5, -yz), (0, 6, -sum_y), (1, 6, sum_x), (3, 6, -xz)),
+        *((4, 6, -yz), (5, 6, xx + yy), (6, 6, xx + yy)),
+    ):
+        block[r][q] = block[r][q] + added

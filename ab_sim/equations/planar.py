@@ -1,0 +1,136 @@
+"""A deck that moves in the plane of the disc: docs/equations.md, 1.
+
+State: u1, u2, displacement on axes that turn with the rotor, axis 1 of which points at the
+unbalance, counted from where the deck hangs at rest; v1, v2, inertial velocity on the same axes.
+
+x = (A1, A2, al), A the deck's *specific force* on these axes, its acceleration less gravity. With
+J = [[0, -1], [1, 0]]
+
+    u' = v - w J u                  v' = A + gravity - w J v
+    M A = f + M0 e (w^2, -al) + sum_i m [ (h w^2 + 2 w s' + l theta_i'^2 + x al) n_i
+                                          + (x w^2 - h al - g) t_i ]
+    mu g = F - f_i N - m A.t_i - (h m - (I/a^2) a) al + m x w^2,    mu = m + I/a^2
+    N = m (h w^2 + 2 w s' + l theta_i'^2 + x al - A.n_i)
+    (I_r + M0 e^2) al + M0 e A2 + sum_i [ (m r x ball's specific force)_i + (I/a) (a al - g) ] = T
+
+with f the suspension's force, F the effects' force along the race, N the race's normal force, and
+f_i the coefficient of friction, signed as theta_i'. Sources: thesis (2-9) to (2-14); three-ball (5)
+to (9); relative-stability (7) to (10).
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from ab_sim.dynamics.motion import Deck, Spindle
+from ab_sim.equations.arrowhead import Arrow
+from ab_sim.equations.race import Balls, OnRace, drag_force, relative_load
+from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
+
+State = Sequence[Number]
+"""u1, u2, v1, v2."""
+
+
+def arrow(
+    deck: Any, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: State
+) -> Arrow:
+    """The equations of motion."""
+    n, w, m, c, s = balls.count, spindle.speed, balls.mass, on.c, on.s
+    f1, f2 = suspension_force(deck, effects, spindle, state)
+    load, along = relative_load(effects, balls, on, w)
+    spin = over_effects(effects, "ball_inertia", 0.0, balls.each)
+    held = on.mh * on.h + on.mx * on.x
+    if any_has(effects, "ball_inertia"):
+        held = held + spin * balls.radius * balls.radius
+    turning = over_effects(effects, "rotor_moment", 0.0) + deck.unbalance * deck.eccentricity
+    b02 = over_balls(n, -(on.mh * s) - on.mx * c)
+    b12 = deck.unbalance + over_balls(n, on.mh * c - on.mx * s)
+    M = deck.total_mass
+    return Arrow(
+        block=[[M, 0.0, b02], [0.0, M, b12], [b02, b12, turning + over_balls(n, held)]],
+        force=[
+            f1 + deck.unbalance * (w * w) + over_balls(n, load * c - along * s),
+            f2 + over_balls(n, load * s + along * c),
+            spindle.torque - over_balls(n, on.mx * (2.0 * w + on.rate) * on.path),
+        ],
+        reach=[m * s, -(m * c), -on.lever],
+        press=[-(m * c), -(m * s), on.mx],
+        load=load,
+        pull=along + drag_force(effects, balls, on),
+    )
+
+
+def rates(
+    deck: Any, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+) -> list[Number]:
+    """The state's rates of change."""
+    u1, u2, v1, v2 = state
+    w = spindle.speed
+    g1, g2 = gravity_on_rotating_axes(effects, spindle)
+    return [v1 + w * u2, v2 - w * u1, x[0] + g1 + w * v2, x[1] + g2 - w * v1]
+
+
+def channels(
+    deck: Any, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+) -> list[Number]:
+    """Displacement, velocity and acceleration on axes fixed in space: x, y, vx, vy, ax, ay.
+
+    Args:
+        deck, effects: of the scene.
+        spindle: its motion, cosine and sine of its angle included.
+        state: the state.
+        x: the accelerations.
+    """
+    g1, g2 = gravity_on_rotating_axes(effects, spindle)
+    pairs = (state[0], state[1]), (state[2], state[3]), (x[0] + g1, x[1] + g2)
+    return [number for pair in pairs for number in on_fixed_axes(spindle, *pair)]
+
+
+def dissipated(deck: Any, effects: Any, spindle: Spindle, state: State) -> Number:
+    """Power that the suspension dissipates [W]."""
+    u1, u2, v1, v2 = state
+    vx, vy = on_fixed_axes(spindle, v1, v2) if any_has(effects, "space_loss") else (0.0, 0.0)
+    loss = over_effects(effects, "deck_loss", 0.0, Deck(u1, u2, v1, v2))
+    return loss + over_effects(effects, "space_loss", 0.0, Deck(0.0, 0.0, vx, vy))
+
+
+def jump(deck: Any, state: State, jumps: Sequence[Number]) -> list[Number]:
+    """What jumps of velocity, in the order of x, add to the state."""
+    return [0.0, 0.0, jumps[0], jumps[1]]
+
+
+def on_fixed_axes(spindle: Spindle, one: Number, two: Number) -> tuple[Number, Number]:
+    """A vector on the rotor's axes, on axes fixed in space."""
+    c, s = spindle.cos, spindle.sin
+    return c * one - s * two, s * one + c * two
+
+
+def on_rotating_axes(spindle: Spindle, one: Number, two: Number) -> tuple[Number, Number]:
+    """The reverse."""
+    c, s = spindle.cos, spindle.sin
+    return c * one + s * two, c * two - s * one
+
+
+def gravity_on_rotating_axes(effects: Any, spindle: Spindle) -> tuple[Number, Number]:
+    """Gravity across the shaft [m/s^2]."""
+    if not any_has(effects, "gravity"):
+        return 0.0, 0.0
+    return on_rotating_axes(spindle, *over_effects(effects, "gravity", (0.0, 0.0)))
+
+
+def suspension_force(
+    deck: Any, effects: Any, spindle: Spindle, state: State
+) -> tuple[Number, Number]:
+    """Force of the suspension on the deck, on the rotor's axes [N]."""
+    u1, u2, v1, v2 = state
+    if any_has(effects, "gravity"):
+        # The state counts from where the deck hangs at rest, the springs from their free length.
+        sag_1, sag_2 = on_rotating_axes(spindle, deck.sag_x, deck.sag_y)
+        u1, u2 = u1 + sag_1, u2 + sag_2
+    f1, f2 = over_effects(effects, "deck_force", (0.0, 0.0), Deck(u1, u2, v1, v2))
+    if any_has(effects, "space_force"):
+        fixed = Deck(*on_fixed_axes(spindle, u1, u2), *on_fixed_axes(spindle, v1, v2))
+        across = on_rotating_axes(
+            spindle, *over_effects(effects, "space_force", (0.0, 0.0), fixed)
+        )
+        f1, f2 = f1 + across[0], f2 + across[1]
+    return f1, f2

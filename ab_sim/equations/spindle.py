@@ -1,0 +1,70 @@
+"""How the spindle moves: as its speed profile says, or as a motor of finite torque drives it."""
+
+from typing import Any, NamedTuple
+
+from ab_sim.dynamics.motion import Spindle
+from ab_sim.equations.sums import Number, any_has, over_effects
+from ab_sim.tracing.functions import cos, sin, where
+
+
+class Place(NamedTuple):
+    """Where on the speed profile a run is."""
+
+    segment: Any
+    """Of the profile: speed, acceleration and angle as functions of local time."""
+    phase: Number
+    """Spindle angle at its beginning [rad], whole turns left out."""
+    angle: Number
+    """The same with all turns: for samples."""
+
+
+class Driven(NamedTuple):
+    """State of a spindle that a motor drives."""
+
+    psi: Number
+    """rad."""
+    speed: Number
+    """w [rad/s]."""
+    integral: Number
+    """Of the speed loop [rad]."""
+    limit: Number
+    """1 or -1 while the motor gives all it can in that direction, else 0."""
+
+
+class Torques(NamedTuple):
+    """What a motor's events are found from."""
+
+    asked: Number
+    most: Number
+    """N m: what the speed loop asks for, and the most that it gets."""
+
+
+def prescribed(effects: Any, place: Place, time: Number, angle_needed: bool) -> Spindle:
+    """The spindle's motion at a local time [s] of a segment."""
+    acceleration = over_effects(
+        effects, "spindle_acceleration", 0.0, place.segment.acceleration(time)
+    )
+    c, s = 1.0, 0.0
+    if angle_needed:
+        psi = place.phase + place.segment.angle(time)
+        c, s = cos(psi), sin(psi)
+    return Spindle(place.segment.speed(time), acceleration, c, s, 0.0, 0.0)
+
+
+def driven(
+    effects: Any, place: Place, time: Number, at: Driven, angle_needed: bool
+) -> tuple[Spindle, Torques]:
+    """The motion of a motor's spindle; its acceleration follows from the equations of motion."""
+    error = place.segment.speed(time) - at.speed
+    asked = over_effects(effects, "loop_torque", 0.0, error, at.integral)
+    most = over_effects(effects, "largest_torque", 0.0)
+    given = where(abs(at.limit) > 0.5, at.limit * most, asked)
+    rate = over_effects(effects, "integral_rate", 0.0, error, asked - given)
+    torque = given - over_effects(effects, "back_torque", 0.0, at.speed)
+    c, s = (cos(at.psi), sin(at.psi)) if angle_needed else (1.0, 0.0)
+    return Spindle(at.speed, 0.0, c, s, torque, rate), Torques(asked, most)
+
+
+def has_motor(effects: Any) -> bool:
+    """Whether a motor drives the spindle."""
+    return any_has(effects, "rotor_moment")

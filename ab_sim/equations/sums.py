@@ -1,0 +1,41 @@
+"""Sums over a scene's effects, and over the balls."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from ab_sim.tracing.functions import total
+
+Number = Any
+"""A float or an expression; of the balls one that stands for a number for each."""
+
+
+def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any) -> Any:
+    """The sum of ``effect.method(*arguments)`` over the effects that have the method.
+
+    Args:
+        effects: a scene's.
+        method: name of a method, see ``ab_sim.dynamics.effects``.
+        zero: the sum over none: a number, or a tuple of numbers for a vector.
+        *arguments: of the method.
+    """
+    found = zero
+    for effect in effects:
+        if hasattr(effect, method):
+            term = getattr(effect, method)(*arguments)
+            if isinstance(zero, tuple):
+                found = tuple(a + b for a, b in zip(found, term, strict=True))
+            else:
+                found = found + term
+    return found
+
+
+def any_has(effects: Iterable[Any], *methods: str) -> bool:
+    """Whether one of the effects has one of the methods."""
+    return any(hasattr(effect, method) for effect in effects for method in methods)
+
+
+def over_balls(count: int, each: Number) -> Number:
+    """The sum over the balls of what each has; 0 without balls."""
+    if isinstance(each, float):
+        return count * each
+    return total(each) if count else 0.0
