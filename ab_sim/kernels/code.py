@@ -1,0 +1,101 @@
+"""All functions of a kind of scene as machine code, each made when it is first asked for."""
+
+import ctypes
+import functools
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ab_sim.dynamics.system import System
+from ab_sim.kernels.constants import (
+    Layout,
+    layout_of_constants,
+    numbers_of,
+    pattern,
+)
+from ab_sim.kernels.emission import Emission
+from ab_sim.kernels.model import Model
+from ab_sim.kernels.runge_kutta import step_text
+from ab_sim.tracing.llvm_text import Function, module_text
+from ab_sim.tracing.machine_code import MachineCode
+
+
+class Code:
+    """Machine code of a kind of scene.
+
+    Args:
+        system: one of the kind.
+        segment: class of its profile's segments.
+    """
+
+    def __init__(self, system: System, segment: type[Any]) -> None:
+        self.layout: Layout = layout_of_constants(system, segment)
+        self.model = Model(system, segment)
+        self.emission = Emission(self.model, self.layout, segment._fields)
+        self.size = self.emission.size
+        self._made: dict[Any, tuple[int, MachineCode]] = {}
+        self._lock = threading.Lock()
+
+    def branches(self) -> int:
+        """How many numbers say which branches of set-valued laws hold."""
+        n = self.model.count
+        return n + n * (n if self.model.has_contact else 1) + 1
+
+    def address(self, name: str, lanes: int = 1) -> int:
+        """Of the function ``Emission.name``."""
+        made: Callable[..., Function] = getattr(self.emission, name)
+
+        def text() -> str:
+            return module_text([made(lanes) if lanes > 1 else made()])
+
+        return self.made((name, lanes), name, text)
+
+    def step(self, a: np.ndarray, b: np.ndarray, c: np.ndarray, lanes: int = 1) -> int:
+        """Address of a step of the explicit method with this tableau."""
+        key = a.tobytes(), b.tobytes(), lanes
+        return self.made(key, "step", lambda: step_text(self.emission, a, b, c, lanes))
+
+    def made(self, key: Any, name: str, text: Callable[[], str]) -> int:
+        """Address of a function of a text, which is made if need be."""
+        with self._lock:
+            if key not in self._made:
+                code = MachineCode(text())
+                self._made[key] = code.address(name), code
+            return self._made[key][0]
+
+    def constants(self, system: System) -> np.ndarray:
+        """Constants of a system of the kind, aligned; its place on the profile is all zeros."""
+        raw = np.zeros(self.size + 8)
+        first = -raw.ctypes.data % 64 // 8
+        found = raw[first : first + self.size]
+        found[: self.layout.place] = numbers_of(system)
+        return found
+
+
+_codes: dict[Any, Code] = {}
+_lock = threading.Lock()
+
+
+def code_of(system: System, segment: type[Any]) -> Code:
+    """The code of a system's kind: the same object for systems that differ in numbers only."""
+    key = pattern(system), len(system.balls), bool(system.ledger), segment
+    with _lock:
+        if key not in _codes:
+            _codes[key] = Code(system, segment)
+        return _codes[key]
+
+
+@functools.cache
+def caller(pointers: int, numbers: int) -> Any:
+    """C's kind of a function of so many pointers and doubles."""
+    kinds = [ctypes.c_void_p] * pointers + [ctypes.c_double] * numbers
+    return ctypes.CFUNCTYPE(None, *kinds)
+
+
+def called(address: int, *arguments: np.ndarray | float) -> None:
+    """Call emitted code from Python: arrays first, then numbers."""
+    arrays = [x for x in arguments if isinstance(x, np.ndarray)]
+    numbers = [x for x in arguments if not isinstance(x, np.ndarray)]
+    caller(len(arrays), len(numbers))(address)(*[x.ctypes.data for x in arrays], *numbers)

@@ -1,0 +1,210 @@
+"""Functions of a model's expressions in LLVM's language, and where their inputs are in memory."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+
+from ab_sim.kernels.constants import PLACE_FIELDS, Layout
+from ab_sim.kernels.model import Model
+from ab_sim.tracing import Expression, Level, lowered
+from ab_sim.tracing.expression import ROWS
+from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, border
+
+CONSTANTS, BRANCHES, TIMES = "c", "b", "t"
+"""Names of pointers: constants, branches of set-valued laws, and in lanes the times."""
+
+
+class Emission:
+    """What a model's functions have in common.
+
+    Args:
+        model: the equations as expressions.
+        layout: of the constants.
+        segment_fields: how many numbers a segment has.
+    """
+
+    def __init__(self, model: Model, layout: Layout, segment_fields: tuple[str, ...]) -> None:
+        self.model, self.layout = model, layout
+        n = model.count
+        columns = model.balls._fields[1:]
+        self.places = {name: Place(CONSTANTS, k) for k, name in enumerate(layout.scalars)}
+        for k, name in enumerate(columns):
+            self.places[name] = Place(CONSTANTS, layout.balls + k * n)
+        fields = [*(f"segment.{name}" for name in segment_fields), *PLACE_FIELDS]
+        for k, name in enumerate(fields):
+            self.places[name] = Place(CONSTANTS, layout.place + k)
+        self.places["sign"] = Place(BRANCHES, 0)
+        self.places["mobility_now"] = self.places[ROWS] = Place(BRANCHES, n)
+        self.places["limit"] = Place(BRANCHES, n + n * (n if model.has_contact else 1))
+        at = model.motion()
+        evaluated = model.evaluated(at)
+        roots = {
+            "slope": model.slope(at, evaluated),
+            "sample": model.sample(at, evaluated),
+            "accelerations": [model._lifted(x) for x in evaluated.solved.x],
+            "motor": self._motor(evaluated),
+            "torque": [model._lifted(evaluated.spindle.torque)],
+        }
+        if model.has_events:
+            roots["table"] = model.table(at, evaluated)
+            roots["block"] = model.block(evaluated.arrow)
+        self.roots = self.lowered(roots)
+        self.known: dict[int, Place] = {}
+        self.size = layout.size
+        """Of the constants, with what follows from them."""
+        for x in border([x for group in self.roots.values() for x in group], Level.PARAMETER):
+            self.known[x.number] = Place(CONSTANTS, self.size)
+            self._derived.append(x)
+            self.size += n if x.each else 1
+
+    @cached_property
+    def _derived(self) -> list[Expression]:
+        return []
+
+    def _motor(self, evaluated: object) -> list[Expression]:
+        spindle, torques, *_ = evaluated  # type: ignore[misc]
+        asked = (torques.asked, torques.most) if torques else (0.0, 0.0)
+        return [self.model._lifted(x) for x in (*asked, spindle.speed)]
+
+    def lowered(
+        self, roots: Mapping[str, Sequence[Expression]]
+    ) -> dict[str, list[Expression]]:
+        """Groups of expressions, lowered together."""
+        flat = iter(lowered([x for group in roots.values() for x in group]))
+        return {name: [next(flat) for _ in group] for name, group in roots.items()}
+
+    def state_places(self, pointer: str) -> dict[str, Place]:
+        """Where the states are that a pointer points to."""
+        own, n = self.model.states, self.model.count
+        found = {f"deck[{j}]": Place(pointer, j) for j in range(own)}
+        found |= {"theta": Place(pointer, own), "rate": Place(pointer, own + n)}
+        for k, name in enumerate(("psi", "omega", "integral")):
+            found[name] = Place(pointer, own + 2 * n + k)
+        return found
+
+    def prepare(self, lanes: int = 1) -> Function:
+        """``prepare(c)``: what follows from the constants."""
+        into = Function("prepare", [CONSTANTS], Shape(self.model.count, lanes))
+        body = Body(into, self.places)
+        for x in self._derived:
+            body.store(x, self.known[x.number])
+        return into
+
+    def function(
+        self,
+        name: str,
+        pointers: Sequence[str],
+        numbers: Sequence[str],
+        *,
+        state: str | None = None,
+        lanes: int = 1,
+        uniform: Iterable[str] = (),
+    ) -> tuple[Function, Body]:
+        """A function with the arguments c, b, pointers and numbers; its body is still empty.
+
+        Args:
+            name: of the function.
+            pointers: names of further pointers.
+            numbers: inputs that are handed over as doubles; in lanes they lie, one after the other,
+                behind the pointer ``TIMES``, which comes after b.
+            state: which of the pointers is the state.
+            lanes: runs, or instants, side by side.
+            uniform: pointers to what is the same in all lanes.
+        """
+        shape, places = Shape(self.model.count, lanes), dict(self.places)
+        places |= self.state_places(state) if state else {}
+        first, bound = [CONSTANTS, BRANCHES], {}
+        if lanes > 1:
+            first.append(TIMES)
+            places |= {each: Place(TIMES, k) for k, each in enumerate(numbers)}
+            numbers = ()
+        else:
+            bound = {each: [f"%{each}"] for each in numbers}
+        into = Function(name, [*first, *pointers], shape, numbers, uniform)
+        return into, Body(into, places, self.known, bound)
+
+    def store_slope(self, body: Body, roots: Sequence[Expression], pointer: str) -> None:
+        """Write the rates of change of all states."""
+        own, n = self.model.states, self.model.count
+        at = [*range(own), own, own + n, *range(own + 2 * n, own + 2 * n + len(roots))]
+        for k, x in enumerate(roots):
+            is_ball = k in (own, own + 1)
+            if n or not is_ball:
+                body.store(x, Place(pointer, at[k]), each=is_ball)
+
+    def store_row(self, body: Body, pointer: str) -> None:
+        """Write a sample's row, the balls' angles and rates behind the deck's channels."""
+        model, roots = self.model, self.roots["sample"]
+        for k, x in enumerate(roots):
+            body.store(x, Place(pointer, k))
+        first = len(roots)
+        if model.count:
+            for k, name in enumerate(("theta", "rate")):
+                each = model.graph.input(name, each=True)
+                body.store(each, Place(pointer, first + k, stride=2))
+        if model.has_motor:
+            torque = self.roots["torque"][0]
+            body.store(torque, Place(pointer, first + 2 * model.count))
+
+    def slope(self, lanes: int = 1, uniform: Iterable[str] = ()) -> Function:
+        """``slope(c, b, y, k, time)``."""
+        into, body = self.function(
+            "slope", ["y", "k"], ["time"], state="y", lanes=lanes, uniform=uniform
+        )
+        self.store_slope(body, self.roots["slope"], "k")
+        return into
+
+    def finish(self, lanes: int = 1) -> Function:
+        """``finish(c, b, y, k, row, time, profile_time)``: slope and sample at a step's end."""
+        names = ["time", "profile_time"]
+        into, body = self.function("finish", ["y", "k", "row"], names, state="y", lanes=lanes)
+        self.store_slope(body, self.roots["slope"], "k")
+        self.store_row(body, "row")
+        return into
+
+    def evaluate(self, lanes: int = 1, uniform: Iterable[str] = ()) -> Function:
+        """``evaluate(c, b, y, k, x, motor, table, time)``: the slope, and the table for events."""
+        into, body = self.function(
+            *("evaluate", ["y", "k", "x", "motor", "table"], ["time"]),
+            state="y",
+            lanes=lanes,
+            uniform=uniform,
+        )
+        self.store_slope(body, self.roots["slope"], "k")
+        for k, x in enumerate(self.roots["accelerations"]):
+            body.store(x, Place("x", k))
+        for k, x in enumerate(self.roots["motor"]):
+            body.store(x, Place("motor", k))
+        n = self.model.count
+        for k, x in enumerate(self.roots["table"] if n else ()):
+            body.store(x, Place("table", k * n), each=True)
+        return into
+
+    def arrow(self) -> Function:
+        """``arrow(c, b, y, block, time)``."""
+        into, body = self.function("arrow", ["y", "block"], ["time"], state="y")
+        for k, x in enumerate(self.roots["block"]):
+            body.store(x, Place("block", k))
+        return into
+
+    def restitution(self) -> Function:
+        """``restitution(c, b, out, approach)``."""
+        into, body = self.function("restitution", ["out"], ["approach"])
+        (root,) = lowered([self.model.restitution()])
+        body.store(root, Place("out", 0))
+        return into
+
+    def kick(self) -> Function:
+        """``kick(c, b, y, jumps, v)``: adds jumps of velocity to v, of the state's layout."""
+        into, body = self.function("kick", ["y", "jumps", "v"], [], state="y")
+        model = self.model
+        places = body._places | {f"jump[{r}]": Place("jumps", r) for r in range(model.unknowns)}
+        before = {j: model.graph.input(f"before[{j}]") for j in range(model.states)}
+        places |= {f"before[{j}]": Place("v", j) for j in before}
+        own = Body(into, places, self.known)
+        added = model.jump(model.motion())
+        sums = lowered([before[j] + x for j, x in enumerate(added)])
+        for j, x in enumerate(sums):
+            own.values(x)
+        for j, x in enumerate(sums):
+            own.store(x, Place("v", j))
+        return into

@@ -1,0 +1,219 @@
+"""The equations of a kind of scene as expressions: everything that is emitted comes from here."""
+
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from ab_sim.dynamics.carriers.planar import Planar
+from ab_sim.dynamics.carriers.tilting import Tilting
+from ab_sim.dynamics.motion import Spindle
+from ab_sim.dynamics.system import System
+from ab_sim.equations import in_space, planar
+from ab_sim.equations.arrowhead import Arrow, Solved, solve
+from ab_sim.equations.energy import powers
+from ab_sim.equations.race import (
+    OnRace,
+    friction_coefficient,
+    on_race,
+    path_length,
+    rate_change,
+)
+from ab_sim.equations.spindle import Driven, Place, Torques, driven, has_motor, prescribed
+from ab_sim.equations.sums import Number, any_has, over_effects
+from ab_sim.kernels.constants import traced_balls, traced_bodies
+from ab_sim.tracing import Expression, Graph, Level, cos, sin
+from ab_sim.tracing.expression import rows
+
+EQUATIONS: dict[type[Any], ModuleType] = {Planar: planar, Tilting: in_space}
+
+
+class Motion(NamedTuple):
+    """A state at a time, as expressions."""
+
+    time: Number
+    deck: Sequence[Number]
+    """The deck's own states."""
+    theta: Number
+    rate: Number
+    """Of each ball."""
+    spindle: Driven | None
+    """With a motor."""
+
+
+class Evaluated(NamedTuple):
+    """What the equations say of a state."""
+
+    spindle: Spindle
+    torques: Torques | None
+    on: OnRace
+    arrow: Arrow
+    solved: Solved
+
+
+class Model:
+    """A kind of scene: deck model, effects, number of balls, kind of the profile's segments.
+
+    Args:
+        system: one of the kind.
+        segment: class of the segments.
+    """
+
+    def __init__(self, system: System, segment: type[Any]) -> None:
+        self.graph = Graph()
+        self.equations = EQUATIONS[type(system.carrier)]
+        self.count = len(system.balls)
+        self.deck, self.effects = traced_bodies(system, self._parameter)
+        self.balls = traced_balls(self.count, lambda name: self._parameter(name, each=True))
+        fields = [self._parameter(f"segment.{name}") for name in segment._fields]
+        self.place = Place(
+            segment(*fields), self._parameter("phase"), self._parameter("angle")
+        )
+        self.states = type(system.carrier).STATES
+        self.unknowns: int = type(system.carrier).UNKNOWNS + 1
+        self.has_motor = has_motor(self.effects)
+        self.has_friction = any_has(self.effects, "friction_coefficient")
+        self.has_contact = any_has(self.effects, "restitution")
+        self.has_events = self.has_motor or self.has_friction or self.has_contact
+        self.has_energy_balance = bool(system.ledger)
+        self.angle_needed = bool(
+            type(system.carrier).NEEDS_ANGLE or any_has(self.effects, "space_force", "gravity")
+        )
+
+    def _parameter(self, name: str, each: bool = False) -> Expression:
+        return self.graph.input(name, Level.PARAMETER, each)
+
+    def motion(self) -> Motion:
+        """Of inputs: the state as it is in memory, at the input ``time``."""
+        given = self.graph.input
+        spindle = None
+        if self.has_motor:
+            # Which branch the motor is in changes at events only.
+            limit = given("limit", Level.TIME)
+            spindle = Driven(given("psi"), given("omega"), given("integral"), limit)
+        return Motion(
+            given("time", Level.TIME),
+            [given(f"deck[{j}]") for j in range(self.states)],
+            given("theta", each=True),
+            given("rate", each=True),
+            spindle,
+        )
+
+    def friction(self) -> Number | None:
+        """Coefficient of sliding friction of each ball, with its sign; None without friction."""
+        if not self.has_friction:
+            return None
+        sign = self.graph.input("sign", Level.TIME, each=True)
+        return sign * friction_coefficient(self.effects, self.balls)
+
+    def mobility(self, force: Number) -> Number:
+        """See ``equations.arrowhead.Mobility``."""
+        if self.has_contact:
+            return rows(self._lifted(force))
+        if self.has_friction:
+            return force * self.graph.input("mobility_now", Level.TIME, each=True)
+        return force * self.balls.mobility
+
+    def spindle(self, at: Motion) -> tuple[Spindle, Torques | None]:
+        """The spindle's motion."""
+        if at.spindle is None:
+            return prescribed(self.effects, self.place, at.time, self.angle_needed), None
+        return driven(self.effects, self.place, at.time, at.spindle, self.angle_needed)
+
+    def arrow(
+        self, at: Motion, c: Number | None = None, s: Number | None = None
+    ) -> tuple[Spindle, Torques | None, OnRace, Arrow]:
+        """The equations, not yet solved; cosines and sines of the balls' angles may be given."""
+        spindle, torques = self.spindle(at)
+        c = cos(at.theta) if c is None else c
+        s = sin(at.theta) if s is None else s
+        on = on_race(self.effects, self.balls, c, s, at.rate)
+        arrow = self.equations.arrow(
+            self.deck, self.effects, self.balls, on, spindle, at.deck
+        )
+        return spindle, torques, on, arrow
+
+    def evaluated(self, at: Motion) -> Evaluated:
+        """The equations, solved."""
+        spindle, torques, on, arrow = self.arrow(at)
+        prescribed_one = None if self.has_motor else spindle.acceleration
+        solved = solve(arrow, self.count, self.mobility, self.friction(), prescribed_one)
+        return Evaluated(spindle, torques, on, arrow, solved)
+
+    def slope(self, at: Motion, found: Evaluated) -> list[Expression]:
+        """Rates of change of all states, in their order; of the balls, one for all."""
+        spindle, torques, on, arrow, solved = found
+        deck = self.equations.rates(self.deck, self.effects, spindle, at.deck, solved.x)
+        rates = [*deck, at.rate, rate_change(on, solved.path)]
+        if at.spindle is not None:
+            rates += [spindle.speed, solved.x[-1], spindle.integral_rate]
+        if self.has_energy_balance:
+            loss = self.equations.dissipated(self.deck, self.effects, spindle, at.deck)
+            rates += powers(
+                self.effects,
+                self.balls,
+                on,
+                spindle,
+                arrow,
+                solved,
+                friction=self.friction(),
+                prescribed=not self.has_motor,
+                suspension_loss=loss,
+            )
+        return [self._lifted(rate) for rate in rates]
+
+    def sample(self, at: Motion, found: Evaluated) -> list[Expression]:
+        """A sample's row but for the balls, at the input ``profile_time``; torque last.
+
+        Whole turns of a motor's spindle are left out.
+        """
+        when = self.graph.input("profile_time", Level.TIME)
+        segment, turned = self.place.segment, self.place.segment.angle(when)
+        asked, spindle = segment.speed(when), found.spindle
+        if at.spindle is None:
+            angle, speed, psi = self.place.angle + turned, asked, self.place.phase + turned
+        else:
+            angle, speed, psi = at.spindle.psi, at.spindle.speed, at.spindle.psi
+        shown = spindle._replace(cos=cos(psi), sin=sin(psi))
+        own = self.equations.channels(self.deck, self.effects, shown, at.deck, found.solved.x)
+        row = [angle, speed, asked, *own]
+        return [self._lifted(x) for x in row]
+
+    def table(self, at: Motion, found: Evaluated) -> list[Expression]:
+        """Columns of the balls' table for events, see ``ab_sim.events``."""
+        _, _, on, arrow, solved = found
+        friction = self.friction()
+        along = 0.0
+        if self.has_contact:
+            along = path_length(self.effects, self.balls, at.theta)
+        columns = [
+            arrow.load,
+            self.balls.rolling_mass,
+            arrow.pull,
+            0.0 if friction is None else friction,
+            friction_coefficient(self.effects, self.balls),
+            on.path,
+            on.curve,
+            along,
+            solved.path,
+            *arrow.reach,
+            *arrow.press,
+        ]
+        return [self._lifted(x) for x in columns]
+
+    def block(self, arrow: Arrow) -> list[Expression]:
+        """The equations' block, forces in its last column, line by line."""
+        lines = [[*line, f] for line, f in zip(arrow.block, arrow.force, strict=True)]
+        return [self._lifted(x) for line in lines for x in line]
+
+    def restitution(self) -> Expression:
+        """By the input ``approach`` [m/s]."""
+        approach = self.graph.input("approach")
+        return self._lifted(over_effects(self.effects, "restitution", 0.0, approach))
+
+    def jump(self, at: Motion) -> list[Expression]:
+        """What jumps of velocity, inputs ``jump[r]``, add to the deck's states."""
+        jumps = [self.graph.input(f"jump[{r}]") for r in range(self.unknowns)]
+        return [self._lifted(x) for x in self.equations.jump(self.deck, at.deck, jumps)]
+
+    def _lifted(self, x: Number) -> Expression:
+        return x if isinstance(x, Expression) else self.graph.constant(x)
