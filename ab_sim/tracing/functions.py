@@ -44,6 +44,20 @@ def total(x: Any) -> Any:
     raise TypeError(f"total of {x!r}: must be an expression or a sequence with a number per ball")
 
 
+def lane(x: Any, k: int) -> Any:
+    """Lane k of a number, in all lanes; of an array, whose last axis is that of the lanes."""
+    if isinstance(x, Expression):
+        return expression.lane(x, k)
+    return x[..., k : k + 1] if isinstance(x, np.ndarray) else x
+
+
+def across(x: Any) -> Any:
+    """The sum over a number's lanes, a power of two of them, in each; of an array likewise."""
+    if isinstance(x, Expression):
+        return expression.across(x)
+    return halved(list(np.moveaxis(x, -1, 0)), lambda a, b: a + b)[..., None]
+
+
 GROUP = 8
 """Balls of which a vector of the machine is made."""
 

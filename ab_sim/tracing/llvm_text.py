@@ -95,6 +95,8 @@ class Function:
 
     def store(self, value: str, place: Place, first: int, width: int) -> None:
         """A value, as ``load`` reads one."""
+        if self.shape.lanes > 1 and place.pointer in self.uniform:
+            value, width = self.put(f"extractelement {kind(width)} {value}, i32 0"), 1
         if self.shape.lanes > 1 or place.stride == 1 or width == 1:
             pointer = self._pointer(place, first)
             self.lines.append(f"store {kind(width)} {value}, ptr {pointer}, align 8")
@@ -151,7 +153,7 @@ class Body:
         known: Mapping[int, Place] | None = None,
         bound: Mapping[str, list[str]] | None = None,
     ) -> None:
-        self._into, self._places, self._known = into, places, known or {}
+        self._into, self.places, self._known = into, places, known or {}
         self._bound = bound or {}
         self._values: dict[int, list[str]] = {}
 
@@ -207,7 +209,7 @@ class Body:
         if place is None and x.op == "input":
             if x.payload in self._bound:
                 return self._bound[x.payload]
-            place = self._places[x.payload]
+            place = self.places[x.payload]
         if place is not None:
             made, first = [], 0
             for width in self._widths(x):
@@ -218,6 +220,9 @@ class Body:
             return [self._total(x.args[0])]
         if x.op == "rows":
             return self._rows(x.args[0])
+        if x.op in ("lane", "across"):
+            parts = enumerate(self._widths(x))
+            return [self._mixed(x, self._operand(x.args[0], k, width)) for k, width in parts]
         return [
             self._operation(x.op, width, [self._operand(arg, k, width) for arg in x.args])
             for k, width in enumerate(self._widths(x))
@@ -233,6 +238,25 @@ class Body:
             which = kind(width, "i1")
             return self._into.put(f"select {which} {args[0]}, {of} {args[1]}, {of} {args[2]}")
         return self._into.call("fabs" if op == "abs" else op, width, *args)
+
+    def _mixed(self, x: Expression, value: str) -> str:
+        """One lane, or the sum of all, in every lane: see ``functions.lane`` and ``across``."""
+        lanes = self._into.shape.lanes
+        if lanes == 1:
+            return value
+        if x.op == "lane":
+            return self._shuffled(value, [x.payload] * lanes)
+        half = lanes // 2
+        while half:
+            other = self._shuffled(value, [k ^ half for k in range(lanes)])
+            value, half = self._operation("add", lanes, (value, other)), half // 2
+        return value
+
+    def _shuffled(self, value: str, which: Sequence[int]) -> str:
+        of, order = kind(len(which)), ", ".join(f"i32 {k}" for k in which)
+        return self._into.put(
+            f"shufflevector {of} {value}, {of} poison, <{len(which)} x i32> <{order}>"
+        )
 
     def _total(self, x: Expression) -> str:
         """Balls added up in the order of ``added_up``."""
@@ -254,7 +278,7 @@ class Body:
 
     def _rows(self, x: Expression) -> list[str]:
         """The matrix times what each ball has, column by column."""
-        into, shape, matrix = self._into, self._into.shape, self._places[ROWS]
+        into, shape, matrix = self._into, self._into.shape, self.places[ROWS]
         widths, n = shape.widths(True), shape.balls
         each = [self._operand(x, k, width) for k, width in enumerate(widths)]
         found: list[str] = []
