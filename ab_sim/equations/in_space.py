@@ -29,13 +29,16 @@ its angular momentum is (I/a^2) a^2 (Om + (w - s'/a) z).
 """
 
 from collections.abc import Sequence
-from typing import Any
+from math import cos, sin
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from ab_sim.dynamics.motion import Spindle
 from ab_sim.equations.arrowhead import Arrow
-from ab_sim.equations.mounts import mount_forces, mount_loss
+from ab_sim.equations.mounts import mount_energy, mount_forces, mount_loss
 from ab_sim.equations.orientation import half_product, to_ground, turn_of
-from ab_sim.equations.race import Balls, OnRace, drag_force, relative_load
+from ab_sim.equations.race import Balls, OnRace, drag_force, on_race, relative_load
 from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
 from ab_sim.tracing.functions import sqrt
 
@@ -43,82 +46,199 @@ State = Sequence[Number]
 """X, Y, Z; quaternion; velocity; Om: thirteen numbers."""
 
 
-def arrow(
-    deck: Any, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: State
-) -> Arrow:
-    """The equations of motion."""
-    block, force = _deck_and_rotor(deck, effects, spindle, state)
-    n, m, w = balls.count, balls.mass, spindle.speed
-    h, x, z = on.h, on.x, balls.height
-    nx, ny = on.c * spindle.cos - on.s * spindle.sin, on.s * spindle.cos + on.c * spindle.sin
-    load, along = relative_load(effects, balls, on, w)
-    ox, oy, oz = state[10:13]
-    # Om along n and t, and the ball's velocity on the deck.
-    o_n, o_t = ox * nx + oy * ny, oy * nx - ox * ny
-    v_n, v_t = -w * x, w * h + on.path
-    q, square = h * o_n + x * o_t + z * oz, o_n * o_n + o_t * o_t + oz * oz
-    load = load - m * (o_n * q - h * square - 2.0 * oz * v_t)
-    along = along - m * (o_t * q - x * square + 2.0 * oz * v_n)
-    lift = -m * (oz * q - z * square + 2.0 * (o_n * v_t - o_t * v_n))
-    reach = [m * ny, -(m * nx), 0.0, m * z * nx, m * z * ny, -(m * h), -(m * h)]
-    press = [-(m * nx), -(m * ny), 0.0, m * z * ny, -(m * z * nx), m * x, m * x]
-    _add_point_masses(block, n, m, h * nx - x * ny, h * ny + x * nx, z)
-    tn, tt, about = x * lift - z * along, z * load - h * lift, h * along - x * load
-    for r, each in enumerate(
-        [
-            *(load * nx - along * ny, load * ny + along * nx, lift),
-            *(tn * nx - tt * ny, tn * ny + tt * nx, about, about),
+class InSpace(NamedTuple):
+    """Constants of deck, rotor and mounts, and the deck's equations."""
+
+    total_mass: Number
+    """M [kg], balls included."""
+    unbalance: Number
+    """M0 e [kg m]."""
+    eccentricity: Number
+    """e [m]."""
+    rotor_lift: Number
+    """M0 times the height of its mass centre [kg m]."""
+    deck_first: tuple[Number, Number, Number]
+    """First moment of the deck without rotor and balls, on deck axes [kg m]."""
+    deck_inertia: tuple[Number, Number, Number, Number, Number, Number]
+    """Its inertia about C: xx, yy, zz, xy, xz, yz [kg m^2]; xy is minus the integral of x y dm."""
+    rotor_second: tuple[Number, Number, Number, Number, Number, Number]
+    """Second moments P of the rotor about C on its own axes, the first through the unbalance: the
+    integrals of x^2, y^2, z^2, x y, x z, y z [kg m^2]."""
+    mounts: Any
+    """Shape (mounts, MOUNT_WIDTH), columns as in mounts.py."""
+    gravity: tuple[Number, Number, Number]
+    """On the ground's axes [m/s^2]."""
+
+    STATES = 13
+    UNKNOWNS = 6
+    STATE_NAMES = (
+        *("X", "Y", "Z", "quaternion w", "quaternion x", "quaternion y", "quaternion z"),
+        *("X rate", "Y rate", "Z rate", "tilt rate x", "tilt rate y", "tilt rate z"),
+    )
+    NEEDS_ANGLE = True
+    UNIT_AT = 3
+    WAYS = 3
+    COORDINATES = 7
+    CHANNELS = (
+        *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
+        *("qw", "qx", "qy", "qz", "wx", "wy", "wz", "wx_rate", "wy_rate", "wz_rate"),
+    )
+
+    def arrow(
+        self, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: State
+    ) -> Arrow:
+        """The equations of motion."""
+        block, force = _deck_and_rotor(self, effects, spindle, state)
+        n, m, w = balls.count, balls.mass, spindle.speed
+        h, x, z = on.h, on.x, balls.height
+        nx, ny = on.c * spindle.cos - on.s * spindle.sin, on.s * spindle.cos + on.c * spindle.sin
+        load, along = relative_load(effects, balls, on, w)
+        ox, oy, oz = state[10:13]
+        # Om along n and t, and the ball's velocity on the deck.
+        o_n, o_t = ox * nx + oy * ny, oy * nx - ox * ny
+        v_n, v_t = -w * x, w * h + on.path
+        q, square = h * o_n + x * o_t + z * oz, o_n * o_n + o_t * o_t + oz * oz
+        load = load - m * (o_n * q - h * square - 2.0 * oz * v_t)
+        along = along - m * (o_t * q - x * square + 2.0 * oz * v_n)
+        lift = -m * (oz * q - z * square + 2.0 * (o_n * v_t - o_t * v_n))
+        reach = [m * ny, -(m * nx), 0.0, m * z * nx, m * z * ny, -(m * h), -(m * h)]
+        press = [-(m * nx), -(m * ny), 0.0, m * z * ny, -(m * z * nx), m * x, m * x]
+        _add_point_masses(block, n, m, h * nx - x * ny, h * ny + x * nx, z)
+        tn, tt, about = x * lift - z * along, z * load - h * lift, h * along - x * load
+        for r, each in enumerate(
+            [
+                *(load * nx - along * ny, load * ny + along * nx, lift),
+                *(tn * nx - tt * ny, tn * ny + tt * nx, about, about),
+            ]
+        ):
+            force[r] = force[r] + over_balls(n, each)
+        if any_has(effects, "ball_inertia"):
+            lever = over_effects(effects, "ball_inertia", 0.0, balls.each) * balls.radius
+            inertia, turning = (
+                over_balls(n, lever * balls.radius),
+                lever * (balls.radius * w - on.path),
+            )
+            for r, s in ((3, 3), (4, 4), (5, 5), (5, 6), (6, 6)):
+                block[r][s] = block[r][s] + inertia
+            reach[5], reach[6] = reach[5] + lever, reach[6] + lever
+            force[3] = force[3] - over_balls(n, turning) * oy
+            force[4] = force[4] + over_balls(n, turning) * ox
+        return Arrow(block, force, reach, press, load, along + drag_force(effects, balls, on))
+
+    def rates(
+        self, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+    ) -> list[Number]:
+        """The state's rates of change."""
+        quaternion, g = state[3:7], self.gravity
+        ax, ay, az = to_ground(turn_of(quaternion), x[0], x[1], x[2])
+        return [
+            *state[7:10],
+            *half_product(quaternion, *state[10:13]),
+            *(ax + g[0], ay + g[1], az + g[2]),
+            *x[3:6],
         ]
-    ):
-        force[r] = force[r] + over_balls(n, each)
-    if any_has(effects, "ball_inertia"):
-        lever = over_effects(effects, "ball_inertia", 0.0, balls.each) * balls.radius
-        inertia, turning = over_balls(n, lever * balls.radius), lever * (balls.radius * w - on.path)
-        for r, s in ((3, 3), (4, 4), (5, 5), (5, 6), (6, 6)):
-            block[r][s] = block[r][s] + inertia
-        reach[5], reach[6] = reach[5] + lever, reach[6] + lever
-        force[3] = force[3] - over_balls(n, turning) * oy
-        force[4] = force[4] + over_balls(n, turning) * ox
-    return Arrow(block, force, reach, press, load, along + drag_force(effects, balls, on))
+
+    def channels(
+        self, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+    ) -> list[Number]:
+        """Place, velocity, acceleration, unit quaternion, turning and its rate."""
+        a, b, c, d = state[3:7]
+        length = sqrt(a * a + b * b + c * c + d * d)
+        changes = self.rates(effects, spindle, state, x)
+        return [
+            *(*state[:3], *state[7:10], *changes[7:10]),
+            *(a / length, b / length, c / length, d / length),
+            *(*state[10:13], *x[3:6]),
+        ]
+
+    def dissipated(self, effects: Any, spindle: Spindle, state: State) -> Number:
+        """Power that the mounts dissipate [W]."""
+        return mount_loss(self, turn_of(state[3:7]), state)
+
+    def jump(self, state: State, jumps: Sequence[Number]) -> list[Number]:
+        """What jumps of velocity, in the order of x, add to the state."""
+        velocity = to_ground(turn_of(state[3:7]), jumps[0], jumps[1], jumps[2])
+        return [*[0.0] * 7, *velocity, *jumps[3:6]]
+
+    def place(self, states: np.ndarray, psi: np.ndarray) -> np.ndarray:
+        """Of C on the ground's axes [m], shape (samples, 3)."""
+        return states[:, :3]
+
+    def felt(self, effects: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """Specific force at a point of the deck on its axes [m/s^2], shape (samples, 3)."""
+        _, _, acceleration, quaternion, rates, change = np.split(shown, [3, 6, 9, 13, 16], axis=1)
+        turn = np.array(turn_of(quaternion.T)).reshape(3, 3, -1)
+        force = np.einsum("jis,sj->si", turn, acceleration - np.array(self.gravity))
+        own: np.ndarray = (
+            force + np.cross(change, point) + np.cross(rates, np.cross(rates, point[None, :]))
+        )
+        return own
+
+    def at_rest(self, states: np.ndarray) -> np.ndarray:
+        """Where it is and as it is turned."""
+        found = np.zeros((1, 19))
+        found[0, :3], found[0, 9:13] = states[:3], states[3:7] / np.linalg.norm(states[3:7])
+        return found
+
+    def scale(self, length: float, speed: float) -> list[float]:
+        """Magnitudes of the states, for errors to be measured by."""
+        return [*[length] * 3, *[1.0] * 4, *[length * speed] * 3, *[speed] * 3]
+
+    def tangent(self, states: np.ndarray) -> np.ndarray:
+        """All directions but the one along the quaternion, shape (13, 12).
+
+        A small turn by phi on deck axes adds q (0, phi) / 2 to the quaternion q.
+        """
+        w, x, y, z = states[3:7] / np.linalg.norm(states[3:7])
+        ways = np.zeros((13, 12))
+        ways[:3, :3], ways[7:, 6:] = np.eye(3), np.eye(6)
+        ways[3:7, 3:6] = [[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]]
+        return ways
+
+    def energy(
+        self, effects: Any, balls: Balls, state: np.ndarray, psi: float, speed: float
+    ) -> float:
+        """Kinetic and stored energy [J], gravity's from where C lies at the origin."""
+        turn = np.array(turn_of(state[3:7])).reshape(3, 3)
+        velocity, omega = turn.T @ state[7:10], np.array(state[10:13])
+        shaft = np.array([0.0, 0.0, 1.0])
+        moments = turned_second_moments(self.rotor_second, cos(psi), sin(psi))
+        rotor = np.array([self.unbalance * cos(psi), self.unbalance * sin(psi), self.rotor_lift])
+        spinning = omega + speed * shaft
+        energy = 0.5 * (self.total_mass - float(np.sum(balls.mass))) * float(velocity @ velocity)
+        first = np.array(self.deck_first)
+        energy += float(velocity @ (np.cross(omega, first) + np.cross(spinning, rotor)))
+        energy += 0.5 * float(omega @ symmetric(self.deck_inertia) @ omega)
+        own = symmetric(moments)
+        energy += 0.5 * float(spinning @ (np.trace(own) * np.eye(3) - own) @ spinning)
+        gravity = turn.T @ np.array(self.gravity)
+        energy -= float(gravity @ (first + rotor))
+        energy -= self.total_mass * float(np.array(self.gravity) @ state[:3])
+        n = balls.count
+        theta, rate = state[13 : 13 + n], state[13 + n : 13 + 2 * n]
+        on = on_race(effects, balls, np.cos(theta), np.sin(theta), rate)
+        normal = np.stack([np.cos(theta + psi), np.sin(theta + psi), np.zeros(n)], axis=1)
+        along = np.cross(shaft, normal)
+        place = _each(on.h, n) * normal + _each(on.x, n) * along + _each(balls.height, n) * shaft
+        moving = velocity + np.cross(spinning, place) + _each(on.path, n) * along
+        each = 0.5 * balls.mass * np.sum(moving**2, axis=1) - balls.mass * (place @ gravity)
+        if any_has(effects, "ball_inertia"):
+            spin = _each(balls.radius, n) * spinning - _each(on.path, n) * shaft
+            inertia = over_effects(effects, "ball_inertia", 0.0, balls.each)
+            each = each + 0.5 * inertia * np.sum(spin**2, axis=1)
+        stored = mount_energy(self, effects, tuple(turn.ravel()), state)
+        return float(energy + np.sum(each) + stored)
 
 
-def rates(
-    deck: Any, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
-) -> list[Number]:
-    """The state's rates of change."""
-    quaternion, g = state[3:7], deck.gravity
-    ax, ay, az = to_ground(turn_of(quaternion), x[0], x[1], x[2])
-    return [
-        *state[7:10],
-        *half_product(quaternion, *state[10:13]),
-        *(ax + g[0], ay + g[1], az + g[2]),
-        *x[3:6],
-    ]
+def _each(value: Any, balls: int) -> np.ndarray:
+    """A number for each ball, as a column."""
+    return np.broadcast_to(np.asarray(value, float), balls)[:, None]
 
 
-def channels(
-    deck: Any, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
-) -> list[Number]:
-    """Place, velocity, acceleration, unit quaternion, turning and its rate: nineteen numbers."""
-    a, b, c, d = state[3:7]
-    length = sqrt(a * a + b * b + c * c + d * d)
-    changes = rates(deck, effects, spindle, state, x)
-    return [
-        *(*state[:3], *state[7:10], *changes[7:10]),
-        *(a / length, b / length, c / length, d / length),
-        *(*state[10:13], *x[3:6]),
-    ]
-
-
-def dissipated(deck: Any, effects: Any, spindle: Spindle, state: State) -> Number:
-    """Power that the mounts dissipate [W]."""
-    return mount_loss(deck, turn_of(state[3:7]), state)
-
-
-def jump(deck: Any, state: State, jumps: Sequence[Number]) -> list[Number]:
-    """What jumps of velocity, in the order of x, add to the state."""
-    velocity = to_ground(turn_of(state[3:7]), jumps[0], jumps[1], jumps[2])
-    return [*[0.0] * 7, *velocity, *jumps[3:6]]
+def symmetric(six: Sequence[float]) -> np.ndarray:
+    """The matrix of xx, yy, zz, xy, xz, yz."""
+    xx, yy, zz, xy, xz, yz = six
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def turned_second_moments(own: Sequence[Number], c: Number, s: Number) -> tuple[Number, ...]:

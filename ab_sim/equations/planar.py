@@ -19,83 +19,162 @@ to (9); relative-stability (7) to (10).
 """
 
 from collections.abc import Sequence
-from typing import Any
+from math import cos, sin
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from ab_sim.dynamics.motion import Deck, Spindle
 from ab_sim.equations.arrowhead import Arrow
-from ab_sim.equations.race import Balls, OnRace, drag_force, relative_load
+from ab_sim.equations.race import Balls, OnRace, drag_force, on_race, relative_load
 from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
 
 State = Sequence[Number]
 """u1, u2, v1, v2."""
 
 
-def arrow(
-    deck: Any, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: State
-) -> Arrow:
-    """The equations of motion."""
-    n, w, m, c, s = balls.count, spindle.speed, balls.mass, on.c, on.s
-    f1, f2 = suspension_force(deck, effects, spindle, state)
-    load, along = relative_load(effects, balls, on, w)
-    spin = over_effects(effects, "ball_inertia", 0.0, balls.each)
-    held = on.mh * on.h + on.mx * on.x
-    if any_has(effects, "ball_inertia"):
-        held = held + spin * balls.radius * balls.radius
-    turning = over_effects(effects, "rotor_moment", 0.0) + deck.unbalance * deck.eccentricity
-    b02 = over_balls(n, -(on.mh * s) - on.mx * c)
-    b12 = deck.unbalance + over_balls(n, on.mh * c - on.mx * s)
-    M = deck.total_mass
-    return Arrow(
-        block=[[M, 0.0, b02], [0.0, M, b12], [b02, b12, turning + over_balls(n, held)]],
-        force=[
-            f1 + deck.unbalance * (w * w) + over_balls(n, load * c - along * s),
-            f2 + over_balls(n, load * s + along * c),
-            spindle.torque - over_balls(n, on.mx * (2.0 * w + on.rate) * on.path),
-        ],
-        reach=[m * s, -(m * c), -on.lever],
-        press=[-(m * c), -(m * s), on.mx],
-        load=load,
-        pull=along + drag_force(effects, balls, on),
-    )
+class Planar(NamedTuple):
+    """Constants of deck and rotor, and the deck's equations."""
 
+    total_mass: Number
+    """M [kg], balls included."""
+    unbalance: Number
+    """M0 e [kg m]."""
+    eccentricity: Number
+    """e [m]."""
+    sag_x: Number
+    sag_y: Number
+    """[m], where the deck hangs at rest, from the unloaded suspension, on axes fixed in space."""
 
-def rates(
-    deck: Any, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
-) -> list[Number]:
-    """The state's rates of change."""
-    u1, u2, v1, v2 = state
-    w = spindle.speed
-    g1, g2 = gravity_on_rotating_axes(effects, spindle)
-    return [v1 + w * u2, v2 - w * u1, x[0] + g1 + w * v2, x[1] + g2 - w * v1]
+    STATES = 4
+    UNKNOWNS = 2
+    STATE_NAMES = ("u1", "u2", "v1", "v2")
+    NEEDS_ANGLE = False
+    UNIT_AT = -1
+    WAYS = 2
+    COORDINATES = 2
+    CHANNELS = ("x", "y", "vx", "vy", "ax", "ay")
 
+    def arrow(
+        self, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: State
+    ) -> Arrow:
+        """The equations of motion."""
+        n, w, m, c, s = balls.count, spindle.speed, balls.mass, on.c, on.s
+        f1, f2 = suspension_force(self, effects, spindle, state)
+        load, along = relative_load(effects, balls, on, w)
+        spin = over_effects(effects, "ball_inertia", 0.0, balls.each)
+        held = on.mh * on.h + on.mx * on.x
+        if any_has(effects, "ball_inertia"):
+            held = held + spin * balls.radius * balls.radius
+        turning = over_effects(effects, "rotor_moment", 0.0) + self.unbalance * self.eccentricity
+        b02 = over_balls(n, -(on.mh * s) - on.mx * c)
+        b12 = self.unbalance + over_balls(n, on.mh * c - on.mx * s)
+        M = self.total_mass
+        return Arrow(
+            block=[[M, 0.0, b02], [0.0, M, b12], [b02, b12, turning + over_balls(n, held)]],
+            force=[
+                f1 + self.unbalance * (w * w) + over_balls(n, load * c - along * s),
+                f2 + over_balls(n, load * s + along * c),
+                spindle.torque - over_balls(n, on.mx * (2.0 * w + on.rate) * on.path),
+            ],
+            reach=[m * s, -(m * c), -on.lever],
+            press=[-(m * c), -(m * s), on.mx],
+            load=load,
+            pull=along + drag_force(effects, balls, on),
+        )
 
-def channels(
-    deck: Any, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
-) -> list[Number]:
-    """Displacement, velocity and acceleration on axes fixed in space: x, y, vx, vy, ax, ay.
+    def rates(
+        self, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+    ) -> list[Number]:
+        """The state's rates of change."""
+        u1, u2, v1, v2 = state
+        w = spindle.speed
+        g1, g2 = gravity_on_rotating_axes(effects, spindle)
+        return [v1 + w * u2, v2 - w * u1, x[0] + g1 + w * v2, x[1] + g2 - w * v1]
 
-    Args:
-        deck, effects: of the scene.
-        spindle: its motion, cosine and sine of its angle included.
-        state: the state.
-        x: the accelerations.
-    """
-    g1, g2 = gravity_on_rotating_axes(effects, spindle)
-    pairs = (state[0], state[1]), (state[2], state[3]), (x[0] + g1, x[1] + g2)
-    return [number for pair in pairs for number in on_fixed_axes(spindle, *pair)]
+    def channels(
+        self, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+    ) -> list[Number]:
+        """Displacement, velocity and acceleration on axes fixed in space: x, y, vx, vy, ax, ay.
 
+        Args:
+            effects: of the scene.
+            spindle: its motion, cosine and sine of its angle included.
+            state: the state.
+            x: the accelerations.
+        """
+        g1, g2 = gravity_on_rotating_axes(effects, spindle)
+        pairs = (state[0], state[1]), (state[2], state[3]), (x[0] + g1, x[1] + g2)
+        return [number for pair in pairs for number in on_fixed_axes(spindle, *pair)]
 
-def dissipated(deck: Any, effects: Any, spindle: Spindle, state: State) -> Number:
-    """Power that the suspension dissipates [W]."""
-    u1, u2, v1, v2 = state
-    vx, vy = on_fixed_axes(spindle, v1, v2) if any_has(effects, "space_loss") else (0.0, 0.0)
-    loss = over_effects(effects, "deck_loss", 0.0, Deck(u1, u2, v1, v2))
-    return loss + over_effects(effects, "space_loss", 0.0, Deck(0.0, 0.0, vx, vy))
+    def dissipated(self, effects: Any, spindle: Spindle, state: State) -> Number:
+        """Power that the suspension dissipates [W]."""
+        u1, u2, v1, v2 = state
+        vx, vy = on_fixed_axes(spindle, v1, v2) if any_has(effects, "space_loss") else (0.0, 0.0)
+        loss = over_effects(effects, "deck_loss", 0.0, Deck(u1, u2, v1, v2))
+        return loss + over_effects(effects, "space_loss", 0.0, Deck(0.0, 0.0, vx, vy))
 
+    def jump(self, state: State, jumps: Sequence[Number]) -> list[Number]:
+        """What jumps of velocity, in the order of x, add to the state."""
+        return [0.0, 0.0, jumps[0], jumps[1]]
 
-def jump(deck: Any, state: State, jumps: Sequence[Number]) -> list[Number]:
-    """What jumps of velocity, in the order of x, add to the state."""
-    return [0.0, 0.0, jumps[0], jumps[1]]
+    def place(self, states: np.ndarray, psi: np.ndarray) -> np.ndarray:
+        """Displacement on fixed axes [m], shape (samples, 2)."""
+        c, s, (u1, u2) = np.cos(psi), np.sin(psi), states.T[:2]
+        return np.stack([c * u1 - s * u2, s * u1 + c * u2], axis=1)
+
+    def felt(self, effects: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """Specific force on fixed axes [m/s^2]: the same all over a deck that never turns."""
+        gravity = over_effects(effects, "gravity", (0.0, 0.0))
+        own: np.ndarray = shown[:, 4:] - np.array(gravity)
+        return own
+
+    def at_rest(self, states: np.ndarray) -> np.ndarray:
+        """At a spindle angle of 0."""
+        return np.array([[*states[:2], 0.0, 0.0, 0.0, 0.0]])
+
+    def scale(self, length: float, speed: float) -> list[float]:
+        """Magnitudes of the states, for errors to be measured by."""
+        return [length, length, length * speed, length * speed]
+
+    def tangent(self, states: np.ndarray) -> np.ndarray:
+        """All directions, shape (4, 4)."""
+        return np.eye(4)
+
+    def energy(
+        self, effects: Any, balls: Balls, state: np.ndarray, psi: float, speed: float
+    ) -> float:
+        """Kinetic and stored energy [J]."""
+        w, e, n, spindle = (
+            speed,
+            self.eccentricity,
+            balls.count,
+            Spindle(speed, 0.0, cos(psi), sin(psi), 0.0, 0.0),
+        )
+        u1, u2, v1, v2 = (float(x) for x in state[:4])
+        sag_1, sag_2 = on_rotating_axes(spindle, self.sag_x, self.sag_y)
+        u1, u2 = u1 + sag_1, u2 + sag_2
+        g1, g2 = gravity_on_rotating_axes(effects, spindle)
+        rest = self.total_mass - float(np.sum(balls.mass))
+        energy = 0.5 * rest * (v1**2 + v2**2)
+        energy += 0.5 * over_effects(effects, "rotor_moment", 0.0) * w * w
+        energy += self.unbalance * w * (v2 + 0.5 * e * w)
+        energy -= self.total_mass * (g1 * u1 + g2 * u2) + self.unbalance * g1
+        energy += over_effects(effects, "deck_energy", 0.0, Deck(u1, u2, v1, v2))
+        fixed = Deck(*on_fixed_axes(spindle, u1, u2), 0.0, 0.0)
+        energy += over_effects(effects, "space_energy", 0.0, fixed)
+        theta, rate = state[4 : 4 + n], state[4 + n : 4 + 2 * n]
+        on = on_race(effects, balls, np.cos(theta), np.sin(theta), rate)
+        along, outwards = on.h * w + on.path, -on.x * w
+        b1, b2 = v1 - along * on.s + outwards * on.c, v2 + along * on.c + outwards * on.s
+        moving = 0.5 * balls.mass * (b1 * b1 + b2 * b2)
+        down = g1 * (on.h * on.c - on.x * on.s) + g2 * (on.h * on.s + on.x * on.c)
+        moving = moving - balls.mass * down
+        if any_has(effects, "ball_inertia"):
+            spin = balls.radius * w - on.path
+            inertia = over_effects(effects, "ball_inertia", 0.0, balls.each)
+            moving = moving + 0.5 * inertia * spin * spin
+        return float(energy + np.sum(moving))
 
 
 def on_fixed_axes(spindle: Spindle, one: Number, two: Number) -> tuple[Number, Number]:
@@ -129,8 +208,6 @@ def suspension_force(
     f1, f2 = over_effects(effects, "deck_force", (0.0, 0.0), Deck(u1, u2, v1, v2))
     if any_has(effects, "space_force"):
         fixed = Deck(*on_fixed_axes(spindle, u1, u2), *on_fixed_axes(spindle, v1, v2))
-        across = on_rotating_axes(
-            spindle, *over_effects(effects, "space_force", (0.0, 0.0), fixed)
-        )
+        across = on_rotating_axes(spindle, *over_effects(effects, "space_force", (0.0, 0.0), fixed))
         f1, f2 = f1 + across[0], f2 + across[1]
     return f1, f2

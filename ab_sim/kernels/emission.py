@@ -65,9 +65,7 @@ class Emission:
         asked = (torques.asked, torques.most) if torques else (0.0, 0.0)
         return [self.model._lifted(x) for x in (*asked, spindle.speed)]
 
-    def lowered(
-        self, roots: Mapping[str, Sequence[Expression]]
-    ) -> dict[str, list[Expression]]:
+    def lowered(self, roots: Mapping[str, Sequence[Expression]]) -> dict[str, list[Expression]]:
         """Groups of expressions, lowered together."""
         flat = iter(lowered([x for group in roots.values() for x in group]))
         return {name: [next(flat) for _ in group] for name, group in roots.items()}
@@ -197,13 +195,13 @@ class Emission:
         """``kick(c, b, y, jumps, v)``: adds jumps of velocity to v, of the state's layout."""
         into, body = self.function("kick", ["y", "jumps", "v"], [], state="y")
         model = self.model
-        places = body._places | {f"jump[{r}]": Place("jumps", r) for r in range(model.unknowns)}
+        places = body.places | {f"jump[{r}]": Place("jumps", r) for r in range(model.unknowns)}
         before = {j: model.graph.input(f"before[{j}]") for j in range(model.states)}
         places |= {f"before[{j}]": Place("v", j) for j in before}
         own = Body(into, places, self.known)
         added = model.jump(model.motion())
         sums = lowered([before[j] + x for j, x in enumerate(added)])
-        for j, x in enumerate(sums):
+        for x in sums:
             own.values(x)
         for j, x in enumerate(sums):
             own.store(x, Place("v", j))

@@ -1,16 +1,16 @@
 """The equations of a kind of scene as expressions: everything that is emitted comes from here."""
 
 from collections.abc import Sequence
-from types import ModuleType
 from typing import Any, NamedTuple
 
 from ab_sim.dynamics.carriers.planar import Planar
 from ab_sim.dynamics.carriers.tilting import Tilting
 from ab_sim.dynamics.motion import Spindle
 from ab_sim.dynamics.system import System
-from ab_sim.equations import in_space, planar
 from ab_sim.equations.arrowhead import Arrow, Solved, solve
 from ab_sim.equations.energy import powers
+from ab_sim.equations.in_space import InSpace
+from ab_sim.equations.planar import Planar as PlanarDeck
 from ab_sim.equations.race import (
     OnRace,
     friction_coefficient,
@@ -24,7 +24,7 @@ from ab_sim.kernels.constants import traced_balls, traced_bodies
 from ab_sim.tracing import Expression, Graph, Level, cos, sin
 from ab_sim.tracing.expression import rows
 
-EQUATIONS: dict[type[Any], ModuleType] = {Planar: planar, Tilting: in_space}
+DECKS: dict[type[Any], type[Any]] = {Planar: PlanarDeck, Tilting: InSpace}
 
 
 class Motion(NamedTuple):
@@ -60,14 +60,12 @@ class Model:
 
     def __init__(self, system: System, segment: type[Any]) -> None:
         self.graph = Graph()
-        self.equations = EQUATIONS[type(system.carrier)]
         self.count = len(system.balls)
         self.deck, self.effects = traced_bodies(system, self._parameter)
+        self.deck = DECKS.get(type(self.deck), type(self.deck))(*self.deck)
         self.balls = traced_balls(self.count, lambda name: self._parameter(name, each=True))
         fields = [self._parameter(f"segment.{name}") for name in segment._fields]
-        self.place = Place(
-            segment(*fields), self._parameter("phase"), self._parameter("angle")
-        )
+        self.place = Place(segment(*fields), self._parameter("phase"), self._parameter("angle"))
         self.states = type(system.carrier).STATES
         self.unknowns: int = type(system.carrier).UNKNOWNS + 1
         self.has_motor = has_motor(self.effects)
@@ -127,9 +125,7 @@ class Model:
         c = cos(at.theta) if c is None else c
         s = sin(at.theta) if s is None else s
         on = on_race(self.effects, self.balls, c, s, at.rate)
-        arrow = self.equations.arrow(
-            self.deck, self.effects, self.balls, on, spindle, at.deck
-        )
+        arrow = self.deck.arrow(self.effects, self.balls, on, spindle, at.deck)
         return spindle, torques, on, arrow
 
     def evaluated(self, at: Motion) -> Evaluated:
@@ -142,12 +138,12 @@ class Model:
     def slope(self, at: Motion, found: Evaluated) -> list[Expression]:
         """Rates of change of all states, in their order; of the balls, one for all."""
         spindle, torques, on, arrow, solved = found
-        deck = self.equations.rates(self.deck, self.effects, spindle, at.deck, solved.x)
+        deck = self.deck.rates(self.effects, spindle, at.deck, solved.x)
         rates = [*deck, at.rate, rate_change(on, solved.path)]
         if at.spindle is not None:
             rates += [spindle.speed, solved.x[-1], spindle.integral_rate]
         if self.has_energy_balance:
-            loss = self.equations.dissipated(self.deck, self.effects, spindle, at.deck)
+            loss = self.deck.dissipated(self.effects, spindle, at.deck)
             rates += powers(
                 self.effects,
                 self.balls,
@@ -174,7 +170,7 @@ class Model:
         else:
             angle, speed, psi = at.spindle.psi, at.spindle.speed, at.spindle.psi
         shown = spindle._replace(cos=cos(psi), sin=sin(psi))
-        own = self.equations.channels(self.deck, self.effects, shown, at.deck, found.solved.x)
+        own = self.deck.channels(self.effects, shown, at.deck, found.solved.x)
         row = [angle, speed, asked, *own]
         return [self._lifted(x) for x in row]
 
@@ -213,7 +209,7 @@ class Model:
     def jump(self, at: Motion) -> list[Expression]:
         """What jumps of velocity, inputs ``jump[r]``, add to the deck's states."""
         jumps = [self.graph.input(f"jump[{r}]") for r in range(self.unknowns)]
-        return [self._lifted(x) for x in self.equations.jump(self.deck, at.deck, jumps)]
+        return [self._lifted(x) for x in self.deck.jump(at.deck, jumps)]
 
     def _lifted(self, x: Number) -> Expression:
         return x if isinstance(x, Expression) else self.graph.constant(x)

@@ -1,0 +1,56 @@
+"""The exact derivative of the equations of motion along a direction, emitted."""
+
+from functools import partial
+
+from ab_sim.kernels.code import Code
+from ab_sim.kernels.emission import BRANCHES, CONSTANTS
+from ab_sim.tracing import Expression, Level, derivatives
+from ab_sim.tracing.llvm_text import module_text
+
+FEW = 8
+"""Balls up to which directions go in lanes; of more, vectors are made of the balls."""
+LANES = 8
+
+
+def lanes_for(balls: int) -> int:
+    """How many directions go side by side."""
+    return LANES if balls <= FEW else 1
+
+
+def tangent_address(code: Code) -> int:
+    """Address of ``tangent(c, b, y, d, out, time)``: the slope's change along d, in ``out``.
+
+    d has a direction in the states, and behind it the change of time; so many side by side as
+    ``lanes_for`` says. All else is one number for all of them. In lanes the time lies behind a
+    pointer, which comes after b, as of all functions in lanes.
+    """
+    return code.made("tangent", "tangent", partial(_text, code))
+
+
+def _text(code: Code) -> str:
+    emission, model = code.emission, code.model
+    at = model.motion()
+    slope = model.slope(at, model.evaluated(at))
+    directions: dict[Expression, Expression] = {}
+    places = emission.state_places("d")
+    for name in list(places):
+        each = name in ("theta", "rate")
+        source = model.graph.input(name, each=each)
+        directions[source] = model.graph.input(f"d {name}", each=each)
+    size = model.states + 2 * model.count + len(slope) - model.states - 2
+    directions[at.time] = model.graph.input("d time", Level.STATE)
+    roots = emission.lowered({"rates": derivatives(slope, directions)})["rates"]
+    lanes = lanes_for(model.count)
+    into, body = emission.function(
+        "tangent",
+        ["y", "d", "out"],
+        ["time"],
+        state="y",
+        lanes=lanes,
+        uniform=[CONSTANTS, BRANCHES, "t", "y"],
+    )
+    for name, place in places.items():
+        body.places[f"d {name}"] = place
+    body.places["d time"] = places["theta"]._replace(at=size)
+    emission.store_slope(body, roots, "out")
+    return module_text([into])
