@@ -37,7 +37,7 @@ ROOMS = {
     "laws": ("ab_sim/dynamics/race/[bcimps]*.py", [*PLAIN, *UNCOMPILED[1:]]),
     "neighbours": ("ab_sim/dynamics/race/neighbours.py", ["tests/dynamics/test_neighbours.py"]),
     "effects": (
-        "ab_sim/dynamics/effects/*.py",
+        "ab_sim/equations/effects/*.py",
         [*PLAIN, "tests/effects/test_laws.py", "tests/effects/test_parameters.py", UNCOMPILED[1]],
     ),
     "spindle": ("ab_sim/spindle/*.py", ["tests/spindle"]),

@@ -19,7 +19,7 @@ from ab_sim.dynamics.assemble import (
     system_of,
 )
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.ledger import mechanical_energy
+from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_events, has_friction, has_motor
 from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed

@@ -24,7 +24,7 @@ class DrivenBalls(NamedTuple):
     def of(cls, scene: Scene) -> "DrivenBalls":
         """Those of a scene."""
         # Imported here: it needs the compiler, which who only reads samples need not wait for.
-        from ab_sim.dynamics.motion import Ball
+        from ab_sim.equations.motion import Ball
         from ab_sim.dynamics.system import friction_coefficient
 
         effects, balls = tuple(scene.effects.values()), scene.balls

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.race.neighbours import start_angles
+from ab_sim.equations.neighbours import start_angles
 from ab_sim.scene.model import Scene
 
 WHAT_CHANGES = (

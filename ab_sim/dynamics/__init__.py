@@ -1,1 +1,1 @@
-"""The equations of motion: the planar model, its effects, and their assembly into a kernel."""
+"""From a scene to numbers: constants of what moves, the layout of its state, its linear parts."""

@@ -4,16 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.dynamics.carriers import planar_scene, tilting_scene
-from ab_sim.dynamics.carriers.own_motion import DAMPINGS
-from ab_sim.dynamics.carriers.planar import Planar
-from ab_sim.dynamics.carriers.tilting import Tilting
+from ab_sim.dynamics import planar_scene, space_scene
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.ledger import Ledger
 from ab_sim.dynamics.linearised import Linearised
-from ab_sim.dynamics.motion import Ball
-from ab_sim.dynamics.race.margins import TOUCHING
-from ab_sim.dynamics.race.neighbours import contacts_of, reduced, start_angles, start_gaps
+from ab_sim.dynamics.own_motion import DAMPINGS
 from ab_sim.dynamics.system import (
     BALL_CONSTANTS,
     FIRST_TURNS,
@@ -27,23 +21,18 @@ from ab_sim.dynamics.system import (
     TURNS,
     Place,
     System,
-    back_torque,
-    ball_drag,
-    ball_inertia,
-    carrier_coordinates,
-    has_events,
     has_motor,
     has_spin,
-    loop_torque,
     rotor_moment,
 )
+from ab_sim.equations.in_space import InSpace
+from ab_sim.equations.motion import Ball
+from ab_sim.equations.neighbours import contacts_of, reduced, start_angles, start_gaps
+from ab_sim.equations.planar import Planar
+from ab_sim.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece
 from ab_sim.spindle.profile import Segment
-
-FEW = 2
-"""Balls up to which a kernel with events, too, is compiled for their number: it takes a fifth to a
-third fewer instructions for a step."""
 
 
 def system_of(scene: Scene, ledger: bool = False) -> System:
@@ -56,11 +45,7 @@ def system_of(scene: Scene, ledger: bool = False) -> System:
     effects = tuple(scene.effects.values())
     carrier = _of(scene).carrier_of(scene, effects)
     balls = _balls(scene, effects)
-    kept = (Ledger(),) if ledger else ()
-    # A kernel with events takes long to compile: those of many balls share one.
-    own = len(balls) <= FEW or not has_events(effects)
-    each = (None,) * len(balls) if own else len(balls)
-    return System(carrier, balls, contacts_of(scene), effects, kept, each)
+    return System(carrier, balls, contacts_of(scene), effects, ledger)
 
 
 def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
@@ -69,7 +54,7 @@ def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
     rows = []
     each = scene.balls.masses, scene.balls.radii, scene.balls.races
     for m, a, race, angle in zip(*each, angles, strict=True):
-        spin = ball_inertia(effects, Ball(m, a))
+        spin = over_effects(effects, "ball_inertia", 0.0, Ball(m, a))
         lever = m * radius - spin * a if has_spin(effects) else m * radius
         own = m, a, m + spin, 1.0 / (m + spin), m * radius, lever, reduced(angle)[1]
         rows.append((*own, radius, 1.0 / radius, scene.race.heights[race]))
@@ -129,12 +114,14 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
     rates = {DRAG: complex(-drag_rate(system)), **own}
     if has_motor(effects):
         moment = rotor_moment(effects)
-        damping = loop_torque(effects, 1.0, 0.0) + back_torque(effects, 1.0)
-        loop = np.roots([moment, damping, loop_torque(effects, 0.0, 1.0)])
+        stiffness = over_effects(effects, "loop_torque", 0.0, 0.0, 1.0)
+        loop = np.roots([moment, _motor_damping(system), stiffness])
         rates["the motor's speed loop"] = complex(max(loop, key=abs))
     return rates
 
 
+TOUCHING = 1e-12
+"""Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
 DRAG = "the race's drag"
 """Key of the drag's rate in ``linear_rates``: what a stepper for stiff drag takes care of."""
 
@@ -152,7 +139,7 @@ def drag_rate(system: System) -> float:
         return 0.0
     masses, inertia = system.balls[:, MASS], system.balls[:, ROLLING_MASS]
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
-    drag = [ball_drag(system.effects, ball) for ball in balls]
+    drag = [over_effects(system.effects, "ball_drag", 0.0, ball) for ball in balls]
     fastest = 0.0
     for yields in _SCENES[type(system.carrier)].yields_of(system):
         coupled = np.diag(inertia) - masses[:, None] * masses * yields
@@ -172,22 +159,28 @@ def linearised(system: System) -> Linearised:
 
 
 def own_motion(system: System) -> np.ndarray:
-    """What of the motion of what carries the balls is linear, see ``carriers.own_motion``."""
+    """What of the motion of what carries the balls is linear, see ``dynamics.own_motion``."""
     kind = _SCENES[type(system.carrier)]
     found: np.ndarray = kind.own_motion(system)
     if has_motor(system.effects):
-        damping = loop_torque(system.effects, 1.0, 0.0) + back_torque(system.effects, 1.0)
-        column = carrier_coordinates(system.carrier)
-        found[DAMPINGS, column] = damping / kind.spindle_inertia(system)
+        column = type(system.carrier).COORDINATES
+        found[DAMPINGS, column] = _motor_damping(system) / kind.spindle_inertia(system)
     return found
 
 
-_SCENES: dict[type, Any] = {Planar: planar_scene, Tilting: tilting_scene}
+def _motor_damping(system: System) -> float:
+    """Torque that a motor loses per speed beyond what is commanded [N m s/rad]."""
+    effects = system.effects
+    asked = over_effects(effects, "loop_torque", 0.0, 1.0, 0.0)
+    return float(asked + over_effects(effects, "back_torque", 0.0, 1.0))
+
+
+_SCENES: dict[type, Any] = {Planar: planar_scene, InSpace: space_scene}
 
 
 def _of(scene: Scene) -> Any:
     """What makes the carrier of a scene."""
-    return planar_scene if scene.deck is None else tilting_scene
+    return planar_scene if scene.deck is None else space_scene
 
 
 def place_along(kind: type[Segment]) -> Place:

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-from ab_sim.dynamics.motion import Spindle
 from ab_sim.equations.arrowhead import Arrow, Solved, normal_force
+from ab_sim.equations.motion import Spindle
 from ab_sim.equations.race import Balls, OnRace
 from ab_sim.equations.sums import Number, over_balls, over_effects
 

@@ -34,8 +34,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.dynamics.motion import Spindle
 from ab_sim.equations.arrowhead import Arrow
+from ab_sim.equations.motion import Spindle
 from ab_sim.equations.mounts import mount_energy, mount_forces, mount_loss
 from ab_sim.equations.orientation import half_product, to_ground, turn_of
 from ab_sim.equations.race import Balls, OnRace, drag_force, on_race, relative_load

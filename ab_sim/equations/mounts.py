@@ -9,7 +9,8 @@ from ab_sim.equations.sums import Number, any_has, over_effects
 Vector = tuple[Number, Number, Number]
 PLACE, STIFFNESS, DAMPING, AXES = 0, 3, 6, 9
 """First numbers of a mount: where it is on deck axes [m]; stiffness [N/m] and damping [N s/m] along
-its three axes; these axes on the ground's, one after the other: eighteen numbers."""
+its three axes; these axes on the ground's, one after the other."""
+MOUNT_WIDTH = 18
 
 
 def at_mount(mount: Sequence[Number], turn: Turn, state: Sequence[Number]) -> tuple[Any, Any]:

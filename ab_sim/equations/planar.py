@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.dynamics.motion import Deck, Spindle
 from ab_sim.equations.arrowhead import Arrow
+from ab_sim.equations.motion import Deck, Spindle
 from ab_sim.equations.race import Balls, OnRace, drag_force, on_race, relative_load
 from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
 

@@ -7,7 +7,7 @@ and x = 0. Path speed s' = l theta' and path acceleration s'' = l theta'' + (dl/
 
 from typing import Any, NamedTuple
 
-from ab_sim.dynamics.motion import Ball
+from ab_sim.equations.motion import Ball
 from ab_sim.equations.sums import Number, any_has, over_effects
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from ab_sim.dynamics.motion import Spindle
+from ab_sim.equations.motion import Spindle
 from ab_sim.equations.sums import Number, any_has, over_effects
 from ab_sim.tracing.functions import cos, sin, where
 

@@ -14,7 +14,7 @@ def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any
 
     Args:
         effects: a scene's.
-        method: name of a method, see ``ab_sim.dynamics.effects``.
+        method: name of a method, see ``ab_sim.equations.effects``.
         zero: the sum over none: a number, or a tuple of numbers for a vector.
         *arguments: of the method.
     """

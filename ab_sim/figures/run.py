@@ -12,7 +12,7 @@ from ab_sim.analysis.merits import Merits, merits_of
 from ab_sim.analysis.rest import from_rest, rest_of
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.effects.motor import Motor
+from ab_sim.equations.effects.motor import Motor
 from ab_sim.figures.balls import ball_styles, draw_balls
 from ab_sim.figures.curves import draw_curve, say_conventions
 from ab_sim.figures.labels import Label, label_at_right

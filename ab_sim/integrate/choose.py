@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ab_sim.dynamics.assemble import DRAG, linear_rates
-from ab_sim.dynamics.system import System, carrier_coordinates, has_events
+from ab_sim.dynamics.system import System, has_events
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.limits import check_step, largest_step
 from ab_sim.integrate.registry import AUTO, stepper_named, steppers
@@ -37,9 +37,9 @@ def solving_drag(system: System) -> Stepper | None:
     Returns:
         None where there is none, because it needs to know the own motion of what carries the balls.
     """
-    known = carrier_coordinates(system.carrier)
+    known = type(system.carrier).COORDINATES
     able = (stepper for stepper in steppers().values() if stepper.solves_drag)
-    return next((each for each in able if each.own_motion_at is None or known), None)
+    return next((each for each in able if known or not each.needs_own_motion), None)
 
 
 def _outlasting(system: System, step: float, rates: Mapping[str, complex]) -> Stepper | None:
@@ -131,7 +131,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
             f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which "
             f"friction, contact and a motor have; name one of: {able}"
         )
-    if stepper.own_motion_at is not None and not carrier_coordinates(system.carrier):
+    if stepper.needs_own_motion and not type(system.carrier).COORDINATES:
         able = ", ".join(n for n, known in steppers().items() if known.own_motion_at is None)
         raise SceneError(
             f"solver.stepper = {stepper.name!r}: needs to know the own motion of what carries the "

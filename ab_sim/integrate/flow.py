@@ -1,22 +1,19 @@
 """What a stretch of time makes of a state, and of all states near it.
 
-Duals are stepped by the same steppers as floats: the values are those of a run, and the partial
-derivatives those of the steps that were taken, to rounding, not of the motion that they
-approximate (Griewank and Walther, Evaluating Derivatives (2008), ch. 3).
+Values are those of a run, and the partial derivatives those of the steps that were taken, to
+rounding, not of the motion that they approximate (Griewank and Walther, Evaluating Derivatives
+(2008), ch. 3): tangents are stepped along with the state, by the same method.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.dynamics.assemble import place_on
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.numbers.duals import PARTIALS, dual, partial_of, value_of
-from ab_sim.dynamics.slope import evaluate
-from ab_sim.dynamics.system import Plant, System, ball_count, has_events
-from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.on_stack import own_array, own_room
-from ab_sim.integrate.stepper import Stepper, step
+from ab_sim.compiling import compiled
+from ab_sim.compiling.kinds import Floats, Table, call
+from ab_sim.dynamics.system import System, has_events
+from ab_sim.integrate.stepper import Stepper
+from ab_sim.integrate.vector_field import Field, VectorField
 from ab_sim.spindle import Piece
 
 
@@ -36,23 +33,22 @@ class Flow:
     Args:
         system: what moves; it has no events.
         piece: of the speed profile, taken to go on for ever.
-        modes: as of a ``Plant``.
-        stepper: one of those that take lanes: what can be stepped with other numbers than floats.
+        modes: branches of set-valued laws, shape (n + 1, MODES).
+        stepper: an explicit Runge-Kutta method.
 
     Raises:
         ValueError: the system has events, at which the flow has kinks and jumps that its steps
-            would have to be cut at; or the stepper takes floats only.
+            would have to be cut at; or the stepper is of another kind.
     """
 
     def __init__(self, system: System, piece: Piece, modes: np.ndarray, stepper: Stepper) -> None:
         if has_events(system.effects):
             raise ValueError("the system has events, and its flow no derivative without them")
         if not stepper.takes_lanes:
-            raise ValueError(f"{stepper.name}: takes steps with floats only")
-        self.layout, self.stepper = layout_of(system), stepper
-        # One kernel for any number of balls: no digit is gained by knowing it, and many are tried.
-        self._system = system._replace(each=ball_count(system))
-        self._place, self._modes = place_on(piece), modes
+            raise ValueError(f"{stepper.name}: is no explicit Runge-Kutta method")
+        field = VectorField(system, piece, modes)
+        self.layout, self.stepper = field.layout, stepper
+        self._steps = _Steps(field.emitted, *stepper.weights)
 
     def over(
         self, start: np.ndarray, duration: float, steps: int, columns: int | None = None
@@ -68,56 +64,92 @@ class Flow:
         """
         size = self.layout.size
         count = size if columns is None else columns
-        found = Flown(np.empty((steps + 1, size)), np.empty((size, count)))
+        found = Flown(np.empty((steps + 1, size)), np.zeros((size, count)))
         found.states[0] = start
-        length = duration / steps
-        passes = self._system, self._place, self.stepper.weights, self.stepper.slopes, self._modes
-        flow(*passes, length, found.states, found.matrix)
+        lanes, stages = self._steps.field.lanes, len(self._steps.b)
+        blocks = -(-count // lanes)
+        room = _Room(
+            np.empty((stages, size)),
+            np.empty((stages, size)),
+            np.zeros((max(blocks, 1) * size, lanes)),
+            np.zeros((size + 1, lanes)),
+            np.empty((stages * size, lanes)),
+        )
+        compiled(fly)(self._steps, room, duration / steps, count, found.states, found.matrix)
         return found
 
 
-class DualArrays(NamedTuple):
-    """What one step writes to, as duals; the same names as of a Workspace."""
-
-    slopes: Any
-    trial: Any
-    ahead: Any
-    room: Any
+class _Steps(NamedTuple):
+    field: Field
+    a: Table
+    b: Floats
+    c: Floats
 
 
-@compiled
-def flow(system, place, weights, rows, modes, length, states, matrix):  # type: ignore[no-untyped-def]
-    """Take steps from the first line of ``states`` on, with seven partial derivatives at a time.
+class _Room(NamedTuple):
+    at: Table
+    """States of the stages, shape (stages, states)."""
+    slopes: Table
+    """The slopes there."""
+    tangents: Table
+    """Of each group of lanes, one below the other, shape (groups * states, lanes)."""
+    along: Table
+    """Of a stage, and the change of time; shape (states + 1, lanes)."""
+    rates: Table
+    """Of each stage, one below the other, shape (stages * states, lanes)."""
+
+
+def fly(
+    steps: _Steps, room: _Room, length: float, columns: int, states: Table, matrix: Table
+) -> None:
+    """Take steps from the first line of ``states`` on, and tangents with it.
 
     Args:
-        system, place, modes: as of a Plant; the number of balls is not compiled in.
-        weights: those of a stepper that takes lanes.
-        rows: slopes that it keeps.
+        steps: the equations and the method.
+        room: to work in.
         length: of a step [s].
+        columns: how many derivatives.
         states: shape (steps + 1, states); the first line is given.
         matrix: where derivatives go, shape (states, columns).
     """
-    number, size, columns = dual(0.0, 0), states.shape[1], matrix.shape[1]
-    state, shape = own_array(number, (size,)), (size,)
-    work = DualArrays(
-        own_array(number, (rows, size)),
-        own_array(number, shape),
-        own_array(number, shape),
-        own_room(system, ball_count(system), number),
-    )
-    plant = Plant(system, place, modes, work.room)
-    for first in range(0, max(columns, 1), PARTIALS):
-        count = min(PARTIALS, columns - first)
-        for j in range(size):
-            state[j] = states[0, j]
-        for k in range(count):
-            state[first + k] = dual(states[0, first + k], k)
-        for s in range(states.shape[0] - 1):
-            evaluate(plant, s * length, state, work.slopes[0])
-            step(weights, plant, s * length, length, state, work)
+    field, size, lanes = steps.field, states.shape[1], steps.field.lanes
+    stages, blocks = steps.b.size, (columns + lanes - 1) // lanes
+    tangents, along = room.tangents, room.along
+    for k in range(columns):
+        tangents[(k // lanes) * size + k, k % lanes] = 1.0
+    for s in range(states.shape[0] - 1):
+        begin = s * length
+        for i in range(stages):
             for j in range(size):
-                state[j] = work.trial[j]
-                states[s + 1, j] = value_of(state[j])
+                change = 0.0
+                for q in range(i):
+                    change += steps.a[i, q] * room.slopes[q, j]
+                room.at[i, j] = states[s, j] + length * change
+            field.time[0] = begin + steps.c[i] * length
+            call(field.slope, field.c, field.b, room.at[i], room.slopes[i], field.time[0])
         for j in range(size):
-            for k in range(count):
-                matrix[j, first + k] = partial_of(state[j], k)
+            change = 0.0
+            for q in range(stages):
+                change += steps.b[q] * room.slopes[q, j]
+            states[s + 1, j] = states[s, j] + length * change
+        for block in range(blocks):
+            own = tangents[block * size : (block + 1) * size]
+            for i in range(stages):
+                for j in range(size):
+                    for lane in range(lanes):
+                        change = 0.0
+                        for q in range(i):
+                            change += steps.a[i, q] * room.rates[q * size + j, lane]
+                        along[j, lane] = own[j, lane] + length * change
+                field.time[0] = begin + steps.c[i] * length
+                rates = room.rates[i * size : (i + 1) * size]
+                call(field.tangent, field.c, field.b, field.time, room.at[i], along, rates)
+            for j in range(size):
+                for lane in range(lanes):
+                    change = 0.0
+                    for q in range(stages):
+                        change += steps.b[q] * room.rates[q * size + j, lane]
+                    own[j, lane] += length * change
+    for k in range(columns):
+        for j in range(size):
+            matrix[j, k] = tangents[(k // lanes) * size + j, k % lanes]

@@ -1,21 +1,38 @@
-"""The equations of motion for callers outside a kernel: f, and its exact derivatives."""
+"""The equations of motion for callers: f, and its exact derivatives."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.compiling.kinds import Floats
 from ab_sim.dynamics.assemble import place_on
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.slope import evaluate
-from ab_sim.dynamics.system import MODES, Plant, System, ball_count
-from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.jacobian import jacobian, time_derivative
-from ab_sim.integrate.on_stack import own_room
+from ab_sim.dynamics.system import MODES, System, ball_count
+from ab_sim.events.prepared import branches_of
+from ab_sim.kernels.code import called, code_of
+from ab_sim.kernels.tangent import lanes_for, tangent_address
 from ab_sim.spindle import Piece
 
 
+class Field(NamedTuple):
+    """A scene's equations as code in the subset of ``ab_sim.compiling`` calls them."""
+
+    slope: int
+    """slope(c, b, y, k, time)."""
+    tangent: int
+    """tangent(c, b, t, y, d, out)."""
+    c: Floats
+    """Constants."""
+    b: Floats
+    """Branches of set-valued laws."""
+    time: Floats
+    """Where the time goes for ``tangent``, shape (1,)."""
+    lanes: int
+    """Directions side by side."""
+
+
 class VectorField:
-    """f of y' = f(t, y), as the kernel that runs has it, and its exact derivatives.
+    """f of y' = f(t, y), as the code that runs has it, and its exact derivatives.
 
     Smooth where the profile is: one piece of it, whose segment is taken to go on for ever. What
     has events has them at other branches than those given: here nothing switches.
@@ -34,7 +51,19 @@ class VectorField:
         self.layout = layout_of(system)
         """What the states are, and where."""
         self.modes = _shaped("modes", modes, (ball_count(system) + 1, MODES), np.int64)
-        self._place = place_on(piece)
+        self._code = code_of(system, type(piece.segment))
+        place = place_on(piece)
+        c = self._code.constants(system)
+        self._code.put_place(c, [*place.segment, *place[1:]])
+        self._c, self._b = c, branches_of(system, self.modes)
+        self._lanes, self._time = lanes_for(ball_count(system)), np.zeros(1)
+
+    @property
+    def emitted(self) -> Field:
+        """For code that calls it."""
+        code = self._code
+        addresses = code.address("slope"), tangent_address(code)
+        return Field(*addresses, self._c, self._b, self._time, self._lanes)
 
     def slope(self, time: float, state: np.ndarray) -> np.ndarray:
         """f: the state's time derivative, shape (states,).
@@ -46,54 +75,41 @@ class VectorField:
         Raises:
             ValueError: so many states there are not.
         """
-        return self._of(slope_at, time, state, ())
+        at, out = self._state(state), np.empty(self.layout.size)
+        slope, local = self._code.address("slope"), float(time) - self.piece.start
+        called(slope, self._c, self._b, at, out, local)
+        return out
 
     def jacobian(self, time: float, state: np.ndarray) -> np.ndarray:
         """d f_i / d y_j, shape (states, states); arguments and errors as of ``slope``."""
-        return self._of(jacobian_at, time, state, (self.layout.size,))
+        size = self.layout.size
+        return self._along(time, state, np.eye(size, size + 1))
 
     def time_derivative(self, time: float, state: np.ndarray) -> np.ndarray:
         """d f_i / d t, shape (states,); arguments and errors as of ``slope``."""
-        return self._of(time_derivative_at, time, state, ())
-
-    def _of(self, kernel: Any, time: float, state: Any, columns: tuple[int, ...]) -> np.ndarray:
         size = self.layout.size
-        at, out = _shaped("state", state, (size,), np.float64), np.empty((size, *columns))
-        kernel(self.system, self._place, float(time) - self.piece.start, at, self.modes, out)
-        return out
+        return self._along(time, state, np.eye(1, size + 1, size))[:, 0]
+
+    def _along(self, time: float, state: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Changes of f along directions, a line for each; shape (states, directions)."""
+        at, address, lanes = self._state(state), tangent_address(self._code), self._lanes
+        size, count = self.layout.size, len(directions)
+        when, found = np.array([float(time) - self.piece.start]), np.empty((size, count))
+        along, out = np.zeros((size + 1, lanes)), np.empty((size, lanes))
+        for first in range(0, count, lanes):
+            these = directions[first : first + lanes]
+            along[:, : len(these)] = these.T
+            called(address, self._c, self._b, when, at, along, out)
+            found[:, first : first + len(these)] = out[:, : len(these)]
+        return found
+
+    def _state(self, state: Any) -> np.ndarray:
+        return _shaped("state", state, (self.layout.size,), np.float64)
 
 
 def _shaped(name: str, given: Any, shape: tuple[int, ...], kind: type) -> np.ndarray:
-    """A copy of the right kind: a kernel reads what lies at an address, whatever that is."""
+    """A copy of the right kind: code reads what lies at an address, whatever that is."""
     found: np.ndarray = np.array(given, kind, order="C")
     if found.shape != shape:
         raise ValueError(f"{name}: has the shape {found.shape}, must have {shape} here")
     return found
-
-
-@compiled
-def slope_at(system, place, time, state, modes, out):  # type: ignore[no-untyped-def]
-    """``dynamics.slope.evaluate``: the state's time derivative at local ``time`` [s] into ``out``.
-
-    Args:
-        system, place, modes: of a Plant.
-        time: s.
-        state: the state.
-        out: same shape.
-    """
-    room = own_room(system, ball_count(system), 0.0)
-    evaluate(Plant(system, place, modes, room), time, state, out)
-
-
-@compiled
-def jacobian_at(system, place, time, state, modes, out):  # type: ignore[no-untyped-def]
-    """``integrate.jacobian.jacobian`` into ``out``, shape (states, states); as ``slope_at``."""
-    room = own_room(system, ball_count(system), 0.0)
-    jacobian(Plant(system, place, modes, room), time, state, out)
-
-
-@compiled
-def time_derivative_at(system, place, time, state, modes, out):  # type: ignore[no-untyped-def]
-    """``integrate.jacobian.time_derivative`` into ``out``; as ``slope_at``."""
-    room = own_room(system, ball_count(system), 0.0)
-    time_derivative(Plant(system, place, modes, room), time, state, out)

@@ -3,7 +3,7 @@
 import ctypes
 import functools
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -72,6 +72,11 @@ class Code:
         found = raw[first : first + self.size]
         found[: self.layout.place] = numbers_of(system)
         return found
+
+    def put_place(self, constants: np.ndarray, numbers: Sequence[float]) -> None:
+        """Say where on the speed profile a run is: the segment's numbers, phase, end and angle."""
+        constants[self.layout.place : self.layout.place + len(numbers)] = numbers
+        called(self.address("prepare"), constants)
 
 
 _codes: dict[Any, Code] = {}

@@ -10,25 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.dynamics.system import (
-    MASS,
-    MOBILITY,
-    MOMENT,
-    RACE_CURVATURE,
-    RACE_HEIGHT,
-    RACE_RADIUS,
-    RADIUS,
-    ROLLING_MASS,
-    ROUND_LEVER,
-    System,
-)
+from ab_sim.dynamics.system import System, constants_of_balls
 from ab_sim.equations.race import Balls
 
-COLUMNS = (
-    *(MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER),
-    *(RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT),
-)
-"""Of ``System.balls``, in the order of ``Balls``."""
 PLACE_FIELDS = ("phase", "until", "angle")
 """Behind the fields of a segment."""
 
@@ -82,7 +66,7 @@ def layout_of_constants(system: System, segment: type[Any]) -> Layout:
     """Where the constants of a system are, with segments of a kind."""
     scalars = tuple(name for name, _ in flattened(_bodies(system), ""))
     n = len(system.balls)
-    place = len(scalars) + n * len(COLUMNS)
+    place = len(scalars) + n * (len(Balls._fields) - 1)
     size = place + len(segment._fields) + len(PLACE_FIELDS)
     return Layout(scalars, len(scalars), n, place, size)
 
@@ -90,7 +74,7 @@ def layout_of_constants(system: System, segment: type[Any]) -> Layout:
 def numbers_of(system: System) -> np.ndarray:
     """Raw constants of a system but for its place on the profile."""
     scalars = [number for _, number in flattened(_bodies(system), "")]
-    return np.concatenate([scalars, system.balls[:, COLUMNS].T.ravel()])
+    return np.concatenate([scalars, constants_of_balls(system).ravel()])
 
 
 def traced_bodies(system: System, make: Callable[[str], Any]) -> tuple[Any, tuple[Any, ...]]:

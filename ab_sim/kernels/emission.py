@@ -96,6 +96,7 @@ class Emission:
         state: str | None = None,
         lanes: int = 1,
         uniform: Iterable[str] = (),
+        times: bool = False,
     ) -> tuple[Function, Body]:
         """A function with the arguments c, b, pointers and numbers; its body is still empty.
 
@@ -107,11 +108,12 @@ class Emission:
             state: which of the pointers is the state.
             lanes: runs, or instants, side by side.
             uniform: pointers to what is the same in all lanes.
+            times: whether numbers lie behind ``TIMES`` without lanes, too.
         """
         shape, places = Shape(self.model.count, lanes), dict(self.places)
         places |= self.state_places(state) if state else {}
         first, bound = [CONSTANTS, BRANCHES], {}
-        if lanes > 1:
+        if lanes > 1 or times:
             first.append(TIMES)
             places |= {each: Place(TIMES, k) for k, each in enumerate(numbers)}
             numbers = ()

@@ -3,14 +3,10 @@
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ab_sim.dynamics.carriers.planar import Planar
-from ab_sim.dynamics.carriers.tilting import Tilting
-from ab_sim.dynamics.motion import Spindle
 from ab_sim.dynamics.system import System
 from ab_sim.equations.arrowhead import Arrow, Solved, solve
 from ab_sim.equations.energy import powers
-from ab_sim.equations.in_space import InSpace
-from ab_sim.equations.planar import Planar as PlanarDeck
+from ab_sim.equations.motion import Spindle
 from ab_sim.equations.race import (
     OnRace,
     friction_coefficient,
@@ -23,8 +19,6 @@ from ab_sim.equations.sums import Number, any_has, over_effects
 from ab_sim.kernels.constants import traced_balls, traced_bodies
 from ab_sim.tracing import Expression, Graph, Level, cos, sin
 from ab_sim.tracing.expression import rows
-
-DECKS: dict[type[Any], type[Any]] = {Planar: PlanarDeck, Tilting: InSpace}
 
 
 class Motion(NamedTuple):
@@ -62,7 +56,6 @@ class Model:
         self.graph = Graph()
         self.count = len(system.balls)
         self.deck, self.effects = traced_bodies(system, self._parameter)
-        self.deck = DECKS.get(type(self.deck), type(self.deck))(*self.deck)
         self.balls = traced_balls(self.count, lambda name: self._parameter(name, each=True))
         fields = [self._parameter(f"segment.{name}") for name in segment._fields]
         self.place = Place(segment(*fields), self._parameter("phase"), self._parameter("angle"))

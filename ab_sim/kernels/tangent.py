@@ -3,7 +3,7 @@
 from functools import partial
 
 from ab_sim.kernels.code import Code
-from ab_sim.kernels.emission import BRANCHES, CONSTANTS
+from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES
 from ab_sim.tracing import Expression, Level, derivatives
 from ab_sim.tracing.llvm_text import module_text
 
@@ -18,11 +18,10 @@ def lanes_for(balls: int) -> int:
 
 
 def tangent_address(code: Code) -> int:
-    """Address of ``tangent(c, b, y, d, out, time)``: the slope's change along d, in ``out``.
+    """Address of ``tangent(c, b, t, y, d, out)``: the slope's change along d, in ``out``.
 
-    d has a direction in the states, and behind it the change of time; so many side by side as
-    ``lanes_for`` says. All else is one number for all of them. In lanes the time lies behind a
-    pointer, which comes after b, as of all functions in lanes.
+    d has a direction in the states, and behind it the change of time; as many side by side as
+    ``lanes_for`` says. All else, the time behind t, is one number for all of them.
     """
     return code.made("tangent", "tangent", partial(_text, code))
 
@@ -47,7 +46,8 @@ def _text(code: Code) -> str:
         ["time"],
         state="y",
         lanes=lanes,
-        uniform=[CONSTANTS, BRANCHES, "t", "y"],
+        uniform=[CONSTANTS, BRANCHES, TIMES, "y"],
+        times=True,
     )
     for name, place in places.items():
         body.places[f"d {name}"] = place

@@ -2,7 +2,7 @@
 
 An effect is a ``NamedTuple`` class: its fields are its parameters (each a checked number with
 meaning and unit), its docstring says what it does and where it comes from, and its methods are
-its physics (see ``ab_sim.dynamics.effects``). This room only needs the fields, which may have
+its physics (see ``ab_sim.equations.effects``). This room only needs the fields, which may have
 defaults, and one optional method:
 
     check_scene(self, scene) -> None
@@ -18,7 +18,7 @@ from pydantic import TypeAdapter
 
 EffectClass = TypeVar("EffectClass", bound=type[Any])
 
-PROVIDER = "ab_sim.dynamics.effects"
+PROVIDER = "ab_sim.equations.effects"
 """Importing it registers the effects. Named here, and imported when somebody asks for them: imports
 go from there to this room, and take seconds that not every use of the package has to wait for."""
 

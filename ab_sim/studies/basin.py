@@ -20,7 +20,7 @@ from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.maps.workers import Workers
 from ab_sim.analysis.merits import merits_of
 from ab_sim.batch import simulate_batch
-from ab_sim.dynamics.race.neighbours import start_angles
+from ab_sim.equations.neighbours import start_angles
 from ab_sim.errors import InputError, SceneError, exact
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene

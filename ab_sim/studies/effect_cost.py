@@ -20,7 +20,7 @@ import ab_sim
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.race.neighbours import start_angles
+from ab_sim.equations.neighbours import start_angles
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.compile_cache import compiled

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.accuracy.deviation import Samples, deviation
-from ab_sim.dynamics.motion import Ball
+from ab_sim.equations.motion import Ball
 from ab_sim.dynamics.system import ball_drag, ball_inertia
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene

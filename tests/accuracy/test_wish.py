@@ -12,7 +12,7 @@ from ab_sim.accuracy import SAFETY, Price, resolve_accuracy
 from ab_sim.accuracy.deviation import Deviation, Samples, deviation
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
-from ab_sim.dynamics.race.neighbours import start_angles
+from ab_sim.equations.neighbours import start_angles
 from ab_sim.errors import SceneError
 from ab_sim.scene import Scene, check_scene, load_scene, scene_names
 from tests.accuracy.wishes import EVENTFUL, SHORT, wished

@@ -10,7 +10,7 @@ import pytest
 from ab_sim.batch import BatchRun, simulate_batch
 from ab_sim.batch.simulate import varied
 from ab_sim.drive import Drive
-from ab_sim.dynamics.motion import Deck
+from ab_sim.equations.motion import Deck
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.scene import Scene, load, registry
 from ab_sim.scene.quantities import Count, Number, quantity

@@ -13,8 +13,8 @@ from ab_sim.drive import Drive
 from ab_sim.dynamics import effects
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
 from ab_sim.dynamics.dispatch import APART, any_effect_has, forward, sum_over_effects
-from ab_sim.dynamics.effects import RollingFriction, Suspension, ViscousDrag
-from ab_sim.dynamics.motion import Ball, Deck
+from ab_sim.equations.effects import RollingFriction, Suspension, ViscousDrag
+from ab_sim.equations.motion import Ball, Deck
 from ab_sim.dynamics.numbers.lanes import LANES, as_lanes, leaves, spread
 from ab_sim.dynamics.system import Place, has_events
 from ab_sim.integrate.fixed_step import Run, advance

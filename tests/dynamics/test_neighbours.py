@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ab_sim.dynamics.assemble import start_modes, start_state, system_of
-from ab_sim.dynamics.race.neighbours import start_angles
+from ab_sim.equations.neighbours import start_angles
 from ab_sim.dynamics.race.race import gap, race_of
 from ab_sim.dynamics.system import JOINED, SPACING, Place
 from ab_sim.errors import SceneError

@@ -14,7 +14,7 @@ from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import place_on, start_modes, system_of
 from ab_sim.dynamics.carriers.facts import carrier
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.motion import Deck
+from ab_sim.equations.motion import Deck
 from ab_sim.dynamics.race.ball import moment_from_shaft, relative_load, spindle_lever
 from ab_sim.dynamics.race.table import COS, LOAD, REACH, SIN
 from ab_sim.dynamics.system import MASS, deck_force

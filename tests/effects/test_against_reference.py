@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.race.neighbours import start_angles
+from ab_sim.equations.neighbours import start_angles
 from tests.effects.parts import Changes, scene_of
 from tests.overlap import assert_apart
 from tests.reference import simulate

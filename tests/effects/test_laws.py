@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from ab_sim.dynamics.effects.ball_contact import BallContact
-from ab_sim.dynamics.effects.gravity import Gravity
-from ab_sim.dynamics.effects.hardening_suspension import HardeningSuspension
-from ab_sim.dynamics.effects.motor import Motor
-from ab_sim.dynamics.effects.race_runout import RaceRunout
-from ab_sim.dynamics.effects.suspension import Suspension
-from ab_sim.dynamics.effects.unequal_suspension import UnequalSuspension
-from ab_sim.dynamics.motion import Deck
+from ab_sim.equations.effects.ball_contact import BallContact
+from ab_sim.equations.effects.gravity import Gravity
+from ab_sim.equations.effects.hardening_suspension import HardeningSuspension
+from ab_sim.equations.effects.motor import Motor
+from ab_sim.equations.effects.race_runout import RaceRunout
+from ab_sim.equations.effects.suspension import Suspension
+from ab_sim.equations.effects.unequal_suspension import UnequalSuspension
+from ab_sim.equations.motion import Deck
 
 R = 0.01
 OVAL = RaceRunout(offset_1=3e-4, offset_2=-2e-4, lobe=4e-4, lobe_angle=0.3)

@@ -11,7 +11,7 @@ import pytest
 
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import own_motion, start_state, system_of
-from ab_sim.dynamics.carriers.own_motion import STIFFNESSES
+from ab_sim.dynamics.own_motion import STIFFNESSES
 from ab_sim.scene import Scene
 from tests.conftest import merge
 from tests.deck.scenes import ODD, Changes, odd

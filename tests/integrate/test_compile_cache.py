@@ -91,9 +91,9 @@ def test_a_kernel_is_made_of_what_its_imports_lead_to() -> None:
     assert not {planar, spans} & set(sources(fixed)), "of carriers and steppers only its own"
     rooms = {name.split(".")[1] for name in made_of}
     assert rooms == {"dynamics", "integrate", "spindle", "errors"}, "no plots, nodes or scenes"
-    assert not any(name.startswith("ab_sim.dynamics.effects") for name in made_of)
-    drag = "ab_sim.dynamics.effects.viscous_drag"
-    assert set(sources({*kernel, drag})) > {drag, "ab_sim.dynamics.motion"}
+    assert not any(name.startswith("ab_sim.equations.effects") for name in made_of)
+    drag = "ab_sim.equations.effects.viscous_drag"
+    assert set(sources({*kernel, drag})) > {drag, "ab_sim.equations.motion"}
     assert {"python", "numba", "llvmlite", "numpy"} <= set(versions(kernel))
 
 

@@ -11,7 +11,7 @@ from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import place_on, start_modes, system_of
 from ab_sim.dynamics.carriers.mounts import DAMPING, MOUNT_WIDTH, PLACE, STIFFNESS
 from ab_sim.dynamics.carriers.tilting import Tilting
-from ab_sim.dynamics.effects import BallSpin, RaceRunout, SpindleAcceleration, ViscousDrag
+from ab_sim.equations.effects import BallSpin, RaceRunout, SpindleAcceleration, ViscousDrag
 from ab_sim.dynamics.layout import Layout, layout_of
 from ab_sim.dynamics.ledger import Ledger
 from ab_sim.dynamics.numbers.duals import dual, value_of

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.ledger import mechanical_energy
+from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.race import pools, table
 from ab_sim.dynamics.race.ball import path_change, place_from_shaft, rate_change
 from ab_sim.dynamics.race.margins import HOLD, LOAD, MOTOR, NEVER, SLIDE, TOUCH, slots

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from ab_sim.dynamics.assemble import start_modes, system_of
 from ab_sim.dynamics.layout import Layout, layout_of
 from ab_sim.dynamics.race.calls import Calls
-from ab_sim.dynamics.race.neighbours import reduced
+from ab_sim.equations.neighbours import reduced
 from ab_sim.dynamics.race.race import Race, race_of
 from ab_sim.dynamics.slope import evaluate
 from ab_sim.dynamics.system import DIRECTION, JOINED, ORDER, TURNS, Place, Plant, kick, restitution

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.analysis.held import held
-from ab_sim.dynamics.effects.hardening_suspension import HardeningSuspension
-from ab_sim.dynamics.effects.suspension import Suspension
+from ab_sim.equations.effects.hardening_suspension import HardeningSuspension
+from ab_sim.equations.effects.suspension import Suspension
 from ab_sim.dynamics.layout import Layout, layout_of
 from ab_sim.dynamics.system import (
     MASS,

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from ab_sim.analysis.equilibria.resting import Rotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState
-from ab_sim.dynamics.motion import Ball
+from ab_sim.equations.motion import Ball
 from ab_sim.dynamics.system import MASS, RACE_RADIUS, RADIUS, friction_coefficient
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene

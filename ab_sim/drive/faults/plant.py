@@ -16,7 +16,7 @@ import numpy as np
 from ab_sim.drive.faults.fault import OF_BALLS, Fault
 from ab_sim.dynamics.carriers.mounts import DAMPING, STIFFNESS
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.ledger import mechanical_energy
+from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.system import (
     DIRECTION,
     MASS,

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from ab_sim.accuracy.deviation import Samples
-from ab_sim.dynamics.motion import Ball
-from ab_sim.dynamics.race.neighbours import start_angles
+from ab_sim.equations.motion import Ball
+from ab_sim.equations.neighbours import start_angles
 from ab_sim.dynamics.system import ball_drag, ball_inertia
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene

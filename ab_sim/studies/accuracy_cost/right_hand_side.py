@@ -15,7 +15,7 @@ from ab_sim.accuracy.deviation import Samples
 from ab_sim.drive.observation import Energy
 from ab_sim.dynamics.assemble import place_on, start_modes, start_state, system_of
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.ledger import mechanical_energy
+from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.system import TURNS, Place, has_events
 from ab_sim.integrate.vector_field import slope_at
 from ab_sim.scene.model import Scene

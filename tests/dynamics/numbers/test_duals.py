@@ -15,8 +15,8 @@ from numba.core.errors import TypingError
 from numba.extending import register_jitable
 
 from ab_sim.dynamics.dispatch import APART, INLINED, forward
-from ab_sim.dynamics.effects import HardeningSuspension, RaceRunout, UnequalSuspension
-from ab_sim.dynamics.motion import Deck
+from ab_sim.equations.effects import HardeningSuspension, RaceRunout, UnequalSuspension
+from ab_sim.equations.motion import Deck
 from ab_sim.dynamics.numbers.cos_sin import cos_sin
 from ab_sim.dynamics.numbers.duals import PARTIALS, as_duals, dual, partial_of, value_of
 from ab_sim.dynamics.numbers.multiply_add import multiply_add

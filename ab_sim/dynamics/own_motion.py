@@ -1,19 +1,17 @@
 """What carries the balls, moving by itself: x'' + c x' + k x = 0 in each of its coordinates.
 
-Who solves that part of the equations exactly (integrate/span.py) writes all the rest as a force f
+Who solves that part of the equations exactly (ab_sim/collocation) writes all the rest as a force f
 on the right. It need not be all of the linear part: only what is left to f has to be found.
 """
 
 import math
-from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 
-from ab_sim.dynamics.dispatch import INLINED
 from ab_sim.dynamics.linearised import Linearised
-from ab_sim.dynamics.numbers.kinds import EIGHT
 
+EIGHT = 8
+"""Columns of a table."""
 DAMPINGS, STIFFNESSES, FROM_MODES, TO_MODES = 0, 1, 2, 9
 """Lines of a table of floats, a column for each coordinate: c [1/s] and k [1/s^2]; of a deck in
 space what its modes make of it, see ``in_modes``, and the inverse. Behind the coordinates stands
@@ -65,37 +63,3 @@ def length_beside_turns(radius: float | None, motion: Linearised) -> float:
     if radius is not None:
         return radius
     return math.sqrt(float(np.trace(motion.mass[3:, 3:]) / np.trace(motion.mass[:3, :3])))
-
-
-@register_jitable(**INLINED)
-def row_times(own: Any, r: int, x: Any, y: Any, z: Any, a: Any, b: Any, c: Any) -> Any:
-    """Line r of a table times six numbers."""
-    one = own[r, 0] * x + own[r, 1] * y + own[r, 2] * z
-    return one + (own[r, 3] * a + own[r, 4] * b + own[r, 5] * c)
-
-
-@register_jitable(**INLINED)
-def into_modes(own: Any, place: Any, turn: Any, out: Any) -> None:
-    """Coordinates of a place and a quaternion, or their rates of those of these."""
-    x, y, z = place
-    w, a, b, c = turn
-    for q in range(6):
-        out[q] = row_times(own, TO_MODES + q, x, y, z, a, b, c)
-    out[6] = own[TO_MODES + 6, 6] * w
-
-
-@register_jitable(**INLINED)
-def out_of_modes(own: Any, x: Any) -> Any:
-    """The reverse of ``into_modes``."""
-    first, six = FROM_MODES, (x[0], x[1], x[2], x[3], x[4], x[5])
-    place = (
-        row_times(own, first, *six),
-        row_times(own, first + 1, *six),
-        row_times(own, first + 2, *six),
-    )
-    return place, (
-        own[first + 6, 6] * x[6],
-        row_times(own, first + 3, *six),
-        row_times(own, first + 4, *six),
-        row_times(own, first + 5, *six),
-    )

@@ -7,26 +7,23 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ab_sim.dynamics.carriers.hanging import place_at_rest
-from ab_sim.dynamics.carriers.moments import symmetric
-from ab_sim.dynamics.carriers.mounts import MOUNT_WIDTH
-from ab_sim.dynamics.carriers.own_motion import in_modes, length_beside_turns
-from ab_sim.dynamics.carriers.tilting import Tilting
+from ab_sim.dynamics.hanging import place_at_rest
 from ab_sim.dynamics.linearised import Linearised
-from ab_sim.dynamics.race.ball import ball_of
+from ab_sim.dynamics.own_motion import in_modes, length_beside_turns
 from ab_sim.dynamics.system import (
     MASS,
     RACE_HEIGHT,
     RACE_RADIUS,
+    RADIUS,
     System,
-    ball_inertia,
     has_spin,
     has_stiffening,
-    mount_energy,
-    mount_stiffening,
     rotor_moment,
-    weight,
 )
+from ab_sim.equations.in_space import InSpace, symmetric
+from ab_sim.equations.motion import Ball
+from ab_sim.equations.mounts import MOUNT_WIDTH
+from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError
 from ab_sim.scene.deck import inertia_matrix
 from ab_sim.scene.model import Scene
@@ -35,7 +32,7 @@ EULER: Final = "ZXY"
 """gamma, alpha, beta, about the axes as they have turned."""
 
 
-def carrier_of(scene: Scene, effects: tuple[object, ...]) -> Tilting:
+def carrier_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
     """Its constants."""
     deck, rotor = scene.deck, scene.rotor
     assert deck is not None and rotor.inertia is not None
@@ -48,7 +45,7 @@ def carrier_of(scene: Scene, effects: tuple[object, ...]) -> Tilting:
     place = np.array([rotor.eccentricity, 0.0, rotor.height])
     moments = 0.5 * np.trace(own) * np.eye(3) - own
     moments += scene.eccentric_mass * np.outer(place, place)
-    return Tilting(
+    return InSpace(
         total_mass=scene.total_mass,
         unbalance=scene.eccentric_mass * rotor.eccentricity,
         eccentricity=rotor.eccentricity,
@@ -57,7 +54,7 @@ def carrier_of(scene: Scene, effects: tuple[object, ...]) -> Tilting:
         deck_inertia=_six(about),
         rotor_second=_six(moments),
         mounts=_mounts(scene),
-        gravity=_numbers(np.array(weight(effects))),
+        gravity=_numbers(np.array(over_effects(effects, "weight", (0.0, 0.0, 0.0)))),
     )
 
 
@@ -130,7 +127,7 @@ def linearised(system: System) -> Linearised:
     """Small motions about where the deck hangs at rest.
 
     X, Y, Z on the ground's axes, and turns about the deck's x, y, z. The equations are those of
-    ``tilting``, where a symmetric rotor has V = 0.
+    ``equations.in_space``, where a symmetric rotor has V = 0.
 
     Raises:
         SceneError: there is no such place.
@@ -167,7 +164,7 @@ def linearised(system: System) -> Linearised:
 
 
 def own_motion(system: System) -> np.ndarray:
-    """In modes about where it hangs at rest, see ``carriers.own_motion``.
+    """In modes about where it hangs at rest, see ``dynamics.own_motion``.
 
     Of one that nothing holds, about where its mounts are relaxed.
     """
@@ -205,7 +202,7 @@ def _hardened(system: System) -> System:
     for mount in mounts:
         moved = place + turn @ mount[:3] - mount[:3]
         far = max(float(np.linalg.norm(moved)), 10.0 * deck.eccentricity, 1e-9)
-        mount[3:6] += mount_stiffening(effects, far**2)
+        mount[3:6] += _stiffness_gained(effects, far**2)
     return system._replace(carrier=deck._replace(mounts=mounts))
 
 
@@ -222,8 +219,8 @@ def _averaged(system: System) -> tuple[float, float, np.ndarray]:
         tall += m * height**2
         lift += m * height
         if has_spin(system.effects):
-            ball = ball_of(system, i)
-            own = 0.5 * ball_inertia(system.effects, ball) * ball.radius**2
+            ball = Ball(*system.balls[i, [MASS, RADIUS]].tolist())
+            own = 0.5 * over_effects(system.effects, "ball_inertia", 0.0, ball) * ball.radius**2
             ring, tall = ring + own, tall + own
     return ring, tall, np.array(deck.deck_first) + [0.0, 0.0, lift]
 
@@ -244,9 +241,14 @@ def _stiffening(effects: tuple[object, ...], square: float) -> tuple[float, floa
     slope = 0.0
     if step > 0.0:
         slope = (
-            mount_stiffening(effects, square + step) - mount_stiffening(effects, square - step)
+            _stiffness_gained(effects, square + step) - _stiffness_gained(effects, square - step)
         ) / (2.0 * step)
-    return float(mount_stiffening(effects, square)), float(slope)
+    return _stiffness_gained(effects, square), slope
+
+
+def _stiffness_gained(effects: tuple[object, ...], square: float) -> float:
+    """What a mount gains when it is moved, by the square of how far [N/m]."""
+    return float(over_effects(effects, "mount_stiffening", 0.0, square))
 
 
 def _at_rest(system: System) -> np.ndarray:
@@ -261,7 +263,7 @@ def _at_rest(system: System) -> np.ndarray:
         for mount in deck.mounts:
             axes = mount[9:].reshape(3, 3)
             moved = axes @ (place[:3] + turn @ mount[:3] - mount[:3])
-            held = mount[3:6] + mount_stiffening(effects, float(moved @ moved))
+            held = mount[3:6] + _stiffness_gained(effects, float(moved @ moved))
             own = -axes.T @ (held * moved)
             force, moment = force + own, moment + np.cross(turn @ mount[:3], own)
         return np.concatenate([force, moment / 0.1]) / size
@@ -281,7 +283,7 @@ def _stored(system: System, moved: np.ndarray) -> float:
     for mount in system.carrier.mounts:
         own = mount[9:].reshape(3, 3) @ moved
         energy += 0.5 * float(mount[3:6] @ own**2)
-        energy += mount_energy(system.effects, float(own @ own))
+        energy += over_effects(system.effects, "mount_energy", 0.0, float(own @ own))
     return energy
 
 

@@ -5,23 +5,19 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.dynamics.carriers.hanging import place_at_rest
-from ab_sim.dynamics.carriers.own_motion import alike
-from ab_sim.dynamics.carriers.planar import Planar
+from ab_sim.dynamics.hanging import place_at_rest
 from ab_sim.dynamics.linearised import Linearised
-from ab_sim.dynamics.motion import Deck
+from ab_sim.dynamics.own_motion import alike
 from ab_sim.dynamics.system import (
     MASS,
     RACE_RADIUS,
     System,
-    deck_energy,
-    deck_force,
-    gravity,
     has_gravity,
     rotor_moment,
-    space_energy,
-    space_force,
 )
+from ab_sim.equations.motion import Deck
+from ab_sim.equations.planar import Planar
+from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError, exact
 from ab_sim.scene.model import Scene
 
@@ -94,7 +90,7 @@ def linearised(system: System) -> Linearised:
 
     def force(moved: np.ndarray) -> np.ndarray:
         deck = Deck(*(float(x) for x in rest + moved))
-        return np.add(deck_force(effects, deck), space_force(effects, deck))
+        return np.array(_force(effects, deck), float)
 
     def against(way: np.ndarray) -> np.ndarray:
         # Five points: exact for linear and cubic springs, wherever the deck hangs.
@@ -115,7 +111,7 @@ def linearised(system: System) -> Linearised:
 
 
 def own_motion(system: System) -> np.ndarray:
-    """Of its suspension at rest, see ``carriers.own_motion``; the same in every direction."""
+    """Of its suspension at rest, see ``dynamics.own_motion``; the same in every direction."""
     return alike(linearised(system))
 
 
@@ -130,13 +126,13 @@ def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
     """Where the deck hangs at rest under gravity, from the suspension's unloaded position [m]."""
     if not has_gravity(effects):
         return 0.0, 0.0
-    weight = mass * np.array(gravity(effects))
+    weight = mass * np.array(over_effects(effects, "gravity", (0.0, 0.0)))
     if not weight.any():
         return 0.0, 0.0
 
     def unbalanced(place: np.ndarray) -> np.ndarray:
         deck = Deck(float(place[0]), float(place[1]), 0.0, 0.0)
-        force = np.array(deck_force(effects, deck)) + np.array(space_force(effects, deck))
+        force = np.array(_force(effects, deck), float)
         return np.asarray((force + weight) / np.hypot(*weight))
 
     found = place_at_rest(unbalanced, lambda place: _stored(effects, place), weight)
@@ -150,7 +146,8 @@ def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
 
 def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
     deck = Deck(float(place[0]), float(place[1]), 0.0, 0.0)
-    return float(deck_energy(effects, deck) + space_energy(effects, deck))
+    stored = over_effects(effects, "deck_energy", 0.0, deck)
+    return float(stored + over_effects(effects, "space_energy", 0.0, deck))
 
 
 def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray, np.ndarray]:
@@ -171,5 +168,6 @@ def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray,
 
 def _force(effects: tuple[object, ...], deck: Deck) -> tuple[Any, Any]:
     """Of the suspension [N], at a place of the deck or at many."""
-    f, g = deck_force(effects, deck), space_force(effects, deck)
+    f = over_effects(effects, "deck_force", (0.0, 0.0), deck)
+    g = over_effects(effects, "space_force", (0.0, 0.0), deck)
     return f[0] + g[0], f[1] + g[1]

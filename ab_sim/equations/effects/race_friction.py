@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from ab_sim.dynamics.motion import Ball
+from ab_sim.equations.motion import Ball
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 

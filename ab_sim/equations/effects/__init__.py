@@ -54,18 +54,18 @@ no event locates costs accuracy.
 ``register`` adds the equation, its source, and whether the balls' radius matters.
 """
 
-from ab_sim.dynamics.effects.ball_contact import BallContact
-from ab_sim.dynamics.effects.ball_spin import BallSpin
-from ab_sim.dynamics.effects.gravity import Gravity
-from ab_sim.dynamics.effects.hardening_suspension import HardeningSuspension
-from ab_sim.dynamics.effects.motor import Motor
-from ab_sim.dynamics.effects.race_friction import RaceFriction
-from ab_sim.dynamics.effects.race_runout import RaceRunout
-from ab_sim.dynamics.effects.rolling_friction import RollingFriction
-from ab_sim.dynamics.effects.spindle_acceleration import SpindleAcceleration
-from ab_sim.dynamics.effects.suspension import Suspension
-from ab_sim.dynamics.effects.unequal_suspension import UnequalSuspension
-from ab_sim.dynamics.effects.viscous_drag import ViscousDrag
+from ab_sim.equations.effects.ball_contact import BallContact
+from ab_sim.equations.effects.ball_spin import BallSpin
+from ab_sim.equations.effects.gravity import Gravity
+from ab_sim.equations.effects.hardening_suspension import HardeningSuspension
+from ab_sim.equations.effects.motor import Motor
+from ab_sim.equations.effects.race_friction import RaceFriction
+from ab_sim.equations.effects.race_runout import RaceRunout
+from ab_sim.equations.effects.rolling_friction import RollingFriction
+from ab_sim.equations.effects.spindle_acceleration import SpindleAcceleration
+from ab_sim.equations.effects.suspension import Suspension
+from ab_sim.equations.effects.unequal_suspension import UnequalSuspension
+from ab_sim.equations.effects.viscous_drag import ViscousDrag
 
 __all__ = [
     "BallContact",

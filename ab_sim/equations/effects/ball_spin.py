@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ab_sim.dynamics.motion import Ball
+from ab_sim.equations.motion import Ball
 from ab_sim.scene.registry import register
 
 

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from ab_sim.dynamics.race.neighbours import check_row
+from ab_sim.equations.neighbours import check_row
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 from ab_sim.tracing.functions import where

@@ -1,1 +1,0 @@
-"""The balls: on the race, with friction, in rows, in impacts; whatever it is that carries them."""
