@@ -7,15 +7,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ab_sim.dynamics.assemble import place_on
-from ab_sim.dynamics.numbers.lanes import LANES, leaves
 from ab_sim.dynamics.system import Place
-from ab_sim.integrate.side_by_side import Plan
-from ab_sim.integrate.workspace import aligned
+from ab_sim.integrate.side_by_side import LANES, Plan
 from ab_sim.spindle.segments import RampAndCosine
 from ab_sim.spindle.stretches import Stretch
 
 
-def merged(ways: Sequence[Sequence[Stretch]], step: float) -> tuple[Place, Plan]:
+def merged(ways: Sequence[Sequence[Stretch]], step: float) -> tuple[type, Plan]:
     """One plan for eight runs, cut wherever one of them has a breakpoint.
 
     Where a run has more parts of a step than another, the other takes parts of no length, which
@@ -26,7 +24,7 @@ def merged(ways: Sequence[Sequence[Stretch]], step: float) -> tuple[Place, Plan]
         step: s.
 
     Returns:
-        A place as a pattern for the plan's places, and the plan.
+        The kind of all segments, and the plan.
     """
     rows = [row for doing in _between_cuts(ways) for row in _abreast(doing, step)]
     alike = len({type(stretch.piece.segment) for _, _, lanes in rows for stretch in lanes}) == 1
@@ -36,8 +34,8 @@ def merged(ways: Sequence[Sequence[Stretch]], step: float) -> tuple[Place, Plan]
         [(stretch.piece.start, stretch.offset, stretch.length) for stretch in lanes]
         for _, _, lanes in rows
     ]
-    constants = [[leaves(place) for place in row] for row in places]
-    return places[0][0], Plan(np.array(numbers, np.int64), _by_lane(constants), _by_lane(times))
+    constants = [[[*place.segment, *place[1:]] for place in row] for row in places]
+    return type(places[0][0].segment), Plan(np.array(numbers, np.int64), _by_lane(constants), _by_lane(times))
 
 
 def _place(stretch: Stretch, alike: bool) -> Place:
@@ -79,6 +77,4 @@ def _by_lane(values: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:
     """From (stretches, lanes, floats) to (stretches, floats, lanes)."""
     table = np.array(values, float).transpose(0, 2, 1)
     assert table.shape[-1] == LANES
-    array = aligned(table.shape)
-    array[:] = table
-    return array
+    return np.ascontiguousarray(table)

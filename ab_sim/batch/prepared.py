@@ -13,9 +13,9 @@ from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.numbers.lanes import pattern
 from ab_sim.dynamics.system import has_events
 from ab_sim.integrate.choose import choose_stepper
+from ab_sim.kernels.constants import pattern
 from ab_sim.scene import Scene
 from ab_sim.spindle import Piece, Ramp, SpeedProfile
 from ab_sim.spindle.stretches import Grid, Stretch, stretches
@@ -73,7 +73,7 @@ class Prepared:
     def likeness(self) -> Any:
         """Runs in which this is the same go together."""
         names = tuple(self.scene.effects), tuple(self.scene.sensors)
-        constants = pattern((self.system.carrier, self.system.effects))
+        constants = pattern(self.system)
         solver = self.stepper, self.scene.solver.step
         return names, constants, self.scene.balls.count, solver, self.steps
 

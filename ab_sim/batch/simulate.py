@@ -13,14 +13,13 @@ from ab_sim.batch.in_turn import InTurn, one_by_one
 from ab_sim.batch.plan import merged
 from ab_sim.batch.prepared import BatchRun, Course, Prepared, kept_at_first, room_for, steps_of
 from ab_sim.batch.sample_room import SampleRoom
+from ab_sim.compiling import compiled
 from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds
-from ab_sim.dynamics.numbers.lanes import LANES, leaves
-from ab_sim.dynamics.system import MODES, Place, carrier_unknowns
+from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.system import TURNS
 from ab_sim.errors import InputError, SceneError
-from ab_sim.integrate.samples import row_width
-from ab_sim.integrate.side_by_side import Plan, Runs, stepping_side_by_side
-from ab_sim.integrate.stepper import Stepper
-from ab_sim.integrate.workspace import aligned, room
+from ab_sim.integrate.side_by_side import LANES, Plan, Runs, advance_side_by_side, stacked
+from ab_sim.kernels.code import code_of
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 
@@ -50,8 +49,7 @@ def simulate_batch(
     Runs that differ in numbers only, not in a count, a choice or a deck's mounts, go eight side by
     side, with vector instructions, and give what a Drive gives to rounding; in the last digits they
     may depend on what goes beside them. Runs of scenes with events (friction, contact, a motor),
-    with an effect that branches on its numbers (see dynamics.effects), or whose stepper takes no
-    lanes (``generalized-alpha``; ``collocation``, whose own are for the instants of one run), go
+    or whose stepper takes no lanes (``generalized-alpha``; ``collocation``, whose own are for the instants of one run), go
     one by one, and give what a Drive gives to the bit.
 
     Args:
@@ -90,11 +88,10 @@ def simulate_batch(
         sample_room = room_for([prepared[i] for i in members], every)
         alone = InTurn(first, sample_room).run if first.has_spans else one_by_one
         width = LANES if fit else 1
-        kernels: dict[type, Callable[..., None] | None] = {}
         for begin in range(0, len(members), width):
             chosen = members[begin : begin + width]
             these = [prepared[i] for i in chosen]
-            taken = _side_by_side(these, every, kernels, sample_room) if fit else None
+            taken = _side_by_side(these, every, sample_room) if fit else None
             lanes_used += len(chosen) if taken else 0
             results, spent = taken or alone(these, every)
             for i, result in zip(chosen, results, strict=True):
@@ -154,40 +151,26 @@ def _alike(prepared: list[Prepared]) -> dict[Any, list[int]]:
 def _side_by_side(
     members: list[Prepared],
     every: int,
-    kernels: dict[type, Callable[..., None] | None],
     sample_room: SampleRoom,
-) -> tuple[list[BatchRun], float] | None:
-    """Runs and CPU time; None if lanes cannot do what an effect does.
+) -> tuple[list[BatchRun], float]:
+    """Runs and CPU time.
 
     Args:
         members: up to eight of one likeness.
         every: keep each so-many-th step.
-        kernels: those that have served others of this likeness, by the kind of segments.
         sample_room: for what comes out of them.
     """
     # Lanes without a run of their own repeat the last one.
     lanes = [*members, *itertools.repeat(members[-1], LANES - len(members))]
-    first, stepper = members[0], members[0].stepper
+    first = members[0]
     step, steps = first.scene.solver.step, first.steps
-    place, plan = _plan(tuple(lane.course for lane in lanes), steps)
-    constants = (
-        _stacked([leaves((lane.system.carrier, lane.system.effects)) for lane in lanes]),
-        _stacked([lane.system.balls for lane in lanes]),
-        _stacked([state_bounds(lane.system, step) for lane in lanes]),
-    )
+    kind, plan = _plan(tuple(lane.course for lane in lanes), steps)
     in_kernel = kept_at_first(first.scene, every)
-    runs = _empty_runs(lanes, stepper, sample_room.take(LANES))
-    clock = step, in_kernel
-    arguments = first.system, place, stepper.weights, constants, plan, clock, runs
-    # Numba's look at each argument takes as long as a hundred steps.
-    kind = type(place.segment)
-    if kind not in kernels:
-        kernels[kind] = stepping_side_by_side(*arguments)
-    kernel = kernels[kind]
-    if kernel is None:
-        return None
+    runs = _runs(lanes, kind, in_kernel)
+    samples = sample_room.take(LANES)
+    kernel = compiled(advance_side_by_side)
     begin = time.thread_time()
-    kernel(*arguments)
+    kernel(runs, plan, samples)
     seconds = time.thread_time() - begin
     results = []
     for lane, member in enumerate(members):
@@ -197,41 +180,46 @@ def _side_by_side(
                 f"went beyond all bounds at t = {(sound + 1) * step:.9g} s; a Drive of this scene "
                 "says what did, and why"
             )
-        samples = runs.samples[lane, : sound // in_kernel]
-        taken = member.trajectory(samples, every // in_kernel)
+        kept = samples[lane, : sound // in_kernel]
+        taken = member.trajectory(kept, every // in_kernel)
         results.append(BatchRun(member.scene, taken, failure))
     return results, seconds
 
 
 @functools.lru_cache(maxsize=8)
-def _plan(courses: tuple[Course, ...], steps: int) -> tuple[Place, Plan]:
+def _plan(courses: tuple[Course, ...], steps: int) -> tuple[type, Plan]:
     """See ``merged``; runs whose profile does not vary have the same."""
     return merged([course.stretches(steps) for course in courses], courses[0].grid.step)
 
 
-def _empty_runs(lanes: list[Prepared], stepper: Stepper, samples: np.ndarray) -> Runs:
-    n = lanes[0].scene.balls.count
-    states = [start_state(lane.scene, lane.system) for lane in lanes]
-    size = len(states[0])
-    modes = aligned((n + 1, MODES, LANES))
-    modes[:] = np.stack([start_modes(lane.scene, lane.system) for lane in lanes], axis=-1)
-    sound = aligned((2, LANES))
+def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
+    """What eight runs of a likeness work with, at their start."""
+    first = lanes[0]
+    code, layout, n = code_of(first.system, kind), layout_of(first.system), len(first.system.balls)
+    step, size, numbers = first.scene.solver.step, layout.size, len(first.channels) - 2
+    modes = [start_modes(lane.scene, lane.system) for lane in lanes]
+    sound = np.zeros((2, LANES))
     sound[0] = 1.0
+    room = np.zeros((size, LANES))
     return Runs(
-        state=_stacked(states),
-        modes=modes,
+        prepare=code.address("prepare", LANES),
+        slope=code.address("slope", LANES),
+        step=code.step(*first.stepper.weights, LANES),
+        finish=code.address("finish", LANES),
+        c=stacked([code.constants(lane.system) for lane in lanes]),
+        b=np.zeros(code.branches()),
+        place=code.layout.place,
+        first_angle=layout.angles.start,
+        balls=n,
+        ball_column=numbers - 2 * n,
+        step_length=step,
+        every=every,
+        bounds=stacked([state_bounds(lane.system, step) for lane in lanes]),
+        state=stacked([start_state(lane.scene, lane.system) for lane in lanes]),
+        turns=stacked([each[:n, TURNS] for each in modes]),
         sound=sound,
-        row=aligned((row_width(lanes[0].system), LANES)),
-        samples=samples,
-        slopes=aligned((stepper.slopes, size, LANES)),
-        trial=aligned((size, LANES)),
-        room=room(carrier_unknowns(lanes[0].system.carrier) + 1, n, LANES),
+        slopes=room,
+        trial=room.copy(),
+        row=np.zeros((numbers, LANES)),
+        times=np.zeros((2, LANES)),
     )
-
-
-def _stacked(values: Sequence[Any]) -> np.ndarray:
-    """Values of each lane, stacked along a last axis."""
-    stacked = np.stack([np.asarray(value, float) for value in values], axis=-1)
-    array = aligned(stacked.shape)
-    array[:] = stacked
-    return array
