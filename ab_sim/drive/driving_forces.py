@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.equations.motion import Ball
+from ab_sim.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 
 
@@ -23,15 +25,11 @@ class DrivenBalls(NamedTuple):
     @classmethod
     def of(cls, scene: Scene) -> "DrivenBalls":
         """Those of a scene."""
-        # Imported here: it needs the compiler, which who only reads samples need not wait for.
-        from ab_sim.equations.motion import Ball
-        from ab_sim.dynamics.system import friction_coefficient
-
         effects, balls = tuple(scene.effects.values()), scene.balls
         each = map(Ball, balls.masses, balls.radii)
         return cls(
             balls.masses,
-            tuple(float(friction_coefficient(effects, ball)) for ball in each),
+            tuple(float(over_effects(effects, "friction_coefficient", 0.0, ball)) for ball in each),
             tuple(scene.race.heights[race] for race in balls.races),
             scene.race.radius,
         )

@@ -10,7 +10,7 @@ from ab_sim.drive.trajectory import Trajectory, channels_for
 from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import MASS, System, has_motor
-from ab_sim.integrate.samples import CARRIER, STEP
+from ab_sim.stepping.fixed_step import DECK, STEP
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
 
@@ -41,7 +41,7 @@ class RowReader:
             name: Pickup(sensor, self._step, self._ways) for name, sensor in scene.sensors.items()
         }
         self.channels = channels_of(scene, system)
-        self._own = slice(CARRIER, CARRIER + len(type(system.carrier).CHANNELS))
+        self._own = slice(DECK, DECK + len(type(system.carrier).CHANNELS))
         self.reset()
 
     def reset(self) -> None:
@@ -120,5 +120,5 @@ class RowReader:
     def _felt(self, name: str, shown: np.ndarray) -> np.ndarray:
         """Specific force where a sensor is, on the deck's axes [m/s^2], shape (samples, ways)."""
         point = np.array(self._scene.sensors[name].position)
-        force: np.ndarray = self._carrier.felt(self._system, shown, point)
+        force: np.ndarray = self._carrier.felt(self._system.effects, shown, point)
         return force

@@ -120,3 +120,9 @@ def has_space_force(effects: tuple[Any, ...]) -> bool:
 def rotor_moment(effects: tuple[Any, ...]) -> float:
     """I_r of the motor's rotor [kg m^2]; 0 without a motor."""
     return float(over_effects(effects, "rotor_moment", 0.0))
+
+
+def has_spindle_angle(system: System) -> bool:
+    """Whether the equations contain the spindle's angle."""
+    turned = any_has(system.effects, "space_force", "gravity")
+    return bool(type(system.carrier).NEEDS_ANGLE or turned)

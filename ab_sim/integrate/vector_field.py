@@ -9,7 +9,7 @@ from ab_sim.dynamics.assemble import place_on
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import MODES, System, ball_count
 from ab_sim.events.prepared import branches_of
-from ab_sim.kernels.code import called, code_of
+from ab_sim.kernels.code import called, caller, code_of
 from ab_sim.kernels.tangent import lanes_for, tangent_address
 from ab_sim.spindle import Piece
 
@@ -57,6 +57,8 @@ class VectorField:
         self._code.put_place(c, [*place.segment, *place[1:]])
         self._c, self._b = c, branches_of(system, self.modes)
         self._lanes, self._time = lanes_for(ball_count(system)), np.zeros(1)
+        self._function = caller(4, 1)(self._code.address("slope"))
+        self._pointers = self._c.ctypes.data, self._b.ctypes.data
 
     @property
     def emitted(self) -> Field:
@@ -76,9 +78,23 @@ class VectorField:
             ValueError: so many states there are not.
         """
         at, out = self._state(state), np.empty(self.layout.size)
-        slope, local = self._code.address("slope"), float(time) - self.piece.start
-        called(slope, self._c, self._b, at, out, local)
+        self.fill(float(time), at, out)
         return out
+
+    def fill(self, time: float, state: np.ndarray, out: np.ndarray) -> None:
+        """``slope`` into an array, for those who call it often: nothing is looked at.
+
+        Args:
+            time: s.
+            state: shape (states,), side by side in memory.
+            out: likewise.
+        """
+        self._function(
+            *self._pointers,
+            state.__array_interface__["data"][0],
+            out.__array_interface__["data"][0],
+            time - self.piece.start,
+        )
 
     def jacobian(self, time: float, state: np.ndarray) -> np.ndarray:
         """d f_i / d y_j, shape (states, states); arguments and errors as of ``slope``."""

@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.integrate.compile_cache import compiled
+from ab_sim.compiling import compiled
+from ab_sim.compiling.kinds import Floats, Table
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 
 NOISE_BLOCK = 1024
@@ -40,21 +41,33 @@ class PickupState(NamedTuple):
     """The reading that is held, per axis [m/s^2]."""
 
 
-@compiled
-def _low_pass(
-    decay: complex,
-    drive: complex,
-    force: np.ndarray,
-    mode: np.ndarray,
-    last: np.ndarray,
-    passed: np.ndarray,
-) -> None:
-    # One step after the other, axis by axis: the order of operations knows no calls.
+class LowPass(NamedTuple):
+    """What one step makes of z: a complex factor, and another one of the input's change."""
+
+    decay: float
+    decay_i: float
+    drive: float
+    drive_i: float
+    """Imaginary parts behind the real ones."""
+
+
+def low_pass(own: LowPass, force: Table, mode: Table, last: Floats, passed: Table) -> None:
+    """Let a force go through, one step after the other: the order of operations knows no calls.
+
+    Args:
+        own: the low-pass.
+        force: its input, shape (steps, axes).
+        mode: z of each axis, real and imaginary part, shape (axes, 2); changes.
+        last: its last input, shape (axes,); changes.
+        passed: where its output goes, shape (steps, axes).
+    """
     for k in range(force.shape[0]):
         for i in range(force.shape[1]):
-            mode[i] = decay * mode[i] + drive * (force[k, i] - last[i])
+            change, re, im = force[k, i] - last[i], mode[i, 0], mode[i, 1]
+            mode[i, 0] = (own.decay * re - own.decay_i * im) + own.drive * change
+            mode[i, 1] = (own.decay * im + own.decay_i * re) + own.drive_i * change
             last[i] = force[k, i]
-            passed[k, i] = last[i] - (mode[i].real + mode[i].imag)
+            passed[k, i] = last[i] - (mode[i, 0] + mode[i, 1])
 
 
 def noise_variance(accelerometer: Accelerometer, step: float) -> float:
@@ -101,14 +114,14 @@ class Pickup:
         self.axes = axes
         self.step = step
         self.steps_per_sample = steps_per_sample(accelerometer.sample_rate, step)
-        turn, self._drive, self._noise_size = _chain(accelerometer, step)
-        self._decay = complex(np.exp(turn))
+        turn, drive, self._noise_size = _chain(accelerometer, step)
+        decay = complex(np.exp(turn))
+        self._filter = LowPass(decay.real, decay.imag, drive.real, drive.imag)
         self._block = -1
         self._block_noise = np.empty((0, self.axes))
         self.reset(np.zeros(self.axes))
         # Compiled here, so that no live drive has to wait for it.
-        nothing = np.empty((0, self.axes))
-        _low_pass(self._decay, self._drive, nothing, self._mode, self._force, nothing)
+        self._pass(np.empty((0, self.axes)))
 
     def reset(self, initial: np.ndarray) -> None:
         """Start anew, as if ``initial`` [m/s^2], on inertial axes, had acted for ever, noiseless.
@@ -153,14 +166,20 @@ class Pickup:
             return np.empty((0, self.axes))
         if self._noise_size:
             force += self._noise(first_step, count)
-        passed = np.empty_like(force)
-        _low_pass(self._decay, self._drive, force, self._mode, self._force, passed)
+        passed = self._pass(force)
         every = self.steps_per_sample
         shown = np.vstack((self._reading, self._digits(passed[-first_step % every :: every])))
         steps = np.arange(first_step, first_step + count)
         readings = shown[steps // every - (first_step - 1) // every]
         self._reading = readings[-1].copy()
         return readings
+
+    def _pass(self, force: np.ndarray) -> np.ndarray:
+        """What comes out of the low-pass, shape (steps, axes)."""
+        force, passed = np.ascontiguousarray(force), np.empty(force.shape)
+        parts = self._mode.view(np.float64).reshape(self.axes, 2)
+        compiled(low_pass)(self._filter, force, parts, self._force, passed)
+        return passed
 
     def _on_axes(self, force: np.ndarray) -> np.ndarray:
         # No matrix product: how those round depends on the number of rows.

@@ -33,7 +33,6 @@ def resting_system(scene: Scene) -> System:
     """The smooth system of a scene whose equations do not contain the spindle's angle.
 
     Without the effects in ``LEFT_OUT``, and without a gravity that does not pull across the shaft.
-    Its kernel is compiled for any number of balls, so that all scenes with the same effects share.
 
     Raises:
         SceneError: the spindle's angle is in the equations, or its speed is a state.
@@ -49,7 +48,7 @@ def resting_system(scene: Scene) -> System:
             "rests on the rotor and motions repeat with its turns instead; use ab-sim floquet, or "
             "take it out of the scene"
         )
-    return system._replace(each=ball_count(system))
+    return system
 
 
 def _what_turns(scene: Scene) -> str:

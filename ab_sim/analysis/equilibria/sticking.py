@@ -17,7 +17,8 @@ from scipy.optimize import brentq
 from ab_sim.analysis.equilibria.resting import Rotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.equations.motion import Ball
-from ab_sim.dynamics.system import MASS, RACE_RADIUS, RADIUS, friction_coefficient
+from ab_sim.equations.sums import over_effects
+from ab_sim.dynamics.system import MASS, RACE_RADIUS, RADIUS
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
@@ -57,7 +58,8 @@ def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking,
         )
     effects = tuple(scene.effects.values())
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]]]
-    held = np.array([friction_coefficient(effects, ball) for ball in balls])
+    each = [over_effects(effects, "friction_coefficient", 0.0, ball) for ball in balls]
+    held = np.array(each)
 
     def slack(theta: np.ndarray) -> float:
         """How much of f N is left, per m R w^2, at the ball where it is least."""

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from ab_sim.drive.faults.fault import OF_BALLS, Fault
-from ab_sim.dynamics.carriers.mounts import DAMPING, STIFFNESS
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.system import (
@@ -27,10 +26,10 @@ from ab_sim.dynamics.system import (
     ROUND_LEVER,
     System,
     ball_count,
-    carrier_unknowns,
     has_friction,
     has_motor,
 )
+from ab_sim.equations.mounts import DAMPING, STIFFNESS
 from ab_sim.scene.model import Scene
 
 BEYOND_ALL = 1e100
@@ -92,7 +91,7 @@ def jam(
     stopped = layout.rates.start + np.array(list(held), int)
     if not state[stopped].any():
         return
-    own = int(carrier_unknowns(system.carrier))
+    own = int(type(system.carrier).UNKNOWNS)
     bearing = [layout.carrier.stop - own + k for k in range(own)]
     if has_motor(system.effects):
         bearing.append(layout.spindle.start + 1)
@@ -145,7 +144,7 @@ def _mass_matrix(
 def _with_one_ball(system: System, state: np.ndarray, ball: int) -> tuple[System, np.ndarray]:
     """The same without the other balls."""
     layout = layout_of(system)
-    one = system._replace(balls=system.balls[[ball]], contacts=np.empty((0, 2)), each=1)
+    one = system._replace(balls=system.balls[[ball]], contacts=np.empty((0, 2)))
     own = state[layout.angles.start + ball], state[layout.rates.start + ball]
     return one, np.concatenate([state[layout.carrier], own, state[layout.spindle]])
 
@@ -154,7 +153,7 @@ def _inertias(system: System, state: np.ndarray, psi: float) -> Callable[[int, i
     """Entries of G by the velocities' places: second differences of the energy, exact ones."""
     layout, driven = layout_of(system), has_motor(system.effects)
     at_rest = state.copy()
-    own = int(carrier_unknowns(system.carrier))
+    own = int(type(system.carrier).UNKNOWNS)
     at_rest[layout.carrier.stop - own : layout.carrier.stop] = 0.0
     at_rest[layout.rates] = 0.0
     if driven:

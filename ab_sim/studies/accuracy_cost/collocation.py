@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
+from ab_sim.compiling import compiled
+from ab_sim.compiling.kinds import Floats, Table, call
 from ab_sim.dynamics.assemble import linear_rates
-from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.vector_field import slope_at
+from ab_sim.integrate.vector_field import Field
 from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
 
@@ -36,12 +37,33 @@ class Nodes(NamedTuple):
     b: np.ndarray
 
 
-class Work(NamedTuple):
-    """Arrays that a step writes to: slopes at the nodes, the next ones, a state."""
+class Steps(NamedTuple):
+    """What steps are taken with."""
 
-    slopes: np.ndarray
-    ahead: np.ndarray
-    trial: np.ndarray
+    field: Field
+    c: Floats
+    a: Table
+    b: Floats
+    scale: Floats
+    """Magnitudes of the states, shape (states,)."""
+    rest: Floats
+    """What of the state is too small to be in it, shape (states,)."""
+    slopes: Table
+    """At the nodes, shape (nodes, states)."""
+    ahead: Table
+    """The next ones."""
+    trial: Floats
+    """A state."""
+
+
+class Clock(NamedTuple):
+    """When steps are taken."""
+
+    begin: float
+    """Local time [s]."""
+    length: float
+    """Of each [s]."""
+    steps: int
 
 
 def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -84,16 +106,16 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
     """
     nodes, state, rest = gauss_nodes(), f.start.copy(), np.zeros(f.start.size)
     shape = (NODES, state.size)
-    work = Work(np.empty(shape), np.empty(shape), state.copy())
+    room = np.empty(shape), np.empty(shape), state.copy()
     kept = []
     for leg in f.legs:
+        steps_of = Steps(leg.field.emitted, *nodes, f.scale, rest, *room)
         states = [state.copy()]
         for begin, end in zip(leg.grid[:-1], leg.grid[1:], strict=True):
             steps = math.ceil((end - begin) / longest - 1e-9)
             length = (end - begin) / steps
             local = begin - leg.start
-            clock = (local, length, steps)
-            if not _steps(f.system, leg.place, f.modes, nodes, clock, f.scale, state, rest, work):
+            if not compiled(take_steps)(steps_of, Clock(local, length, steps), state):
                 raise FailedError(
                     f"collocation does not converge at t = {begin:.6g} s with steps of {length:g} s"
                 )
@@ -102,31 +124,41 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
     return np.concatenate(kept)
 
 
-@compiled
-def _steps(system, place, modes, nodes, clock, scale, state, rest, work):  # type: ignore[no-untyped-def]
-    """Take steps; ``rest`` is what of the state is too small to be in it. False: no convergence."""
-    begin, length, steps = clock
-    slopes, ahead, trial = work.slopes, work.ahead, work.trial
-    count, states = nodes.c.size, state.size
-    for step in range(steps):
-        time = begin + step * length
-        slope_at(system, place, time, state, modes, trial)
+def take_steps(own: Steps, clock: Clock, state: Floats) -> bool:
+    """Take steps; ``own.rest`` is what of the state is too small to be in it.
+
+    Args:
+        own: the equations, the method, and room to work in.
+        clock: when, how long, and how many.
+        state: changes.
+
+    Returns:
+        Whether the iterations converged.
+    """
+    field, slopes, ahead, trial, rest = own.field, own.slopes, own.ahead, own.trial, own.rest
+    count, states = own.c.size, state.size
+    for step in range(clock.steps):
+        time = clock.begin + step * clock.length
+        call(field.slope, field.c, field.b, state, trial, time)
         for i in range(count):
             for j in range(states):
                 slopes[i, j] = trial[j]
-        settled = False
+        settled, change = False, math.inf
         for _ in range(ITERATIONS):
             change = 0.0
             for i in range(count):
                 for j in range(states):
                     total = rest[j]
                     for k in range(count):
-                        total += length * nodes.a[i, k] * slopes[k, j]
+                        total += clock.length * own.a[i, k] * slopes[k, j]
                     trial[j] = state[j] + total
-                at = time + nodes.c[i] * length
-                slope_at(system, place, at, trial, modes, ahead[i])
+                at = time + own.c[i] * clock.length
+                call(field.slope, field.c, field.b, trial, ahead[i], at)
                 for j in range(states):
-                    change = max(change, abs(ahead[i, j] - slopes[i, j]) * length / scale[j])
+                    moved = abs(ahead[i, j] - slopes[i, j]) * clock.length / own.scale[j]
+                    # Written so that a NaN is a change.
+                    if not moved <= change:
+                        change = moved
             for i in range(count):
                 for j in range(states):
                     slopes[i, j] = ahead[i, j]
@@ -141,7 +173,7 @@ def _steps(system, place, modes, nodes, clock, scale, state, rest, work):  # typ
         for j in range(states):
             total = rest[j]
             for k in range(count):
-                total += length * nodes.b[k] * slopes[k, j]
+                total += clock.length * own.b[k] * slopes[k, j]
             summed = state[j] + total
             rest[j] = total - (summed - state[j])
             state[j] = summed

@@ -31,7 +31,6 @@ def _solve(
 ) -> Outcome:
     cvode = solver(
         leg.fill,
-        userdata=leg.numbers,
         method=method,
         rtol=relative,
         atol=absolute,

@@ -14,8 +14,8 @@ import numpy as np
 
 from ab_sim.accuracy.deviation import Samples
 from ab_sim.equations.motion import Ball
+from ab_sim.equations.sums import over_effects
 from ab_sim.equations.neighbours import start_angles
-from ab_sim.dynamics.system import ball_drag, ball_inertia
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile
@@ -76,7 +76,7 @@ class MuJoCo:
         effects = tuple(scene.effects.values())
         balls = [Ball(*each) for each in zip(scene.balls.masses, scene.balls.radii, strict=True)]
         R = scene.race.radius
-        spins = [ball_inertia(effects, ball) for ball in balls]
+        spins = [over_effects(effects, "ball_inertia", 0.0, ball) for ball in balls]
         size = min([ball.mass for ball in balls], default=scene.total_mass) * R * R
         self.unit = 1.0 / size
         self.spin_torque = np.array(
@@ -86,7 +86,7 @@ class MuJoCo:
             ]
         )
         self.spindle = IMMOVABLE * scene.total_mass * (R + scene.rotor.eccentricity) ** 2
-        drags = [ball_drag(effects, ball) * R * R for ball in balls]
+        drags = [over_effects(effects, "ball_drag", 0.0, ball) * R * R for ball in balls]
         self.model = mujoco.MjModel.from_xml_string(
             self._xml([ball.mass for ball in balls], drags, [spin * R * R for spin in spins])
         )

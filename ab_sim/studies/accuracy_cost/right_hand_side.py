@@ -8,16 +8,15 @@ import copy
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
 from ab_sim.accuracy.deviation import Samples
 from ab_sim.drive.observation import Energy
 from ab_sim.dynamics.assemble import place_on, start_modes, start_state, system_of
-from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.energy import mechanical_energy
+from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import TURNS, Place, has_events
-from ab_sim.integrate.vector_field import slope_at
+from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile
 from ab_sim.studies.accuracy_cost.energy import EnergyBalance
@@ -37,12 +36,18 @@ class Leg(NamedTuple):
     place: Place
     start: float
     """When the segment begins [s]: local time is counted from it."""
-    numbers: tuple[float, ...]
-    """All of that for f: plain floats, which compiled code takes quickest from Python."""
-    f: Any
-    """Compiled ``f(t, y, numbers)``; returns a new array."""
-    fill: Any
-    """Compiled ``fill(t, y, out, numbers)``."""
+    field: VectorField
+    """The equations there."""
+
+    def f(self, t: float, y: np.ndarray) -> np.ndarray:
+        """The slope, a new array."""
+        out = np.empty(len(y))
+        self.field.fill(t, y, out)
+        return out
+
+    def fill(self, t: float, y: np.ndarray, out: np.ndarray) -> None:
+        """The slope into ``out``."""
+        self.field.fill(t, y, out)
 
 
 class RightHandSide:
@@ -60,7 +65,6 @@ class RightHandSide:
         assert not has_events(self.system.effects), "f of a scene with events has kinks"
         self.start = start_state(scene, self.system)
         self.modes = start_modes(scene, self.system)
-        self._compiled: dict[type, tuple[Any, Any]] = {}
         self.profile = SpeedProfile.of_scene(scene)
         self.legs = tuple(self._legs())
 
@@ -112,32 +116,10 @@ class RightHandSide:
                 continue
             inside = times[(times > begin + SAME_INSTANT) & (times < end - SAME_INSTANT)]
             last = np.abs(times - end).min() <= SAME_INSTANT
-            place = place_on(piece)
             yield Leg(
                 np.concatenate([[begin], inside, [end]]),
                 np.arange(1, len(inside) + 1 + last),
-                place,
+                place_on(piece),
                 piece.start,
-                (piece.start, place.phase, *(float(x) for x in piece.segment)),
-                *self._functions(type(piece.segment)),
+                VectorField(self.system, piece, self.modes),
             )
-
-    def _functions(self, kind: type) -> tuple[Any, Any]:
-        """f and fill for a kind of segment; the scene's numbers become constants of the code."""
-        if kind in self._compiled:
-            return self._compiled[kind]
-        system, modes = self.system, self.modes
-
-        @numba.njit(error_model="numpy")
-        def fill(t, y, out, leg):  # type: ignore[no-untyped-def]
-            # A copy, because callers may forbid writing to y, which would be one more type.
-            slope_at(system, Place(kind(*leg[2:]), leg[1]), t - leg[0], y.copy(), modes, out)
-
-        @numba.njit(error_model="numpy")
-        def f(t, y, leg):  # type: ignore[no-untyped-def]
-            out = np.empty(y.size)
-            fill(t, y, out, leg)
-            return out
-
-        self._compiled[kind] = f, fill
-        return f, fill

@@ -27,7 +27,6 @@ def _solve_ivp(
         state,
         method=method,
         t_eval=grid,
-        args=(leg.numbers,),
         rtol=relative,
         atol=absolute,
     )
@@ -48,8 +47,7 @@ def lsoda(leg: Leg, state: np.ndarray, relative: float, absolute: np.ndarray) ->
                 leg.f,
                 state,
                 leg.grid,
-                args=(leg.numbers,),
-                tfirst=True,
+                        tfirst=True,
                 rtol=relative,
                 atol=absolute,
                 mxstep=MOST_STEPS,
