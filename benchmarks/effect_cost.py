@@ -147,7 +147,7 @@ def page(report: dict[str, Any], costs: list[EffectCost]) -> str:
             f"{cost.repeats} repeats.",
             "",
             "| effects | ns per step | quartiles | of base | events per 1000 steps "
-            "| kernel, from the cache [s] |",
+            "| first step [s] |",
             "| --- | --- | --- | --- | --- | --- |",
         ]
         for row in cost.rows:
@@ -159,7 +159,7 @@ def page(report: dict[str, Any], costs: list[EffectCost]) -> str:
             lines.append(
                 f"| {name} | {at.median:.0f} | {at.lower:.0f} to {at.upper:.0f} "
                 f"| {row.ratio.median:.2f} | {row.events_per_1000_steps:.1f} "
-                f"| {row.load_seconds:.2f} |"
+                f"| {row.first_seconds:.2f} |"
             )
         lines.append("")
     load = ", ".join(f"{value:.2f}" for value in machine["load_average"])
@@ -167,7 +167,7 @@ def page(report: dict[str, Any], costs: list[EffectCost]) -> str:
         "## Conditions",
         "",
         f"{report['date']}; {machine['processor']}, {machine['cores']} cores, load average {load};",
-        f"{machine['system']}; Python {versions['python']}, numba {versions['numba']}, llvmlite",
+        f"{machine['system']}; Python {versions['python']}, llvmlite",
         f"{versions['llvmlite']}, NumPy {versions['numpy']}; ab_sim {report['version']}.",
         "",
     ]

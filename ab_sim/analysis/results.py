@@ -2,8 +2,8 @@
 
 What is asked again is there at once, and work done piece by piece, each piece kept by itself, goes
 on where it was interrupted. A file is named by a hash of what computes it, its scene, its numbers,
-and the sources and versions that it is made of, found as those of kernels are
-(``integrate.sources``): no result can be stale. What is read has to prove that it was written for
+and the sources and versions that it is made of, found by imports
+(``ab_sim.sources``): no result can be stale. What is read has to prove that it was written for
 exactly that, else it is computed anew.
 """
 
@@ -18,9 +18,9 @@ from typing import Any
 
 import ab_sim
 from ab_sim.integrate import steppers as steppers_folder
-from ab_sim.integrate.cache_folder import cache_folder
+from ab_sim.cache_folder import cache_folder
 from ab_sim.integrate.registry import steppers
-from ab_sim.integrate.sources import NotOfSources, sources, versions
+from ab_sim.sources import NotOfSources, sources, versions
 from ab_sim.output_file import write_whole
 from ab_sim.quoting import visible
 from ab_sim.scene.model import Scene
@@ -104,19 +104,12 @@ class Results:
 @functools.cache
 def results_folder() -> Path | None:
     """The user's folder of results, made if need be; None if there is no safe place for one."""
-    kernels = cache_folder()
-    if kernels is None:
+    folder = cache_folder()
+    if folder is None:
         _say(
             "results are not kept: there is no folder that only you can write in; name one in "
             "the environment variable XDG_CACHE_HOME"
         )
-        return None
-    folder = kernels.with_name("results")
-    try:
-        folder.mkdir(mode=0o700, exist_ok=True)
-    except OSError as error:
-        _say(f"{folder}: results cannot be kept there: {error.strerror}")
-        return None
     return folder
 
 

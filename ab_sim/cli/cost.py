@@ -46,10 +46,10 @@ def cost_table(cost: EffectCost) -> Table:
     table = Table(
         title=f"{cost.scene}: {cost.balls} balls, {cost.stepper} at {cost.step:g} s, "
         f"{cost.steps_per_run} steps, {cost.repeats} interleaved repeats",
-        caption="time: median (quartiles), CPU time of the thread; kernel: first use in this "
-        "process, * compiled, else from the cache or there already; load: from the cache",
+        caption="time: median (quartiles), CPU time of the thread; first step: from the scene to "
+        "its first step, machine code included",
     )
-    for name in ("effects", "ns per step", "of base", "events per 1000", "kernel [s]", "load [s]"):
+    for name in ("effects", "ns per step", "of base", "events per 1000", "first step [s]"):
         table.add_column(name, justify="left" if name == "effects" else "right")
     for row in cost.rows:
         table.add_row(*_cells(row))
@@ -58,15 +58,14 @@ def cost_table(cost: EffectCost) -> Table:
 
 def _cells(row: VariantCost) -> list[str]:
     name = row.name + (f" (with {', '.join(row.added)})" if row.added else "")
-    kernel = f"{row.first_seconds:.2f}" + ("*" if row.compiled_kernels else "")
+    first = f"{row.first_seconds:.2f}"
     if row.ns_per_step is None or row.ratio is None:
-        return [f"{name}: cannot run: {row.failure}", "", "", "", kernel, ""]
+        return [f"{name}: cannot run: {row.failure}", "", "", "", first]
     time = row.ns_per_step
     return [
         name,
         f"{time.median:.0f} ({time.lower:.0f} .. {time.upper:.0f})",
         f"{row.ratio.median:.3f}",
         f"{row.events_per_1000_steps:.1f}",
-        kernel,
-        f"{row.load_seconds:.2f}",
+        first,
     ]

@@ -13,7 +13,7 @@ import numpy as np
 import ab_sim
 from ab_sim.drive.observation import Snapshot
 from ab_sim.errors import InputError
-from ab_sim.integrate.sources import NotOfSources, sources
+from ab_sim.sources import NotOfSources, sources
 from ab_sim.output_file import REPORT, check_ending, check_writable, write_whole
 from ab_sim.quoting import short, shortened
 from ab_sim.scene.model import Scene

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import llvmlite
-import numba
+import llvmlite
 import numpy as np
 
 import ab_sim
@@ -23,9 +23,6 @@ from ab_sim.dynamics.assemble import system_of
 from ab_sim.equations.neighbours import start_angles
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.integrate.choose import choose_stepper
-from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.events import go_on
-from ab_sim.integrate.fixed_step import advance
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
@@ -37,7 +34,6 @@ REPEATS = 15
 OFF_AXIS = 2.5
 """rad. The cosine of exactly 0 takes less time than others, and where nothing moves a ball that
 starts there it stays: all balls are turned, or effects would seem to cost what cosines do."""
-_KERNELS = (advance, go_on)
 Progress = Callable[[str, int, int], None]
 """Called with what is being done, how much is done, and of how much."""
 
@@ -81,11 +77,7 @@ class VariantCost:
     """To the row with no effects, repeat by repeat."""
     events_per_1000_steps: float
     first_seconds: float
-    """Until the first step was done: making the drive, compiling its kernels or loading them."""
-    compiled_kernels: int
-    """Of these, compiled in this process; 0 if all came from the cache or were there already."""
-    load_seconds: float
-    """To load those kernels from the cache."""
+    """Until the first step was done: making the drive and its machine code."""
     failure: str = ""
 
 
@@ -131,7 +123,7 @@ def conditions() -> dict[str, Any]:
         },
         "versions": {
             "python": platform.python_version(),
-            "numba": numba.__version__,
+            "llvmlite": llvmlite.__version__,
             "llvmlite": llvmlite.__version__,
             "numpy": np.__version__,
         },
@@ -221,8 +213,6 @@ class _Runner:
         self.variant, self.steps = variant, steps
         self.failure, self.events = "", 0.0
         self.nanoseconds: list[float] = []
-        known = {id(kernel): len(kernel.signatures) for kernel in _KERNELS}
-        missed = _compilations()
         begin = time.perf_counter()
         try:
             self.drive = Drive(variant.scene)
@@ -234,15 +224,6 @@ class _Runner:
         except (DivergedError, SceneError) as error:
             self.first_seconds = time.perf_counter() - begin
             self.failure = str(error)
-        self.compiled = _compilations() - missed
-        self.new = [(k, s) for k in _KERNELS for s in k.signatures[known[id(k)] :]]
-
-    def load_seconds(self) -> float:
-        """Time to load from the cache what this variant was the first to need."""
-        begin = time.perf_counter()
-        for kernel, signature in self.new:
-            compiled(kernel.py_func).compile(signature)
-        return time.perf_counter() - begin
 
     def time_once(self) -> None:
         """Run from the start; the drive's own way back there is not timed."""
@@ -250,10 +231,6 @@ class _Runner:
         begin = time.thread_time_ns()
         self.drive.advance(self.steps)
         self.nanoseconds.append((time.thread_time_ns() - begin) / self.steps)
-
-
-def _compilations() -> int:
-    return sum(sum(kernel.stats.cache_misses.values()) for kernel in _KERNELS)
 
 
 def measure(
@@ -324,7 +301,5 @@ def _row(runner: _Runner, base: np.ndarray) -> VariantCost:
         Spread.of(times / base) if len(times) else None,
         runner.events,
         runner.first_seconds,
-        runner.compiled,
-        runner.load_seconds(),
         runner.failure,
     )

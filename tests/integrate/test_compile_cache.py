@@ -15,9 +15,9 @@ import numba
 import pytest
 
 import ab_sim
-from ab_sim.integrate.cache_folder import cache_folder
+from ab_sim.cache_folder import cache_folder
 from ab_sim.integrate.compile_cache import compiled
-from ab_sim.integrate.sources import sources, versions
+from ab_sim.sources import sources, versions
 from tests.integrate.cache_process import (
     FACTOR,
     LOOKS,

@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 
 from ab_msgs_py import ENDED, Block, JointSample, Level, services, topics
 from ab_msgs_py.samples import description_of
-from ab_sim.integrate.cache_folder import cache_folder
+from ab_sim.cache_folder import cache_folder
 from ab_sim.scene import find_scene
 from tests.nodes.fleet import Fleet
 

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept between runs: a folder that nobody else can change."""
+"""Where results are kept between runs: a folder that nobody else can change."""
 
 import grp
 import os
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def cache_folder() -> Path | None:
-    """The folder of compiled kernels, made if need be; None if there is no safe place for one.
+    """The folder of results, made if need be; None if there is no safe place for one.
 
     Below ``$XDG_CACHE_HOME``, else ``~/.cache``; below the system's folder for temporary files
     where somebody else could write there.
@@ -17,7 +17,7 @@ def cache_folder() -> Path | None:
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     for base in (Path(home), Path(tempfile.gettempdir(), f"cache-{os.getuid()}")):
         try:
-            folder = base.joinpath("ab_sim", "kernels").resolve()
+            folder = base.joinpath("ab_sim", "results").resolve()
             for part in (*reversed(folder.parents), folder):
                 if not part.exists():
                     part.mkdir(mode=0o700, exist_ok=True)
@@ -31,7 +31,7 @@ def cache_folder() -> Path | None:
 def _is_ours_alone(folder: Path) -> bool:
     """Whether nobody else can put anything there, or another folder in its place.
 
-    What is found there is run. Links have been resolved before: that none has come in their place
+    What is found there is believed. Links have been resolved before: that none has come in their place
     is seen in each part being a folder.
     """
     me = os.getuid()
