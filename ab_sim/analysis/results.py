@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import Any
 
 import ab_sim
-from ab_sim.integrate import steppers as steppers_folder
 from ab_sim.cache_folder import cache_folder
+from ab_sim.integrate import steppers as steppers_folder
 from ab_sim.integrate.registry import steppers
-from ab_sim.sources import NotOfSources, sources, versions
 from ab_sim.output_file import write_whole
 from ab_sim.quoting import visible
 from ab_sim.scene.model import Scene
+from ab_sim.sources import NotOfSources, sources, versions
 
 Result = dict[str, Any]
 """JSON-able: mappings, lists, texts, finite numbers, booleans, None."""

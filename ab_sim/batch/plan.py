@@ -35,7 +35,9 @@ def merged(ways: Sequence[Sequence[Stretch]], step: float) -> tuple[type, Plan]:
         for _, _, lanes in rows
     ]
     constants = [[[*place.segment, *place[1:]] for place in row] for row in places]
-    return type(places[0][0].segment), Plan(np.array(numbers, np.int64), _by_lane(constants), _by_lane(times))
+    return type(places[0][0].segment), Plan(
+        np.array(numbers, np.int64), _by_lane(constants), _by_lane(times)
+    )
 
 
 def _place(stretch: Stretch, alike: bool) -> Place:

@@ -13,8 +13,8 @@ import numpy as np
 from ab_sim.drive.observation import Snapshot
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.equations.neighbours import reduced
 from ab_sim.dynamics.system import TURNS, System, ball_count, has_motor
+from ab_sim.equations.neighbours import reduced
 from ab_sim.errors import SceneError
 from ab_sim.scene.deck import inertia_matrix
 from ab_sim.scene.load import changed_scene

@@ -1,7 +1,6 @@
 """One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -11,28 +10,17 @@ from ab_sim.drive.observation import Energy, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
 from ab_sim.drive.trajectory import Trajectory, check_room
 from ab_sim.drive.way import Way
-from ab_sim.dynamics.assemble import (
-    place_along,
-    start_modes,
-    start_state,
-    state_bounds,
-    system_of,
-)
-from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.assemble import start_modes, start_state, system_of
 from ab_sim.dynamics.energy import mechanical_energy
-from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_events, has_friction, has_motor
+from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_friction, has_motor
 from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
-from ab_sim.integrate.events import compiling_events, events_address
-from ab_sim.integrate.fixed_step import Run, stepping
-from ab_sim.integrate.kept import Kept
-from ab_sim.integrate.linear_motion import put_own_motion
 from ab_sim.integrate.vector_field import VectorField
-from ab_sim.integrate.workspace import aligned, workspace
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
-from ab_sim.spindle.profile import Segment
 from ab_sim.spindle.stretches import Grid, Stretch, parts, piece_after, same_instant
+from ab_sim.stepping.of_system import Steps
 
 AT_ONCE = 10_000
 """Steps between two thinnings of what need not all be kept."""
@@ -93,18 +81,10 @@ class Drive:
             if commanded
             else SpeedProfile.of_scene(scene)
         )
-        self._work = workspace(
-            self.system, self.stepper, state_bounds(self.system, self.step / self.stepper.parts)
-        )
-        put_own_motion(self.system, self.stepper, self._work.tables)
-        self._state = aligned((len(self._work.trial),))
         self._modes = start_modes(scene, self.system)
-        self._kernels: dict[type, Callable[..., int]] = {}
+        self._steps = Steps(self.system, self.stepper, self.step, self._modes)
+        self._work, self._state = self._steps.work, self._steps.state
         self._first_way = Way.along(self._first_profile, self._grid(), 0)
-        self._events = 0
-        self._to_start()
-        if has_events(self.system.effects):
-            self._compile_events()
         self.reset()
 
     @property
@@ -150,14 +130,6 @@ class Drive:
         self._modes[:] = start_modes(self.scene, self.system)
         self._work.counts[:] = 0
         self._work.smooth[0] = math.nan
-
-    def _compile_events(self) -> None:
-        """What locates events, and the scene's own kernel in the meantime."""
-        leg, _ = next(self._way.after(0))
-        with compiling_events():
-            self._kernel(leg.kind)
-        self._events = events_address()
-        self._kernels.clear()
 
     def command(self, speed: float, acceleration: float | None = None) -> None:
         """Ask for a spindle speed from the present instant on.
@@ -344,18 +316,10 @@ class Drive:
         """Samples that are still to be written."""
         return np.empty((steps, len(self.channels)))
 
-    def _kernel(self, kind: type[Segment]) -> Callable[..., int]:
-        """``fixed_step.advance`` along pieces with segments of a kind."""
-        if kind not in self._kernels:
-            fixed = self.system, place_along(kind), self.stepper.weights, self.step
-            changing = self._state, self._modes, self._work
-            self._kernels[kind] = stepping(Kept(Run(*fixed, *changing, self._events)))
-        return self._kernels[kind]
-
     def _take(self, way: Way, steps: int, samples: np.ndarray) -> None:
         """Take steps along a way, from the present on; they do not count yet."""
         command = math.nan if self._command is None else self._command
-        taken = way.walk(self._kernel, self.steps, steps, command, samples)
+        taken = way.walk(self._steps.along, self.steps, steps, command, samples)
         if taken < 0:
             self.steps += -1 - taken
             self._work.smooth[0] = math.nan

@@ -10,9 +10,9 @@ from ab_sim.drive.trajectory import Trajectory, channels_for
 from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import MASS, System, has_motor
-from ab_sim.stepping.fixed_step import DECK, STEP
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
+from ab_sim.stepping.fixed_step import DECK, STEP
 
 
 def channels_of(scene: Scene, system: System) -> tuple[str, ...]:

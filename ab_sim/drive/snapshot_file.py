@@ -13,11 +13,11 @@ import numpy as np
 import ab_sim
 from ab_sim.drive.observation import Snapshot
 from ab_sim.errors import InputError
-from ab_sim.sources import NotOfSources, sources
 from ab_sim.output_file import REPORT, check_ending, check_writable, write_whole
 from ab_sim.quoting import short, shortened
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import PickupState
+from ab_sim.sources import NotOfSources, sources
 from ab_sim.spindle import Piece, SpeedProfile
 from ab_sim.spindle.segments import RaisedCosine, Ramp
 

@@ -23,7 +23,7 @@ class Leg(NamedTuple):
     kind: type
     """Of the segments."""
     table: np.ndarray
-    """A line for each stretch, columns as of ``fixed_step.FIRST``."""
+    """A line for each stretch, columns as of ``stepping.fixed_step.FIRST``."""
     first: int
     """Stretches of the way before it."""
 

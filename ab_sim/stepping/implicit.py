@@ -10,10 +10,9 @@ for d = y_{n+af} - y_n.
 """
 
 import math
-from typing import NamedTuple
 
-from ab_sim.compiling.kinds import Floats, Table, call
-from ab_sim.events.run import Run
+from ab_sim.compiling.kinds import Table, call
+from ab_sim.events.run import Implicit, Run
 
 KEPT = 6
 """Iterations of Newton's that a Jacobian serves."""
@@ -22,37 +21,6 @@ MOST = 60
 CLOSE, SETTLED = 1e-14, 1e-7
 """Shares of what a step changes: corrections as small as the first end the iteration; those below
 the second, once they no longer shrink: they are rounding."""
-
-
-class Implicit(NamedTuple):
-    """What such a step works with."""
-
-    slope: int
-    """slope(c, b, y, k, time), emitted."""
-    tangent: int
-    """tangent(c, b, t, y, d, out), emitted."""
-    mass: float
-    """am, where between the ends y' is taken."""
-    force: float
-    """af, where f is."""
-    newmark: float
-    """gamma."""
-    time: Floats
-    """Shape (1,)."""
-    at: Floats
-    """A state, shape (states,)."""
-    slope_there: Floats
-    """Its slope."""
-    change: Floats
-    """d, shape (states,)."""
-    along: Table
-    """Directions and the change of time, shape (states + 1, lanes)."""
-    rates: Table
-    """What they make of the slope, shape (states, lanes)."""
-    jacobian: Table
-    """Shape (states, states)."""
-    equations: Table
-    """The matrix of Newton's corrections, and the right-hand side; shape (states, states + 1)."""
 
 
 def implicit_step(own: Implicit, run: Run, begin: float, length: float) -> None:
@@ -86,9 +54,7 @@ def implicit_step(own: Implicit, run: Run, begin: float, length: float) -> None:
             equations[i, states] = reach * own.slope_there[i] + kept * past[i] - d[i]
         reduce(equations, states)
         balls = run.balls.first_angle
-        change = max(
-            share_changed(own, reach, 0, balls), share_changed(own, reach, balls, states)
-        )
+        change = max(share_changed(own, reach, 0, balls), share_changed(own, reach, balls, states))
         for j in range(states):
             d[j] += equations[j, states]
         # At rounding, corrections no longer shrink.
@@ -105,8 +71,8 @@ def implicit_step(own: Implicit, run: Run, begin: float, length: float) -> None:
 
 def differentiate(own: Implicit, run: Run) -> None:
     """The Jacobian at the state and time at hand."""
-    states, lanes = run.state.size, own.along.shape[1]
-    for first in range(0, states, lanes):
+    states, lanes, first = run.state.size, own.along.shape[1], 0
+    while first < states:
         for j in range(states + 1):
             for lane in range(lanes):
                 own.along[j, lane] = 1.0 if j == first + lane else 0.0
@@ -115,6 +81,7 @@ def differentiate(own: Implicit, run: Run) -> None:
         for lane in range(min(lanes, states - first)):
             for i in range(states):
                 own.jacobian[i, first + lane] = own.rates[i, lane]
+        first += lanes
 
 
 def share_changed(own: Implicit, reach: float, first: int, end: int) -> float:

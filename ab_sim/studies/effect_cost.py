@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import llvmlite
-import llvmlite
 import numpy as np
 
 import ab_sim
@@ -123,7 +122,6 @@ def conditions() -> dict[str, Any]:
         },
         "versions": {
             "python": platform.python_version(),
-            "llvmlite": llvmlite.__version__,
             "llvmlite": llvmlite.__version__,
             "numpy": np.__version__,
         },

@@ -5,8 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.analysis.held import held
-from ab_sim.equations.effects.hardening_suspension import HardeningSuspension
-from ab_sim.equations.effects.suspension import Suspension
 from ab_sim.dynamics.layout import Layout, layout_of
 from ab_sim.dynamics.system import (
     MASS,
@@ -18,6 +16,8 @@ from ab_sim.dynamics.system import (
     ball_count,
     has_spindle_angle,
 )
+from ab_sim.equations.effects.hardening_suspension import HardeningSuspension
+from ab_sim.equations.effects.suspension import Suspension
 from ab_sim.errors import SceneError
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene

@@ -16,9 +16,9 @@ from scipy.optimize import brentq
 
 from ab_sim.analysis.equilibria.resting import Rotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState
+from ab_sim.dynamics.system import MASS, RACE_RADIUS, RADIUS
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.sums import over_effects
-from ab_sim.dynamics.system import MASS, RACE_RADIUS, RADIUS
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 

@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from ab_sim.drive.faults.fault import OF_BALLS, Fault
-from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.energy import mechanical_energy
+from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import (
     DIRECTION,
     MASS,

@@ -14,8 +14,8 @@ import numpy as np
 
 from ab_sim.accuracy.deviation import Samples
 from ab_sim.equations.motion import Ball
-from ab_sim.equations.sums import over_effects
 from ab_sim.equations.neighbours import start_angles
+from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile

@@ -47,7 +47,7 @@ def lsoda(leg: Leg, state: np.ndarray, relative: float, absolute: np.ndarray) ->
                 leg.f,
                 state,
                 leg.grid,
-                        tfirst=True,
+                tfirst=True,
                 rtol=relative,
                 atol=absolute,
                 mxstep=MOST_STEPS,

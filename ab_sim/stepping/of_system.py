@@ -1,0 +1,118 @@
+"""Steps of a system: its machine code and arrays, made for a stepper."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ab_sim.compiling import compiled
+from ab_sim.dynamics.assemble import state_bounds
+from ab_sim.dynamics.system import System
+from ab_sim.events.prepared import aligned, balls_of, workspace
+from ab_sim.events.run import Implicit, Run, Scene
+from ab_sim.integrate.explicit import Tableau
+from ab_sim.integrate.stepper import Stepper
+from ab_sim.integrate.steppers.generalized_alpha import Alpha
+from ab_sim.kernels.code import Code, code_of
+from ab_sim.kernels.constants import numbers_of
+from ab_sim.kernels.tangent import lanes_for, tangent_address
+from ab_sim.stepping.fixed_step import ANGLE, DECK, advance
+
+Advance = Callable[..., int]
+"""``fixed_step.advance`` of its arguments behind the first."""
+NO_EVENTS, NO_NUMBERS, NO_TABLE = 0, np.zeros(0), np.zeros((0, 0))
+
+
+class Steps:
+    """Takes steps of a system.
+
+    Args:
+        system: what moves; its kind stays, its numbers may change.
+        stepper: how.
+        step: s.
+        modes: branches that hold at the start, shape (n + 1, MODES); change at events.
+
+    Attributes:
+        state: shape (states,).
+        modes: as given.
+        work: what a step writes to.
+    """
+
+    def __init__(self, system: System, stepper: Stepper, step: float, modes: np.ndarray) -> None:
+        bounds = state_bounds(system, step / stepper.parts)
+        self._system, self._stepper, self._step = system, stepper, step
+        self.modes, self.state = modes, aligned(bounds.shape)
+        self._balls = balls_of(system, modes, system.ledger)
+        self.work = workspace(self._balls, bounds, memory_of(stepper, len(bounds)))
+        self._made: dict[type[Any], tuple[Run, Advance]] = {}
+
+    def along(self, kind: type[Any]) -> Advance:
+        """What takes steps along segments of a kind."""
+        if kind not in self._made:
+            run = self._run(code_of(self._system, kind))
+            self._made[kind] = run, compiled(advance).bind(run)
+        return self._made[kind][1]
+
+    def take(self, system: System) -> None:
+        """Go on with other numbers: of a system of the same kind."""
+        self._system = system
+        self._balls.constants[:] = system.balls
+        self._balls.contacts[:] = system.contacts
+        numbers = numbers_of(system)
+        for run, _ in self._made.values():
+            run.scene.c[: len(numbers)] = numbers
+
+    def _run(self, code: Code) -> Run:
+        model, weights = code.model, self._stepper.weights
+        is_implicit = isinstance(weights, Alpha)
+        step = code.step(*weights) if isinstance(weights, Tableau) else NO_EVENTS
+        contact = model.has_contact
+        scene = Scene(
+            prepare=code.address("prepare"),
+            evaluate=code.address("evaluate") if model.has_events else NO_EVENTS,
+            arrow=code.address("arrow") if contact else NO_EVENTS,
+            step=step,
+            finish=code.address("finish"),
+            kick=code.address("kick") if contact else NO_EVENTS,
+            restitution=code.address("restitution") if contact else NO_EVENTS,
+            c=code.constants(self._system),
+        )
+        return Run(
+            scene=scene,
+            balls=self._balls,
+            work=self.work,
+            state=self.state,
+            step=self._step,
+            place=code.layout.place,
+            ball_column=DECK - ANGLE + len(type(self._system.carrier).CHANNELS),
+            quaternion=type(self._system.carrier).UNIT_AT,
+            has_events=model.has_events,
+            is_implicit=is_implicit,
+            implicit=implicit_of(weights, code, len(self.state)) if is_implicit else NOT_IMPLICIT,
+        )
+
+
+def memory_of(stepper: Stepper, states: int) -> tuple[int, int]:
+    """Shape of what a stepper carries from step to step."""
+    return stepper.memory, states
+
+
+def implicit_of(weights: Alpha, code: Code, states: int) -> Implicit:
+    """What an implicit step works with."""
+    lanes = lanes_for(code.model.count)
+    return Implicit(
+        code.address("slope"),
+        tangent_address(code),
+        *weights,
+        time=np.zeros(1),
+        at=aligned((states,)),
+        slope_there=aligned((states,)),
+        change=aligned((states,)),
+        along=aligned((states + 1, lanes)),
+        rates=aligned((states, lanes)),
+        jacobian=aligned((states, states)),
+        equations=aligned((states, states + 1)),
+    )
+
+
+NOT_IMPLICIT = Implicit(*(NO_EVENTS, NO_EVENTS, 0.0, 0.0, 0.0, *[NO_NUMBERS] * 4, *[NO_TABLE] * 4))
