@@ -8,11 +8,11 @@ import pytest
 
 from ab_sim.drive import Drive
 from ab_sim.errors import SceneError
-from ab_sim.integrate.explicit import Weights
+from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.registry import stepper_named, steppers
 from ab_sim.integrate.steppers.rk8 import RK8
 
-TABLEAUX = {name: s for name, s in steppers().items() if isinstance(s.weights, Weights)}
+TABLEAUX = {name: s for name, s in steppers().items() if isinstance(s.weights, Tableau)}
 
 BAND = 0.3
 """How far the observed order may be from the declared one."""

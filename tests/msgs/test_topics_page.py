@@ -14,8 +14,8 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, ReliabilityPolicy  # noqa
 from ab_msgs_py import services, topics  # noqa: E402
 from ab_sim.drive.faults.fault import KINDS, faults_of  # noqa: E402
 from ab_sim.drive.trajectory import SPINDLE_CHANNELS, channels_for  # noqa: E402
-from ab_sim.dynamics.carriers.planar import Planar  # noqa: E402
-from ab_sim.dynamics.carriers.tilting import Tilting  # noqa: E402
+from ab_sim.equations.planar import Planar  # noqa: E402
+from ab_sim.equations.in_space import InSpace  # noqa: E402
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "topics.md").read_text()
@@ -74,7 +74,7 @@ def test_channels() -> None:
     of = {row[0]: tuple(names_in(row[1])) for row in table("of")}
     assert of["each"] == SPINDLE_CHANNELS
     balls, motor, sensor = of["two balls"], of["a motor"], of["a sensor `pickup`"]
-    for carrier, kind in (("a deck in the plane", Planar), ("a deck in space", Tilting)):
+    for carrier, kind in (("a deck in the plane", Planar), ("a deck in space", InSpace)):
         readings = sensor[: kind.WAYS]
         made = channels_for(kind.CHANNELS, 2, motor=True, readings=readings)
         assert made == (*of["each"], *of[carrier], *balls, *motor, *readings)
