@@ -1,0 +1,176 @@
+"""What happens at an event: a law takes another branch, and the others follow.
+
+At one instant several balls may come to rest, let go, meet or part; which do depends on all of
+them through the deck. All of them are decided at once, as the complementarity problem that
+set-valued laws pose (Leine and Nijmeijer, ch. 5). Given the accelerations x of what carries the
+balls, each row is one of its own and solved exactly (``rows``); the branches found give x anew,
+from the equations of motion. That is Newton's method for K piecewise linear equations, which ends,
+at the exact solution, as soon as no branch changes.
+"""
+
+from ab_sim.compiling.kinds import Floats, scratch
+from ab_sim.events.balls import around, ball_at, gap, moves_along, put_branches, sign
+from ab_sim.events.event_functions import (
+    MOTOR,
+    RATE_ROUNDING,
+    SLIDE,
+    TOUCH,
+    event_functions,
+    force_rounding,
+    motor_functions,
+)
+from ab_sim.events.impact import collide
+from ab_sim.events.reactions import (
+    largest_friction,
+    pull_at,
+    pull_less_friction,
+    put_normal_forces,
+)
+from ab_sim.events.rows import CLOSED, COARSE, HOLD, HOP, LEVEL, PULL, solve_rows
+from ab_sim.events.run import ALONG, CURVE, DIRECTION, JOINED, LOADED, Balls, Run, evaluate
+
+DIRECT = 8
+"""Rounds of Newton's method; after so many, half-way between the last two is tried as well."""
+ROUNDS = 60
+STILL = 4.0 * RATE_ROUNDING
+"""rad/s. Balls that roll side by side come to rest together, though rounding tells them apart: a
+rate as small as at the end of sliding is that of a ball at rest."""
+
+
+def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> None:
+    """Change the branch of ``slot`` (-1: none), then all that this makes wrong.
+
+    Afterwards slope, table and event functions are those of the state just after the instant.
+    Counts one at which no branches are found.
+
+    Args:
+        run: its state changes; its table holds what was evaluated at the state's angles.
+        time: local time [s].
+        slot: the event function that has reached zero, or -1.
+        plastic: whether balls that meet no longer bounce.
+    """
+    balls, work, discrete = run.balls, run.work, run.balls.discrete
+    n, between = balls.number, scratch(balls.accelerations)
+    if 0 <= slot < MOTOR * n:
+        kind, i = slot // n, slot % n
+        if kind == TOUCH and discrete[i, JOINED] == 0 and not collide(run, time, i, plastic):
+            work.counts[1] += 1
+        if balls.has_friction:
+            stopped = kind == SLIDE and discrete[i, DIRECTION] != 0
+            come_to_rest(balls, run.state, i if stopped else -1)
+        if balls.has_contact:
+            close_gaps(balls, run.state)
+    if balls.has_contact:
+        # Which balls touch at this instant, whatever becomes of them.
+        for k in range(n):
+            work.rows[k, CLOSED] = float(discrete[k, JOINED])
+            work.rows[k, HOP] = 0.0
+    found = False
+    for count in range(ROUNDS):
+        put_branches(balls)
+        evaluate(run, time, run.state, work.slope)
+        if not choose_branches(run, balls.x):
+            found = True
+            break
+        for r in range(balls.accelerations):
+            between[r] = balls.x[r] if count < DIRECT else 0.5 * (balls.x[r] + between[r])
+        if count >= DIRECT:
+            choose_branches(run, between)
+    if not found:
+        work.counts[1] += 1
+        put_branches(balls)
+        evaluate(run, time, run.state, work.slope)
+    event_functions(balls, run.state, work.slope, work.value, work.rounding, work.rate)
+
+
+def come_to_rest(balls: Balls, state: Floats, stopped: int) -> None:
+    """Bring to rest the ball that has ``stopped`` (-1: none), others as slow as it, their rows."""
+    first, still = balls.first_rate, STILL
+    if stopped >= 0:
+        still = max(STILL, abs(state[first + stopped]))
+    for i in range(balls.number):
+        if 0.0 < abs(state[first + i]) <= still:
+            state[first + i] = 0.0
+            if balls.has_contact:
+                stop_row(balls, state, i)
+
+
+def stop_row(balls: Balls, state: Floats, i: int) -> None:
+    """Bring those in a row with ball i to rest."""
+    ahead = 0
+    while ball_at(balls, ahead) != i:
+        ahead += 1
+    behind = ahead
+    while moves_along(balls, ahead):
+        ahead = around(balls, ahead + 1)
+    while moves_along(balls, around(balls, behind - 1)):
+        behind = around(balls, behind - 1)
+    for step in range(around(balls, ahead - behind) + 1):
+        state[balls.first_rate + ball_at(balls, behind + step)] = 0.0
+
+
+def close_gaps(balls: Balls, state: Floats) -> None:
+    """Take out what rounding and truncation have done to balls in contact, and any overlap."""
+    begin, widest = 0, 0.0
+    for k in range(balls.number):
+        opening = gap(balls, k)
+        if opening > widest:
+            begin, widest = around(balls, k + 1), opening
+    for place in range(balls.number - 1):
+        k = around(balls, begin + place)
+        opening = gap(balls, k)
+        if balls.discrete[k, JOINED] == 1 or opening < 0.0:
+            j = ball_at(balls, k + 1)
+            state[balls.first_angle + j] -= opening / balls.table[CURVE, j]
+            balls.table[ALONG, j] -= opening
+
+
+def choose_branches(run: Run, x: Floats) -> bool:
+    """The branches that hold just after an instant if x are the accelerations there.
+
+    Right after ``evaluate``. Returns whether any was not in force.
+    """
+    balls, rows, state, discrete = run.balls, run.work.rows, run.state, run.balls.discrete
+    first, changed = balls.first_rate, False
+    if balls.has_friction:
+        put_normal_forces(balls, x)
+    for i in range(balls.number):
+        coarse = force_rounding(balls, i, pull_less_friction(balls, i, x), x)
+        rows[i, COARSE] = coarse
+        rows[i, HOLD] = -1.0
+        rows[i, PULL] = pull_at(balls, i, x)
+        if balls.has_friction:
+            force, was_loaded, rate = balls.force[i], discrete[i, LOADED], state[first + i]
+            slack = -coarse if was_loaded == 1 else coarse
+            loaded = 1 if force > slack or (force == 0.0 and was_loaded == 1) else 0
+            changed = changed or loaded != was_loaded
+            discrete[i, LOADED] = loaded
+            if rate == 0.0:
+                rows[i, HOLD] = largest_friction(balls, i)
+            elif loaded == 1:
+                rows[i, PULL] -= sign(rate) * largest_friction(balls, i)
+    if solve_rows(balls, rows):
+        changed = True
+    if balls.has_friction:
+        for i in range(balls.number):
+            rate = state[first + i]
+            direction = sign(rows[i, LEVEL] if rate == 0.0 else rate)
+            changed = changed or discrete[i, DIRECTION] != direction
+            discrete[i, DIRECTION] = direction
+    if balls.has_motor and choose_motor_branch(run):
+        changed = True
+    return changed
+
+
+def choose_motor_branch(run: Run) -> bool:
+    """Whether the motor begins or ceases to give all it can."""
+    balls, value, rounding = run.balls, run.work.value, run.work.rounding
+    slot, before = MOTOR * balls.number, balls.discrete[balls.number, DIRECTION]
+    motor_functions(balls, value, rounding)
+    after = before
+    if value[slot] < -rounding[slot]:
+        after = -1 if before == 0 else 0
+    elif before == 0 and value[slot + 1] < -rounding[slot + 1]:
+        after = 1
+    balls.discrete[balls.number, DIRECTION] = after
+    return after != before

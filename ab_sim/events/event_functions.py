@@ -1,0 +1,156 @@
+"""When the branch of a set-valued law that is in force stops being the right one.
+
+Each law has *event functions*: smooth functions of the motion that are not negative while its
+branch holds. An event is one that reaches zero; ``location`` finds when. Slots, for n balls:
+
+    SLIDE    a sliding ball: its path speed the way it slides. A stuck one: the friction that is
+             left against being pushed back, for it and the stuck balls behind that it touches.
+    HOLD     a stuck ball: the friction left against being pushed forward, with those ahead of it.
+             A ball that the race does not carry adds nothing to either, but can be stuck between
+             others.
+    LOAD     the race's normal force; its opposite while the race does not carry the ball.
+    TOUCH    two balls apart: the distance between them. Joined: their push on each other.
+    MOTOR    two: torque left below and above; at its limit, torque asked for beyond it.
+"""
+
+from ab_sim.compiling.kinds import Floats
+from ab_sim.events.balls import (
+    around,
+    ball_at,
+    gap,
+    is_stuck,
+    moves_along,
+    path_speed,
+    row_start,
+)
+from ab_sim.events.reactions import largest_friction, pull_less_friction, put_reactions
+from ab_sim.events.run import ASKED, DIRECTION, JOINED, LOADED, MASS, MOST, SPACING, Balls
+
+SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
+"""Slot = kind times n + ball (TOUCH: contact); the motor's two come last."""
+NEVER = 1e300
+"""Value of what cannot happen."""
+TOUCHING = 1e-12
+"""Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
+ROUNDING = 1e-12
+"""Relative size of a value that may be rounding."""
+RATE_ROUNDING = 1e-14
+"""rad/s, of a rate that may be rounding."""
+
+
+def slots(balls: int) -> int:
+    """How many event functions a number of balls has, with those of a motor."""
+    return MOTOR * balls + 2
+
+
+def event_functions(
+    balls: Balls, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
+) -> None:
+    """All of them at a state, right after ``evaluate`` there.
+
+    Args:
+        balls: with what the evaluation said.
+        state: the state.
+        slope: its time derivative.
+        value: where they go, shape (slots,).
+        rounding: where it goes what rounding may make of each, same shape.
+        rate: where the time derivatives go of those that are speeds or distances; NEVER for
+            forces. Same shape.
+    """
+    for slot in range(slots(balls.number)):
+        value[slot] = rate[slot] = NEVER
+        rounding[slot] = 0.0
+    put_reactions(balls)
+    if balls.has_friction:
+        friction_functions(balls, state, slope, value, rounding, rate)
+        if balls.has_contact:
+            add_leaning_balls(balls, value, rounding)
+    if balls.has_contact:
+        contact_functions(balls, state, value, rounding, rate)
+    if balls.has_motor:
+        motor_functions(balls, value, rounding)
+
+
+def force_rounding(balls: Balls, i: int, pull: float, x: Floats) -> float:
+    """What of the forces on ball i, ``pull`` along the race, may be rounding [N]."""
+    # What tilts a deck acts through its weight at the ball, which is in the forces.
+    size = abs(pull) + balls.constants[i, MASS] * (abs(x[0]) + abs(x[1]))
+    if balls.has_friction:
+        size += abs(balls.force[i])
+    return ROUNDING * size
+
+
+def friction_functions(
+    balls: Balls, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
+) -> None:
+    """SLIDE, HOLD and LOAD, each ball by itself."""
+    n, first = balls.number, balls.first_rate
+    for i in range(n):
+        force, direction = balls.force[i], balls.discrete[i, DIRECTION]
+        loaded = balls.discrete[i, LOADED] == 1
+        pull = pull_less_friction(balls, i, balls.x)
+        coarse = force_rounding(balls, i, pull, balls.x)
+        value[LOAD * n + i] = force if loaded else -force
+        rounding[LOAD * n + i] = coarse
+        if direction == 0:
+            left = largest_friction(balls, i)
+            value[SLIDE * n + i] = left + pull
+            value[HOLD * n + i] = left - pull
+            rounding[SLIDE * n + i] = rounding[HOLD * n + i] = coarse
+        elif loaded:
+            value[SLIDE * n + i] = direction * state[first + i]
+            rate[SLIDE * n + i] = direction * slope[first + i]
+            rounding[SLIDE * n + i] = RATE_ROUNDING
+
+
+def add_leaning_balls(balls: Balls, value: Floats, rounding: Floats) -> None:
+    """Stuck balls that touch lean on each other: a push on one is a push on the next."""
+    n, begin = balls.number, row_start(balls)
+    for step in range(n - 1):
+        k = around(balls, begin + step)
+        if leans(balls, k):
+            behind, here = SLIDE * n + ball_at(balls, k), SLIDE * n + ball_at(balls, k + 1)
+            value[here] += value[behind]
+            rounding[here] += rounding[behind]
+        k = around(balls, begin + n - 2 - step)
+        if leans(balls, k):
+            here, ahead = HOLD * n + ball_at(balls, k), HOLD * n + ball_at(balls, k + 1)
+            value[here] += value[ahead]
+            rounding[here] += rounding[ahead]
+
+
+def leans(balls: Balls, k: int) -> bool:
+    """Whether the balls at contact k touch and both stick."""
+    if balls.discrete[k, JOINED] == 0:
+        return False
+    return is_stuck(balls, ball_at(balls, k)) and is_stuck(balls, ball_at(balls, k + 1))
+
+
+def contact_functions(
+    balls: Balls, state: Floats, value: Floats, rounding: Floats, rate: Floats
+) -> None:
+    """TOUCH."""
+    for k in range(balls.number):
+        slot, i, j = TOUCH * balls.number + k, ball_at(balls, k), ball_at(balls, k + 1)
+        if balls.discrete[k, JOINED] == 0:
+            value[slot] = gap(balls, k)
+            rounding[slot] = TOUCHING * balls.contacts[k, SPACING]
+            rate[slot] = path_speed(balls, state, j) - path_speed(balls, state, i)
+        elif moves_along(balls, k):
+            value[slot] = balls.push[k]
+            for ball in range(2):
+                one = i if ball == 0 else j
+                pull = pull_less_friction(balls, one, balls.x)
+                rounding[slot] += force_rounding(balls, one, pull, balls.x)
+
+
+def motor_functions(balls: Balls, value: Floats, rounding: Floats) -> None:
+    """MOTOR."""
+    asked, most, slot = balls.motor[ASKED], balls.motor[MOST], MOTOR * balls.number
+    limited = balls.discrete[balls.number, DIRECTION]
+    if limited == 0:
+        value[slot] = most + asked
+        value[slot + 1] = most - asked
+    else:
+        value[slot] = limited * asked - most
+    rounding[slot] = rounding[slot + 1] = ROUNDING * (most + abs(asked))

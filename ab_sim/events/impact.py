@@ -1,0 +1,193 @@
+"""Balls that hit each other: velocities jump, positions do not.
+
+With V the velocities (of what carries the balls, of the balls along the race) and G their mass
+matrix, impulses P at the contacts give G dV = (0, .., P_{i-1} - P_i, .., 0): the arrowhead of the
+equations of motion once more. Newton's law holds for all contacts that touch at once: the balls
+part at least at e times the speed at which they approached, 0 <= P _|_ u+ + e u- >= 0 (Moreau
+(1988); Leine and Nijmeijer, ch. 5). Energy lost: -sum_i P_i (s_i' + ds_i' / 2).
+"""
+
+from ab_sim.compiling.kinds import Floats, Table, call, scratch
+from ab_sim.events.balls import around, ball_at, path_speed, put_branches, sign
+from ab_sim.events.reactions import pull_at
+from ab_sim.events.rows import CLOSED, COARSE, HOLD, HOP, SHIFT, first_open, solve_rows
+from ab_sim.events.rows import PULL as ROW_PULL
+from ab_sim.events.run import (
+    CURVE,
+    DIRECTION,
+    INERTIA,
+    JOINED,
+    PATH,
+    PATH_ACCELERATION,
+    PULL,
+    REACH,
+    SPEED,
+    Balls,
+    Run,
+)
+
+ROUNDING = 1e-14
+"""Part of the fastest ball's momentum that may be rounding."""
+SLOW_HOP = 3e-8
+"""m/s. Balls at rest against each other that an impact elsewhere would part more slowly stay so."""
+SLOW_IMPACT = 1e-6
+"""m/s. An impact slower than this bounces nothing and parts none: it may come of the distance that
+counts as none, which balls fall through between two events, and would go on for ever."""
+ROUNDS = 60
+
+
+def collide(run: Run, time: float, struck: int, plastic: bool) -> bool:
+    """Let the balls at contact ``struck`` collide, and with them all that touch.
+
+    Contacts that stay closed are joined afterwards, others are not; stuck balls come loose where
+    something moves them.
+
+    Args:
+        run: its state changes; its table holds what was evaluated at the state's angles.
+        time: local time [s].
+        struck: the contact that has just closed.
+        plastic: whether nothing bounces any more.
+
+    Returns:
+        Whether impulses that agree with Newton's law at all contacts were found.
+    """
+    balls, rows, state = run.balls, run.work.rows, run.state
+    table, discrete, first = balls.table, balls.discrete, balls.first_rate
+    call(run.scene.arrow, run.scene.c, balls.branches, state, balls.block, time)
+    for i in range(balls.number):
+        # An impact is over before friction could act.
+        if balls.has_friction:
+            discrete[i, DIRECTION] = 1
+        table[PATH, i] = path_speed(balls, state, i)
+    discrete[struck, JOINED] = 1
+    shift_speeds(run, struck, plastic)
+    found = False
+    for _ in range(ROUNDS):
+        put_branches(balls)
+        solve_jumps(balls)
+        for i in range(balls.number):
+            rows[i, ROW_PULL] = pull_at(balls, i, balls.x)
+        if not solve_rows(balls, rows):
+            found = True
+            break
+    for i in range(balls.number):
+        table[PULL, i] = table[PATH_ACCELERATION, i] + rows[i, SHIFT] - table[PATH, i]
+    jump(run)
+    begin = first_open(balls, rows)
+    for place in range(balls.number):
+        k = around(balls, begin + place)
+        i, j = ball_at(balls, k), ball_at(balls, k + 1)
+        if rows[i, SHIFT] != rows[j, SHIFT]:
+            discrete[k, JOINED] = 0
+        if discrete[k, JOINED] == 1:
+            # Exactly one speed, so that no rounding pulls a row apart.
+            state[first + j] = state[first + i] * (table[CURVE, i] / table[CURVE, j])
+    if balls.has_friction:
+        for i in range(balls.number):
+            discrete[i, DIRECTION] = sign(state[first + i])
+    return found
+
+
+def shift_speeds(run: Run, struck: int, plastic: bool) -> None:
+    """The equations for the speeds after an impact, less what the balls bounce (SHIFT).
+
+    So shifted, u+ + e u- >= 0 says that speeds do not fall along the row, as for accelerations.
+    What carries the balls has the momentum that these speeds are short of.
+    """
+    balls, rows = run.balls, run.work.rows
+    table, block, every = balls.table, balls.block, balls.accelerations
+    hit = table[PATH, ball_at(balls, struck)] - table[PATH, ball_at(balls, struck + 1)]
+    fastest, shift = 0.0, 0.0
+    for k in range(balls.number):
+        fastest = max(fastest, abs(table[PATH, k]))
+        rows[k, CLOSED] = float(balls.discrete[k, JOINED])
+        rows[k, HOP] = hit if 0.0 < hit <= SLOW_IMPACT else SLOW_HOP
+    rows[struck, HOP] = 0.0
+    for r in range(every):
+        block[r, every] = balls.x[r] = 0.0
+    parting = scratch(1)
+    begin = first_open(balls, rows)
+    for place in range(balls.number):
+        k = around(balls, begin + place)
+        i, j = ball_at(balls, k), ball_at(balls, k + 1)
+        path = table[PATH, i] - shift
+        table[PULL, i] = table[INERTIA, i] * path
+        for r in range(every):
+            block[r, every] -= table[REACH + r, i] * path
+        rows[i, SHIFT] = shift
+        rows[i, HOLD] = -1.0
+        rows[i, COARSE] = ROUNDING * table[INERTIA, i] * fastest
+        approach = table[PATH, i] - table[PATH, j]
+        if rows[k, CLOSED] == 0.0:
+            shift = 0.0
+        elif approach > SLOW_IMPACT and not plastic:
+            call(run.scene.restitution, run.scene.c, balls.branches, parting, approach)
+            shift += parting[0] * approach
+
+
+def solve_jumps(balls: Balls) -> None:
+    """The equations in ``block`` and PULL, without friction: x, and PATH_ACCELERATION of each ball.
+
+    A prescribed spindle does not jump. Balls and rows are eliminated by their mobility.
+    """
+    n, free, table, b = balls.number, balls.free, balls.table, balls.branches
+    gain, matrix = scratch(free + 1, n), scratch(free, free + 1)
+    for i in range(n):
+        for r in range(free + 1):
+            line, total = PULL if r == free else REACH + r, 0.0
+            for j in range(n):
+                total += b[n + n * i + j] * table[line, j]
+            gain[r, i] = total
+    for r in range(free):
+        for q in range(free):
+            matrix[r, q] = balls.block[min(r, q), max(r, q)]
+        matrix[r, free] = balls.block[r, balls.accelerations]
+        for i in range(n):
+            for q in range(free):
+                matrix[r, q] -= table[REACH + r, i] * gain[q, i]
+            matrix[r, free] += table[REACH + r, i] * gain[free, i]
+    solve_dense(matrix, balls.x, free)
+    for i in range(n):
+        g = gain[free, i]
+        for r in range(free):
+            g += gain[r, i] * balls.x[r]
+        table[PATH_ACCELERATION, i] = g
+
+
+def solve_dense(matrix: Table, x: Floats, size: int) -> None:
+    """``size`` equations, right sides in the last column; masses and inertias need no pivoting."""
+    for p in range(size):
+        for r in range(p + 1, size):
+            factor = matrix[r, p] / matrix[p, p]
+            for q in range(p + 1, size + 1):
+                matrix[r, q] -= factor * matrix[p, q]
+    for p in range(size - 1, -1, -1):
+        rest = matrix[p, size]
+        for q in range(p + 1, size):
+            rest -= matrix[p, q] * x[q]
+        x[p] = rest / matrix[p, p]
+
+
+def jump(run: Run) -> None:
+    """Add the jumps of velocity to the state: of ball i's path speed, what PULL holds."""
+    balls, state, x = run.balls, run.state, run.balls.x
+    table, spindle = balls.table, balls.accelerations - 1
+    turned = lost = 0.0
+    for r in range(balls.accelerations):
+        turned += balls.block[r, spindle] * x[r]
+    for i in range(balls.number):
+        gain = table[PULL, i]
+        impulse = table[INERTIA, i] * gain
+        for r in range(balls.accelerations):
+            impulse -= table[REACH + r, i] * x[r]
+        lost -= impulse * (table[PATH, i] + 0.5 * gain)
+        turned -= table[REACH + spindle, i] * gain
+        state[balls.first_rate + i] += gain / table[CURVE, i]
+    call(run.scene.kick, run.scene.c, balls.branches, state, x, state)
+    if balls.has_motor:
+        state[balls.spindle + 1] += x[spindle]
+    if balls.has_energy_balance:
+        # A prescribed speed is kept by the motor, which does work on the impact.
+        if not balls.has_motor:
+            state[state.size - 2] += balls.motor[SPEED] * turned
+        state[state.size - 1] += lost

@@ -1,0 +1,245 @@
+"""Events located within a step: the step is cut where a set-valued law takes another branch.
+
+Between two events the equations are smooth, so a stepper keeps its order if it never steps across
+one. A trial step that ends with a negative event function contains an event; its time is found by
+taking shorter trial steps, each of full order, until the function is zero. Shampine, Gladwell and
+Brankin (1991), ACM TOMS 17, put it that way, but interpolate; a step here costs a microsecond or
+two.
+"""
+
+import math
+
+from ab_sim.compiling.kinds import Floats
+from ab_sim.events.complementarity import solve_complementarity
+from ab_sim.events.event_functions import NEVER, ROUNDING, event_functions
+from ab_sim.events.run import Run, evaluate, take_step
+
+BOUNCES = 60
+"""Events per step, and 20 more per ball, after which balls that meet stay together.
+
+After twice as many the rest of the step is not located."""
+CLOSE = 1e-13
+"""An event's time is known to this part of a step."""
+CROSSED = 2.0
+"""A function has been crossed when it is this many times below zero what rounding may make of it.
+
+Branches are chosen at one time that, so a step never begins beyond an event, nor with one."""
+NEAR = 0.25
+"""A force may fall below zero within a step if less than this part of it is left at an end; what
+turns as fast as the spindle changes by an eighth of (w h)^2 between two steps."""
+DOUBT = 1e-3
+"""Part of a force that a cubic through both ends of a step may be wrong by."""
+SHORTLY = 1e-5
+"""Part of a step over which the rates of forces are measured."""
+ATTEMPTS = 200
+"""Trial steps to one event at most."""
+
+
+def check_branches(run: Run, time: float) -> None:
+    """See to the branches where steps begin, right after ``evaluate`` of the state there.
+
+    Where the spindle's acceleration jumps, or events were too many to locate, what held so far may
+    hold no more; elsewhere this changes nothing, or a run would depend on how it is cut up.
+    """
+    work = run.work
+    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
+    if first_crossed(work.value, work.value, work.rounding) >= 0:
+        solve_complementarity(run, time, -1, False)
+
+
+def step_over_events(run: Run, begin: float, length: float, end: float) -> bool:
+    """One step, cut at every event; its result is in ``trial``.
+
+    Args:
+        run: its slope, table and event functions are those of its state, which changes at events,
+            as the discrete state does.
+        begin: local time [s].
+        length: of the step [s].
+        end: the time that the next step begins at, ``begin + length`` but for rounding.
+
+    Returns:
+        Whether the workspace holds slope and event functions at its end.
+    """
+    work, state = run.work, run.state
+    bounces = BOUNCES + 20 * run.balls.number
+    now, rest = begin, length
+    for count in range(2 * bounces + 1):
+        slot, taken = trial_step(run, now, rest, end), rest
+        if not within_bounds(work.trial, work.bounds):
+            return False
+        if slot < 0:
+            slot, taken = lowest_between(run, now, rest, end)
+        if slot < 0:
+            return True
+        if count == bounces:
+            work.counts[1] += 1
+        if count == 2 * bounces:
+            trial_step(run, now, rest, end)
+            return False
+        taken, slot = locate(run, now, taken, slot)
+        if taken > 0.0:
+            for j in range(state.size):
+                state[j] = work.trial[j]
+        work.counts[0] += 1
+        now += taken
+        rest -= taken
+        solve_complementarity(run, now, slot, count >= bounces)
+        if rest <= CLOSE * length:
+            for j in range(state.size):
+                work.trial[j] = state[j]
+            break
+    return False
+
+
+def within_bounds(trial: Floats, bounds: Floats) -> bool:
+    """Whether the state is finite and sound; written so that a NaN is not."""
+    for j in range(trial.size):
+        if not abs(trial[j]) < bounds[j]:
+            return False
+    return True
+
+
+def trial_step(run: Run, now: float, length: float, end: float) -> int:
+    """Step, and evaluate the event functions at its end: the slot that is first crossed, or -1."""
+    take_step(run, now, length)
+    work = run.work
+    evaluate(run, end, work.trial, work.slope_ahead)
+    event_functions(
+        run.balls, work.trial, work.slope_ahead, work.value_ahead, work.rounding, work.rate_ahead
+    )
+    return first_crossed(work.value, work.value_ahead, work.rounding)
+
+
+def left(value: Floats, rounding: Floats, slot: int) -> float:
+    """How far an event function is from counting as crossed."""
+    return value[slot] + CROSSED * rounding[slot]
+
+
+def first_crossed(value: Floats, ahead: Floats, rounding: Floats) -> int:
+    """The slot whose function, drawn as a straight line, is the first to be crossed; -1 if none."""
+    found, first = -1, 2.0
+    for slot in range(value.size):
+        end = left(ahead, rounding, slot)
+        if end < 0.0:
+            start = max(left(value, rounding, slot), 0.0)
+            reaches = start / (start - end)
+            if reaches < first:
+                found, first = slot, reaches
+    return found
+
+
+def other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:
+    """A slot other than ``slot`` whose function has been crossed, or -1."""
+    for other in range(ahead.size):
+        if other != slot and left(ahead, rounding, other) < 0.0:
+            return other
+    return -1
+
+
+def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
+    """A function that is crossed within the step but not at its end: slot and where, or (-1, ..).
+
+    Functions are drawn as cubics through both ends; only where one falls and rises again is the
+    step taken to its lowest point to see. Rates of forces are measured, and only where one could
+    fall so far.
+    """
+    work = run.work
+    value, ahead, rounding = work.value, work.value_ahead, work.rounding
+    measured = False
+    for slot in range(value.size):
+        if value[slot] > 1e200 or ahead[slot] > 1e200:
+            continue
+        rate, rate_ahead, doubt = work.rate[slot], work.rate_ahead[slot], 0.0
+        if rate >= NEVER:
+            size = rounding[slot] / ROUNDING
+            if min(value[slot], ahead[slot]) > NEAR * size:
+                continue
+            if not measured:
+                measured = True
+                brief = SHORTLY * length
+                put_force_rates(run, now, brief, run.state, work.slope, value, 0)
+                put_force_rates(run, end, brief, work.trial, work.slope_ahead, ahead, 1)
+            rate, rate_ahead = work.force_rate[0, slot], work.force_rate[1, slot]
+            doubt = DOUBT * size
+        part, lowest = minimum_of_cubic(
+            value[slot], ahead[slot], rate * length, rate_ahead * length
+        )
+        if part == 0.0 or lowest >= doubt - rounding[slot]:
+            continue
+        trial_step(run, now, part * length, now + part * length)
+        if left(work.value_ahead, rounding, slot) < 0.0:
+            return slot, part * length
+        trial_step(run, now, length, end)
+    return -1, length
+
+
+def minimum_of_cubic(g0: float, g1: float, r0: float, r1: float) -> tuple[float, float]:
+    """Where in 0 .. 1 a cubic with these ends and slopes is lowest, and how low; (0, ..) if not."""
+    if r0 >= 0.0 or r1 <= 0.0:
+        return 0.0, g0
+    # g0 + r0 x + p x^2 + q x^3; its minimum is where the derivative rises through zero.
+    p = 3.0 * (g1 - g0) - 2.0 * r0 - r1
+    q = 2.0 * (g0 - g1) + r0 + r1
+    root = p * p - 3.0 * q * r0
+    if root < 0.0:
+        return 0.0, g0
+    x = -r0 / (p + math.sqrt(root))
+    if not 0.0 < x < 1.0:
+        return 0.0, g0
+    return x, g0 + x * (r0 + x * (p + x * q))
+
+
+def put_force_rates(
+    run: Run, time: float, shortly: float, state: Floats, slope: Floats, value: Floats, line: int
+) -> None:
+    """Rates of the functions at a state, measured ``shortly`` [s] after, into ``force_rate``."""
+    work, near, values = run.work, run.work.near, run.work.near_value
+    for j in range(state.size):
+        near[0, j] = state[j] + shortly * slope[j]
+    evaluate(run, time + shortly, near[0], near[1])
+    event_functions(run.balls, near[0], near[1], values[0], values[1], values[2])
+    for slot in range(value.size):
+        work.force_rate[line, slot] = (values[0, slot] - value[slot]) / shortly
+
+
+def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
+    """The first event of a step, given that ``slot`` has been crossed at ``length``.
+
+    Returns:
+        How far into the step it is [s], with the state there in ``trial``, and its slot.
+    """
+    work, rounding = run.work, run.work.rounding
+    low, high = 0.0, length
+    at_low = max(left(work.value, rounding, slot), 0.0)
+    at_high = left(work.value_ahead, rounding, slot)
+    side = 0
+    for attempt in range(ATTEMPTS):
+        x = high
+        if high - low > CLOSE * length and attempt < ATTEMPTS - 1:
+            # Illinois' regula falsi, with a bisection now and then against a stubborn end. What
+            # starts at zero first has to be found where it has risen, for the crossing behind that.
+            x = (low * at_high - high * at_low) / (at_high - at_low)
+            if low == 0.0 and at_low <= 10.0 * CROSSED * rounding[slot]:
+                x = 0.25 * high
+            elif attempt % 8 == 7 or not low < x < high:
+                x = 0.5 * (low + high)
+        trial_step(run, now, x, now + x)
+        if x == high:
+            break
+        here = left(work.value_ahead, rounding, slot)
+        if here >= 0.0:
+            other = other_crossed(work.value_ahead, rounding, slot)
+            if other < 0:
+                low, at_low = x, here
+                if side == 1:
+                    at_high *= 0.5
+                side = 1
+                continue
+            # Another function has been crossed before: that one, then. At ``low`` none has been.
+            slot, here = other, left(work.value_ahead, rounding, other)
+            at_low = max(left(work.value, rounding, slot), 0.0) if low == 0.0 else -here
+            side = 0
+        elif side == -1:
+            at_low *= 0.5
+        high, at_high, side = x, here, -1
+    return high, slot

@@ -1,0 +1,54 @@
+"""Forces that the equations of motion leave out: race on ball, ball on ball."""
+
+from ab_sim.compiling.kinds import Floats
+from ab_sim.events.balls import around, ball_at, moves_along, row_start
+from ab_sim.events.run import FRICTION, GRIP, INERTIA, LOAD, PATH_ACCELERATION, PULL, REACH, Balls
+
+
+def put_normal_forces(balls: Balls, x: Floats) -> None:
+    """Fill in ``force``, given accelerations."""
+    press = REACH + balls.accelerations
+    for i in range(balls.number):
+        force = balls.table[LOAD, i]
+        for r in range(balls.accelerations):
+            force += balls.table[press + r, i] * x[r]
+        balls.force[i] = force
+
+
+def pull_at(balls: Balls, i: int, x: Floats) -> float:
+    """Force along the race on ball i but for its neighbours' pushes and friction [N]."""
+    pull = balls.table[PULL, i]
+    for r in range(balls.accelerations):
+        pull += balls.table[REACH + r, i] * x[r]
+    return pull
+
+
+def pull_less_friction(balls: Balls, i: int, x: Floats) -> float:
+    """The same, less what sliding friction takes; after ``put_normal_forces``."""
+    pull = pull_at(balls, i, x)
+    if balls.has_friction:
+        pull -= balls.table[FRICTION, i] * balls.force[i]
+    return pull
+
+
+def largest_friction(balls: Balls, i: int) -> float:
+    """On ball i [N]; after ``put_normal_forces``."""
+    return balls.table[GRIP, i] * max(balls.force[i], 0.0)
+
+
+def put_reactions(balls: Balls) -> None:
+    """Fill in ``force`` and ``push``, as far as the balls have such, right after ``evaluate``."""
+    if balls.has_friction:
+        put_normal_forces(balls, balls.x)
+    if balls.has_contact:
+        begin, push = row_start(balls), 0.0
+        for place in range(balls.number):
+            k = around(balls, begin + place)
+            if moves_along(balls, k):
+                # What arrives from behind, and what the ball itself does not need.
+                i = ball_at(balls, k)
+                push += pull_less_friction(balls, i, balls.x)
+                push -= balls.table[INERTIA, i] * balls.table[PATH_ACCELERATION, i]
+            else:
+                push = 0.0
+            balls.push[k] = push

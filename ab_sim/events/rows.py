@@ -1,0 +1,115 @@
+"""Which balls that touch move together, at one instant: the complementarity problem of whole rows.
+
+Along a row of balls in contact, with path accelerations g_i, or path speeds after an impact,
+
+    mu_i g_i = p_i - phi_i + push_{i-1} - push_i,    0 <= push_k  _|_  g_{k+1} - g_k >= 0,
+
+and phi_i in F_i Sign(g_i), the friction on a ball at rest. These are the conditions for a minimum
+of sum_i (mu_i g_i^2 / 2 - p_i g_i + F_i |g_i|) over all g that do not fall along the row: an
+isotonic regression. Pooling neighbours that violate the order solves it exactly, in one pass (Best,
+Chakravarti and Ubhaya (2000), SIAM J. Optim. 10). A pool moves as one ball.
+"""
+
+from ab_sim.compiling.kinds import Table
+from ab_sim.events.balls import around, ball_at
+from ab_sim.events.run import JOINED, ROLLING_MASS, Balls
+
+PULL, HOLD = 0, 1
+"""Of each ball: p_i [N], or an impulse [N s]; F_i [N], negative for a ball that does not rest. The
+balls of a row all rest or all move."""
+COARSE = 2
+"""Of each ball: what of its PULL may be rounding."""
+LEVEL = 3
+"""Of each ball: the solution g_i."""
+CLOSED = 4
+"""Of each contact: 1 where its balls touch and neither approach nor part."""
+SHIFT = 5
+"""Of each ball: impact only."""
+HOP = 6
+"""Of each contact: where its balls would part no faster than this they stay together."""
+FIRST = 7
+"""Of a pool: how far along the row it begins. The same balls' sums and the common g follow."""
+POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_COARSE, POOL_LEVEL = 8, 9, 10, 11, 12
+WIDTH = 13
+"""Columns of the array of rows: one line for each ball, contact or pool."""
+
+
+def level(inertia: float, pull: float, hold: float, coarse: float) -> float:
+    """g of balls that move as one: what friction at rest leaves of the pull, over the inertia."""
+    if hold < 0.0:
+        return pull / inertia
+    if abs(pull) <= hold + coarse:
+        return 0.0
+    return (pull - hold if pull > 0.0 else pull + hold) / inertia
+
+
+def put_level(rows: Table, pool: int) -> None:
+    """g of a pool, from its sums."""
+    rows[pool, POOL_LEVEL] = level(
+        rows[pool, POOL_INERTIA],
+        rows[pool, POOL_PULL],
+        rows[pool, POOL_HOLD],
+        rows[pool, POOL_COARSE],
+    )
+
+
+def are_together(rows: Table, before: int, hop: float, coarse: float) -> bool:
+    """Whether pool ``before`` and the next one push each other, or would but for rounding."""
+    here = before + 1
+    parts = rows[here, POOL_LEVEL] - rows[before, POOL_LEVEL]
+    if parts <= hop:
+        return True
+    rests = rows[here, POOL_HOLD] >= 0.0
+    if rests and rows[here, POOL_LEVEL] * rows[before, POOL_LEVEL] <= 0.0:
+        return False
+    a, b = rows[before, POOL_INERTIA], rows[here, POOL_INERTIA]
+    return parts * a * b / (a + b) <= coarse
+
+
+def first_open(balls: Balls, rows: Table) -> int:
+    """A place at which balls that touch begin."""
+    for k in range(balls.number):
+        if rows[around(balls, k - 1), CLOSED] == 0.0:
+            return k
+    return 0
+
+
+def solve_rows(balls: Balls, rows: Table) -> bool:
+    """Fill in LEVEL, and join the balls of each pool.
+
+    PULL, HOLD, COARSE, CLOSED and HOP say what holds at the instant. Returns whether a contact that
+    was joined is not any more, or vice versa.
+    """
+    n, top, changed = balls.number, -1, False
+    begin = first_open(balls, rows) if balls.has_contact else 0
+    for place in range(n):
+        i = ball_at(balls, begin + place) if balls.has_contact else place
+        top += 1
+        rows[top, FIRST] = float(place)
+        rows[top, POOL_INERTIA] = balls.constants[i, ROLLING_MASS]
+        for column in (PULL, HOLD, COARSE):
+            rows[top, POOL_PULL + column] = rows[i, column]
+        put_level(rows, top)
+        if not balls.has_contact:
+            rows[i, LEVEL] = rows[top, POOL_LEVEL]
+            continue
+        while top > 0:
+            k = around(balls, begin + int(rows[top, FIRST]) - 1)
+            coarse = rows[ball_at(balls, k), COARSE] + rows[ball_at(balls, k + 1), COARSE]
+            if rows[k, CLOSED] == 0.0 or not are_together(rows, top - 1, rows[k, HOP], coarse):
+                break
+            top -= 1
+            for column in (POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_COARSE):
+                rows[top, column] += rows[top + 1, column]
+            put_level(rows, top)
+    if not balls.has_contact:
+        return False
+    for pool in range(top + 1):
+        end = n if pool == top else int(rows[pool + 1, FIRST])
+        for place in range(int(rows[pool, FIRST]), end):
+            k = around(balls, begin + place)
+            rows[ball_at(balls, k), LEVEL] = rows[pool, POOL_LEVEL]
+            joined = 1 if place < end - 1 else 0
+            changed = changed or balls.discrete[k, JOINED] != joined
+            balls.discrete[k, JOINED] = joined
+    return changed

@@ -1,0 +1,170 @@
+"""What a run works with: the scene's functions, the balls as plain numbers, and arrays."""
+
+from typing import NamedTuple
+
+from ab_sim.compiling.kinds import Floats, Integers, IntegerTable, Table, call
+
+MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
+RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
+"""Columns of ``Balls.constants``: m [kg]; a [m]; mu = m + I/a^2 [kg]; 1/mu; m R [kg m];
+m R - (I/a^2) a [kg m]; whole turns in the ball's angle at the start; R [m]; 1/R; height [m]."""
+ORDER, SPACING = 0, 1
+"""Columns of ``Balls.contacts``: the ball at this place of the row; the distance along the race
+from it to the next one in contact [m]."""
+DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
+"""Columns of ``Balls.discrete``. DIRECTION: +1 or -1, in which a ball slides along the race; 0, it
+sticks, or is held between others; of the last line, +1 or -1 while the motor gives all it can in
+that direction, else 0. LOADED: 1 where the race carries the ball. JOINED: 1 where the two balls at
+a contact touch and stay so: both slide, or both stick. TURNS: whole turns taken out of a ball's
+angle; of the last line, out of the spindle's."""
+LOAD, INERTIA, PULL, FRICTION, GRIP, PATH, CURVE, ALONG, PATH_ACCELERATION = range(9)
+"""Lines of ``Balls.table``, a column for each ball: normal force but for the accelerations [N];
+mu [kg]; force along the race but for accelerations, friction and neighbours [N]; coefficient of
+friction with the sign of sliding, 0 where the ball sticks or is unloaded; coefficient of friction;
+path speed [m/s]; the race's radius of curvature [m]; length along the race from angle 0, whole
+turns left out [m]; path acceleration g [m/s^2]."""
+REACH = 9
+"""The first of K lines; K of PRESS follow. With N the race's normal force,
+
+    mu g = PULL + REACH.x - FRICTION N + pushes of its neighbours,      N = LOAD + PRESS.x
+"""
+ASKED, MOST, SPEED = 0, 1, 2
+"""Of ``Balls.motor``: torque that its speed loop asks for, the most that it gives [N m], and the
+spindle's speed [rad/s]."""
+
+
+class Scene(NamedTuple):
+    """A scene's own functions, by their addresses."""
+
+    prepare: int
+    """prepare(c): constants that follow from others."""
+    evaluate: int
+    """evaluate(c, b, y, slope, x, motor, table, t): the equations of motion."""
+    arrow: int
+    """arrow(c, b, y, block, t): the equations of what carries the balls."""
+    step: int
+    """step(c, b, y, slope, trial, begin, length): one step from a state whose slope is known."""
+    finish: int
+    """finish(c, b, y, slope, row, t, t_profile): slope and sample."""
+    kick: int
+    """kick(c, b, y, jumps, v): adds jumps of velocity, in the order of x, to the deck's in v, where
+    they lie as in the state."""
+    restitution: int
+    """restitution(c, b, out, approach): speed of parting per speed of approach [m/s]."""
+    c: Floats
+    """Constants, and the place on the speed profile."""
+
+
+class Balls(NamedTuple):
+    """Balls, what holds of them, and what the last evaluation of the equations said."""
+
+    number: int
+    """n."""
+    constants: Table
+    """Shape (n, 10), columns as above."""
+    contacts: Table
+    """Neighbours along the race, shape (n, 2), columns as above; contact k lies between the balls
+    at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""
+    discrete: IntegerTable
+    """The branches that hold between two events, shape (n + 1, 4), columns as above."""
+    branches: Floats
+    """The same as the scene reads it, see ``balls.put_branches``."""
+    table: Table
+    """Shape (9 + 2 K, n), lines as above."""
+    block: Table
+    """Equations of what carries the balls, these held on the race: upper triangle of the matrix,
+    and forces in the last column; shape (K, K + 1). At impacts."""
+    x: Floats
+    """Its accelerations, the spindle's last; shape (K,)."""
+    motor: Floats
+    """Shape (3,)."""
+    force: Floats
+    """N, the race's normal force on each ball [N]; shape (n,)."""
+    push: Floats
+    """Force along the race between the balls at a contact [N]; shape (n,)."""
+    accelerations: int
+    """K."""
+    free: int
+    """How many of them are solved for: K, or K - 1 where the spindle's is prescribed."""
+    first_angle: int
+    """Where in the state theta_0 lies."""
+    first_rate: int
+    """Where in the state theta_0' lies."""
+    spindle: int
+    """Where in the state psi lies, with a motor; w follows."""
+    has_friction: bool
+    has_contact: bool
+    has_motor: bool
+    has_energy_balance: bool
+
+
+class Workspace(NamedTuple):
+    """Arrays that a run reuses, so that no step allocates; slots: see ``event_functions``."""
+
+    slope: Floats
+    """Of the state at a step's start, shape (states,)."""
+    trial: Floats
+    """The state at its end, shape (states,)."""
+    slope_ahead: Floats
+    """The slope there, shape (states,)."""
+    memory: Table
+    """What a stepper carries from one step to the next; it starts anew where that is zero."""
+    smooth: Floats
+    """When the piece of the profile begins that the memory belongs to [s]; NaN if it belongs to
+    none; shape (1,)."""
+    bounds: Floats
+    """Magnitudes that no sound run reaches, shape (states,)."""
+    value: Floats
+    """Event functions at a step's start, shape (slots,)."""
+    value_ahead: Floats
+    """The same at its end."""
+    rate: Floats
+    """Rates at its start of those that are speeds or distances, shape (slots,)."""
+    rate_ahead: Floats
+    """The same at its end."""
+    rounding: Floats
+    """What of an event function may be rounding, shape (slots,)."""
+    rows: Table
+    """Balls that touch, at an instant, shape (n, WIDTH): see ``rows``."""
+    near: Table
+    """A state shortly after another, and its slope; shape (2, states)."""
+    near_value: Table
+    """Event functions, rounding and rates there; shape (3, slots)."""
+    force_rate: Table
+    """Rates of the event functions that are forces, at a step's start and end; shape (2, slots)."""
+    counts: Integers
+    """Events met; steps with events too many to locate and instants at which no branches were found
+    for all laws; shape (2,)."""
+
+
+class Run(NamedTuple):
+    """All of it: what the steps of a drive are taken with."""
+
+    scene: Scene
+    balls: Balls
+    work: Workspace
+    """Where ``trial`` holds the state that left its bounds, if one did."""
+    state: Floats
+    """The last good state."""
+    step: float
+    """s."""
+    place: int
+    """Where in ``Scene.c`` the place on the speed profile begins."""
+    ball_column: int
+    """Where in a row, a sample from its spindle angle on, the first ball's angle lies."""
+    quaternion: int
+    """Where in the state that of a deck in space lies; -1 without one."""
+    has_events: bool
+    """Whether there are set-valued laws."""
+
+
+def evaluate(run: Run, time: float, state: Floats, slope: Floats) -> None:
+    """The equations of motion at a state, local time [s]; x, motor and table go with it."""
+    c, b, balls = run.scene.c, run.balls.branches, run.balls
+    call(run.scene.evaluate, c, b, state, slope, balls.x, balls.motor, balls.table, time)
+
+
+def take_step(run: Run, begin: float, length: float) -> None:
+    """One step from the state, whose slope is known, into ``trial``; local time [s]."""
+    c, b, work = run.scene.c, run.balls.branches, run.work
+    call(run.scene.step, c, b, run.state, work.slope, work.trial, begin, length)

@@ -1,0 +1,244 @@
+"""Fixed steps along a speed profile."""
+
+import math
+from typing import NamedTuple
+
+from ab_sim.compiling.kinds import Floats, IntegerTable, Table, call
+from ab_sim.events.balls import put_branches
+from ab_sim.events.location import check_branches, step_over_events, within_bounds
+from ab_sim.events.run import TURNS, Run, Workspace, evaluate, take_step
+
+FIRST, END, START, OFFSET, LENGTH, PLACE = range(6)
+"""Columns of a way, a line for each stretch: steps taken before it, and after it, with the step
+that a part of one ends; when its piece of the profile begins [s]; where a part begins in its step
+[s]; length of each of its steps, or of the part [s]; the first of the numbers of its place on the
+profile, as they are in ``Scene.c``."""
+STEP, TIME, ANGLE, SPEED, COMMAND, DECK = range(6)
+"""Columns of a sample: how many steps have been taken; time [s]; angle and speed of the spindle
+[rad, rad/s]; the speed asked for; the first of the deck's channels. Behind these are each ball's
+angle and rate, and a motor's torque: a *row* is a sample from ANGLE on, up to there. Sensors'
+readings, behind that, are the caller's."""
+TWO_PI_REST = 2.4492935982947064e-16
+"""2 pi less the floating-point number nearest to it."""
+DRIFT = 1e-12
+"""How far from 1 a quaternion's square may drift before it is made a unit one again. Nothing
+depends on its length but its own digits."""
+
+
+class Stretch(NamedTuple):
+    """Where steps of one length are taken.
+
+    Times are products of step and number, not sums, so that they do not depend on how a run is cut
+    up; the offset comes last, so that a piece of microseconds keeps its digits.
+    """
+
+    start: float
+    """When the piece of the profile begins [s]."""
+    first: int
+    """Steps taken before."""
+    offset: float
+    """Of the first into its nominal step [s]."""
+    length: float
+    """Of each [s]: the nominal one, or a part of it next to a breakpoint."""
+
+
+def advance(
+    run: Run, way: Table, at: int, first: int, steps: int, command: float, samples: Table
+) -> int:
+    """Take steps along a way, or up to its end, recording every one.
+
+    With none, only see to the branches; or, if there is room for a sample, record the state as it
+    is, without a change to anything.
+
+    Args:
+        run: the Run; its arrays change.
+        way: shape (stretches, columns as above), one after the other.
+        at: the stretch that the first step lies in, or the first of its parts.
+        first: steps taken before.
+        steps: how many to take.
+        command: speed asked for [rad/s]; if it is no number, that of the profile.
+        samples: shape (steps, channels), or more; columns as above.
+
+    Returns:
+        How many steps were taken; if the state then left its bounds -1 less as many.
+    """
+    only_record = steps == 0 and samples.shape[0] > 0
+    done, sound = 0, True
+    while sound and at < way.shape[0]:
+        stretch = enter_stretch(run, way[at], first + done, only_record)
+        here = int(min(way[at, END] - (first + done), float(steps - done)))
+        # Part by part of a step makes the same sample, and the last one stays.
+        count = max(here, 1) if steps > 0 else 0
+        taken = step_by_step(run, stretch, samples[done : samples.shape[0]], count)
+        sound = taken == count
+        done += here if sound else taken
+        if done == steps:
+            break
+        at += 1
+    put_labels(run, samples, first if only_record else first + 1, command)
+    return done if sound else -1 - done
+
+
+def enter_stretch(run: Run, line: Floats, first: int, only_record: bool) -> Stretch:
+    """Go to the place on the profile that a line of a way says, with so many steps taken before."""
+    if line[START] != run.work.smooth[0] and not only_record:
+        # What a stepper remembers is of no use behind a kink.
+        forget(run.work.memory)
+        run.work.smooth[0] = line[START]
+    for j in range(PLACE, line.size):
+        run.scene.c[run.place + j - PLACE] = line[j]
+    call(run.scene.prepare, run.scene.c)
+    return Stretch(line[START], first, line[OFFSET], line[LENGTH])
+
+
+def put_labels(run: Run, samples: Table, first: int, command: float) -> None:
+    """STEP and TIME of samples, the first after so many steps; COMMAND if it is a number."""
+    for k in range(samples.shape[0]):
+        samples[k, STEP] = float(first + k)
+        samples[k, TIME] = (first + k) * run.step
+        if not math.isnan(command):
+            samples[k, COMMAND] = command
+
+
+def forget(memory: Table) -> None:
+    """What a stepper remembers."""
+    for i in range(memory.shape[0]):
+        for j in range(memory.shape[1]):
+            memory[i, j] = 0.0
+
+
+def local_time(run: Run, stretch: Stretch, done: int) -> float:
+    """Since the piece of the profile began [s], so many nominal steps into a stretch."""
+    return ((stretch.first + done) * run.step - stretch.start) + stretch.offset
+
+
+def step_by_step(run: Run, stretch: Stretch, samples: Table, steps: int) -> int:
+    """Take steps along one stretch, where the scene's constants say that it lies.
+
+    Args:
+        run: the Run.
+        stretch: the Stretch.
+        samples: of which the rows are recorded.
+        steps: how many; with none, samples may have room for the state as it is.
+
+    Returns:
+        How many were taken; fewer than asked for if the state left its bounds.
+    """
+    work, state, length = run.work, run.state, stretch.length
+    only_record = steps == 0 and samples.shape[0] > 0
+    known = False
+    put_branches(run.balls)
+    for k in range(steps + 1):
+        begin = local_time(run, stretch, k)
+        if k > 0 and length != run.step:
+            begin = local_time(run, stretch, k - 1) + length
+        # The slope at the end of a step is the first stage of the next.
+        if known:
+            take_over_end(work)
+        elif run.has_events:
+            evaluate(run, begin, state, work.slope)
+            if not only_record:
+                check_branches(run, begin)
+        if k > 0:
+            end = (stretch.first + k) * run.step - stretch.start
+            record(run, begin, end, samples[k - 1])
+        elif only_record or (steps > 0 and not run.has_events):
+            record(run, begin, begin, samples[0])
+        if k == steps:
+            break
+        if run.has_events:
+            end = begin + length if length != run.step else local_time(run, stretch, k + 1)
+            known = step_over_events(run, begin, length, end)
+        else:
+            take_step(run, begin, length)
+        if not within_bounds(work.trial, work.bounds):
+            return k
+        for j in range(state.size):
+            state[j] = work.trial[j]
+        if unwind(run):
+            known = False
+    return steps
+
+
+def take_over_end(work: Workspace) -> None:
+    """What is known of a step's end is so of the next one's start."""
+    for j in range(work.slope.size):
+        work.slope[j] = work.slope_ahead[j]
+    for slot in range(work.value.size):
+        work.value[slot] = work.value_ahead[slot]
+        work.rate[slot] = work.rate_ahead[slot]
+
+
+def record(run: Run, time: float, profile_time: float, sample: Floats) -> None:
+    """The row of a sample; without events also the slope at the state.
+
+    Args:
+        run: the Run.
+        time: local time of the state [s].
+        profile_time: the time at which to look on the profile: the same but for rounding, or where
+            a step ends of which this is a part.
+        sample: where the row goes.
+    """
+    c, b, balls = run.scene.c, run.balls.branches, run.balls
+    # With events the slope is the evaluation's: not a digit may depend on whether all is recorded.
+    slope = run.work.slope_ahead if run.has_events else run.work.slope
+    row = sample[ANGLE : sample.size]
+    call(run.scene.finish, c, b, run.state, slope, row, time, profile_time)
+    for i in range(balls.number):
+        row[run.ball_column + 2 * i] += 2.0 * math.pi * balls.discrete[i, TURNS]
+    if balls.has_motor:
+        row[0] += 2.0 * math.pi * balls.discrete[balls.number, TURNS]
+
+
+def unwind(run: Run) -> bool:
+    """Count whole turns of balls and spindle apart: an angle keeps its digits for ever.
+
+    Returns:
+        Whether that, or a quaternion made a unit one, has changed the state.
+    """
+    balls, state = run.balls, run.state
+    changed = run.quaternion >= 0 and normalise(state, run.quaternion)
+    for i in range(balls.number):
+        if take_out_turns(state, balls.first_angle + i, balls.discrete, i):
+            changed = True
+    if balls.has_motor and take_out_turns(state, balls.spindle, balls.discrete, balls.number):
+        changed = True
+    return changed
+
+
+def normalise(state: Floats, first: int) -> bool:
+    """Make the quaternion there a unit one again; whether it was none."""
+    square = 0.0
+    for j in range(first, first + 4):
+        square += state[j] * state[j]
+    if abs(square - 1.0) <= DRIFT:
+        return False
+    scale = 1.0 / math.sqrt(square)
+    for j in range(first, first + 4):
+        state[j] *= scale
+    return True
+
+
+def is_beyond_a_turn(angle: float) -> bool:
+    """Whether an angle [rad] has a whole turn in it that is to be counted apart."""
+    return abs(angle) > 2.0 * math.pi
+
+
+def take_out_turns(state: Floats, at: int, discrete: IntegerTable, i: int) -> bool:
+    """Bring one angle back into -2 pi .. 2 pi, counting on line i; whether it was not there."""
+    turned = False
+    while is_beyond_a_turn(state[at]):
+        turn = 1 if state[at] > 0.0 else -1
+        state[at] = (state[at] - turn * 2.0 * math.pi) - turn * TWO_PI_REST
+        discrete[i, TURNS] += turn
+        turned = True
+    return turned
+
+
+def has_turns_to_unwind(run: Run) -> bool:
+    """Whether ``unwind`` would count a turn apart."""
+    balls = run.balls
+    for i in range(balls.number):
+        if is_beyond_a_turn(run.state[balls.first_angle + i]):
+            return True
+    return balls.has_motor and is_beyond_a_turn(run.state[balls.spindle])
