@@ -1,0 +1,417 @@
+"""Expressions of the subset, as lines in LLVM's language."""
+
+import ast
+import functools
+from collections.abc import Callable, Sequence
+from types import FunctionType
+from typing import Any, Protocol
+
+from ab_sim.compiling import elementary
+from ab_sim.compiling.body import ELEMENT, Fields, Number, Stored, Value, View, constant
+from ab_sim.compiling.kinds import Array
+from ab_sim.compiling.operations import RANK, Operations
+from ab_sim.compiling.source import (
+    BOOL,
+    FLOAT,
+    INT,
+    Kind,
+    Record,
+    Scalar,
+    Source,
+    element_of,
+    is_record,
+    kind_of,
+    leaves,
+    text_of,
+    tuple_of,
+)
+
+MISSING = object()
+
+
+class Callees(Protocol):
+    """Where functions are found that others call."""
+
+    def symbol(self, function: FunctionType) -> tuple[str, Source]:
+        """LLVM's name of a function, which is translated, too; and its source."""
+
+
+class Expressions(Operations):
+    """Translates a function's expressions.
+
+    Args:
+        source: of the function.
+        callees: other functions.
+        local: names that are no global ones.
+        intrinsics: functions that are not called but written out.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        callees: Callees,
+        local: set[str],
+        intrinsics: dict[Any, Callable[..., Value | None]],
+    ) -> None:
+        super().__init__(source)
+        self._callees, self._local, self._intrinsics = callees, local, intrinsics
+        self.slots: dict[str, tuple[Kind, str]] = {}
+        """Of local variables: kind, and where in memory."""
+        self.bound: dict[str, Value] = {}
+        """Names of values that need no memory."""
+        self.loops = 0
+        """How many loops this is in."""
+
+    # Values
+
+    def static(self, node: ast.AST) -> Any:
+        """What a global name stands for, or MISSING."""
+        if isinstance(node, ast.Name) and node.id not in self._local:
+            try:
+                return self.source.global_value(node.id)
+            except KeyError:
+                return MISSING
+        if isinstance(node, ast.Attribute):
+            owner = self.static(node.value)
+            return MISSING if owner is MISSING else getattr(owner, node.attr, MISSING)
+        return MISSING
+
+    def value(self, node: ast.AST) -> Value:
+        """Of an expression."""
+        found = self.value_or_none(node)
+        if found is None:
+            self.fail(node, "a function without a result is used as a value", "call it by itself")
+        return found
+
+    def value_or_none(self, node: ast.AST) -> Value | None:
+        """Of an expression; None for a call of a function without a result."""
+        known = self.static(node)
+        if known is not MISSING:
+            return self._constant(node, known)
+        method = getattr(self, "_" + type(node).__name__, None)
+        if method is None:
+            instead = _INSTEAD.get(type(node), "see ab_sim.compiling for what there is")
+            self.fail(node, f"'{ast.unparse(node)}' is not in the subset", instead)
+        found: Value | None = method(node)
+        return found
+
+    def number(self, node: ast.AST) -> Number:
+        """Of an expression that is a float, int or bool."""
+        return self.as_number(node, self.value(node))
+
+    def as_number(self, node: ast.AST, value: Value) -> Number:
+        """A value that has to be a number."""
+        if not isinstance(value, Number):
+            self.fail(
+                node,
+                f"{ast.unparse(node)} is a {text_of(value.kind)}, not a number",
+                "work on its elements or fields, in a loop",
+            )
+        return value
+
+    def condition(self, node: ast.AST) -> str:
+        """Whether an expression is true."""
+        return self.truth(self.number(node)).code
+
+    def fitted(self, node: ast.AST, value: Value, kind: Kind, what: str) -> Value:
+        """A value as one of a kind that is asked for."""
+        if value.kind == kind:
+            return value
+        if isinstance(value, Number) and isinstance(kind, Scalar):
+            if RANK[value.kind] < RANK[kind]:
+                return self.converted(value, kind)
+            how = f"write {kind}(...)" if kind != BOOL else "write a comparison"
+            self.fail(node, f"{what} is {kind}, this is {value.kind}", how)
+        if isinstance(value, Fields) and isinstance(kind, Record):
+            plain = value.kind.cls is None and kind.cls is None
+            if plain and len(value.values) == len(kind.kinds):
+                pairs = zip(value.values, kind.kinds, strict=True)
+                return Fields(kind, tuple(self.fitted(node, v, k, what) for v, k in pairs))
+        self.fail(
+            node,
+            f"{what} is {text_of(kind)}, this is {text_of(value.kind)}",
+            "use another name, or change the annotation",
+        )
+
+    # Names, constants, parts
+
+    def _constant(self, node: ast.AST, known: Any) -> Value:
+        if isinstance(known, bool | int | float):
+            return constant(known)
+        if isinstance(known, tuple):
+            values = tuple(self._constant(node, x) for x in known)
+            return Fields(tuple_of(x.kind for x in values), values)
+        self.fail(
+            node,
+            f"{ast.unparse(node)} is a {type(known).__name__}",
+            "global names may be numbers, tuples of them, and functions that are called; "
+            "pass anything else as an argument",
+        )
+
+    def _Constant(self, node: ast.Constant) -> Value:
+        return self._constant(node, node.value)
+
+    def _Name(self, node: ast.Name) -> Value:
+        if node.id in self.bound:
+            return self.bound[node.id]
+        if node.id not in self.slots:
+            self.fail(node, f"{node.id} is not known here", "assign to it on a line above")
+        kind, slot = self.slots[node.id]
+        if isinstance(kind, Scalar):
+            return Number(kind, self.put(f"load {kind.llvm}, ptr {slot}"))
+        return self.load(kind, slot, fixed=False)
+
+    def _Tuple(self, node: ast.Tuple) -> Value:
+        values = tuple(self.value(x) for x in node.elts)
+        return Fields(tuple_of(x.kind for x in values), values)
+
+    def _Attribute(self, node: ast.Attribute) -> Value:
+        owner, name = self.value(node.value), node.attr
+        if isinstance(owner, Fields | Stored):
+            if name not in owner.kind.names:
+                known = ", ".join(owner.kind.names)
+                self.fail(node, f"{owner.kind} has no {name}", f"its fields are {known}")
+            return self.field(owner, owner.kind.names.index(name))
+        if isinstance(owner, View) and name == "shape":
+            lengths = tuple(Number(INT, length) for length in owner.shape)
+            return Fields(tuple_of([INT] * len(lengths)), lengths)
+        if isinstance(owner, View) and name == "size":
+            size = owner.shape[0]
+            for length in owner.shape[1:]:
+                size = self.put(f"mul i64 {size}, {length}")
+            return Number(INT, size)
+        self.fail(node, f".{name} of a {text_of(owner.kind)}", "arrays have .size and .shape")
+
+    def _Subscript(self, node: ast.Subscript) -> Value:
+        owner = self.value(node.value)
+        if isinstance(owner, View):
+            place = self.place(node, owner)
+            if isinstance(place, View):
+                return place
+            kind = element_of(owner.kind)
+            return Number(kind, self.put(f"load {kind.llvm}, ptr {place}, align 8{ELEMENT}"))
+        index = self.value(node.slice)
+        if isinstance(owner, Number) or not isinstance(index, Number) or index.kind != INT:
+            self.fail(node, f"{ast.unparse(node)} is no element", "index arrays, and tuples")
+        if index.constant is None or not 0 <= index.constant < len(owner.kind.kinds):
+            self.fail(node, "index of a tuple", "write a constant within it, or use an array")
+        return self.field(owner, int(index.constant))
+
+    def place(self, node: ast.Subscript, owner: View) -> View | str:
+        """What a subscript picks: pointer to a number, or a view if axes are left."""
+        parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+        if len(parts) > owner.kind.rank:
+            self.fail(node, f"{len(parts)} indices of a {text_of(owner.kind)}", "use fewer")
+        index: list[str] = []
+        rest = owner.shape[len(parts) :]
+        for part in parts:
+            if not isinstance(part, ast.Slice):
+                index.append(self._whole(part))
+                continue
+            if part is not parts[-1] or part.step is not None:
+                self.fail(node, "a view that is not contiguous", "slice the last index given: i:j")
+            low = self._whole(part.lower) if part.lower else "0"
+            high = self._whole(part.upper) if part.upper else owner.shape[len(index)]
+            index.append(low)
+            rest = (high if low == "0" else self.put(f"sub i64 {high}, {low}"), *rest)
+        pointer = self.element(owner, index)
+        return View(Array(len(rest), owner.kind.element), pointer, rest) if rest else pointer
+
+    def _whole(self, node: ast.AST) -> str:
+        index = self.number(node)
+        if index.kind == FLOAT:
+            self.fail(node, f"index {ast.unparse(node)} is a float", "write int(...)")
+        if index.constant is not None and index.constant < 0:
+            self.fail(node, "negative index", "count from the front: a[a.size - 1]")
+        return self.converted(index, INT).code
+
+    # Arithmetic
+
+    def operation(self, node: ast.AST, op: ast.operator, a: Number, b: Number) -> Number:
+        """Two numbers, whatever they are."""
+        if isinstance(op, ast.FloorDiv | ast.Mod) and self.wider(a, b) == FLOAT:
+            rest = isinstance(op, ast.Mod)
+            function = elementary.modulo if rest else elementary.floor_divided
+            found = self.subset_call(node, function, self.alike(a, b))
+            assert isinstance(found, Number)
+            return found
+        return super().operation(node, op, a, b)
+
+    def _BinOp(self, node: ast.BinOp) -> Value:
+        return self.operation(node, node.op, self.number(node.left), self.number(node.right))
+
+    def _UnaryOp(self, node: ast.UnaryOp) -> Value:
+        x = self.number(node.operand)
+        if isinstance(node.op, ast.Not):
+            return Number(BOOL, self.put(f"xor i1 {self.truth(x).code}, true"))
+        if isinstance(node.op, ast.Invert):
+            self.fail(node, "~", "write not, or -1 - x")
+        x = self.converted(x, self.wider(x))
+        if isinstance(node.op, ast.UAdd):
+            return x
+        if x.constant is not None:
+            return constant(-x.constant)
+        text = f"fneg double {x.code}" if x.kind == FLOAT else f"sub i64 0, {x.code}"
+        return Number(x.kind, self.put(text))
+
+    def _Compare(self, node: ast.Compare) -> Value:
+        last = [self.number(node.left)]
+
+        def step(op: ast.cmpop, right: ast.AST) -> Number:
+            a, b = last[0], self.number(right)
+            last[0] = b
+            return self.compare(node, op, a, b)
+
+        pairs = list(zip(node.ops, node.comparators, strict=True))
+        return self._one_by_one([functools.partial(step, *pair) for pair in pairs], True)
+
+    def _BoolOp(self, node: ast.BoolOp) -> Value:
+        def step(part: ast.AST) -> Number:
+            x = self.number(part)
+            if x.kind != BOOL:
+                self.fail(part, f"{x.kind} in 'and' or 'or'", "write a comparison, as x != 0")
+            return x
+
+        steps = [functools.partial(step, part) for part in node.values]
+        return self._one_by_one(steps, isinstance(node.op, ast.And))
+
+    def _one_by_one(self, steps: Sequence[Callable[[], Number]], every: bool) -> Number:
+        """Whether all are true, or any: the next is only looked at if need be."""
+        if len(steps) == 1:
+            return steps[0]()
+        done, known = self.new("done"), []
+        for step in steps[:-1]:
+            found, following = step(), self.new("next")
+            known.append(f"[ {'false' if every else 'true'}, %{self.block} ]")
+            self.fork(found.code, *((following, done) if every else (done, following)))
+            self.start(following)
+        known.append(f"[ {steps[-1]().code}, %{self.block} ]")
+        self.go(done)
+        self.start(done)
+        return Number(BOOL, self.put(f"phi i1 {', '.join(known)}"))
+
+    def _IfExp(self, node: ast.IfExp) -> Value:
+        yes, no, done = self.new("yes"), self.new("no"), self.new("done")
+        self.fork(self.condition(node.test), yes, no)
+        self.start(yes)
+        a = self.value(node.body)
+        kind: Kind = a.kind
+        end_of_yes, at = self.block, len(self.lines)
+        self.start(no)
+        b = self.value(node.orelse)
+        if isinstance(a, Number) and isinstance(b, Number) and a.kind != b.kind:
+            wide = max(a.kind, b.kind, key=RANK.__getitem__)
+            kind, b = wide, self.converted(b, wide)
+        else:
+            b = self.fitted(node.orelse, b, a.kind, "the other branch")
+        of_b, end_of_no = self.flat(b), self.block
+        self.go(done)
+        # What follows of the first branch, now that the common kind is known.
+        rest, self.lines, self.block = self.lines[at:], self.lines[:at], end_of_yes
+        of_a = self.flat(self.fitted(node.body, a, kind, "the other branch"))
+        self.lines.append(f"br label %{done}")
+        self.lines += rest
+        self.start(done)
+        merged = [
+            self.put(f"phi {leaf} [ {x}, %{end_of_yes} ], [ {y}, %{end_of_no} ]")
+            for leaf, x, y in zip(leaves(kind), of_a, of_b, strict=True)
+        ]
+        return self.made(kind, iter(merged))
+
+    # Calls
+
+    def _Call(self, node: ast.Call) -> Value | None:
+        callee = self.static(node.func)
+        callee = getattr(callee, "__wrapped__", callee)
+        if any(isinstance(x, ast.Starred) for x in node.args) or any(
+            keyword.arg is None for keyword in node.keywords
+        ):
+            self.fail(node, "* or ** in a call", "write the arguments one by one")
+        try:
+            intrinsic = self._intrinsics.get(callee)
+        except TypeError:
+            intrinsic = None
+        if intrinsic is not None:
+            if node.keywords:
+                self.fail(node, "arguments by name", "pass them by place")
+            return intrinsic(self, node, [self.value(x) for x in node.args])
+        if is_record(callee):
+            kind = kind_of(callee)
+            if not isinstance(kind, Record):
+                self.fail(node, f"a field of {callee.__name__}", "annotate all as in the subset")
+            values = self._in_order(node, kind.names, kind.kinds)
+            return Fields(kind, tuple(values))
+        if isinstance(callee, FunctionType):
+            return self.subset_call(node, callee)
+        self.fail(
+            node,
+            f"call of {ast.unparse(node.func)}",
+            "functions of the subset, NamedTuple classes, those of math that are listed in "
+            "ab_sim.compiling, and abs, min, max, int, float, bool, len can be called",
+        )
+
+    def subset_call(
+        self, node: ast.AST, function: FunctionType | Callable[..., Any], given: Any = None
+    ) -> Value | None:
+        """Call another function of the subset: with the values given, or the node's arguments."""
+        assert isinstance(function, FunctionType)
+        symbol, source = self._callees.symbol(function)
+        if given is None:
+            assert isinstance(node, ast.Call)
+            given = self._in_order(node, source.arguments, source.kinds)
+        arguments = ", ".join(
+            f"{leaf} {one}" for value in given for leaf, one in self.passed(value)
+        )
+        if source.result is None:
+            self.lines.append(f"call void {symbol}({arguments})")
+            return None
+        made = self.put(f"call {result_type(source.result)} {symbol}({arguments})")
+        if isinstance(source.result, Scalar):
+            return Number(source.result, made)
+        of = result_type(source.result)
+        parts = [
+            self.put(f"extractvalue {of} {made}, {k}") for k in range(len(leaves(source.result)))
+        ]
+        return self.made(source.result, iter(parts))
+
+    def passed(self, value: Value) -> list[tuple[str, str]]:
+        """A value as arguments: records by their place in memory, arrays leaf by leaf."""
+        if isinstance(value, Fields | Stored):
+            return [("ptr", self.pointer_to(value))]
+        return list(zip(leaves(value.kind), self.flat(value), strict=True))
+
+    def _in_order(self, node: ast.Call, names: Sequence[str], kinds: Sequence[Kind]) -> list[Value]:
+        called = ast.unparse(node.func)
+        if len(node.args) > len(names):
+            self.fail(node, f"{called} takes {len(names)} arguments", "pass fewer")
+        given: dict[str, ast.AST] = dict(zip(names, node.args, strict=False))
+        for keyword in node.keywords:
+            if keyword.arg not in names or keyword.arg in given:
+                self.fail(node, f"argument {keyword.arg} of {called}", "pass each one once")
+            given[str(keyword.arg)] = keyword.value
+        missing = [name for name in names if name not in given]
+        if missing:
+            self.fail(node, f"{called} lacks {', '.join(missing)}", "pass every argument")
+        found = {
+            name: self.fitted(x, self.value(x), kinds[names.index(name)], f"{name} of {called}")
+            for name, x in given.items()
+        }
+        return [found[name] for name in names]
+
+
+def result_type(kind: Kind | None) -> str:
+    """What LLVM's function returns for a result of a kind."""
+    if kind is None:
+        return "void"
+    return kind.llvm if isinstance(kind, Scalar) else "{ " + ", ".join(leaves(kind)) + " }"
+
+
+_INSTEAD: dict[type[ast.AST], str] = {
+    ast.ListComp: "write a loop",
+    ast.GeneratorExp: "write a loop",
+    ast.List: "use a tuple, or scratch(n)",
+    ast.Dict: "use a NamedTuple",
+    ast.Lambda: "write a function",
+    ast.JoinedStr: "leave texts to the caller",
+    ast.NamedExpr: "assign on a line of its own",
+}

@@ -1,0 +1,169 @@
+"""Functions of the subset as their source says: syntax tree, annotations, names; and errors."""
+
+import ast
+import builtins
+import functools
+import linecache
+import typing
+from types import FunctionType
+from typing import Any, NamedTuple
+
+from ab_sim.compiling.kinds import Array
+
+
+class Untranslatable(Exception):
+    """Something is not in the subset: names file, line, function, and what to write instead."""
+
+
+class Scalar(NamedTuple):
+    """A kind of number: its name in Python, and LLVM's."""
+
+    name: str
+    llvm: str
+
+    def __str__(self) -> str:
+        return self.name
+
+
+class Record(NamedTuple):
+    """A NamedTuple class, or, without one, a tuple: names and kinds of its fields."""
+
+    cls: type | None
+    names: tuple[str, ...]
+    kinds: tuple["Kind", ...]
+
+    def __str__(self) -> str:
+        kinds = ", ".join(text_of(kind) for kind in self.kinds)
+        return self.cls.__name__ if self.cls else f"tuple[{kinds}]"
+
+
+Kind = Scalar | Array | Record
+FLOAT, INT, BOOL = Scalar("float", "double"), Scalar("int", "i64"), Scalar("bool", "i1")
+_SCALARS: dict[Any, Scalar] = {float: FLOAT, int: INT, bool: BOOL}
+
+
+def text_of(kind: Kind) -> str:
+    """A kind as error messages call it."""
+    if isinstance(kind, Array):
+        return f"{kind.rank}-D array of {kind.element.__name__}s"
+    return str(kind)
+
+
+def element_of(kind: Array) -> Scalar:
+    """The kind of an array's numbers."""
+    return _SCALARS[kind.element]
+
+
+def leaves(kind: Kind) -> list[str]:
+    """LLVM's types of what a value of a kind consists of.
+
+    In memory each of them takes eight bytes. Arrays are a pointer and a length per axis.
+    """
+    if isinstance(kind, Scalar):
+        return [kind.llvm]
+    if isinstance(kind, Array):
+        return ["ptr"] + ["i64"] * kind.rank
+    return [leaf for field in kind.kinds for leaf in leaves(field)]
+
+
+def tuple_of(kinds: typing.Iterable[Kind]) -> Record:
+    """The kind of a tuple."""
+    kinds = tuple(kinds)
+    return Record(None, tuple(map(str, range(len(kinds)))), kinds)
+
+
+def kind_of(annotation: Any) -> Kind | None:
+    """The kind that an annotation says; None if it is not one of the subset's."""
+    if annotation in _SCALARS:
+        return _SCALARS[annotation]
+    for mark in getattr(annotation, "__metadata__", ()):
+        if isinstance(mark, Array):
+            return mark
+    if is_record(annotation):
+        return _record_of(annotation)
+    if typing.get_origin(annotation) is tuple:
+        kinds = [kind_of(x) for x in typing.get_args(annotation)]
+        return tuple_of(k for k in kinds if k) if all(kinds) else None
+    return None
+
+
+def is_record(x: Any) -> bool:
+    """Whether this is a NamedTuple class."""
+    return isinstance(x, type) and issubclass(x, tuple) and hasattr(x, "_fields")
+
+
+@functools.cache
+def _record_of(cls: Any) -> Record | None:
+    hints = typing.get_type_hints(cls, include_extras=True)
+    kinds = [kind_of(hints[name]) for name in cls._fields]
+    return Record(cls, cls._fields, tuple(k for k in kinds if k)) if all(kinds) else None
+
+
+class Source:
+    """A function as written.
+
+    Args:
+        function: of the subset.
+
+    Raises:
+        Untranslatable: its source is not to be found, or its annotations are not of the subset.
+    """
+
+    def __init__(self, function: FunctionType) -> None:
+        code = function.__code__
+        self.function, self.file, self.name = function, code.co_filename, function.__qualname__
+        found = _definitions(self.file, "".join(linecache.getlines(self.file)))
+        tree = found.get((code.co_firstlineno, code.co_name))
+        if not isinstance(tree, ast.FunctionDef):
+            where = f"{self.file}:{code.co_firstlineno}: {self.name}"
+            raise Untranslatable(f"{where}: no source found; write it with def, in a file")
+        self.tree = tree
+        spec = tree.args
+        if spec.vararg or spec.kwarg or spec.defaults or any(spec.kw_defaults):
+            raise self.error(tree, "*args, **kwargs or a default", "pass every argument")
+        self.arguments = [a.arg for a in (*spec.posonlyargs, *spec.args, *spec.kwonlyargs)]
+        hints = typing.get_type_hints(function, include_extras=True)
+        self.kinds = [self._kind(hints, name) for name in self.arguments]
+        nothing = "return" in hints and hints["return"] is type(None)
+        self.result = None if nothing else self._kind(hints, "return")
+        cells = zip(code.co_freevars, function.__closure__ or (), strict=True)
+        self._scopes = [
+            {name: cell.cell_contents for name, cell in cells},
+            function.__globals__,
+            vars(builtins),
+        ]
+
+    def _kind(self, hints: dict[str, Any], name: str) -> Kind:
+        kind = kind_of(hints.get(name))
+        if kind is None:
+            said = f"annotation {hints[name]!r}" if name in hints else "no annotation"
+            raise self.error(
+                self.tree,
+                f"{said} of {'the result' if name == 'return' else name}",
+                "annotate it with float, int, bool, an array of ab_sim.compiling.kinds, a "
+                "NamedTuple class of such fields, or, as a result, a tuple of those or None",
+            )
+        return kind
+
+    def global_value(self, name: str) -> Any:
+        """What a name that is no local one stands for; raises KeyError."""
+        for scope in self._scopes:
+            if name in scope:
+                return scope[name]
+        raise KeyError(name)
+
+    def error(self, node: ast.AST, what: str, instead: str) -> Untranslatable:
+        """An error at a place in the function."""
+        line = getattr(node, "lineno", self.tree.lineno)
+        return Untranslatable(f"{self.file}:{line}: in {self.name}: {what}; {instead}")
+
+
+@functools.lru_cache(maxsize=64)
+def _definitions(file: str, text: str) -> dict[tuple[int, str], ast.AST]:
+    """All functions of a file, by first line (a decorator's, if there is one) and name."""
+    found: dict[tuple[int, str], ast.AST] = {}
+    for node in ast.walk(ast.parse(text, file)):
+        if isinstance(node, ast.FunctionDef):
+            first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
+            found[first, node.name] = node
+    return found

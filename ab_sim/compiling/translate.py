@@ -1,0 +1,363 @@
+"""From functions of the subset to a text in LLVM's language.
+
+    source        what the source and the annotations of a function say
+    body          lines of LLVM's language, and values in them
+    expressions   expressions
+    intrinsics    functions that are written out instead of called
+    here          statements; all functions that one of them calls; the entry from outside
+
+A local variable is memory on the stack, which LLVM turns into registers. Records (NamedTuples) are
+passed as pointers to where their fields are, eight bytes for each number, pointer or length: they
+never change, so nothing is copied on the way down.
+"""
+
+import ast
+from collections import Counter
+from collections.abc import Sequence
+from types import FunctionType
+
+from ab_sim.compiling.body import ELEMENT, METADATA, Number, Stored, Value, View
+from ab_sim.compiling.expressions import MISSING, Callees, Expressions, result_type
+from ab_sim.compiling.intrinsics import INTRINSICS
+from ab_sim.compiling.source import (
+    INT,
+    Kind,
+    Record,
+    Scalar,
+    Source,
+    element_of,
+    kind_of,
+    leaves,
+    text_of,
+)
+
+
+class Function(Expressions):
+    """Translates one function.
+
+    Args:
+        source: of the function.
+        callees: other functions.
+    """
+
+    def __init__(self, source: Source, callees: Callees) -> None:
+        names = [n for n in ast.walk(source.tree) if isinstance(n, ast.Name)]
+        stored = [n.id for n in names if isinstance(n.ctx, ast.Store)]
+        super().__init__(source, callees, {*source.arguments, *stored}, INTRINSICS)
+        self._stored = Counter(stored)
+        self._ways: list[tuple[str, str]] = []
+        """Of the loops that this is in: labels for continue and break."""
+        self._left: set[str] = set()
+        """Loops that a break leaves, by its label."""
+        self._unrolling = 0
+
+    def text(self, symbol: str) -> str:
+        """The function's definition."""
+        declared: list[str] = []
+        for name, kind in zip(self.source.arguments, self.source.kinds, strict=True):
+            if isinstance(kind, Record):
+                value: Value = Stored(kind, f"%{name}", 0, True)
+                declared.append(f"ptr noalias readonly %{name}")
+            else:
+                given = leaves(kind)
+                parts = [f"%{name}.{k}" for k in range(len(given))]
+                declared += [f"{leaf} {part}" for leaf, part in zip(given, parts, strict=True)]
+                value = self.made(kind, iter(parts))
+            if name in self._stored:
+                self._assign_name(self.source.tree, name, value)
+            else:
+                self.bound[name] = value
+        self._run(self.source.tree.body)
+        if self.open:
+            if self.source.result is not None:
+                self.fail(self.source.tree, "the end is reached without a result", "return one")
+            self.end("ret void")
+        lines = [*self.entry, "br label %begin", "begin:", *self.lines]
+        head = f"define internal {result_type(self.source.result)} {symbol}({', '.join(declared)})"
+        return f"{head} nounwind {{\n" + "\n".join(lines) + "\n}\n"
+
+    def _run(self, statements: Sequence[ast.stmt]) -> None:
+        for statement in statements:
+            if not self.open:
+                return
+            method = getattr(self, "_" + type(statement).__name__, None)
+            if method is None:
+                what = f"statement '{ast.unparse(statement).splitlines()[0]}'"
+                self.fail(statement, f"{what} is not in the subset", "see ab_sim.compiling")
+            method(statement)
+
+    # Assignment
+
+    def _Assign(self, node: ast.Assign) -> None:
+        value = self.loaded(self.value(node.value))
+        for target in node.targets:
+            self._assign(target, value)
+
+    def _AnnAssign(self, node: ast.AnnAssign) -> None:
+        known = self.static(node.annotation)
+        kind = None if known is MISSING else kind_of(known)
+        if kind is None or not isinstance(node.target, ast.Name):
+            self.fail(node, "annotation", "annotate with a name: float, int, bool, Floats, ...")
+        self._slot(node.target.id, kind)
+        if node.value is not None:
+            self._assign(node.target, self.value(node.value))
+
+    def _assign(self, target: ast.expr, value: Value) -> None:
+        if isinstance(target, ast.Name):
+            self._assign_name(target, target.id, value)
+        elif isinstance(target, ast.Tuple):
+            if isinstance(value, Number | View) or len(value.kind.kinds) != len(target.elts):
+                self.fail(target, f"a {text_of(value.kind)} in {ast.unparse(target)}", "count")
+            for k, part in enumerate(target.elts):
+                self._assign(part, self.field(value, k))
+        elif isinstance(target, ast.Subscript):
+            self._put(target, self._target(target), value)
+        else:
+            instead = "records never change; make a new one, or keep what changes in an array"
+            self.fail(target, f"assignment to {ast.unparse(target)}", instead)
+
+    def _assign_name(self, node: ast.AST, name: str, value: Value) -> None:
+        fixed = isinstance(value, Stored) and value.fixed
+        if fixed and self._stored[name] == 1 and not self._unrolling and name not in self.slots:
+            # Another name for what is in memory all along.
+            self.bound[name] = value
+            return
+        kind, slot = self._slot(name, value.kind)
+        value = self.fitted(node, value, kind, f"{name}, as first assigned,")
+        if isinstance(value, Number):
+            self.lines.append(f"store {value.kind.llvm} {value.code}, ptr {slot}")
+        else:
+            self.store(value, slot)
+
+    def _slot(self, name: str, kind: Kind) -> tuple[Kind, str]:
+        if name not in self.slots:
+            slot = f"%{name}.slot"
+            of = kind.llvm if isinstance(kind, Scalar) else f"[{len(leaves(kind))} x i64]"
+            self.entry.append(f"{slot} = alloca {of}, align 8")
+            self.slots[name] = kind, slot
+        return self.slots[name]
+
+    def _target(self, node: ast.Subscript) -> tuple[str, Scalar]:
+        owner = self.value(node.value)
+        place = self.place(node, owner) if isinstance(owner, View) else owner
+        if not isinstance(owner, View) or not isinstance(place, str):
+            self.fail(node, f"assignment to {ast.unparse(node)}", "assign to numbers, in a loop")
+        return place, element_of(owner.kind)
+
+    def _put(self, node: ast.AST, target: tuple[str, Scalar], value: Value) -> None:
+        pointer, kind = target
+        value = self.fitted(node, value, kind, "the array's element")
+        (code,) = self.flat(value)
+        self.lines.append(f"store {kind.llvm} {code}, ptr {pointer}, align 8{ELEMENT}")
+
+    def _AugAssign(self, node: ast.AugAssign) -> None:
+        target = node.target
+        if isinstance(target, ast.Subscript):
+            pointer, kind = place = self._target(target)
+            load = f"load {kind.llvm}, ptr {pointer}, align 8{ELEMENT}"
+            before = Number(kind, self.put(load))
+            self._put(node, place, self.operation(node, node.op, before, self.number(node.value)))
+            return
+        if not isinstance(target, ast.Name):
+            self.fail(node, f"assignment to {ast.unparse(target)}", "use a variable")
+        before = self.as_number(target, self._Name(target))
+        after = self.operation(node, node.op, before, self.number(node.value))
+        self._assign_name(node, target.id, after)
+
+    # Control
+
+    def _If(self, node: ast.If) -> None:
+        yes, no, done = self.new("if"), self.new("else"), self.new("endif")
+        self.fork(self.condition(node.test), yes, no if node.orelse else done)
+        self.start(yes)
+        self._run(node.body)
+        reached = self.open or not node.orelse
+        self.go(done)
+        if node.orelse:
+            self.start(no)
+            self._run(node.orelse)
+            reached = self.open or reached
+            self.go(done)
+        if reached:
+            self.start(done)
+
+    def _While(self, node: ast.While) -> None:
+        head, body, done = self.new("while"), self.new("do"), self.new("endwhile")
+        self._no_else(node)
+        self.go(head)
+        self.start(head)
+        for_ever = isinstance(node.test, ast.Constant) and node.test.value is True
+        if for_ever:
+            self.go(body)
+        else:
+            self.fork(self.condition(node.test), body, done)
+        self._loop(node.body, body, head, done)
+        self.go(head)
+        if not for_ever or done in self._left:
+            self.start(done)
+
+    def _For(self, node: ast.For) -> None:
+        self._no_else(node)
+        if isinstance(node.iter, ast.Call) and self.static(node.iter.func) is range:
+            self._for_range(node, node.iter)
+            return
+        items = self.loaded(self.value(node.iter))
+        if isinstance(items, Number | View):
+            instead = "write for i in range(...), or over a tuple"
+            self.fail(node, f"loop over a {text_of(items.kind)}", instead)
+        done = self.new("endfor")
+        for k in range(len(items.kind.kinds)):
+            item, begin, following = self.field(items, k), self.new("do"), self.new("next")
+            self._assign(node.target, item)
+            name = node.target.id if isinstance(node.target, ast.Name) else ""
+            known = isinstance(item, Number) and item.constant is not None
+            if known and not self._assigned_in(node.body, name):
+                self.bound[name] = item
+            self.go(begin)
+            self._unrolling += 1
+            self._loop(node.body, begin, following, done)
+            self._unrolling -= 1
+            if name in self.slots:
+                self.bound.pop(name, None)
+            self.go(following)
+            self.start(following)
+        self.go(done)
+        self.start(done)
+
+    def _assigned_in(self, body: list[ast.stmt], name: str) -> bool:
+        names = [n for part in body for n in ast.walk(part) if isinstance(n, ast.Name)]
+        return any(n.id == name and isinstance(n.ctx, ast.Store) for n in names)
+
+    def _for_range(self, node: ast.For, given: ast.Call) -> None:
+        if not 1 <= len(given.args) <= 3 or given.keywords or not isinstance(node.target, ast.Name):
+            self.fail(node, "range", "write for i in range(...) with one to three arguments")
+        numbers = [self.number(x) for x in given.args]
+        if any(x.kind != INT for x in numbers):
+            self.fail(node, "range of a number that is no int", "write int(...)")
+        begin = numbers[0].code if len(numbers) > 1 else "0"
+        end = numbers[min(len(numbers), 2) - 1].code
+        step = numbers[2].constant if len(numbers) == 3 else 1
+        if not step:
+            self.fail(node, "range with this step", "write a constant other than 0")
+        head, body = self.new("for"), self.new("do")
+        following, done = self.new("next"), self.new("endfor")
+        counter = "%" + self.new("counter")
+        self.entry.append(f"{counter} = alloca i64, align 8")
+        self.lines.append(f"store i64 {begin}, ptr {counter}")
+        self.go(head)
+        self.start(head)
+        at = self.put(f"load i64, ptr {counter}")
+        how = "slt" if step > 0 else "sgt"
+        self.fork(self.put(f"icmp {how} i64 {at}, {end}"), body, done)
+        self.start(body)
+        self._assign(node.target, Number(INT, at))
+        inner = self.new("do")
+        self.go(inner)
+        self._loop(node.body, inner, following, done)
+        self.go(following)
+        self.start(following)
+        self.lines.append(f"store i64 {self.put(f'add nsw i64 {at}, {step}')}, ptr {counter}")
+        self.go(head)
+        self.start(done)
+
+    def _loop(self, body: list[ast.stmt], begin: str, again: str, done: str) -> None:
+        self._ways.append((again, done))
+        self.loops += 1
+        self.start(begin)
+        self._run(body)
+        self.loops -= 1
+        self._ways.pop()
+
+    def _no_else(self, node: ast.For | ast.While) -> None:
+        if node.orelse:
+            self.fail(node, "else of a loop", "use a variable")
+
+    def _Break(self, node: ast.Break) -> None:
+        self._left.add(self._ways[-1][1])
+        self.go(self._ways[-1][1])
+
+    def _Continue(self, node: ast.Continue) -> None:
+        self.go(self._ways[-1][0])
+
+    def _Return(self, node: ast.Return) -> None:
+        kind = self.source.result
+        if node.value is None or kind is None:
+            if kind is not None or not (
+                node.value is None or isinstance(node.value, ast.Constant) and not node.value.value
+            ):
+                self.fail(node, "return", "return what the annotation says")
+            self.end("ret void")
+            return
+        value = self.fitted(node, self.value(node.value), kind, "the result")
+        flat = self.flat(value)
+        if isinstance(kind, Scalar):
+            self.end(f"ret {kind.llvm} {flat[0]}")
+            return
+        made, of = "poison", result_type(kind)
+        for k, (leaf, one) in enumerate(zip(leaves(kind), flat, strict=True)):
+            made = self.put(f"insertvalue {of} {made}, {leaf} {one}, {k}")
+        self.end(f"ret {of} {made}")
+
+    def _Expr(self, node: ast.Expr) -> None:
+        if isinstance(node.value, ast.Call):
+            self.value_or_none(node.value)
+        elif not (isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)):
+            self.fail(node, f"'{ast.unparse(node)}' by itself", "leave it out")
+
+    def _Pass(self, node: ast.Pass) -> None:
+        pass
+
+
+class Module:
+    """A function of the subset with all that it calls.
+
+    Args:
+        function: what is called from outside, as ``entry(given)``: pointers to its first argument's
+            leaves and to those of the others, behind which it puts the result's, eight bytes for
+            each.
+    """
+
+    def __init__(self, function: FunctionType) -> None:
+        self._found: dict[FunctionType, tuple[str, Source]] = {}
+        self._texts: list[str] = []
+        self._declared: set[str] = set()
+        self._ahead: list[FunctionType] = []
+        symbol, self.source = self.symbol(function)
+        while self._ahead:
+            of = self._ahead.pop()
+            own = Function(self._found[of][1], self)
+            self._texts.append(own.text(self._found[of][0]))
+            self._declared |= own.declared
+        self._texts.append(self._entry(symbol))
+
+    def symbol(self, function: FunctionType) -> tuple[str, Source]:
+        """LLVM's name of a function, which is translated, too; and its source."""
+        if function not in self._found:
+            name = f'@"{function.__module__}.{function.__qualname__}.{len(self._found)}"'
+            self._found[function] = name, Source(function)
+            self._ahead.append(function)
+        return self._found[function]
+
+    def text(self) -> str:
+        """All of it in LLVM's language."""
+        return "\n".join([*sorted(self._declared), *self._texts, METADATA])
+
+    def _entry(self, symbol: str) -> str:
+        body, at, arguments = Expressions(self.source, self, set(), {}), 0, []
+        for k, kind in enumerate(self.source.kinds):
+            pointer, first = ("%others", at) if k else ("%first", 0)
+            arguments += body.passed(body.load(kind, pointer, first))
+            at += len(leaves(kind)) if k else 0
+        result = self.source.result
+        given = ", ".join(" ".join(argument) for argument in arguments)
+        to = "" if result is None else "%result = "
+        body.lines.append(f"{to}call {result_type(result)} {symbol}({given})")
+        if result is not None:
+            parts = ["%result"]
+            if not isinstance(result, Scalar):
+                of = result_type(result)
+                count = len(leaves(result))
+                parts = [body.put(f"extractvalue {of} %result, {k}") for k in range(count)]
+            body.store(body.made(result, iter(parts)), body.step("%others", at))
+        lines = "\n".join([*body.entry, *body.lines, "ret void"])
+        return f"define void @entry(ptr %first, ptr %others) nounwind {{\n{lines}\n}}\n"
