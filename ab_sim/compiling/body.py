@@ -192,7 +192,7 @@ class Body:
         return room
 
     def element(self, view: View, index: Sequence[str]) -> str:
-        """Pointer to a number of an array; with fewer indices than axes, to the first of several."""
+        """Pointer to a number of an array; with fewer indices than axes, to several."""
         at, element = index[0], element_of(view.kind).llvm
         for one, length in zip(index[1:], view.shape[1:], strict=False):
             at = self.put(f"mul i64 {at}, {length}")

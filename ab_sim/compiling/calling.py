@@ -150,8 +150,10 @@ def _packer(kind: Kind, path: str) -> _Put:
         named = zip(kind.names, kind.kinds, strict=True)
         fields = [_packer(field, f"{path}.{name}") for name, field in named]
 
+        cls: Any = kind.cls or tuple
+
         def put_record(value: Any, flat: list[Any]) -> None:
-            if not isinstance(value, kind.cls or tuple) or len(value) != len(fields):
+            if not isinstance(value, cls) or len(value) != len(fields):
                 raise TypeError(f"{path} must be a {text_of(kind)}, not {value!r}")
             for put, field in zip(fields, value, strict=True):
                 put(field, flat)

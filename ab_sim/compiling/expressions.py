@@ -1,13 +1,15 @@
 """Expressions of the subset, as lines in LLVM's language."""
 
 import ast
-import operator
+import functools
 from collections.abc import Callable, Sequence
 from types import FunctionType
-from typing import Any, NoReturn, Protocol
+from typing import Any, Protocol
 
-from ab_sim.compiling.body import ELEMENT, Body, Fields, Number, Stored, Value, View, constant
+from ab_sim.compiling import elementary
+from ab_sim.compiling.body import ELEMENT, Fields, Number, Stored, Value, View, constant
 from ab_sim.compiling.kinds import Array
+from ab_sim.compiling.operations import RANK, Operations
 from ab_sim.compiling.source import (
     BOOL,
     FLOAT,
@@ -25,31 +27,6 @@ from ab_sim.compiling.source import (
 )
 
 MISSING = object()
-MOST_POWER = 16
-
-_FLOATS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
-_INTS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"} | {
-    ast.LShift: "shl",
-    ast.RShift: "ashr",
-    ast.BitAnd: "and",
-    ast.BitOr: "or",
-    ast.BitXor: "xor",
-}
-_FOLDED: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.LShift: operator.lshift,
-    ast.RShift: operator.rshift,
-}
-_COMPARED = {
-    ast.Lt: ("olt", "slt"),
-    ast.LtE: ("ole", "sle"),
-    ast.Gt: ("ogt", "sgt"),
-    ast.GtE: ("oge", "sge"),
-    ast.Eq: ("oeq", "eq"),
-    ast.NotEq: ("une", "ne"),
-}
 
 
 class Callees(Protocol):
@@ -59,7 +36,7 @@ class Callees(Protocol):
         """LLVM's name of a function, which is translated, too; and its source."""
 
 
-class Expressions(Body):
+class Expressions(Operations):
     """Translates a function's expressions.
 
     Args:
@@ -76,19 +53,14 @@ class Expressions(Body):
         local: set[str],
         intrinsics: dict[Any, Callable[..., Value | None]],
     ) -> None:
-        super().__init__()
-        self.source, self._callees, self._local = source, callees, local
-        self._intrinsics = intrinsics
+        super().__init__(source)
+        self._callees, self._local, self._intrinsics = callees, local, intrinsics
         self.slots: dict[str, tuple[Kind, str]] = {}
         """Of local variables: kind, and where in memory."""
         self.bound: dict[str, Value] = {}
         """Names of values that need no memory."""
         self.loops = 0
         """How many loops this is in."""
-
-    def fail(self, node: ast.AST, what: str, instead: str) -> NoReturn:
-        """Raise an error at a place in the function."""
-        raise self.source.error(node, what, instead)
 
     # Values
 
@@ -118,9 +90,8 @@ class Expressions(Body):
             return self._constant(node, known)
         method = getattr(self, "_" + type(node).__name__, None)
         if method is None:
-            self.fail(
-                node, f"{_title(node)} is not in the subset", _INSTEAD.get(type(node), _PLAIN)
-            )
+            instead = _INSTEAD.get(type(node), "see ab_sim.compiling for what there is")
+            self.fail(node, f"'{ast.unparse(node)}' is not in the subset", instead)
         found: Value | None = method(node)
         return found
 
@@ -142,37 +113,18 @@ class Expressions(Body):
         """Whether an expression is true."""
         return self.truth(self.number(node)).code
 
-    def truth(self, x: Number) -> Number:
-        """Whether a number is not zero."""
-        if x.kind == FLOAT:
-            return Number(BOOL, self.put(f"fcmp une double {x.code}, 0.0"))
-        return x if x.kind == BOOL else Number(BOOL, self.put(f"icmp ne i64 {x.code}, 0"))
-
-    def converted(self, x: Number, kind: Scalar) -> Number:
-        """A number as one of a wider kind: bool, int, float."""
-        if x.kind == kind:
-            return x
-        if x.constant is not None:
-            return constant(float(x.constant) if kind == FLOAT else int(x.constant))
-        if x.kind == BOOL:
-            x = Number(INT, self.put(f"zext i1 {x.code} to i64"))
-        return Number(FLOAT, self.put(f"sitofp i64 {x.code} to double")) if kind == FLOAT else x
-
     def fitted(self, node: ast.AST, value: Value, kind: Kind, what: str) -> Value:
         """A value as one of a kind that is asked for."""
         if value.kind == kind:
             return value
         if isinstance(value, Number) and isinstance(kind, Scalar):
-            if _RANK[value.kind] < _RANK[kind]:
+            if RANK[value.kind] < RANK[kind]:
                 return self.converted(value, kind)
             how = f"write {kind}(...)" if kind != BOOL else "write a comparison"
             self.fail(node, f"{what} is {kind}, this is {value.kind}", how)
-        if (
-            isinstance(value, Fields)
-            and isinstance(kind, Record)
-            and not (value.kind.cls or kind.cls)
-        ):
-            if len(value.values) == len(kind.kinds):
+        if isinstance(value, Fields) and isinstance(kind, Record):
+            plain = value.kind.cls is None and kind.cls is None
+            if plain and len(value.values) == len(kind.kinds):
                 pairs = zip(value.values, kind.kinds, strict=True)
                 return Fields(kind, tuple(self.fitted(node, v, k, what) for v, k in pairs))
         self.fail(
@@ -180,15 +132,6 @@ class Expressions(Body):
             f"{what} is {text_of(kind)}, this is {text_of(value.kind)}",
             "use another name, or change the annotation",
         )
-
-    def wider(self, *numbers: Number) -> Scalar:
-        """What numbers are when they meet; int at least."""
-        return FLOAT if any(x.kind == FLOAT for x in numbers) else INT
-
-    def alike(self, *numbers: Number) -> list[Number]:
-        """Numbers as ones of a common kind."""
-        kind = self.wider(*numbers)
-        return [self.converted(x, kind) for x in numbers]
 
     # Names, constants, parts
 
@@ -284,65 +227,18 @@ class Expressions(Body):
 
     # Arithmetic
 
-    def _BinOp(self, node: ast.BinOp) -> Value:
-        return self.operation(node, node.op, self.number(node.left), self.number(node.right))
-
     def operation(self, node: ast.AST, op: ast.operator, a: Number, b: Number) -> Number:
-        """Two numbers, as in Python; but a division by zero is IEEE 754's, and ints wrap."""
-        known = type(op)
-        if known is ast.Pow:
-            return self._power(node, a, b)
-        if known is ast.Div:
-            a, b = self.converted(a, FLOAT), self.converted(b, FLOAT)
-        a, b = self.alike(a, b)
-        both = a.constant is not None and b.constant is not None
-        if both and known in _FOLDED and (a.kind == INT or known in _FLOATS):
-            found = constant(_FOLDED[known](a.constant, b.constant))
-            if found.kind == INT and not -(2**63) <= int(found.constant or 0) < 2**63:
-                self.fail(node, "a number of more than 64 bits", "keep ints below 2**63")
-            return found
-        if known in (ast.FloorDiv, ast.Mod):
-            return self._floor_division(node, known is ast.Mod, a, b)
-        name = (_FLOATS if a.kind == FLOAT else _INTS).get(known)
-        if name is None:
-            self.fail(node, f"{_title(op)} of {a.kind}s", "see ab_sim.compiling for what there is")
-        return Number(a.kind, self.put(f"{name} {a.kind.llvm} {a.code}, {b.code}"))
-
-    def _floor_division(self, node: ast.AST, rest: bool, a: Number, b: Number) -> Number:
-        if a.kind == FLOAT:
-            from ab_sim.compiling import elementary
-
+        """Two numbers, whatever they are."""
+        if isinstance(op, ast.FloorDiv | ast.Mod) and self.wider(a, b) == FLOAT:
+            rest = isinstance(op, ast.Mod)
             function = elementary.modulo if rest else elementary.floor_divided
-            found = self.subset_call(node, function, [a, b])
+            found = self.subset_call(node, function, self.alike(a, b))
             assert isinstance(found, Number)
             return found
-        left = self.put(f"srem i64 {a.code}, {b.code}")
-        signs = self.put(f"xor i64 {left}, {b.code}")
-        differ, some = (
-            self.put(f"icmp slt i64 {signs}, 0"),
-            self.put(f"icmp ne i64 {left}, 0"),
-        )
-        off = self.put(f"and i1 {differ}, {some}")
-        if rest:
-            more = self.put(f"select i1 {off}, i64 {b.code}, i64 0")
-            return Number(INT, self.put(f"add i64 {left}, {more}"))
-        quotient = self.put(f"sdiv i64 {a.code}, {b.code}")
-        less = self.put(f"sext i1 {off} to i64")
-        return Number(INT, self.put(f"add i64 {quotient}, {less}"))
+        return super().operation(node, op, a, b)
 
-    def _power(self, node: ast.AST, x: Number, power: Number) -> Number:
-        if power.kind != INT or power.constant is None or not 1 <= power.constant <= MOST_POWER:
-            self.fail(node, "a power", f"powers may be constants 1 to {MOST_POWER}, or math.sqrt")
-        x = self.converted(x, self.wider(x))
-
-        def multiplied(p: int) -> Number:
-            if p == 1:
-                return x
-            half = multiplied(p // 2)
-            whole = self.operation(node, ast.Mult(), half, half)
-            return self.operation(node, ast.Mult(), whole, x) if p % 2 else whole
-
-        return multiplied(int(power.constant))
+    def _BinOp(self, node: ast.BinOp) -> Value:
+        return self.operation(node, node.op, self.number(node.left), self.number(node.right))
 
     def _UnaryOp(self, node: ast.UnaryOp) -> Value:
         x = self.number(node.operand)
@@ -358,15 +254,6 @@ class Expressions(Body):
         text = f"fneg double {x.code}" if x.kind == FLOAT else f"sub i64 0, {x.code}"
         return Number(x.kind, self.put(text))
 
-    def compare(self, node: ast.AST, op: ast.cmpop, a: Number, b: Number) -> Number:
-        """Two numbers; with a NaN only != is true, as in Python."""
-        if type(op) not in _COMPARED:
-            self.fail(node, f"{_title(op)}", "write ==, and 'or' between several")
-        a, b = self.alike(a, b)
-        of_floats, of_ints = _COMPARED[type(op)]
-        how = f"fcmp {of_floats}" if a.kind == FLOAT else f"icmp {of_ints}"
-        return Number(BOOL, self.put(f"{how} {a.kind.llvm} {a.code}, {b.code}"))
-
     def _Compare(self, node: ast.Compare) -> Value:
         last = [self.number(node.left)]
 
@@ -376,7 +263,7 @@ class Expressions(Body):
             return self.compare(node, op, a, b)
 
         pairs = list(zip(node.ops, node.comparators, strict=True))
-        return self._one_by_one([lambda p=pair: step(*p) for pair in pairs], True)
+        return self._one_by_one([functools.partial(step, *pair) for pair in pairs], True)
 
     def _BoolOp(self, node: ast.BoolOp) -> Value:
         def step(part: ast.AST) -> Number:
@@ -385,7 +272,7 @@ class Expressions(Body):
                 self.fail(part, f"{x.kind} in 'and' or 'or'", "write a comparison, as x != 0")
             return x
 
-        steps = [lambda p=part: step(p) for part in node.values]
+        steps = [functools.partial(step, part) for part in node.values]
         return self._one_by_one(steps, isinstance(node.op, ast.And))
 
     def _one_by_one(self, steps: Sequence[Callable[[], Number]], every: bool) -> Number:
@@ -408,15 +295,15 @@ class Expressions(Body):
         self.fork(self.condition(node.test), yes, no)
         self.start(yes)
         a = self.value(node.body)
+        kind: Kind = a.kind
         end_of_yes, at = self.block, len(self.lines)
         self.start(no)
         b = self.value(node.orelse)
         if isinstance(a, Number) and isinstance(b, Number) and a.kind != b.kind:
-            kind = max(a.kind, b.kind, key=_RANK.__getitem__)
-            b = self.converted(b, kind)
+            wide = max(a.kind, b.kind, key=RANK.__getitem__)
+            kind, b = wide, self.converted(b, wide)
         else:
-            kind = a.kind
-            b = self.fitted(node.orelse, b, kind, "the other branch")
+            b = self.fitted(node.orelse, b, a.kind, "the other branch")
         of_b, end_of_no = self.flat(b), self.block
         self.go(done)
         # What follows of the first branch, now that the common kind is known.
@@ -519,8 +406,6 @@ def result_type(kind: Kind | None) -> str:
     return kind.llvm if isinstance(kind, Scalar) else "{ " + ", ".join(leaves(kind)) + " }"
 
 
-_RANK = {BOOL: 0, INT: 1, FLOAT: 2}
-_PLAIN = "see ab_sim.compiling for what there is"
 _INSTEAD: dict[type[ast.AST], str] = {
     ast.ListComp: "write a loop",
     ast.GeneratorExp: "write a loop",
@@ -530,7 +415,3 @@ _INSTEAD: dict[type[ast.AST], str] = {
     ast.JoinedStr: "leave texts to the caller",
     ast.NamedExpr: "assign on a line of its own",
 }
-
-
-def _title(node: ast.AST) -> str:
-    return f"'{ast.unparse(node)}'" if isinstance(node, ast.expr) else type(node).__name__

@@ -47,7 +47,7 @@ def _rounded(name: str) -> Intrinsic:
 
 
 def _float(e: Expressions, node: ast.Call, values: Values) -> Value:
-    return e.converted(*_numbers(e, node, values, 1, 1), FLOAT)
+    return e.converted(_numbers(e, node, values, 1, 1)[0], FLOAT)
 
 
 def _bool(e: Expressions, node: ast.Call, values: Values) -> Value:

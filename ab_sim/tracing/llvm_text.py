@@ -350,15 +350,18 @@ def module_text(functions: Sequence[Function]) -> str:
 def border(roots: Sequence[Expression], level: int) -> list[Expression]:
     """What is known at a level and used by what is not: to be computed once, before.
 
-    Constants and inputs are left out, as they are at hand anyway.
+    Constants and inputs are left out, as they are at hand anyway; in place of a comparison, which
+    is no number, stands what is compared.
     """
     found: dict[int, Expression] = {}
-    for x in reached(roots):
-        users = x.args if x.level > level else ()
-        found |= {a.number: a for a in users if a.level <= level and a.op not in ("const", "input")}
-    found |= {
-        root.number: root
-        for root in roots
-        if root.level <= level and root.op not in ("const", "input")
-    }
-    return list(found.values())
+    ahead = [root for root in roots if root.level <= level]
+    ahead += [arg for x in reached(roots) if x.level > level for arg in x.args]
+    while ahead:
+        x = ahead.pop()
+        if x.level > level or x.op in ("const", "input") or x.number in found:
+            continue
+        if x.op in ("lt", "le"):
+            ahead += x.args
+        else:
+            found[x.number] = x
+    return [found[number] for number in sorted(found)]

@@ -1,0 +1,312 @@
+"""Collocation's formulas in LLVM's language, and where their numbers are in memory.
+
+The arguments of what is emitted are pointers to doubles, then doubles; see ``ab_sim.collocation``.
+N is the number of nodes, a line is N doubles, E the number of equations, of which the deck has the
+first, then each ball, then a motor's spindle; R is E and the number of integrals behind them.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from ab_sim.collocation.coordinates import Coordinates
+from ab_sim.collocation.formulas import Equation, Formulas, Roots
+from ab_sim.collocation.step_formulas import BACK, StepFormulas
+from ab_sim.kernels.emission import BRANCHES, CONSTANTS, Emission
+from ab_sim.tracing import Expression, Level, lowered
+from ab_sim.tracing.expression import reached, rebuilt
+from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, border, module_text
+
+OWN, TABLES, OPEN, NUMBERS, OPEN_NUMBERS = "own", "tables", "spindle", "numbers", "spindle_numbers"
+WORK, RESULT, WEIGHTS, STATE, OLD, FORCES = "work", "result", "weights", "y", "old", "f"
+"""Names of pointers."""
+RESULTS = 7
+"""How many doubles there are behind ``RESULT``: how far the last iteration has changed f of the
+deck, and of all others, as angles [rad]; what makes angles of the deck's x, and of the spindle's;
+the errors of the samples and within the step [rad]; the angle that the rotor's axes make in it."""
+LENGTH, DAMPING, STIFFNESS, MOST_UNIT, BEYOND, COUNT, FACTS = 0, 1, 2, 3, 4, 5, 6
+"""Numbers of a table, and how many there are: see ``responses``."""
+
+
+def line_of(what: str, nodes: int) -> int:
+    """Line of a table at which a quantity begins: see ``responses``."""
+    names = {"into_x": 0, "into_v": nodes, "into_pull": 2 * nodes}
+    names |= {"response_to_one": 3 * nodes, "impulse": 3 * nodes + 1, "impulse_rate": 3 * nodes + 2}
+    return names[what]
+
+
+def lines_of_table(nodes: int) -> int:
+    """How many there are."""
+    return 3 * nodes + 3
+
+
+class CollocationEmission:
+    """Functions of a collocation step for one kind of scene.
+
+    Args:
+        emission: of the scene's equations.
+        coordinates: of its deck.
+        nodes: N, a power of two.
+    """
+
+    def __init__(self, emission: Emission, coordinates: Coordinates, nodes: int) -> None:
+        self.emission, self.model, self.nodes = emission, emission.model, nodes
+        self.formulas = Formulas(self.model, coordinates, nodes)
+        self.steps = StepFormulas(self.formulas)
+        self.equations = coordinates.count + self.model.count + self.model.has_motor
+        self.rows = self.equations + len(self.formulas.integrals)
+        self.lines: dict[str, int] = {}
+        """Where quantities are in the work, by their names: numbers of lines."""
+        self.work = 0
+        """Lines of the work."""
+        self._own: dict[str, Place] = dict(self._row_places(WORK, "f"))
+        for name, place in self._own.items():
+            self.lines[name] = place.at
+        self.work = self.rows
+        self._iterate = {near: self._lowered(self.formulas.iterate(near)) for near in (False, True)}
+        self._hoisted = self._known_before()
+
+    # Where things are.
+
+    def _row_places(self, pointer: str, what: str) -> Iterable[tuple[str, Place]]:
+        """Lines of f: of the equations, then of what is only integrated."""
+        at = 0
+        for each in self.formulas.equations[:-1]:
+            yield f"{what}[{each}]", Place(pointer, at)
+            at += self.model.count if each.each else 1
+        for name in self.formulas.integrals:
+            yield f"{what}[{name}]", Place(pointer, at)
+            at += 1
+
+    def _tables(self, of: str = TABLES) -> dict[str, Place]:
+        """Where the tables' lines are; that of a motor's spindle behind a pointer of its own."""
+        found, nodes, at = {}, self.nodes, 0
+        size = lines_of_table(nodes)
+        for each in self.formulas.equations:
+            is_spindle = each is self.formulas.spindle
+            pointer, first = (OPEN, 0) if is_spindle else (of, at * size)
+            for what in ("into_x", "into_v", "into_pull"):
+                for k in range(nodes):
+                    name = f"{what}.{k}[{each}]"
+                    found[name] = Place(pointer, first + line_of(what, nodes) + k, size)
+            for what in ("response_to_one", "impulse", "impulse_rate"):
+                found[f"{what}[{each}]"] = Place(pointer, first + line_of(what, nodes), size)
+            at += self.model.count if each.each else 1
+        return found
+
+    def _numbers(self) -> dict[str, Place]:
+        """Where the tables' numbers are; those up to the samples behind those up to the nodes."""
+        found, at, samples = {}, 0, (self.equations + 1) * FACTS
+        names = {"damping": DAMPING, "stiffness": STIFFNESS, "unit": MOST_UNIT, "beyond": BEYOND}
+        for each in self.formulas.equations[:-1]:
+            is_spindle = each is self.formulas.spindle
+            pointer, first = (OPEN_NUMBERS, 0) if is_spindle else (NUMBERS, at * FACTS)
+            for name, column in (*names.items(), ("beyond_samples", BEYOND + samples)):
+                found[f"{name}[{each}]"] = Place(pointer, first + column, FACTS)
+            at += self.model.count if each.each else 1
+        return found
+
+    def _linear(self) -> dict[str, Place]:
+        """c and k of each equation; then what makes coordinates, see ``coordinates.Modes``."""
+        found, at = {}, 0
+        for each in self.formulas.equations[:-1]:
+            found[f"damping[{each}]"] = Place(OWN, at)
+            found[f"stiffness[{each}]"] = Place(OWN, self.equations + at)
+            at += self.model.count if each.each else 1
+        return found | self._modes()
+
+    def _modes(self) -> dict[str, Place]:
+        found, first = {}, 2 * self.equations
+        for name in ("from_modes", "to_modes"):
+            for r in range(7):
+                for q in range(7):
+                    found[f"{name}[{r},{q}]"] = Place(OWN, first + 7 * r + q)
+            first += 49
+        return found
+
+    def _weights(self) -> dict[str, Place]:
+        """c_j; the weights of the quadrature; matrices to the last coefficients, and onward."""
+        nodes = self.nodes
+        found = {"node": Place(WEIGHTS, 0), "share": Place(WEIGHTS, 1)}
+        for k in range(nodes):
+            found[f"coefficient.{k}"] = Place(WEIGHTS, 2 + k)
+            found[f"carry.{k}"] = Place(WEIGHTS, 2 + nodes + k)
+        return found
+
+    def _state(self) -> dict[str, Place]:
+        found, last = dict(self.emission.state_places(STATE)), self.model.states
+        last += 2 * self.model.count + 3 * self.model.has_motor
+        return found | {"work": Place(STATE, last), "dissipated": Place(STATE, last + 1)}
+
+    def _line(self, name: str, each: bool) -> Place:
+        """Where a quantity is in the work, which grows if it is new."""
+        if name not in self._own:
+            self._own[name] = Place(WORK, self.work)
+            self.lines[name] = self.work
+            self.work += self.model.count if each else 1
+        return self._own[name]
+
+    # What is computed.
+
+    def _lowered(self, roots: Roots) -> Roots:
+        return dict(zip(roots, lowered(roots.values()), strict=True))
+
+    def _known_before(self) -> dict[int, Place]:
+        """What an iteration needs that no iteration changes: put into the work by ``start``."""
+        found: dict[int, Place] = {}
+        elsewhere = {**self.emission.places, **self._tables(), **self._modes(), **self._scale()}
+        self._before: list[tuple[Expression, Place]] = []
+        for near, roots in self._iterate.items():
+            for name, root in roots.items():
+                if not name.startswith("result"):
+                    self._line(name, root.each)
+            for x in border([*roots.values()], Level.TIME):
+                if x.number not in self.emission.known and x.number not in found:
+                    place = Place(WORK, self.work)
+                    self.work += self.model.count if x.each else 1
+                    found[x.number] = place
+                    self._before.append((x, place))
+            for x in reached(roots.values()):
+                # Whatever is nowhere else.
+                if x.op == "input" and x.payload not in elsewhere:
+                    self._line(x.payload, x.each)
+        return found
+
+    def _scale(self) -> dict[str, Place]:
+        """1 / R of the first ball."""
+        first = self.emission.places["race_curvature"]
+        return {"scale": first}
+
+    # What is emitted.
+
+    def _function(
+        self,
+        name: str,
+        pointers: Sequence[str],
+        numbers: Sequence[str],
+        places: Mapping[str, Place],
+        uniform: Iterable[str] = (),
+        known: Mapping[int, Place] | None = None,
+    ) -> tuple[Function, Body]:
+        shape = Shape(self.model.count, self.nodes)
+        always = [CONSTANTS, BRANCHES, OWN, NUMBERS, OPEN_NUMBERS, STATE, RESULT]
+        into = Function(
+            name, [CONSTANTS, BRANCHES, *pointers], shape, numbers, [*always, *uniform]
+        )
+        bound = {each: [into.widened(f"%{each}", self.nodes)] for each in numbers}
+        places = {**self.emission.places, **self._scale(), **places}
+        return into, Body(into, places, {**self.emission.known, **(known or {})}, bound)
+
+    def iterate(self, near: bool = False) -> Function:
+        """``iterate(c, b, own, tables, spindle, work, result)``; ``near``: see ``Formulas``."""
+        places = {**self._tables(), **self._modes(), **self._own}
+        name = "iterate_near" if near else "iterate"
+        pointers = [OWN, TABLES, OPEN, WORK, RESULT]
+        into, body = self._function(name, pointers, [], places, known=self._hoisted)
+        self._store(body, self._iterate[near])
+        return into
+
+    def _store(self, body: Body, roots: Roots) -> None:
+        for x in roots.values():
+            body.values(x)
+        for name, x in roots.items():
+            if name.startswith("result."):
+                body.store(x, Place(RESULT, int(name[7:])))
+            elif name in self._own:
+                body.store(x, self._own[name])
+
+    def start(self) -> Function:
+        """``start(c, b, own, numbers, spindle_numbers, tables, spindle, weights, y, old, work, ...)``
+
+        with the doubles begin, length [s] and moved [rad].
+        """
+        roots = self.steps.start()
+        graph = self.model.graph
+        inputs = {x.payload: x for x in reached(x for x, _ in self._before) if x.op == "input"}
+        by = {inputs[name]: root for name, root in roots.items() if name in inputs}
+        own = lowered(
+            [*roots.values(), *substituted([x for x, _ in self._before], by)]
+        )
+        count = len(roots)
+        places = {**self._tables(), **self._linear(), **self._numbers(), **self._weights()}
+        places |= {**self._state(), **dict(self._row_places(OLD, "old"))}
+        pointers = [OWN, NUMBERS, OPEN_NUMBERS, TABLES, OPEN, WEIGHTS, STATE, OLD, WORK]
+        into, body = self._function("start", pointers, ["begin", "length", "moved"], places)
+        assert graph is self.model.graph
+        self._store(body, dict(zip(roots, own[:count], strict=True)))
+        for x, (of, place) in zip(own[count:], self._before, strict=True):
+            body.store(x, place, each=of.each)
+        return into
+
+    def judge(self) -> Function:
+        """``judge(c, b, numbers, spindle_numbers, weights, work, result, begin, length)``."""
+        places = {**self._numbers(), **self._weights(), **self._own}
+        places |= {f"result.{k}": Place(RESULT, k) for k in (2, 3)}
+        pointers = [NUMBERS, OPEN_NUMBERS, WEIGHTS, WORK, RESULT]
+        into, body = self._function("judge", pointers, ["begin", "length"], places)
+        self._store(body, self._lowered(self.steps.judge()))
+        return into
+
+    def sample(self) -> Function:
+        """``sample(c, b, own, tables, spindle, weights, y, f, out, begin, length)``.
+
+        Tables are those up to the samples; y is the state at the step's beginning, f its memory;
+        ``out`` gets the states' lines, and the times behind them.
+        """
+        places = {**self._tables(), **self._linear(), **self._weights(), **self._state()}
+        places |= dict(self._row_places(FORCES, "f"))
+        pointers = [OWN, TABLES, OPEN, WEIGHTS, STATE, FORCES, "out"]
+        into, body = self._function("sample", pointers, ["begin", "length"], places)
+        roots = self._lowered(self.steps.sample())
+        targets = {name: place.at for name, place in self._state().items()}
+        targets["time"] = self.states
+        for name, x in roots.items():
+            body.store(x, Place("out", targets[name]))
+        return into
+
+    @property
+    def states(self) -> int:
+        """How many states there are."""
+        model = self.model
+        own = model.states + 2 * model.count
+        return own + 3 * model.has_motor + 2 * model.has_energy_balance
+
+    def begin(self) -> Function:
+        """``begin(c, b, own, y, f, time)``: f as it is at one instant, R numbers."""
+        model = self.model
+        at = model.motion()
+        found = model.evaluated(at)
+        roots = self._lowered(self.steps.begin(found, model.slope(at, found)))
+        into = Function(
+            "begin", [CONSTANTS, BRANCHES, OWN, STATE, FORCES], Shape(model.count), ["time"]
+        )
+        places = {**self.emission.places, **self._linear(), **self._state()}
+        body = Body(into, places, self.emission.known, {"time": ["%time"]})
+        targets = dict(self._row_places(FORCES, "f"))
+        for name, x in roots.items():
+            body.store(x, targets[name], each="balls" in name)
+        return into
+
+    def text(self) -> str:
+        """All of them."""
+        functions = [self.iterate(), self.iterate(near=True), self.start(), self.judge()]
+        return module_text([*functions, self.sample(), self.begin()])
+
+
+def substituted(
+    roots: Sequence[Expression], by: Mapping[Expression, Expression]
+) -> list[Expression]:
+    """Roots with expressions in place of inputs."""
+    new: dict[int, Expression] = {}
+    for x in reached(roots):
+        if x in by:
+            new[x.number] = by[x]
+        else:
+            new[x.number] = rebuilt(x, [new[arg.number] for arg in x.args]) if x.args else x
+    return [new[root.number] for root in roots]
+
+
+def is_ball(each: Equation) -> bool:
+    """Whether an equation is one for each ball."""
+    return each.each
+
+
+__all__ = ["BACK", "CollocationEmission", "is_ball"]

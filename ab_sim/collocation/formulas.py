@@ -1,0 +1,337 @@
+"""What collocation computes at the nodes of a step, as expressions: one lane for each node.
+
+Equations of second order are x'' + c x' + k x = f: of the deck's coordinates first (``coordinates``),
+then of the balls, and of a motor's spindle. Unknown is f at the nodes. What it makes of x and v is
+linear, and as exact as the tables of responses; how accelerations follow from x and v, the model
+says. An iteration goes round once: the deck gives way to the balls' accelerations as they were, and
+each ball follows the deck: no elimination, no division, and a change shrinks by 1/70 or so.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ab_sim.collocation.coordinates import Axes, Coordinates, Modes, Vector
+from ab_sim.dynamics.motion import Spindle
+from ab_sim.equations.arrowhead import Arrow, Solved, solve_with_balls
+from ab_sim.equations.energy import powers
+from ab_sim.equations.race import path_acceleration, rate_change
+from ab_sim.equations.spindle import Driven
+from ab_sim.equations.sums import Number
+from ab_sim.kernels.model import Model, Motion
+from ab_sim.tracing import Expression, Level, cos, sin, total
+from ab_sim.tracing.expression import fma, lifted
+from ab_sim.tracing.functions import across, lane
+
+CHAINS = 4
+"""Sums of a product's terms that are made side by side: each term waits for the one before."""
+TINY = 1e-300
+"""What is added to what may be 0, and is divided by."""
+SMALL = 1.0 / 256.0
+"""Angle [rad] up to which ``turned`` is right to rounding."""
+
+Roots = dict[str, Expression]
+"""What is computed, by the names of ``Rows``."""
+
+
+class Response(NamedTuple):
+    """Columns of the matrices from f at the nodes to x, v and c v + k x there, each in lanes."""
+
+    into_x: Sequence[Expression]
+    into_v: Sequence[Expression]
+    into_pull: Sequence[Expression]
+
+
+class Equation(NamedTuple):
+    """One equation of second order, or one for each ball, as inputs."""
+
+    name: str
+    """Of its inputs, in brackets behind what they are."""
+    each: bool
+    """Whether it is one for each ball."""
+    response: Response
+
+    def __str__(self) -> str:
+        return self.name
+
+
+class Formulas:
+    """The formulas for one kind of scene.
+
+    Args:
+        model: its equations.
+        coordinates: of its deck.
+        nodes: how many nodes a step has.
+    """
+
+    def __init__(self, model: Model, coordinates: Coordinates, nodes: int) -> None:
+        self.model, self.coordinates, self.nodes = model, coordinates, nodes
+        self.deck = [self._equation(f"deck.{q}", False) for q in range(coordinates.count)]
+        self.balls = self._equation("balls", True) if model.count else None
+        self.spindle = self._equation("spindle", False) if model.has_motor else None
+        self.integral = self._equation("integral", False)
+        """What is only integrated: v is the integral of f."""
+        self.own = self._modes()
+        self.hangs_freely = (
+            not (model.has_motor or model.has_energy_balance)
+            and coordinates.only_own_motion(model.effects)
+        )
+        """Whether c v + k x is all that is to be known of the deck: a motor's spindle is solved for
+        together with it, and an energy balance asks for all states."""
+
+    @property
+    def equations(self) -> list[Equation]:
+        """In the order of their tables; the last one is no equation, but ``integral``."""
+        others = [each for each in (self.balls, self.spindle) if each is not None]
+        return [*self.deck, *others, self.integral]
+
+    @property
+    def integrals(self) -> list[str]:
+        """Names of the states that are only integrated, in their order."""
+        model = self.model
+        names = ["loop"] if model.has_motor else []
+        return names + (["work", "dissipated"] if model.has_energy_balance else [])
+
+    def given(self, name: str, of: object = "", level: Level = Level.TIME) -> Expression:
+        """An input; with an equation, that of this one."""
+        each = isinstance(of, Equation) and of.each
+        return self.model.graph.input(f"{name}[{of}]" if of else name, level, each)
+
+    def _equation(self, name: str, each: bool) -> Equation:
+        def columns(what: str) -> list[Expression]:
+            inputs = (f"{what}.{k}[{name}]" for k in range(self.nodes))
+            return [self.model.graph.input(one, Level.TIME, each) for one in inputs]
+
+        return Equation(
+            name, each, Response(columns("into_x"), columns("into_v"), columns("into_pull"))
+        )
+
+    def _modes(self) -> Modes | None:
+        if not self.coordinates.has_modes:
+            return None
+
+        def matrix(name: str) -> list[list[Expression]]:
+            make = self.model.graph.input
+            return [
+                [make(f"{name}[{r},{q}]", Level.PARAMETER) for q in range(7)] for r in range(7)
+            ]
+
+        return Modes(matrix("from_modes"), matrix("to_modes"))
+
+    def iterate(self, near: bool) -> Roots:
+        """One iteration, from f and what followed from it a moment before.
+
+        Args:
+            near: whether angles have changed by less than ``SMALL`` since their cosines and sines
+                were computed: these are turned then.
+        """
+        model, roots = self.model, Roots()
+        theta, rate, angles = self._balls_now(near, roots)
+        at, axes = self._motion_now(theta, rate)
+        c, s = angles
+        spindle, _, on, arrow = model.arrow(at, c, s)
+        lagged: Number = 0.0
+        if self.balls is not None:
+            f = self.given("f", self.balls, Level.STATE)
+            lagged = path_acceleration(on, f - self.given("damping", self.balls) * rate)
+        prescribed = None if model.has_motor else spindle.acceleration
+        a = list(self._give_way(arrow, lagged, prescribed))
+        changes = self._deck_anew(at, axes, spindle, a, roots)
+        spun = self._spindle_anew(a, spindle, roots)
+        if self.balls is not None:
+            path = self._follow(arrow, a, model.has_motor)
+            new = rate_change(on, path) + self.given("damping", self.balls) * rate
+            unit = self.given("unit", self.balls)
+            f = self.given("f", self.balls, Level.STATE)
+            spun.append(total(self._lifted(abs(new - f) * unit)))
+            roots[f"f[{self.balls}]"] = self._lifted(new)
+        else:
+            path = 0.0
+        if model.has_energy_balance:
+            loss = model.deck.dissipated(model.effects, spindle, at.deck)
+            work, lost = powers(
+                *(model.effects, model.balls, on, spindle, arrow, Solved(a, path)),
+                friction=model.friction(),
+                prescribed=not model.has_motor,
+                suspension_loss=loss,
+            )
+            roots["f[work]"], roots["f[dissipated]"] = self._lifted(work), self._lifted(lost)
+        self._judged(changes, spun, roots)
+        return roots
+
+    def _balls_now(self, near: bool, roots: Roots) -> tuple[Number, Number, tuple[Number, Number]]:
+        """Angles, rates, and cosines and sines."""
+        if self.balls is None:
+            return 0.0, 0.0, (1.0, 0.0)
+        f = self.given("f", self.balls, Level.STATE)
+        theta, rate = self.moved(self.balls, f)
+        if near:
+            before = (self.given(name, self.balls, Level.STATE) for name in ("c", "s", "theta"))
+            c, s = turned(next(before), next(before), theta - next(before))
+        else:
+            c, s = cos(theta), sin(theta)
+        roots |= {f"{name}[{self.balls}]": x for name, x in (("c", c), ("s", s), ("theta", theta))}
+        return theta, rate, (c, s)
+
+    def _motion_now(self, theta: Number, rate: Number) -> tuple[Motion, Axes]:
+        """State at the nodes, the deck's and the spindle's as the last iteration left them."""
+        model, driven = self.model, None
+        if self.spindle is None:
+            axes = self.given("axis_c"), self.given("axis_s")
+        else:
+            psi = self.given("x", self.spindle, Level.STATE)
+            speed = self.given("v", self.spindle, Level.STATE)
+            integral = self.given("value", "loop", Level.STATE)
+            driven = Driven(psi, speed, integral, self.given("limit"))
+            turned_by = psi - self.given("psi_at_begin")
+            axes = cos(turned_by), sin(turned_by)
+        if self.hangs_freely:
+            deck: Vector = [0.0] * model.states
+        else:
+            x = [self.given("x", each, Level.STATE) for each in self.deck]
+            v = [self.given("v", each, Level.STATE) for each in self.deck]
+            deck = self.coordinates.state(self.own, axes, x, v)
+        return Motion(self.given("time"), deck, theta, rate, driven), axes
+
+    def _give_way(self, arrow: Arrow, path: Number, prescribed: Number | None) -> Vector:
+        """Accelerations of the deck, and of a motor's spindle, the balls' being given."""
+        if len(arrow.force) == 3 and prescribed is not None:
+            # A matrix that has nothing but the mass on its diagonal.
+            lightness, forces = 1.0 / arrow.block[0][0], []
+            for r in range(2):
+                force = arrow.force[r] - arrow.block[r][2] * prescribed
+                if self.balls is not None:
+                    force = force + total(self._lifted(arrow.reach[r] * path))
+                forces.append(force * lightness)
+            return [*forces, prescribed]
+        return solve_with_balls(arrow, self.model.count, path, prescribed).x
+
+    def _deck_anew(
+        self, at: Motion, axes: Axes, spindle: Spindle, a: list[Number], roots: Roots
+    ) -> tuple[Number, Number]:
+        """f of the deck's equations, and what its new place changes of the accelerations.
+
+        Returns:
+            How far f is from what it was, and of what size it is.
+        """
+        model, pulls = self.model, []
+        change: Number = 0.0
+        size: Number = 0.0
+        accelerations = self.coordinates.accelerations(
+            model.deck, model.effects, spindle, self.own, axes, at.deck, a
+        )
+        for each, acceleration in zip(self.deck, accelerations, strict=True):
+            f, linear = self.given("f", each, Level.STATE), self.pull(each)
+            new = self._lifted(acceleration + linear)
+            change = change + abs(new - f) * self._unit(each)
+            roots[f"f[{each}]"] = new
+            if self.hangs_freely:
+                pull = product(each.response.into_pull, new, self.given("free_pull", each))
+            else:
+                x, v = self.moved(each, new)
+                roots[f"x[{each}]"], roots[f"v[{each}]"] = x, v
+                pull = self.given("damping", each) * v + self.given("stiffness", each) * x
+            size = size + (abs(new) + abs(pull))
+            pulls.append(linear - pull)
+        for r, more in enumerate(self.coordinates.change(self.own, axes, at.deck, pulls)):
+            a[r] = a[r] + more
+        return change, size
+
+    def pull(self, equation: Equation) -> Number:
+        """c v + k x as the last iteration left it; at rest in its middle a deck feels none."""
+        if self.hangs_freely:
+            return 0.0
+        x, v = (self.given(name, equation, Level.STATE) for name in "xv")
+        return self.given("damping", equation) * v + self.given("stiffness", equation) * x
+
+    def _spindle_anew(self, a: list[Number], spindle: Spindle, roots: Roots) -> list[Number]:
+        """The same of a motor's spindle, and of its loop's integral.
+
+        Returns:
+            How far f is from what it was, and of what size it is; nothing without a motor.
+        """
+        each = self.spindle
+        if each is None:
+            return []
+        damping, f = self.given("damping", each), self.given("f", each, Level.STATE)
+        linear = damping * self.given("v", each, Level.STATE)
+        new = self._lifted(a[-1] + linear)
+        x, v = self.moved(each, new)
+        roots |= {f"f[{each}]": new, f"x[{each}]": x, f"v[{each}]": v}
+        a[-1] = a[-1] + (linear - damping * v)
+        rate = self._lifted(spindle.integral_rate)
+        roots["f[loop]"] = rate
+        begun = self.given("begin", "loop")
+        roots["value[loop]"] = product(self.integral.response.into_v, rate, begun)
+        self._spindle_size = abs(new) + abs(linear)
+        return [abs(new - f) * self._unit(each)]
+
+    def _unit(self, equation: Equation) -> Number:
+        """What f = 1 makes of x at most; 1 without balls, where errors are shares of f."""
+        return self.given("unit", equation) if self.balls is not None else 1.0
+
+    def _follow(self, arrow: Arrow, a: Vector, driven: bool) -> Number:
+        """Path accelerations of the balls, all others being given."""
+        friction, rows, pull = self.model.friction(), list(arrow.reach), arrow.pull
+        if friction is not None:
+            pairs = zip(rows, arrow.press, strict=True)
+            rows = [reach - friction * press for reach, press in pairs]
+            pull = pull - friction * arrow.load
+        if not driven:
+            # Known before the others.
+            pull = pull + rows[-1] * a[-1]
+            rows, a = rows[:-1], a[:-1]
+        for row, x in zip(rows, a, strict=True):
+            pull = pull + row * x
+        return self.model.mobility(pull)
+
+    def _judged(self, deck: tuple[Number, Number], others: list[Number], roots: Roots) -> None:
+        """How far f is from what it was, in angles, or without balls as a share of its size."""
+        changed: Number = 0.0
+        for each in others:
+            changed = changed + each
+        turned_by = across(self._lifted(changed))
+        carried = across(self._lifted(deck[0]))
+        scales: tuple[Number, Number] = (self.model.graph.input("scale", Level.PARAMETER), 1.0)
+        if self.balls is None:
+            size = self._spindle_size if self.spindle is not None else 0.0
+            scales = (
+                1.0 / (across(self._lifted(deck[1])) + TINY),
+                1.0 / (across(self._lifted(size)) + TINY),
+            )
+        found = (carried * scales[0], turned_by * scales[1], *scales)
+        roots |= {f"result.{k}": self._lifted(x) for k, x in enumerate(found)}
+
+    def moved(self, equation: Equation, f: Expression) -> tuple[Expression, Expression]:
+        """x and v at the nodes."""
+        free_x, free_v = (self.given(name, equation) for name in ("free_x", "free_v"))
+        response = equation.response
+        return product(response.into_x, f, free_x), product(response.into_v, f, free_v)
+
+    def _lifted(self, x: Number) -> Expression:
+        return lifted(self.model.graph, x)
+
+
+def product(
+    columns: Sequence[Expression], f: Expression, onto: Expression | None = None
+) -> Expression:
+    """A matrix, column by column in lanes, times values at the nodes; added to ``onto``."""
+    sums: list[Expression | None] = [onto] + [None] * (CHAINS - 1)
+    for k, column in enumerate(columns):
+        one, chain = lane(f, k), sums[k % CHAINS]
+        sums[k % CHAINS] = column * one if chain is None else fma(column, one, chain)
+    left = [each for each in sums if each is not None]
+    while len(left) > 1:
+        half = (len(left) + 1) // 2
+        left = [
+            a + left[half + k] if half + k < len(left) else a for k, a in enumerate(left[:half])
+        ]
+    return left[0]
+
+
+def turned(c: Number, s: Number, d: Number) -> tuple[Number, Number]:
+    """(cos(x + d), sin(x + d)) from those of x, for abs(d) up to ``SMALL``."""
+    dd = d * d
+    a = dd * (dd * (1.0 / 24.0) - 0.5)
+    b = d * (dd * (dd * (1.0 / 120.0) - 1.0 / 6.0) + 1.0)
+    return c + (c * a - s * b), s + (s * a + c * b)
+

@@ -1,0 +1,139 @@
+"""Operations on numbers, as lines in LLVM's language: as Python's, but for what is said here.
+
+A division by zero is IEEE 754's; ints have 64 bits and wrap; powers are products.
+"""
+
+import ast
+import operator
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from ab_sim.compiling.body import Body, Number, constant
+from ab_sim.compiling.source import BOOL, FLOAT, INT, Scalar, Source
+
+MOST_POWER = 16
+RANK = {BOOL: 0, INT: 1, FLOAT: 2}
+"""Kinds of numbers, the wider the later."""
+
+_FLOATS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
+_INTS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"} | {
+    ast.LShift: "shl",
+    ast.RShift: "ashr",
+    ast.BitAnd: "and",
+    ast.BitOr: "or",
+    ast.BitXor: "xor",
+}
+_FOLDED: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.LShift: operator.lshift,
+    ast.RShift: operator.rshift,
+}
+_COMPARED = {
+    ast.Lt: ("olt", "slt"),
+    ast.LtE: ("ole", "sle"),
+    ast.Gt: ("ogt", "sgt"),
+    ast.GtE: ("oge", "sge"),
+    ast.Eq: ("oeq", "eq"),
+    ast.NotEq: ("une", "ne"),
+}
+
+
+class Operations(Body):
+    """Lines of a function that works on numbers.
+
+    Args:
+        source: of the function.
+    """
+
+    def __init__(self, source: Source) -> None:
+        super().__init__()
+        self.source = source
+
+    def fail(self, node: ast.AST, what: str, instead: str) -> NoReturn:
+        """Raise an error at a place in the function."""
+        raise self.source.error(node, what, instead)
+
+    def truth(self, x: Number) -> Number:
+        """Whether a number is not zero."""
+        if x.kind == FLOAT:
+            return Number(BOOL, self.put(f"fcmp une double {x.code}, 0.0"))
+        return x if x.kind == BOOL else Number(BOOL, self.put(f"icmp ne i64 {x.code}, 0"))
+
+    def converted(self, x: Number, kind: Scalar) -> Number:
+        """A number as one of a wider kind: bool, int, float."""
+        if x.kind == kind:
+            return x
+        if x.constant is not None:
+            return constant(float(x.constant) if kind == FLOAT else int(x.constant))
+        if x.kind == BOOL:
+            x = Number(INT, self.put(f"zext i1 {x.code} to i64"))
+        return Number(FLOAT, self.put(f"sitofp i64 {x.code} to double")) if kind == FLOAT else x
+
+    def wider(self, *numbers: Number) -> Scalar:
+        """What numbers are when they meet; int at least."""
+        return FLOAT if any(x.kind == FLOAT for x in numbers) else INT
+
+    def alike(self, *numbers: Number) -> list[Number]:
+        """Numbers as ones of a common kind."""
+        kind = self.wider(*numbers)
+        return [self.converted(x, kind) for x in numbers]
+
+    def operation(self, node: ast.AST, op: ast.operator, a: Number, b: Number) -> Number:
+        """Two numbers, as in Python; but a division by zero is IEEE 754's, and ints wrap."""
+        known = type(op)
+        if known is ast.Pow:
+            return self._power(node, a, b)
+        if known is ast.Div:
+            a, b = self.converted(a, FLOAT), self.converted(b, FLOAT)
+        a, b = self.alike(a, b)
+        both = a.constant is not None and b.constant is not None
+        if both and known in _FOLDED and (a.kind == INT or known in _FLOATS):
+            found = constant(_FOLDED[known](a.constant, b.constant))
+            if found.kind == INT and not -(2**63) <= int(found.constant or 0) < 2**63:
+                self.fail(node, "a number of more than 64 bits", "keep ints below 2**63")
+            return found
+        if known in (ast.FloorDiv, ast.Mod):
+            return self._floor_division(known is ast.Mod, a, b)
+        name = (_FLOATS if a.kind == FLOAT else _INTS).get(known)
+        if name is None:
+            self.fail(
+                node, f"{known.__name__} of {a.kind}s", "see ab_sim.compiling for what there is"
+            )
+        return Number(a.kind, self.put(f"{name} {a.kind.llvm} {a.code}, {b.code}"))
+
+    def _floor_division(self, rest: bool, a: Number, b: Number) -> Number:
+        left = self.put(f"srem i64 {a.code}, {b.code}")
+        signs = self.put(f"xor i64 {left}, {b.code}")
+        differ, some = self.put(f"icmp slt i64 {signs}, 0"), self.put(f"icmp ne i64 {left}, 0")
+        off = self.put(f"and i1 {differ}, {some}")
+        if rest:
+            more = self.put(f"select i1 {off}, i64 {b.code}, i64 0")
+            return Number(INT, self.put(f"add i64 {left}, {more}"))
+        quotient = self.put(f"sdiv i64 {a.code}, {b.code}")
+        less = self.put(f"sext i1 {off} to i64")
+        return Number(INT, self.put(f"add i64 {quotient}, {less}"))
+
+    def _power(self, node: ast.AST, x: Number, power: Number) -> Number:
+        if power.kind != INT or power.constant is None or not 1 <= power.constant <= MOST_POWER:
+            self.fail(node, "a power", f"powers may be constants 1 to {MOST_POWER}, or math.sqrt")
+        x = self.converted(x, self.wider(x))
+
+        def multiplied(p: int) -> Number:
+            if p == 1:
+                return x
+            half = multiplied(p // 2)
+            whole = self.operation(node, ast.Mult(), half, half)
+            return self.operation(node, ast.Mult(), whole, x) if p % 2 else whole
+
+        return multiplied(int(power.constant))
+
+    def compare(self, node: ast.AST, op: ast.cmpop, a: Number, b: Number) -> Number:
+        """Two numbers; with a NaN only != is true, as in Python."""
+        if type(op) not in _COMPARED:
+            self.fail(node, f"{type(op).__name__}", "write ==, and 'or' between several")
+        a, b = self.alike(a, b)
+        of_floats, of_ints = _COMPARED[type(op)]
+        how = f"fcmp {of_floats}" if a.kind == FLOAT else f"icmp {of_ints}"
+        return Number(BOOL, self.put(f"{how} {a.kind.llvm} {a.code}, {b.code}"))
