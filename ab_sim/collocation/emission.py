@@ -8,8 +8,17 @@ first, then each ball, then a motor's spindle; R is E and the number of integral
 from collections.abc import Iterable, Mapping, Sequence
 
 from ab_sim.collocation.coordinates import Coordinates
-from ab_sim.collocation.formulas import Equation, Formulas, Roots
-from ab_sim.collocation.step_formulas import BACK, StepFormulas
+from ab_sim.collocation.formulas import Formulas, Roots
+from ab_sim.collocation.responses import (
+    BEYOND,
+    DAMPING,
+    MOST_UNIT,
+    STIFFNESS,
+    lines_of_table,
+)
+from ab_sim.collocation.responses import NUMBERS as NUMBERS_EACH
+from ab_sim.collocation.run import NODE, SHARE
+from ab_sim.collocation.step_formulas import StepFormulas
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, Emission
 from ab_sim.tracing import Expression, Level, lowered
 from ab_sim.tracing.expression import reached, rebuilt
@@ -18,12 +27,6 @@ from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, border, modul
 OWN, TABLES, OPEN, NUMBERS, OPEN_NUMBERS = "own", "tables", "spindle", "numbers", "spindle_numbers"
 WORK, RESULT, WEIGHTS, STATE, OLD, FORCES = "work", "result", "weights", "y", "old", "f"
 """Names of pointers."""
-RESULTS = 7
-"""How many doubles there are behind ``RESULT``: how far the last iteration has changed f of the
-deck, and of all others, as angles [rad]; what makes angles of the deck's x, and of the spindle's;
-the errors of the samples and within the step [rad]; the angle that the rotor's axes make in it."""
-LENGTH, DAMPING, STIFFNESS, MOST_UNIT, BEYOND, COUNT, FACTS = 0, 1, 2, 3, 4, 5, 6
-"""Numbers of a table, and how many there are: see ``responses``."""
 
 
 def line_of(what: str, nodes: int) -> int:
@@ -31,11 +34,6 @@ def line_of(what: str, nodes: int) -> int:
     names = {"into_x": 0, "into_v": nodes, "into_pull": 2 * nodes}
     names |= {"response_to_one": 3 * nodes, "impulse": 3 * nodes + 1, "impulse_rate": 3 * nodes + 2}
     return names[what]
-
-
-def lines_of_table(nodes: int) -> int:
-    """How many there are."""
-    return 3 * nodes + 3
 
 
 class CollocationEmission:
@@ -94,13 +92,13 @@ class CollocationEmission:
 
     def _numbers(self) -> dict[str, Place]:
         """Where the tables' numbers are; those up to the samples behind those up to the nodes."""
-        found, at, samples = {}, 0, (self.equations + 1) * FACTS
+        found, at, samples = {}, 0, (self.equations + 1) * NUMBERS_EACH
         names = {"damping": DAMPING, "stiffness": STIFFNESS, "unit": MOST_UNIT, "beyond": BEYOND}
         for each in self.formulas.equations[:-1]:
             is_spindle = each is self.formulas.spindle
-            pointer, first = (OPEN_NUMBERS, 0) if is_spindle else (NUMBERS, at * FACTS)
+            pointer, first = (OPEN_NUMBERS, 0) if is_spindle else (NUMBERS, at * NUMBERS_EACH)
             for name, column in (*names.items(), ("beyond_samples", BEYOND + samples)):
-                found[f"{name}[{each}]"] = Place(pointer, first + column, FACTS)
+                found[f"{name}[{each}]"] = Place(pointer, first + column, NUMBERS_EACH)
             at += self.model.count if each.each else 1
         return found
 
@@ -125,7 +123,7 @@ class CollocationEmission:
     def _weights(self) -> dict[str, Place]:
         """c_j; the weights of the quadrature; matrices to the last coefficients, and onward."""
         nodes = self.nodes
-        found = {"node": Place(WEIGHTS, 0), "share": Place(WEIGHTS, 1)}
+        found = {"node": Place(WEIGHTS, NODE), "share": Place(WEIGHTS, SHARE)}
         for k in range(nodes):
             found[f"coefficient.{k}"] = Place(WEIGHTS, 2 + k)
             found[f"carry.{k}"] = Place(WEIGHTS, 2 + nodes + k)
@@ -270,7 +268,8 @@ class CollocationEmission:
         return own + 3 * model.has_motor + 2 * model.has_energy_balance
 
     def begin(self) -> Function:
-        """``begin(c, b, own, y, f, time)``: f as it is at one instant, R numbers."""
+        """``begin(c, b, own, y, f, time)``: f as it is at one instant, R numbers, and behind them
+        the spindle's speed [rad/s]."""
         model = self.model
         at = model.motion()
         found = model.evaluated(at)
@@ -280,15 +279,31 @@ class CollocationEmission:
         )
         places = {**self.emission.places, **self._linear(), **self._state()}
         body = Body(into, places, self.emission.known, {"time": ["%time"]})
-        targets = dict(self._row_places(FORCES, "f"))
+        targets = dict(self._row_places(FORCES, "f")) | {"speed": Place(FORCES, self.rows)}
         for name, x in roots.items():
             body.store(x, targets[name], each="balls" in name)
         return into
 
+    def samples(self) -> Function:
+        """``rows(c, b, t, y, rows)``: rows of N samples; t holds the local times of the states, and
+        the times at which to look on the profile."""
+        into, body = self.emission.function(
+            *("rows", ["y", "row"], ["time", "profile_time"]),
+            state="y",
+            lanes=self.nodes,
+            uniform=[CONSTANTS, BRANCHES],
+        )
+        self.emission.store_row(body, "row")
+        return into
+
     def text(self) -> str:
-        """All of them."""
+        """All of them; with events also ``evaluate``, in lanes."""
         functions = [self.iterate(), self.iterate(near=True), self.start(), self.judge()]
-        return module_text([*functions, self.sample(), self.begin()])
+        functions += [self.sample(), self.begin(), self.samples()]
+        if self.model.has_events:
+            own = [CONSTANTS, BRANCHES]
+            functions.append(self.emission.evaluate(self.nodes, own))
+        return module_text(functions)
 
 
 def substituted(
@@ -303,10 +318,3 @@ def substituted(
             new[x.number] = rebuilt(x, [new[arg.number] for arg in x.args]) if x.args else x
     return [new[root.number] for root in roots]
 
-
-def is_ball(each: Equation) -> bool:
-    """Whether an equation is one for each ball."""
-    return each.each
-
-
-__all__ = ["BACK", "CollocationEmission", "is_ball"]

@@ -174,6 +174,7 @@ class StepFormulas:
                 limited = abs(model.graph.input("limit", Level.TIME)) > 0.5
                 f = where(limited, change, f)
             roots[f"f[{each}]"] = lifted(model.graph, f)
+        roots["speed"] = lifted(model.graph, found.spindle.speed)
         for name, rate in zip(of.integrals, slope[own + 2 + 2 * model.has_motor :], strict=True):
             roots[f"f[{name}]"] = rate
         return roots

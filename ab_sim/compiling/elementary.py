@@ -1,6 +1,120 @@
-"""Elementary functions by arithmetic alone, in the subset: the same bits on every machine."""
+"""Elementary functions by arithmetic alone, in the subset: the same bits on every machine.
+
+Sources: fdlibm (Sun Microsystems, 1993) for how arguments are reduced, and for the polynomials of
+cosine and sine; the exponential's is Taylor's.
+"""
 
 import math
+
+from ab_sim.compiling.kinds import float_from_bits, fma
+
+_ROUND = 6755399441055744.0
+"""1.5 * 2^52: what is added to it is rounded to a whole number."""
+_WHOLE = 4503599627370496.0
+"""2^52: from here on all numbers are whole."""
+_QUARTERS = 0.6366197723675814
+"""2/pi."""
+_PI_2A, _PI_2B, _PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
+"""pi/2 in pieces, see tracing/lowering.py."""
+_LOG2_E = 1.4426950408889634
+_LN2_HIGH, _LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
+"""ln 2 in two pieces, the first of 32 bits, whose products with whole numbers are exact."""
+_OVERFLOW, _UNDERFLOW = 709.782712893384, -745.2
+"""Above the one, e^x is infinity, below the other zero."""
+_LOST = -40.0
+"""Below this, e^x - 1 is -1."""
+
+
+def cos_sin(x: float) -> tuple[float, float]:
+    """(cos x, sin x), each to within 2^-53 or so of 1 for abs(x) up to 10^9.
+
+    The same bits as emitted formulas have, from ``tracing.lowering.cos_sin``.
+    """
+    quarters = fma(x, _QUARTERS, _ROUND) - _ROUND
+    r = fma(quarters, -_PI_2A, x)
+    r = fma(quarters, -_PI_2C, fma(quarters, -_PI_2B, r))
+    z = r * r
+    zz = z * z
+    s = fma(z, 1.58969099521155e-10, -2.5050760253406863e-08)
+    s = fma(zz, s, fma(z, 2.7557313707070068e-06, -0.0001984126982985795))
+    s = fma(zz, s, fma(z, 0.00833333333332249, -0.16666666666666632))
+    s = fma(r * z, s, r)
+    c = fma(z, -1.1359647557788195e-11, 2.087572321298175e-09)
+    c = fma(zz, c, fma(z, -2.7557314351390663e-07, 2.480158728947673e-05))
+    c = fma(zz, c, fma(z, -0.001388888888887411, 0.0416666666666666))
+    half = 0.5 * z
+    near = 1.0 - half
+    c = near + fma(zz, c, (1.0 - near) - half)
+    # Turn by the quarters left over, -2 .. 2: their cosine and sine are whole numbers.
+    left = fma(-4.0, fma(quarters, 0.25, _ROUND) - _ROUND, quarters)
+    turn_c = 1.0 - abs(left)
+    turn_s = left * (2.0 - abs(left))
+    return fma(c, turn_c, -(s * turn_s)), fma(s, turn_c, c * turn_s)
+
+
+def exp(x: float) -> float:
+    """e^x to within 0.65 ulp, where it is 2.2e-308 or more; below, to within 0.8 of the spacing."""
+    if not _UNDERFLOW <= x <= _OVERFLOW:
+        return x if x != x else (math.inf if x > 0.0 else 0.0)
+    twos, r, low = _reduced(x)
+    # In two steps, as 2^1024 and 2^-1075 are no numbers.
+    n = int(twos)
+    part = n // 2
+    return _one_and(1.0, r, low) * power_of_two(part) * power_of_two(n - part)
+
+
+def expm1(x: float) -> float:
+    """e^x - 1 to within 0.9 ulp."""
+    if x > _OVERFLOW:
+        return math.inf
+    if x < _LOST:
+        return -1.0
+    if not abs(x) > 0.5:
+        # Also of a NaN.
+        return fma(x * x, _rest(x), x)
+    twos, r, low = _reduced(x)
+    n = int(twos)
+    one = 1.0 - power_of_two(-n) if n < 60 else 1.0
+    part = n // 2
+    return _one_and(one, r, low) * power_of_two(part) * power_of_two(n - part)
+
+
+def power_of_two(n: int) -> float:
+    """2^n, n within -1022 .. 1023."""
+    return float_from_bits((n + 1023) << 52)
+
+
+def _reduced(x: float) -> tuple[float, float, float]:
+    """x = n ln 2 + r + low: n whole, abs(r) no more than ln(2)/2, low what r lost by rounding."""
+    twos = fma(x, _LOG2_E, _ROUND) - _ROUND
+    high = fma(twos, -_LN2_HIGH, x)
+    r = fma(twos, -_LN2_LOW, high)
+    return twos, r, fma(twos, -_LN2_LOW, high - r)
+
+
+def _rest(r: float) -> float:
+    """(e^r - 1 - r) / r^2 for abs(r) up to 0.5: Taylor's series, but for less than a rounding."""
+    e = fma(r, 1.0 / 1307674368000.0, 1.0 / 87178291200.0)
+    e = fma(r, e, 1.0 / 6227020800.0)
+    e = fma(r, e, 1.0 / 479001600.0)
+    e = fma(r, e, 1.0 / 39916800.0)
+    e = fma(r, e, 1.0 / 3628800.0)
+    e = fma(r, e, 1.0 / 362880.0)
+    e = fma(r, e, 1.0 / 40320.0)
+    e = fma(r, e, 1.0 / 5040.0)
+    e = fma(r, e, 1.0 / 720.0)
+    e = fma(r, e, 1.0 / 120.0)
+    e = fma(r, e, 1.0 / 24.0)
+    e = fma(r, e, 1.0 / 6.0)
+    return fma(r, e, 0.5)
+
+
+def _one_and(one: float, r: float, low: float) -> float:
+    """one + (e^(r + low) - 1), rounded once but for little; abs(one) not less than abs(r)."""
+    total = one + r
+    lost = r - (total - one)
+    square = r * r
+    return total + fma(square, _rest(r), fma(0.5, fma(r, r, -square), lost + low))
 
 
 def modulo(a: float, b: float) -> float:
@@ -19,5 +133,5 @@ def floor_divided(a: float, b: float) -> float:
         quotient -= 1.0
     if quotient == 0.0:
         return math.copysign(0.0, a / b)
-    down = float(math.floor(quotient)) if abs(quotient) < 4503599627370496.0 else quotient
+    down = float(math.floor(quotient)) if abs(quotient) < _WHOLE else quotient
     return down + 1.0 if quotient - down > 0.5 else down

@@ -9,7 +9,9 @@ from ab_sim.events.event_functions import slots
 from ab_sim.events.rows import WIDTH
 from ab_sim.events.run import REACH, Balls, Run, Scene, Workspace
 from ab_sim.kernels.code import Code
-from ab_sim.stepping.fixed_step import ANGLE, DECK
+
+QUATERNION = "quaternion w"
+"""Name of the first of a quaternion's states."""
 
 
 def run_of(
@@ -48,10 +50,18 @@ def run_of(
     )
     balls = balls_of(system, code, discrete)
     work = workspace(balls, bounds, memory)
-    column = DECK - ANGLE + len(code.emission.roots["sample"]) - 3
-    quaternion = 3 if model.states == 13 else -1
-    place = code.layout.place
-    return Run(scene, balls, work, state, step, place, column, quaternion, events)
+    names = type(system.carrier).STATE_NAMES
+    return Run(
+        scene,
+        balls,
+        work,
+        state,
+        step,
+        place=code.layout.place,
+        ball_column=len(code.emission.roots["sample"]),
+        quaternion=names.index(QUATERNION) if QUATERNION in names else -1,
+        has_events=events,
+    )
 
 
 def balls_of(system: System, code: Code, discrete: np.ndarray) -> Balls:

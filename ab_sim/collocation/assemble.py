@@ -1,0 +1,181 @@
+"""From a system and its machine code to a Collocation."""
+
+import threading
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.collocation.coordinates import Coordinates, CoordinatesInSpace, PlanarCoordinates
+from ab_sim.collocation.emission import CollocationEmission
+from ab_sim.collocation.event_fallback import reach_of
+from ab_sim.collocation.nodes import bounds_within_pieces, gauss, last_coefficients, nodes
+from ab_sim.collocation.responses import NUMBERS, lines_of_table
+from ab_sim.collocation.run import (
+    COEFFICIENTS,
+    NODE,
+    RESULTS,
+    SHARE,
+    Buffers,
+    Collocation,
+    Functions,
+    Method,
+    ResponseTables,
+    size_of_memory,
+)
+from ab_sim.collocation.tables import KEPT
+from ab_sim.dynamics.assemble import own_motion
+from ab_sim.dynamics.carriers.own_motion import DAMPINGS, FROM_MODES, STIFFNESSES, TO_MODES
+from ab_sim.dynamics.motion import Ball
+from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System, ball_drag
+from ab_sim.events.run import REACH, Run
+from ab_sim.kernels.code import Code
+from ab_sim.stepping.assemble import aligned
+from ab_sim.stepping.fixed_step import ANGLE, DECK
+from ab_sim.tracing.machine_code import MachineCode
+
+COORDINATES: dict[str, Coordinates] = {
+    "Planar": PlanarCoordinates(),
+    "Tilting": CoordinatesInSpace(),
+    "InSpace": CoordinatesInSpace(),
+}
+"""By the name of a deck model's class."""
+
+
+class Setting(NamedTuple):
+    """Of the method."""
+
+    nodes: int = 8
+    """N, a power of two."""
+    samples: tuple[int, ...] = (1, 2, 3, 4, 6, 8, 12, 16)
+    """How many samples a step may have."""
+    powers: int = 8
+    """How many of Legendre's polynomials are carried on into the next step."""
+
+
+class CollocationCode:
+    """Machine code of collocation for a kind of scene.
+
+    Args:
+        code: of the scene's equations.
+        nodes: N.
+    """
+
+    def __init__(self, code: Code, nodes: int) -> None:
+        coordinates = COORDINATES[type(code.model.deck).__name__]
+        self.coordinates = coordinates.count
+        self.emission = CollocationEmission(code.emission, coordinates, nodes)
+        self._code = MachineCode(self.emission.text())
+        address = self._code.address
+        self.functions = Functions(
+            *(address(name) for name in ("start", "iterate", "iterate_near", "judge", "sample")),
+            *(address("begin"), address("rows")),
+            address("evaluate") if code.model.has_events else 0,
+        )
+
+    @property
+    def memory(self) -> tuple[int, int]:
+        """Shape of what belongs to the state."""
+        own = self.emission
+        return 1, size_of_memory(own.nodes, own.rows, own.states)
+
+
+_codes: dict[tuple[int, int], CollocationCode] = {}
+_lock = threading.Lock()
+
+
+def collocation_code(code: Code, nodes: int) -> CollocationCode:
+    """Collocation's code for a kind of scene: the same object each time."""
+    with _lock:
+        key = id(code), nodes
+        if key not in _codes:
+            _codes[key] = CollocationCode(code, nodes)
+        return _codes[key]
+
+
+def linear_part(system: System, model_equations: int) -> np.ndarray:
+    """``Collocation.own``.
+
+    Args:
+        system: what moves.
+        model_equations: E.
+    """
+    table, n, effects = own_motion(system), len(system.balls), system.effects
+    balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
+    drag = [ball_drag(effects, ball) for ball in balls] * system.balls[:, MOBILITY]
+    ways = type(system.carrier).COORDINATES
+    has_motor = model_equations - ways - n
+    damping = [*table[DAMPINGS, :ways], *drag, *table[DAMPINGS, ways : ways + has_motor]]
+    stiffness = [*table[STIFFNESSES, :ways], *[0.0] * (n + has_motor)]
+    modes = [table[first : first + 7, :7].ravel() for first in (FROM_MODES, TO_MODES)]
+    parts = [damping, stiffness, *(modes if ways == 7 else ())]
+    found = aligned((sum(map(len, parts)),))
+    found[:] = np.concatenate(parts)
+    return found
+
+
+def method_of(setting: Setting, tolerance: float, steps: float) -> Method:
+    """A method; its lines belong to one run.
+
+    Args:
+        setting: nodes, and samples in a step.
+        tolerance: what each step may leave of an error [rad].
+        steps: of the scene, that each step goes over; 0 for as many as the tolerance allows.
+    """
+    count = setting.nodes
+    lines = aligned((COEFFICIENTS + 2 * count, count))
+    lines[NODE], lines[SHARE] = gauss(count)
+    lines[COEFFICIENTS : COEFFICIENTS + count] = last_coefficients(lines[NODE], lines[SHARE])
+    bounds = bounds_within_pieces(lines[NODE])
+    own = nodes(count, setting.samples, setting.powers)
+    return Method(own, lines, bounds, tolerance, steps, reach_of(tolerance))
+
+
+def collocation_of(
+    run: Run, system: System, code: CollocationCode, method: Method
+) -> Collocation:
+    """A Collocation.
+
+    Args:
+        run: the Run; its memory has the shape ``code.memory``, its step is the other stepper's.
+        system: what moves.
+        code: of its kind.
+        method: see ``method_of``.
+    """
+    emission = code.emission
+    count, most = emission.nodes, int(method.nodes.counts[-1])
+    groups = -(-most // count)
+    tables = KEPT * (1 + groups) * (emission.equations + 1)
+    states, balls = run.state.size, run.balls
+    sizes = {
+        "work": emission.work,
+        "found": states + 1,
+        "states": states,
+        "times": 2,
+        "rows": run.ball_column + 2 * balls.number + balls.has_motor,
+        "slopes": states,
+        "accelerations": balls.accelerations,
+        "motor": 3,
+        "balls": (REACH + 2 * balls.accelerations) * balls.number,
+        "values": run.work.value.size,
+    }
+    return Collocation(
+        run=run,
+        functions=code.functions,
+        method=method,
+        tables=ResponseTables(
+            aligned((tables * lines_of_table(count), count)),
+            aligned((tables, NUMBERS)),
+            aligned((3,)),
+            groups,
+            KEPT,
+        ),
+        own=linear_part(system, emission.equations),
+        buffers=Buffers(**{name: aligned((size, count)) for name, size in sizes.items()}),
+        result=aligned((RESULTS,)),
+        equations=emission.equations,
+        coordinates=code.coordinates,
+        rows=emission.rows,
+    )
+
+
+assert DECK > ANGLE

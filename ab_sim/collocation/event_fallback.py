@@ -1,0 +1,189 @@
+"""Where collocation leaves steps to a stepper whose steps are cut at events.
+
+Between two events the branches of all laws stay as they are, and the motion is smooth: a step is
+solved as if they did so all along. Then the event functions of these branches are looked at all over
+it, as the polynomials through its nodes that they are as nearly as f is. Samples before the first
+doubt that one is negative are taken. The step behind them is the other stepper's, which locates what
+happens in it; after that collocation begins anew.
+
+A step that comes to nothing is time lost. So where little has come of collocation since the other
+stepper last took over, that one goes on for twice as many steps as then, up to ``MOST``: a bounded
+share of the time is lost, however crowded events are.
+"""
+
+import math
+
+from ab_sim.collocation.lengths import PARTS
+from ab_sim.collocation.nodes import PIECES
+from ab_sim.collocation.run import (
+    AT_ONCE,
+    COEFFICIENTS,
+    GOOD,
+    REST,
+    SAMPLES,
+    SINCE,
+    STEP,
+    TAKEN,
+    Collocation,
+    head_of,
+)
+from ab_sim.collocation.step import put_states
+from ab_sim.compiling.kinds import Floats, Table, call, fma, scratch
+from ab_sim.events.event_functions import event_functions
+from ab_sim.events.run import SPEED, evaluate
+from ab_sim.stepping.fixed_step import Stretch, local_time, step_by_step
+
+FAR = 4.0
+"""A function whose values at the nodes are apart by this many times less than their mean, in sum, is
+that of a polynomial which is nowhere near zero: none of Lagrange's exceeds 1.6."""
+WORTH = 4.0
+"""Samples that collocation has to bring between two calls of the other stepper."""
+MOST = 128.0
+"""Steps that the other stepper takes at once."""
+REACH, REACHED, ORDER = 0.7, 3e-14, 8
+"""The other stepper, rk8, leaves an error of ``REACHED`` [rad] in a run's angles where ``REACH`` is
+what rates times its steps come to (drag 714 1/s in steps of 1 ms), and as its order says
+elsewhere."""
+
+
+def reach_of(tolerance: float) -> float:
+    """Rates times steps at which the other stepper's error is what a step's may be [rad]."""
+    return min(REACH * (tolerance / REACHED) ** (1.0 / ORDER), 2.0)
+
+
+def before_events(own: Collocation) -> int:
+    """How many of the PIECES of the step in memory come before any event function may be crossed."""
+    if not own.run.has_events:
+        return PIECES
+    put_event_functions(own)
+    end, count = PIECES, own.method.nodes.at.size
+    for slot in range(own.buffers.values.shape[0]):
+        values = own.buffers.values[slot]
+        mean, apart = 0.0, 0.0
+        for j in range(count):
+            mean += values[j]
+        mean /= count
+        for j in range(count):
+            apart += abs(values[j] - mean)
+        if not mean > FAR * apart:
+            end = pieces_above(own, values, end)
+    return end
+
+
+def put_event_functions(own: Collocation) -> None:
+    """Event functions at the nodes of the step in memory, into ``Buffers.values``."""
+    run, buffers = own.run, own.buffers
+    balls, count, states = run.balls, own.method.nodes.at.size, run.state.size
+    put_states(own, -1)
+    call(
+        own.functions.evaluate, run.scene.c, balls.branches, buffers.found[states], buffers.found,
+        buffers.slopes, buffers.accelerations, buffers.motor, buffers.balls,
+    )  # fmt: skip
+    state, slope = scratch(states), scratch(states)
+    value, rounding, rate = scratch(run.work.value.size), run.work.rounding, run.work.rate_ahead
+    for j in range(count):
+        for k in range(states):
+            state[k], slope[k] = buffers.found[k, j], buffers.slopes[k, j]
+        for r in range(balls.x.size):
+            balls.x[r] = buffers.accelerations[r, j]
+        for k in range(balls.motor.size):
+            balls.motor[k] = buffers.motor[k, j]
+        for line in range(balls.table.shape[0]):
+            for i in range(balls.number):
+                balls.table[line, i] = buffers.balls[line * balls.number + i, j]
+        event_functions(balls, state, slope, value, rounding, rate)
+        for slot in range(value.size):
+            buffers.values[slot, j] = value[slot]
+
+
+def pieces_above(own: Collocation, values: Floats, most: int) -> int:
+    """In how many pieces, up to ``most``, the polynomial through values at the nodes is surely more
+    than its last coefficients."""
+    count, doubt = values.size, 0.0
+    for back in range(2):
+        coefficient = 0.0
+        for k in range(count):
+            coefficient = fma(own.method.lines[COEFFICIENTS + k, back], values[k], coefficient)
+        doubt += abs(coefficient)
+    for piece in range(most):
+        for line in range(count):
+            bound = 0.0
+            for k in range(count):
+                bound = fma(own.method.bounds[piece, line, k], values[k], bound)
+            if bound < doubt:
+                return piece
+    return most
+
+
+def keep_good(own: Collocation, good: int) -> None:
+    """Take so many samples of the step in memory to be good."""
+    head = head_of(own)
+    head[GOOD] = float(good)
+    head[SINCE] += good
+
+
+def steps_due(own: Collocation, length: float) -> int:
+    """How many steps [s] are the other stepper's where a step's good samples have been taken."""
+    if not own.run.has_events:
+        return 0
+    head = head_of(own)
+    if head[STEP] == length and head[GOOD] < head[SAMPLES]:
+        at_once = 1.0
+        if head[SINCE] < WORTH:
+            at_once = min(max(2.0 * head[AT_ONCE], 1.0), MOST)
+        head[AT_ONCE] = head[REST] = at_once
+        head[SINCE] = head[STEP] = head[SAMPLES] = head[TAKEN] = head[GOOD] = 0.0
+    return int(head[REST])
+
+
+def give_up(own: Collocation) -> bool:
+    """Leave a step for which there is no solution to the other stepper: whether there is one."""
+    head = head_of(own)
+    if own.run.has_events:
+        head[SAMPLES], head[TAKEN], head[GOOD] = 1.0, 0.0, 0.0
+    return own.run.has_events
+
+
+def look_at_branches(own: Collocation, stretch: Stretch, samples: Table) -> None:
+    """See to the branches where collocation begins anew."""
+    if own.run.has_events:
+        step_by_step(own.run, stretch, samples[0:0], 0)
+
+
+def take_steps(own: Collocation, stretch: Stretch, samples: Table, steps: int) -> int:
+    """Steps of the other stepper, all of them due.
+
+    Args:
+        own: the Collocation.
+        stretch: from the present on.
+        samples: of which the rows are recorded.
+        steps: how many.
+
+    Returns:
+        How many were taken; fewer if the state left its bounds.
+    """
+    parts, done = parts_of_step(own, stretch), 0
+    if parts == 1:
+        done = step_by_step(own.run, stretch, samples[0:steps], steps)
+    part = stretch.length / parts
+    while done < steps and parts > 1:
+        for p in range(parts):
+            offset = stretch.offset + p * part
+            at = Stretch(stretch.start, stretch.first + done, offset, part)
+            if step_by_step(own.run, at, samples[done : done + 1], 1) == 0:
+                return done
+        done += 1
+    head_of(own)[REST] -= done
+    return done
+
+
+def parts_of_step(own: Collocation, stretch: Stretch) -> int:
+    """Into how many parts a step of the other stepper is cut: a power of two."""
+    run, decay, turns, parts = own.run, 0.0, 0.0, 1
+    for q in range(own.equations):
+        decay, turns = max(decay, own.own[q]), max(turns, own.own[own.equations + q])
+    evaluate(run, local_time(run, stretch, 0), run.state, run.work.slope)
+    rate = max(decay, math.sqrt(turns) + abs(run.balls.motor[SPEED]))
+    while parts < PARTS and rate * stretch.length > own.method.reach * parts:
+        parts *= 2
+    return parts

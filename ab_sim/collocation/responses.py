@@ -1,0 +1,256 @@
+"""What x'' + c x' + k x = f(t) makes of an f that is a polynomial through N Gauss nodes.
+
+For a step of length h with nodes t_j, and G the response to a unit impulse,
+
+    x(t) = (1 - k U(t)) x_0 + G(t) v_0 + sum_k f_k int_0^t G(t - s) l_k(s) ds
+    v(t) = -k G(t) x_0 + G'(t) v_0     + sum_k f_k int_0^t G'(t - s) l_k(s) ds
+
+with U the response to f = 1, and l_k the nodes' Lagrange polynomials: exact however large c h and
+k h^2 are. Tables hold the integrals up to N instants, each line with one number for each. A ball
+under linear drag has k = 0; with c = 0 as well, v is the plain integral of f.
+
+From one instant to the next a response is carried on by its own power series, whose integrals with
+l_k are known (``nodes.Nodes.moments``). Where it changes too fast for that, it is integrated
+numerically, as far back as it lasts.
+
+A table has 3 N + 5 lines of N instants: for each k the integrals into x, into v, and into
+c v + k x; U, G and G'; and what P_N, the first of Legendre's polynomials that none through the
+nodes has in it, makes of x and v.
+"""
+
+import math
+
+from ab_sim.collocation.nodes import TERMS, Nodes
+from ab_sim.compiling.elementary import cos_sin, exp, expm1
+from ab_sim.compiling.kinds import Floats, Table, fma, scratch
+
+LENGTH, DAMPING, STIFFNESS, MOST_UNIT, BEYOND, COUNT = 0, 1, 2, 3, 4, 5
+"""Numbers of a table: h [s]; c, k; U at most, up to the step's end; what f = P_N makes of x at the
+instants, at most; and one for who keeps tables."""
+NUMBERS = 6
+"""How many these are."""
+NEAR = 4.0
+"""Rate times time up to which a response is summed as a power series: what its terms cancel of each
+other is a few roundings."""
+NOTHING = 1e-19
+"""Share of the first term at which two in a row are not worth adding, nor those after them."""
+REACH = 20.0
+"""Rate times length of a panel: there the quadrature is right to rounding."""
+GONE = 40.0
+"""Decay rate times time after which a response is nothing any more."""
+HYPERBOLIC = 9
+"""Terms of sinh(x) / x for x up to 1."""
+
+
+def lines_of_table(count: int) -> int:
+    """How many lines a table has for so many nodes."""
+    return 3 * count + 5
+
+
+def fill(
+    nodes: Nodes, chosen: int, length: float, c: float, k: float, before: Table, table: Table,
+    numbers: Floats,
+) -> None:  # fmt: skip
+    """The table of a step up to a set of instants.
+
+    Args:
+        nodes: the Nodes.
+        chosen: which of their sets.
+        length: h [s].
+        c, k: not negative [1/s, 1/s^2].
+        before: the table up to the set before, if this one goes on from there.
+        table: shape (lines, N).
+        numbers: of the table, shape (NUMBERS,); COUNT stays.
+    """
+    count = nodes.at.size
+    now = scratch(2, count + 1)
+    impulse_now = scratch(2)
+    begin = begin_chain(nodes, chosen, before, now, impulse_now)
+    most, unit, filled = 0.0, 0.0, -1
+    for stop in range(count):
+        end = nodes.stops[chosen, stop]
+        if end > 1.5:
+            break
+        go_on(nodes, chosen * count + stop, begin, end, length, c, k, now, impulse_now)
+        begin, column = end, nodes.columns[chosen, stop]
+        if column >= 0:
+            filled = column
+            put_column(now, impulse_now, table, column)
+            most = max(most, abs(now[0, count]))
+            unit = max(unit, abs(table[3 * count, column]))
+    for column in range(filled + 1, count):
+        for line in range(lines_of_table(count)):
+            table[line, column] = table[line, filled]
+    for line in range(count):
+        for column in range(count):
+            pull = c * table[count + line, column] + k * table[line, column]
+            table[2 * count + line, column] = pull
+    numbers[LENGTH], numbers[DAMPING], numbers[STIFFNESS] = length, c, k
+    numbers[MOST_UNIT] = max(unit, abs(response_to_one(1.0, length, c, k)))
+    numbers[BEYOND] = most
+
+
+def begin_chain(
+    nodes: Nodes, chosen: int, before: Table, now: Table, impulse_now: Floats
+) -> float:
+    """What a chain begins with; returns where."""
+    count = nodes.at.size
+    if nodes.begins[chosen] == 0:
+        for i in range(count + 1):
+            now[0, i] = now[1, i] = 0.0
+        impulse_now[0], impulse_now[1] = 0.0, 1.0
+        return 0.0
+    last = count - 1
+    for i in range(count):
+        now[0, i], now[1, i] = before[i, last], before[count + i, last]
+    now[0, count], now[1, count] = before[3 * count + 3, last], before[3 * count + 4, last]
+    impulse_now[0], impulse_now[1] = before[3 * count + 1, last], before[3 * count + 2, last]
+    stop, begin = 0, 0.0
+    while stop < count and nodes.stops[chosen - 1, stop] < 1.5:
+        begin = nodes.stops[chosen - 1, stop]
+        stop += 1
+    return begin
+
+
+def put_column(now: Table, impulse_now: Floats, table: Table, column: int) -> None:
+    """Responses at an instant into a table."""
+    count, unit = table.shape[1], 0.0
+    for i in range(count):
+        table[i, column], table[count + i, column] = now[0, i], now[1, i]
+        unit += now[0, i]
+    table[3 * count, column] = unit
+    table[3 * count + 1, column], table[3 * count + 2, column] = impulse_now[0], impulse_now[1]
+    table[3 * count + 3, column], table[3 * count + 4, column] = now[0, count], now[1, count]
+
+
+def go_on(
+    nodes: Nodes, piece: int, begin: float, end: float, length: float, c: float, k: float,
+    now: Table, impulse_now: Floats,
+) -> None:  # fmt: skip
+    """Responses at the end of a piece of the step, from those at its beginning."""
+    count, d = nodes.at.size, end - begin
+    if fastest(c, k) * length * d > NEAR:
+        integrate(nodes, end, length, c, k, now)
+        impulse_now[0], impulse_now[1] = impulse(c, k, end * length)
+        return
+    terms, ch, khh = nodes.moments[piece], c * length, k * length * length
+    into_x, into_v = scratch(count + 1), scratch(count + 1)
+    for i in range(count + 1):
+        into_x[i] = into_v[i] = 0.0
+    # G(t) = h sum_m a_m (t/h)^m, (m + 1) (m + 2) a_m+2 = -(c h (m + 1) a_m+1 + k h^2 a_m).
+    this, following, u, g, r = 0.0, 1.0, 0.0, 0.0, 0.0
+    for m in range(TERMS):
+        rate, power = (m + 1) * following, terms[m, count + 1]
+        u += this * power * d / (m + 1)
+        g += this * power
+        r += rate * power
+        for i in range(count + 1):
+            into_x[i] = fma(this, terms[m, i], into_x[i])
+            into_v[i] = fma(rate, terms[m, i], into_v[i])
+        after = -(ch * rate + khh * this) / ((m + 1) * (m + 2))
+        this, following = following, after
+        if (abs(this) + abs(following) * d) * power < NOTHING:
+            break
+    u, g = length * length * u, length * g
+    for i in range(count + 1):
+        x, v = now[0, i], now[1, i]
+        now[0, i] = (x + (g * v - k * u * x)) + length * length * into_x[i]
+        now[1, i] = (r * v - k * g * x) + length * into_v[i]
+    x, v = impulse_now[0], impulse_now[1]
+    impulse_now[0], impulse_now[1] = x + ((g * v - k * u * x) - 0.0), r * v - k * g * x
+
+
+def fastest(c: float, k: float) -> float:
+    """How fast a response changes at first [1/s]."""
+    a = 0.5 * c
+    return math.sqrt(k) if k > a * a else a + math.sqrt(a * a - k)
+
+
+def impulse(c: float, k: float, t: float) -> tuple[float, float]:
+    """G(t) and G'(t) of x'' + c x' + k x = 0; to rounding beside what they were before."""
+    a = 0.5 * c
+    if k == 0.0 and c > 0.0:
+        fallen = expm1(-c * t)
+        return -fallen / c, 1.0 + fallen
+    if k > a * a:
+        w, left = math.sqrt(k - a * a), exp(-a * t)
+        cosine, sine = cos_sin(w * t)
+        g = left * sine / w
+        return g, left * cosine - a * g
+    d = math.sqrt(a * a - k)
+    if d == 0.0:
+        left = exp(-a * t)
+        return t * left, (1.0 - a * t) * left
+    slow = k / (a + d)
+    g = exp(-slow * t) * -expm1(-2.0 * d * t) / (2.0 * d)
+    return g, exp(-(a + d) * t) - slow * g
+
+
+def response_to_one(end: float, length: float, c: float, k: float) -> float:
+    """U after a share of a step."""
+    t = end * length
+    if fastest(c, k) * t <= NEAR:
+        # As in ``go_on``.
+        ch, khh, power, u = c * t, k * t * t, 1.0, 0.0
+        this, following = 0.0, 1.0
+        for m in range(TERMS):
+            u += this / (m + 1)
+            after = -(ch * (m + 1) * following + khh * this) / ((m + 1) * (m + 2))
+            this, following = following, after
+        return t * t * u * power
+    g, r = impulse(c, k, t)
+    if k == 0.0:
+        return (t - g) / c
+    a = 0.5 * c
+    slow = math.sqrt(k) if k > a * a else k / (a + math.sqrt(a * a - k))
+    if slow * t > 0.1:
+        return (1.0 - r - c * g) / k
+    # Of what hardly begins to give way; the roots are far from each other.
+    fast = c - slow
+    return (expm1(-fast * t) / fast - expm1(-slow * t) / slow) / (fast - slow)
+
+
+def integrate(nodes: Nodes, end: float, length: float, c: float, k: float, now: Table) -> None:
+    """Responses at an instant, by quadrature in panels as long as a response lasts."""
+    count, points = nodes.at.size, nodes.points.shape[1]
+    until, ago, polynomials = end * length, 0.0, scratch(count + 1)
+    for i in range(count + 1):
+        now[0, i] = now[1, i] = 0.0
+    while ago < until:
+        width = panel(c, k, ago, until)
+        if width == 0.0:
+            break
+        for p in range(points):
+            t = fma(width, nodes.points[0, p], ago)
+            g, r = impulse(c, k, t)
+            g, r = width * nodes.points[1, p] * g, width * nodes.points[1, p] * r
+            put_polynomials(nodes, (until - t) / length, polynomials)
+            for i in range(count + 1):
+                now[0, i] = fma(g, polynomials[i], now[0, i])
+                now[1, i] = fma(r, polynomials[i], now[1, i])
+        ago += width
+
+
+def panel(c: float, k: float, begin: float, end: float) -> float:
+    """How long the next panel is, from ``begin`` to ``end`` at most; 0 where nothing is left."""
+    a = 0.5 * c
+    rate, slow = fastest(c, k), a
+    if k <= a * a:
+        slow = k / rate if rate > 0.0 else 0.0
+    if begin * slow >= GONE:
+        return 0.0
+    if k <= a * a and begin * rate >= GONE:
+        rate = slow
+    return min(end - begin, REACH / rate) if rate > 0.0 else end - begin
+
+
+def put_polynomials(nodes: Nodes, x: float, out: Floats) -> None:
+    """l_k(x), and behind them P_N(x), x as a fraction of the step; ``out`` has shape (N + 1,)."""
+    count, before, behind = nodes.at.size, 1.0, 1.0
+    for k in range(count):
+        out[k] = before * nodes.scale[k]
+        before *= x - nodes.at[k]
+    for k in range(count - 1, -1, -1):
+        out[k] *= behind
+        behind *= x - nodes.at[k]
+    out[count] = nodes.leading * behind

@@ -1,0 +1,151 @@
+"""What collocation works with: a scene's functions, the method's numbers, tables, and arrays.
+
+N is the number of nodes, E that of equations of second order, R that and what else is integrated.
+"""
+
+from typing import NamedTuple
+
+from ab_sim.collocation.nodes import Nodes
+from ab_sim.compiling.kinds import Cube, Floats, Table
+from ab_sim.events.run import DIRECTION, Run
+
+LENGTH, SAMPLES, TAKEN, BEGIN, MOVED, STEP, AHEAD, WAIT = 0, 1, 2, 3, 4, 5, 6, 7
+GOOD, REST, AT_ONCE, SINCE = 8, 9, 10, 11
+HEAD = 12
+"""The memory's head: the step's length [s]; how many samples there are in it, and how many have been
+taken; local time of its beginning [s]; the angle that the rotor's axes make in it [rad]; from one
+sample to the next [s]; how long the next step is, in parts of that; steps to wait before a longer
+one is tried. Then of events: how many samples of the step are before any; how many samples are
+still to be reached by the other stepper; how many were, when it last took over; how many have been
+reached by collocation since then. And how many numbers this head has."""
+CHANGED, TURNED, SCALE, SPINDLE_SCALE, ERROR, WITHIN, TURN = 0, 1, 2, 3, 4, 5, 6
+"""Of the results: how far an iteration has changed f of the deck, and of all others, as angles
+[rad]; what makes angles of the deck's x, and of the spindle's; the errors of the samples and within
+the step [rad]; the angle that the rotor's axes make in it [rad]."""
+RESULTS = 7
+RATIO, NEXT, LATEST = 0, 1, 2
+"""Of the tables' head: ratio of steps for which polynomials are carried on; which of the sets kept
+is to go next; the first table of the set asked for last."""
+NODE, SHARE, COEFFICIENTS = 0, 1, 2
+"""Of the method's lines: c_j, the weights of the quadrature, and N columns of a matrix to the last
+coefficients; N columns of a matrix to the next step follow."""
+
+
+class Functions(NamedTuple):
+    """Emitted functions, by their addresses; see ``ab_sim.collocation``."""
+
+    start: int
+    iterate: int
+    iterate_near: int
+    judge: int
+    sample: int
+    begin: int
+    rows: int
+    evaluate: int
+
+
+class Method(NamedTuple):
+    """What a step is made with, whatever the scene."""
+
+    nodes: Nodes
+    lines: Table
+    """Shape (2 + 2 N, N), lines as above; the last N of them change."""
+    bounds: Cube
+    """``nodes.bounds_within_pieces``."""
+    tolerance: float
+    """What each step may leave of an error [rad]."""
+    steps: float
+    """Of the scene, that a collocation step goes over; 0 for as many as the tolerance allows."""
+    reach: float
+    """Rates times steps at which the other stepper leaves as much of an error."""
+
+
+class ResponseTables(NamedTuple):
+    """Tables of responses, set by set; of a set those up to the nodes, then those up to the samples,
+    N at a time; each for every equation, and for what is only integrated."""
+
+    lines: Table
+    """Shape (tables * lines_of_table(N), N)."""
+    numbers: Table
+    """Shape (tables, NUMBERS)."""
+    head: Floats
+    """Shape (3,), see above."""
+    groups: int
+    """Of samples, for which a set has room."""
+    kept: int
+    """How many sets there are."""
+
+
+class Buffers(NamedTuple):
+    """What is written in lanes: of N instants side by side."""
+
+    work: Table
+    """Of the iterations, shape (lines, N); f first, R lines."""
+    found: Table
+    """States at samples, and behind them their times; shape (states + 1, N)."""
+    states: Table
+    """Those that are to be recorded, shape (states, N)."""
+    times: Table
+    """Local times of these, and the times at which to look on the profile; shape (2, N)."""
+    rows: Table
+    """Of their samples, shape (columns, N)."""
+    slopes: Table
+    """Shape (states, N); the following with events only."""
+    accelerations: Table
+    """Shape (K, N)."""
+    motor: Table
+    """Shape (3, N)."""
+    balls: Table
+    """``Balls.table``, line by line, shape ((9 + 2 K) n, N)."""
+    values: Table
+    """Event functions, shape (slots, N)."""
+
+
+class Collocation(NamedTuple):
+    """A Run whose steps are collocation steps; ``Run.scene.step`` is the other stepper's."""
+
+    run: Run
+    functions: Functions
+    method: Method
+    tables: ResponseTables
+    own: Floats
+    """c [1/s] and k [1/s^2] of each equation; then, of a deck in space, matrices from its modes and
+    to them, line by line; shape (2 E,) or (2 E + 98,)."""
+    buffers: Buffers
+    result: Floats
+    """Shape (RESULTS,), see above."""
+    equations: int
+    """E."""
+    coordinates: int
+    """How many of them are the deck's."""
+    rows: int
+    """R."""
+
+
+def memory_of(own: Collocation) -> Floats:
+    """What belongs to the state: f at the nodes of the step at hand, the state at its beginning, and
+    the head."""
+    return own.run.work.memory[0]
+
+
+def size_of_memory(nodes: int, rows: int, states: int) -> int:
+    """How many numbers that is."""
+    return nodes * rows + states + HEAD
+
+
+def begun_of(own: Collocation) -> Floats:
+    """The state at the beginning of the step at hand."""
+    first = own.method.nodes.at.size * own.rows
+    return own.run.work.memory[0][first : first + own.run.state.size]
+
+
+def head_of(own: Collocation) -> Floats:
+    """The memory's head."""
+    first = own.method.nodes.at.size * own.rows + own.run.state.size
+    return own.run.work.memory[0][first : first + HEAD]
+
+
+def is_limited(own: Collocation) -> bool:
+    """Whether a motor gives all it can: its speed loop is open then."""
+    balls = own.run.balls
+    return balls.has_motor and balls.discrete[balls.number, DIRECTION] != 0

@@ -1,0 +1,112 @@
+"""Scenes run by collocation, and by rk8, through the new core; and the old core's samples."""
+
+from typing import Any
+
+import numpy as np
+
+from ab_sim.collocation.assemble import (
+    CollocationCode,
+    Setting,
+    collocation_code,
+    collocation_of,
+    method_of,
+)
+from ab_sim.collocation.drive import advance_by_collocation
+from ab_sim.collocation.lengths import PARTS
+from ab_sim.collocation.run import Collocation
+from ab_sim.compiling import compiled
+from ab_sim.drive import Drive
+from ab_sim.drive.way import Way
+from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
+from ab_sim.integrate.choose import choose_stepper
+from ab_sim.integrate.registry import stepper_named
+from ab_sim.kernels.code import Code, code_of
+from ab_sim.scene import Scene
+from ab_sim.spindle.profile import SpeedProfile
+from ab_sim.spindle.stretches import Grid
+from ab_sim.stepping.assemble import run_of
+
+
+class Collocated:
+    """A scene's run by collocation.
+
+    Args:
+        scene: with its step.
+        tolerance, steps: of the method.
+        setting: nodes and samples.
+        ledger: whether an energy balance is kept.
+        plain: whether the control runs as ordinary Python.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        tolerance: float = 1e-11,
+        steps: float = 0.0,
+        setting: Setting = Setting(),
+        ledger: bool = False,
+        plain: bool = False,
+    ) -> None:
+        self.system = system_of(scene, ledger)
+        self.way = Way.along(SpeedProfile.of_scene(scene), Grid(scene.solver.step, cycle_of(scene)), 0)
+        self.step = scene.solver.step
+        self.state = start_state(scene, self.system)
+        self.discrete = start_modes(scene, self.system)
+        self.bounds = state_bounds(self.system, self.step / PARTS)
+        self.method = method_of(setting, tolerance, steps)
+        self._plain, self.taken = plain, 0
+        self._runs: dict[type[Any], Collocation] = {}
+        self._kernels: dict[type[Any], Any] = {}
+        self._nodes = setting.nodes
+        rk8: Any = stepper_named("rk8").weights
+        self._tableau = rk8.a, rk8.b, rk8.c
+
+    def of(self, kind: type[Any]) -> Collocation:
+        """For segments of a kind; all share state and memory."""
+        if kind not in self._runs:
+            code: Code = code_of(self.system, kind)
+            own: CollocationCode = collocation_code(code, self._nodes)
+            address = code.step(*self._tableau)
+            given = self.system, code, address, self.step, self.state, self.discrete, self.bounds
+            run = run_of(*given, memory=own.memory)
+            made = collocation_of(run, self.system, own, self.method)
+            if self._runs:
+                first = next(iter(self._runs.values()))
+                work = run.work._replace(
+                    memory=first.run.work.memory,
+                    smooth=first.run.work.smooth,
+                    counts=first.run.work.counts,
+                )
+                made = made._replace(run=run._replace(work=work), tables=first.tables)
+            self._runs[kind] = made
+        return self._runs[kind]
+
+    def advance(self, steps: int, record: bool = False) -> np.ndarray:
+        """Samples of so many steps."""
+        own = self.of(next(iter(self.way.kinds)))
+        width = 2 + own.buffers.rows.shape[0]
+        samples = np.zeros((max(steps, int(record)), width))
+        kernel = self._kernel
+        done = self.way.walk(kernel, self.taken, steps, np.nan, samples)
+        if done < 0:
+            raise FloatingPointError(f"diverged after {-1 - done} steps")
+        self.taken += done
+        return samples
+
+    def _kernel(self, kind: type[Any]) -> Any:
+        own = self.of(kind)
+        if self._plain:
+            return lambda *given: advance_by_collocation(own, *given)
+        if kind not in self._kernels:
+            self._kernels[kind] = compiled(advance_by_collocation).bind(own)
+        return self._kernels[kind]
+
+
+def cycle_of(scene: Scene) -> float:
+    """Of the fastest motion that its steps follow [s]."""
+    return choose_stepper(scene, system_of(scene)).cycle
+
+
+def old_samples(scene: Scene, steps: int, ledger: bool = False) -> np.ndarray:
+    """What the old core records."""
+    return Drive(scene, ledger=ledger).advance(steps).samples

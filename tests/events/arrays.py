@@ -1,0 +1,37 @@
+"""Balls of no scene: arrays that a test fills in."""
+
+from typing import Any
+
+import numpy as np
+
+from ab_sim.events.run import MOBILITY, ORDER, REACH, ROLLING_MASS, Balls
+
+
+def loose_balls(n: int, size: int = 3, **changes: Any) -> Balls:
+    """``n`` balls with inertia 1 in order, on a deck with ``size`` accelerations; all zeros."""
+    constants, contacts = np.zeros((n, 10)), np.zeros((n, 2))
+    constants[:, [ROLLING_MASS, MOBILITY]] = 1.0
+    contacts[:, ORDER] = np.arange(n)
+    balls = Balls(
+        number=n,
+        constants=constants,
+        contacts=contacts,
+        discrete=np.zeros((n + 1, 4), np.int64),
+        branches=np.zeros(n + n * n + 1),
+        table=np.zeros((REACH + 2 * size, n)),
+        block=np.zeros((size, size + 1)),
+        x=np.zeros(size),
+        motor=np.zeros(3),
+        force=np.zeros(n),
+        push=np.zeros(n),
+        accelerations=size,
+        free=size - 1,
+        first_angle=0,
+        first_rate=n,
+        spindle=2 * n,
+        has_friction=False,
+        has_contact=False,
+        has_motor=False,
+        has_energy_balance=False,
+    )
+    return balls._replace(**changes)

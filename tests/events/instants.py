@@ -1,0 +1,191 @@
+"""Four balls of a drive in the plane at any instant, for the package and for the reference."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ab_sim.compiling.kinds import call
+from ab_sim.dynamics.assemble import start_modes, system_of
+from ab_sim.dynamics.layout import Layout, layout_of
+from ab_sim.dynamics.race.neighbours import reduced
+from ab_sim.dynamics.system import System
+from ab_sim.events.balls import put_branches
+from ab_sim.events.run import DIRECTION, JOINED, ORDER, TURNS, Run, evaluate
+from ab_sim.kernels.code import code_of
+from ab_sim.scene import Scene, check_scene
+from ab_sim.spindle import Ramp
+from ab_sim.stepping.assemble import run_of
+from tests.conftest import THESIS, merge
+from tests.reference.contact import Chain, chain_of
+from tests.reference.model import Model
+from tests.reference.motor import Command
+from tests.reference.of_scene import params_of
+
+N = 4
+PHASE, ASKED, SLOPE = 0.7, 90.0, 30.0
+"""Of the spindle: angle [rad], commanded speed [rad/s] and acceleration [rad/s^2]."""
+OVAL: dict[str, Any] = {
+    "gravity": {"tilt": 1.2, "direction": 0.7},
+    "hardening_suspension": {"cubic_stiffness": 1e8},
+    "race_runout": {"offset_1": 3e-4, "offset_2": -2e-4, "lobe": 1e-3, "lobe_angle": 0.3},
+}
+UNEQUAL: dict[str, Any] = {
+    "suspension": None,
+    "unequal_suspension": {
+        "stiffness_1": 1000.0,
+        "stiffness_2": 1400.0,
+        "damping_1": 0.1,
+        "damping_2": 0.3,
+        "axis_angle": 0.4,
+    },
+}
+RUBBING: dict[str, Any] = {
+    "rolling_friction": {"arm": 2e-4},
+    "race_friction": {"coefficient": 0.4},
+}
+TOUCHING: dict[str, Any] = {"ball_contact": {"restitution_coefficient": 0.6}}
+DRIVEN: dict[str, Any] = {
+    "motor": {
+        "rotor_inertia": 2e-5,
+        "torque_limit": 1e-2,
+        "proportional_gain": 1e-3,
+        "integral_gain": 1e-2,
+        "back_emf_slope": 1e-6,
+    }
+}
+COMPANIES: dict[str, dict[str, Any]] = {
+    "all": {**OVAL, **UNEQUAL, **RUBBING, **TOUCHING, **DRIVEN},
+    "thesis": {},
+    "oval": OVAL,
+    "oval, friction": {**OVAL, **RUBBING},
+    "round, friction, contact": {**RUBBING, **TOUCHING, "viscous_drag": None},
+    "oval, contact, motor": {**OVAL, **TOUCHING, **DRIVEN},
+}
+"""Effects beside the thesis'."""
+
+
+def scene_with(effects: dict[str, Any], angles: list[float] | None = None) -> Scene:
+    """The thesis' drive with four unequal balls."""
+    balls = {"count": N, "mass": [1e-3, 6e-4, 1.4e-3, 8e-4], "radius": [1e-3, 8e-4, 1.2e-3, 9e-4]}
+    changes = {"balls": balls, "effects": effects, "start": {"ball_angles": angles}}
+    return check_scene(merge(THESIS, changes), "test")
+
+
+class Instant(NamedTuple):
+    """A state, what holds at it, and room to work in; the reference's model and coordinates."""
+
+    run: Run
+    system: System
+    layout: Layout
+    model: Model
+    chain: Chain
+    z: float
+    """The speed loop's integral."""
+
+    @property
+    def state(self) -> np.ndarray:
+        return self.run.state
+
+    @property
+    def discrete(self) -> np.ndarray:
+        return self.run.balls.discrete
+
+    @property
+    def order(self) -> np.ndarray:
+        """The ball at each place of the row."""
+        return self.system.contacts[:, ORDER].astype(int)
+
+    @property
+    def asked(self) -> Command:
+        """Of the spindle, for the reference."""
+        return Command(PHASE, ASKED, SLOPE)
+
+    def evaluate(self) -> np.ndarray:
+        """The slope here; the table holds what goes with it."""
+        put_branches(self.run.balls)
+        evaluate(self.run, 0.0, self.state, self.run.work.slope)
+        return self.run.work.slope
+
+    def coordinates(self) -> tuple[np.ndarray, np.ndarray]:
+        """The reference's q and q' of the state as it is now."""
+        state, layout, turn = self.state, self.layout, turn_by(PHASE)
+        w = state[layout.spindle][1] if layout.spindle.stop > layout.spindle.start else ASKED
+        x, v = turn @ state[:2], turn @ state[2:4]
+        turns = self.discrete[:N, TURNS]
+        return (
+            np.array([*x, PHASE, *(PHASE + state[layout.angles] + 2 * np.pi * turns)]),
+            np.array([*v, w, *(w + state[layout.rates])]),
+        )
+
+    def accelerations(self) -> np.ndarray:
+        """The reference's q'' of the slope as it is."""
+        slope, state, layout = self.run.work.slope, self.state, self.layout
+        w = self.coordinates()[1][2]
+        al = slope[layout.spindle][1] if layout.spindle.stop > layout.spindle.start else SLOPE
+        v1, v2 = state[2:4]
+        deck = turn_by(PHASE) @ (slope[2:4] + w * np.array([-v2, v1]))
+        return np.array([*deck, al, *(al + slope[layout.rates])])
+
+
+def turn_by(angle: float) -> np.ndarray:
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def instant(random: np.random.Generator, effects: dict[str, Any], together: float = 0.6) -> Instant:
+    """A random one.
+
+    Args:
+        random: what is drawn.
+        effects: of the scene.
+        together: how likely neighbours touch, as fast as each other; and how likely a ball is at
+            rest on the race, with those that touch it.
+    """
+    begin = random.uniform(-9.0, 9.0) + np.arange(N) * 2 * np.pi / N
+    scene = scene_with(effects, begin.tolist())
+    model = Model(params_of(scene))
+    chain = chain_of(model, begin)
+    # Since the start they have gone along, some more than once around.
+    apart = random.uniform(0.6, 1.6, N)
+    angles = random.uniform(-9.0, 9.0) + np.cumsum(apart * 2 * np.pi / apart.sum())
+    touch = (random.random(N - 1) < together) & ("ball_contact" in effects)
+    for k in np.flatnonzero(touch):
+        angles[k + 1] = _next_to(chain, angles, k)
+    speeds = random.normal(0.0, 0.3, N) * (random.random(N) > 0.5 * together)
+    for k in np.flatnonzero(touch):
+        speeds[k + 1] = speeds[k]
+    system = system_of(scene, ledger=True)
+    layout = layout_of(system)
+    state, z = np.zeros(layout.size), 0.0
+    state[:4] = random.normal(0.0, [4e-3, 4e-3, 0.2, 0.2])
+    state[layout.rates] = speeds / model.curve.at(angles)[2]
+    if "motor" in effects:
+        z = float(random.uniform(-1.5, 1.5))
+        state[layout.spindle] = PHASE, random.uniform(70.0, 110.0), z
+    modes = start_modes(scene, system)
+    state[layout.angles], modes[:N, TURNS] = zip(*map(reduced, angles), strict=True)
+    modes[:N, DIRECTION] = np.sign(speeds)
+    order = system.contacts[:, ORDER].astype(int)
+    modes[: len(order), JOINED] = np.append(touch, False)[order]
+    run = run_at_once(system, state, modes)
+    return Instant(run, system, layout, model, chain, z)
+
+
+def run_at_once(system: System, state: np.ndarray, discrete: np.ndarray) -> Run:
+    """A Run that takes no steps, on a ramp from ``ASKED``."""
+    code = code_of(system, Ramp)
+    run = run_of(system, code, 0, 1e-3, state, discrete, np.full(len(state), np.inf))
+    run.scene.c[run.place : run.place + 5] = ASKED, SLOPE, PHASE, math.inf, PHASE
+    call(run.scene.prepare, run.scene.c)
+    return run
+
+
+def _next_to(chain: Chain, angles: np.ndarray, k: int) -> float:
+    """Where ball k + 1 touches ball k."""
+    contact = int(np.flatnonzero((chain.behind == k) & (chain.ahead == k + 1))[0])
+
+    def gap(angle: float) -> float:
+        return float(chain.gaps(np.array([*angles[: k + 1], angle, *angles[k + 2 :]]))[contact])
+
+    return float(brentq(gap, angles[k] + 0.01, angles[k + 1], xtol=1e-15, rtol=1e-15))
