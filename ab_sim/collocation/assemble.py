@@ -24,12 +24,12 @@ from ab_sim.collocation.run import (
 )
 from ab_sim.collocation.tables import KEPT
 from ab_sim.dynamics.assemble import own_motion
-from ab_sim.dynamics.carriers.own_motion import DAMPINGS, FROM_MODES, STIFFNESSES, TO_MODES
-from ab_sim.dynamics.motion import Ball
+from ab_sim.dynamics.own_motion import DAMPINGS, FROM_MODES, STIFFNESSES, TO_MODES
 from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System, ball_drag
+from ab_sim.equations.motion import Ball
+from ab_sim.events.prepared import aligned
 from ab_sim.events.run import REACH, Run
 from ab_sim.kernels.code import Code
-from ab_sim.stepping.assemble import aligned
 from ab_sim.stepping.fixed_step import ANGLE, DECK
 from ab_sim.tracing.machine_code import MachineCode
 
@@ -130,9 +130,7 @@ def method_of(setting: Setting, tolerance: float, steps: float) -> Method:
     return Method(own, lines, bounds, tolerance, steps, reach_of(tolerance))
 
 
-def collocation_of(
-    run: Run, system: System, code: CollocationCode, method: Method
-) -> Collocation:
+def collocation_of(run: Run, system: System, code: CollocationCode, method: Method) -> Collocation:
     """A Collocation.
 
     Args:

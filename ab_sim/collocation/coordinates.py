@@ -8,7 +8,7 @@ the ground's. Formulas on numbers, as in ``ab_sim.equations``; a vector of coord
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
-from ab_sim.dynamics.motion import Spindle
+from ab_sim.equations.motion import Spindle
 from ab_sim.equations.orientation import half_product, to_deck, to_ground, turn_of, turning_of
 from ab_sim.equations.planar import gravity_on_rotating_axes
 from ab_sim.equations.sums import Number, any_has
@@ -181,4 +181,3 @@ def out_of_modes(own: Modes | None, x: Vector) -> tuple[list[Number], list[Numbe
 def _row(line: Vector, six: Vector) -> Number:
     one = line[0] * six[0] + line[1] * six[1] + line[2] * six[2]
     return one + (line[3] * six[3] + line[4] * six[4] + line[5] * six[5])
-

@@ -67,9 +67,7 @@ def advance_by_collocation(
     return done if sound else -1 - done
 
 
-def collocate(
-    own: Collocation, stretch: Stretch, until: float, samples: Table, steps: int
-) -> int:
+def collocate(own: Collocation, stretch: Stretch, until: float, samples: Table, steps: int) -> int:
     """See ``fixed_step.step_by_step``; ``until``: local time at which the profile's piece ends."""
     run, head = own.run, head_of(own)
     if steps == 0:
@@ -221,4 +219,3 @@ def take_step(own: Collocation, stretch: Stretch, until: float) -> bool:
             while size > (done & -done):
                 size //= 2
     return True
-

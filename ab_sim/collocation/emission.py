@@ -186,9 +186,7 @@ class CollocationEmission:
     ) -> tuple[Function, Body]:
         shape = Shape(self.model.count, self.nodes)
         always = [CONSTANTS, BRANCHES, OWN, NUMBERS, OPEN_NUMBERS, STATE, RESULT]
-        into = Function(
-            name, [CONSTANTS, BRANCHES, *pointers], shape, numbers, [*always, *uniform]
-        )
+        into = Function(name, [CONSTANTS, BRANCHES, *pointers], shape, numbers, [*always, *uniform])
         bound = {each: [into.widened(f"%{each}", self.nodes)] for each in numbers}
         places = {**self.emission.places, **self._scale(), **places}
         return into, Body(into, places, {**self.emission.known, **(known or {})}, bound)
@@ -220,9 +218,7 @@ class CollocationEmission:
         graph = self.model.graph
         inputs = {x.payload: x for x in reached(x for x, _ in self._before) if x.op == "input"}
         by = {inputs[name]: root for name, root in roots.items() if name in inputs}
-        own = lowered(
-            [*roots.values(), *substituted([x for x, _ in self._before], by)]
-        )
+        own = lowered([*roots.values(), *substituted([x for x, _ in self._before], by)])
         count = len(roots)
         places = {**self._tables(), **self._linear(), **self._numbers(), **self._weights()}
         places |= {**self._state(), **dict(self._row_places(OLD, "old"))}
@@ -269,7 +265,8 @@ class CollocationEmission:
 
     def begin(self) -> Function:
         """``begin(c, b, own, y, f, time)``: f as it is at one instant, R numbers, and behind them
-        the spindle's speed [rad/s]."""
+        the spindle's speed [rad/s].
+        """
         model = self.model
         at = model.motion()
         found = model.evaluated(at)
@@ -286,7 +283,8 @@ class CollocationEmission:
 
     def samples(self) -> Function:
         """``rows(c, b, t, y, rows)``: rows of N samples; t holds the local times of the states, and
-        the times at which to look on the profile."""
+        the times at which to look on the profile.
+        """
         into, body = self.emission.function(
             *("rows", ["y", "row"], ["time", "profile_time"]),
             state="y",
@@ -317,4 +315,3 @@ def substituted(
         else:
             new[x.number] = rebuilt(x, [new[arg.number] for arg in x.args]) if x.args else x
     return [new[root.number] for root in roots]
-

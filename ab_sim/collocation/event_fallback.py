@@ -98,7 +98,8 @@ def put_event_functions(own: Collocation) -> None:
 
 def pieces_above(own: Collocation, values: Floats, most: int) -> int:
     """In how many pieces, up to ``most``, the polynomial through values at the nodes is surely more
-    than its last coefficients."""
+    than its last coefficients.
+    """
     count, doubt = values.size, 0.0
     for back in range(2):
         coefficient = 0.0

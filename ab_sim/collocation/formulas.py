@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ab_sim.collocation.coordinates import Axes, Coordinates, Modes, Vector
-from ab_sim.dynamics.motion import Spindle
 from ab_sim.equations.arrowhead import Arrow, Solved, solve_with_balls
 from ab_sim.equations.energy import powers
+from ab_sim.equations.motion import Spindle
 from ab_sim.equations.race import path_acceleration, rate_change
 from ab_sim.equations.spindle import Driven
 from ab_sim.equations.sums import Number
@@ -71,10 +71,9 @@ class Formulas:
         self.integral = self._equation("integral", False)
         """What is only integrated: v is the integral of f."""
         self.own = self._modes()
-        self.hangs_freely = (
-            not (model.has_motor or model.has_energy_balance)
-            and coordinates.only_own_motion(model.effects)
-        )
+        self.hangs_freely = not (
+            model.has_motor or model.has_energy_balance
+        ) and coordinates.only_own_motion(model.effects)
         """Whether c v + k x is all that is to be known of the deck: a motor's spindle is solved for
         together with it, and an energy balance asks for all states."""
 
@@ -111,9 +110,7 @@ class Formulas:
 
         def matrix(name: str) -> list[list[Expression]]:
             make = self.model.graph.input
-            return [
-                [make(f"{name}[{r},{q}]", Level.PARAMETER) for q in range(7)] for r in range(7)
-            ]
+            return [[make(f"{name}[{r},{q}]", Level.PARAMETER) for q in range(7)] for r in range(7)]
 
         return Modes(matrix("from_modes"), matrix("to_modes"))
 
@@ -334,4 +331,3 @@ def turned(c: Number, s: Number, d: Number) -> tuple[Number, Number]:
     a = dd * (dd * (1.0 / 24.0) - 0.5)
     b = d * (dd * (dd * (1.0 / 120.0) - 1.0 / 6.0) + 1.0)
     return c + (c * a - s * b), s + (s * a + c * b)
-

@@ -48,7 +48,8 @@ def shorter(counts: Integers, size: int) -> int:
 
 def power_of(own: Collocation, ratio: float) -> float:
     """What a step's error is multiplied with where its length is with this ratio: two powers more
-    than there are nodes."""
+    than there are nodes.
+    """
     square, found = ratio * ratio, 1.0
     for _ in range((own.method.nodes.at.size + 2) // 2):
         found *= square

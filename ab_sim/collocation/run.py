@@ -62,7 +62,8 @@ class Method(NamedTuple):
 
 class ResponseTables(NamedTuple):
     """Tables of responses, set by set; of a set those up to the nodes, then those up to the samples,
-    N at a time; each for every equation, and for what is only integrated."""
+    N at a time; each for every equation, and for what is only integrated.
+    """
 
     lines: Table
     """Shape (tables * lines_of_table(N), N)."""
@@ -124,7 +125,8 @@ class Collocation(NamedTuple):
 
 def memory_of(own: Collocation) -> Floats:
     """What belongs to the state: f at the nodes of the step at hand, the state at its beginning, and
-    the head."""
+    the head.
+    """
     return own.run.work.memory[0]
 
 

@@ -111,9 +111,7 @@ def first_set(own: Collocation, samples: int) -> int:
     return 1
 
 
-def serves(
-    numbers: Floats, length: float, samples: int, damping: float, stiffness: float
-) -> bool:
+def serves(numbers: Floats, length: float, samples: int, damping: float, stiffness: float) -> bool:
     """Whether a table with these numbers is the one for such a step."""
     same = numbers[LENGTH] == length and abs(numbers[COUNT]) == samples
     return same and numbers[DAMPING] == damping and numbers[STIFFNESS] == stiffness
@@ -132,7 +130,8 @@ def copy_table(own: Collocation, of: int, to: int) -> None:
 
 def spindle_table(own: Collocation, first: int) -> int:
     """The table of a motor's spindle, of those from one on: its acceleration is only integrated
-    while the motor is at its limit. Any without a motor."""
+    while the motor is at its limit. Any without a motor.
+    """
     if not own.run.balls.has_motor:
         return first
     return first + own.equations if is_limited(own) else first + own.equations - 1

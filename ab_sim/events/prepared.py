@@ -11,13 +11,12 @@ from ab_sim.events.rows import WIDTH
 from ab_sim.events.run import REACH, Balls, Workspace
 
 
-def balls_of(system: System, discrete: np.ndarray, has_energy_balance: bool = False) -> Balls:
+def balls_of(system: System, discrete: np.ndarray) -> Balls:
     """The balls of a system, with room for what is evaluated of them.
 
     Args:
         system: what moves.
         discrete: ``Balls.discrete``; changes at events.
-        has_energy_balance: whether the state ends with one.
     """
     n, states = len(system.balls), type(system.carrier).STATES
     every, contact = type(system.carrier).UNKNOWNS + 1, has_contact(system.effects)
@@ -42,7 +41,7 @@ def balls_of(system: System, discrete: np.ndarray, has_energy_balance: bool = Fa
         has_friction=has_friction(system.effects),
         has_contact=contact,
         has_motor=driven,
-        has_energy_balance=has_energy_balance,
+        has_energy_balance=bool(system.ledger),
     )
 
 

@@ -1,17 +1,14 @@
 """From a system and its machine code to a Run."""
 
-import math
-
 import numpy as np
 
 from ab_sim.dynamics.system import System
-from ab_sim.events.event_functions import slots
-from ab_sim.events.rows import WIDTH
-from ab_sim.events.run import REACH, Balls, Run, Scene, Workspace
+from ab_sim.events.prepared import balls_of, workspace
+from ab_sim.events.run import Balls, Implicit, Run, Scene, Workspace
 from ab_sim.kernels.code import Code
 
-QUATERNION = "quaternion w"
-"""Name of the first of a quaternion's states."""
+NOWHERE, NO_NUMBERS, NO_TABLE = 0, np.zeros(0), np.zeros((0, 0))
+NOT_IMPLICIT = Implicit(*(NOWHERE, NOWHERE, 0.0, 0.0, 0.0, *[NO_NUMBERS] * 4, *[NO_TABLE] * 4))
 
 
 def run_of(
@@ -24,11 +21,11 @@ def run_of(
     bounds: np.ndarray,
     memory: tuple[int, int] = (0, 0),
 ) -> Run:
-    """A Run.
+    """A Run, with arrays of its own.
 
     Args:
         system: what moves.
-        code: of its kind, for segments of one kind.
+        code: of its kind.
         step_address: of the stepper's emitted step.
         step: s.
         state: shape (states,); changes as the run goes on.
@@ -36,88 +33,42 @@ def run_of(
         bounds: magnitudes that no sound run reaches, shape (states,).
         memory: shape of what the stepper carries from step to step.
     """
-    model = code.model
-    events = model.has_events
+    balls = balls_of(system, discrete)
+    work = workspace(balls, bounds, memory)
+    return run_with(balls, work, system, code, step_address, step, state)
+
+
+def run_with(
+    balls: Balls,
+    work: Workspace,
+    system: System,
+    code: Code,
+    step_address: int,
+    step: float,
+    state: np.ndarray,
+) -> Run:
+    """A Run with arrays that others have, too: see ``run_of``."""
+    model, contact = code.model, code.model.has_contact
     scene = Scene(
         prepare=code.address("prepare"),
-        evaluate=code.address("evaluate") if events else 0,
-        arrow=code.address("arrow") if model.has_contact else 0,
+        evaluate=code.address("evaluate") if model.has_events else NOWHERE,
+        arrow=code.address("arrow") if contact else NOWHERE,
         step=step_address,
         finish=code.address("finish"),
-        kick=code.address("kick") if model.has_contact else 0,
-        restitution=code.address("restitution") if model.has_contact else 0,
+        kick=code.address("kick") if contact else NOWHERE,
+        restitution=code.address("restitution") if contact else NOWHERE,
         c=code.constants(system),
     )
-    balls = balls_of(system, code, discrete)
-    work = workspace(balls, bounds, memory)
-    names = type(system.carrier).STATE_NAMES
     return Run(
-        scene,
-        balls,
-        work,
-        state,
-        step,
+        scene=scene,
+        balls=balls,
+        work=work,
+        state=state,
+        step=step,
         place=code.layout.place,
         ball_column=len(code.emission.roots["sample"]),
-        quaternion=names.index(QUATERNION) if QUATERNION in names else -1,
-        has_events=events,
+        quaternion=type(system.carrier).UNIT_AT,
+        has_events=model.has_events,
+        is_implicit=False,
+        implicit=NOT_IMPLICIT,
     )
-
-
-def balls_of(system: System, code: Code, discrete: np.ndarray) -> Balls:
-    """The balls of a system, with room for what is evaluated of them."""
-    model = code.model
-    n, states, every = model.count, model.states, model.unknowns
-    return Balls(
-        number=n,
-        constants=np.ascontiguousarray(system.balls),
-        contacts=np.ascontiguousarray(system.contacts),
-        discrete=discrete,
-        branches=aligned((code.branches(),)),
-        table=aligned((REACH + 2 * every, n)),
-        block=aligned((every, every + 1)),
-        x=aligned((every,)),
-        motor=aligned((3,)),
-        force=aligned((n,)),
-        push=aligned((n,)),
-        accelerations=every,
-        free=every if model.has_motor else every - 1,
-        first_angle=states,
-        first_rate=states + n,
-        spindle=states + 2 * n,
-        has_friction=model.has_friction,
-        has_contact=model.has_contact,
-        has_motor=model.has_motor,
-        has_energy_balance=model.has_energy_balance,
-    )
-
-
-def workspace(balls: Balls, bounds: np.ndarray, memory: tuple[int, int] = (0, 0)) -> Workspace:
-    """A workspace for balls, states with such bounds, and a stepper with such a memory."""
-    states, size = (len(bounds),), (slots(balls.number),)
-    return Workspace(
-        slope=aligned(states),
-        trial=aligned(states),
-        slope_ahead=aligned(states),
-        memory=aligned(memory),
-        smooth=np.full(1, math.nan),
-        bounds=np.array(bounds),
-        value=aligned(size),
-        value_ahead=aligned(size),
-        rate=aligned(size),
-        rate_ahead=aligned(size),
-        rounding=aligned(size),
-        rows=aligned((balls.number, WIDTH)),
-        near=aligned((2, *states)),
-        near_value=aligned((3, *size)),
-        force_rate=aligned((2, *size)),
-        counts=np.zeros(2, np.int64),
-    )
-
-
-def aligned(shape: tuple[int, ...]) -> np.ndarray:
-    """Zeros that begin at a cache line: numpy's own alignment costs 10 % or so, at random."""
-    size = 8 * math.prod(shape)
-    raw = np.zeros(size + 64, np.uint8)
-    first = -raw.ctypes.data % 64
-    return raw[first : first + size].view(np.float64).reshape(shape)

@@ -9,18 +9,18 @@ from ab_sim.compiling import compiled
 from ab_sim.dynamics.assemble import state_bounds
 from ab_sim.dynamics.system import System
 from ab_sim.events.prepared import aligned, balls_of, workspace
-from ab_sim.events.run import Implicit, Run, Scene
+from ab_sim.events.run import Implicit, Run
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.generalized_alpha import Alpha
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.constants import numbers_of
 from ab_sim.kernels.tangent import lanes_for, tangent_address
-from ab_sim.stepping.fixed_step import ANGLE, DECK, advance
+from ab_sim.stepping.assemble import NOWHERE, run_with
+from ab_sim.stepping.fixed_step import advance
 
 Advance = Callable[..., int]
 """``fixed_step.advance`` of its arguments behind the first."""
-NO_EVENTS, NO_NUMBERS, NO_TABLE = 0, np.zeros(0), np.zeros((0, 0))
 
 
 class Steps:
@@ -42,7 +42,7 @@ class Steps:
         bounds = state_bounds(system, step / stepper.parts)
         self._system, self._stepper, self._step = system, stepper, step
         self.modes, self.state = modes, aligned(bounds.shape)
-        self._balls = balls_of(system, modes, system.ledger)
+        self._balls = balls_of(system, modes)
         self.work = workspace(self._balls, bounds, memory_of(stepper, len(bounds)))
         self._made: dict[type[Any], tuple[Run, Advance]] = {}
 
@@ -63,33 +63,14 @@ class Steps:
             run.scene.c[: len(numbers)] = numbers
 
     def _run(self, code: Code) -> Run:
-        model, weights = code.model, self._stepper.weights
-        is_implicit = isinstance(weights, Alpha)
-        step = code.step(*weights) if isinstance(weights, Tableau) else NO_EVENTS
-        contact = model.has_contact
-        scene = Scene(
-            prepare=code.address("prepare"),
-            evaluate=code.address("evaluate") if model.has_events else NO_EVENTS,
-            arrow=code.address("arrow") if contact else NO_EVENTS,
-            step=step,
-            finish=code.address("finish"),
-            kick=code.address("kick") if contact else NO_EVENTS,
-            restitution=code.address("restitution") if contact else NO_EVENTS,
-            c=code.constants(self._system),
-        )
-        return Run(
-            scene=scene,
-            balls=self._balls,
-            work=self.work,
-            state=self.state,
-            step=self._step,
-            place=code.layout.place,
-            ball_column=DECK - ANGLE + len(type(self._system.carrier).CHANNELS),
-            quaternion=type(self._system.carrier).UNIT_AT,
-            has_events=model.has_events,
-            is_implicit=is_implicit,
-            implicit=implicit_of(weights, code, len(self.state)) if is_implicit else NOT_IMPLICIT,
-        )
+        weights = self._stepper.weights
+        step = code.step(*weights) if isinstance(weights, Tableau) else NOWHERE
+        own = self._balls, self.work, self._system, code, step, self._step, self.state
+        run = run_with(*own)
+        if isinstance(weights, Alpha):
+            implicit = implicit_of(weights, code, len(self.state))
+            run = run._replace(is_implicit=True, implicit=implicit)
+        return run
 
 
 def memory_of(stepper: Stepper, states: int) -> tuple[int, int]:
@@ -113,6 +94,3 @@ def implicit_of(weights: Alpha, code: Code, states: int) -> Implicit:
         jacobian=aligned((states, states)),
         equations=aligned((states, states + 1)),
     )
-
-
-NOT_IMPLICIT = Implicit(*(NO_EVENTS, NO_EVENTS, 0.0, 0.0, 0.0, *[NO_NUMBERS] * 4, *[NO_TABLE] * 4))

@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 from ab_sim.compiling.kinds import call
 from ab_sim.dynamics.assemble import start_modes, system_of
 from ab_sim.dynamics.layout import Layout, layout_of
-from ab_sim.dynamics.race.neighbours import reduced
 from ab_sim.dynamics.system import System
+from ab_sim.equations.neighbours import reduced
 from ab_sim.events.balls import put_branches
 from ab_sim.events.run import DIRECTION, JOINED, ORDER, TURNS, Run, evaluate
 from ab_sim.kernels.code import code_of

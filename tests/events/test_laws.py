@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.ledger import mechanical_energy
+from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.events.complementarity import solve_complementarity
 from ab_sim.events.event_functions import HOLD, LOAD, MOTOR, NEVER, SLIDE, TOUCH
 from ab_sim.events.run import DIRECTION, JOINED, LOADED

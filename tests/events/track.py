@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.events.prepared import workspace
 from ab_sim.events.run import (
     ALONG,
     CURVE,
@@ -25,7 +26,7 @@ from ab_sim.events.run import (
     Run,
     Scene,
 )
-from ab_sim.stepping.assemble import workspace
+from ab_sim.stepping.assemble import NOT_IMPLICIT
 from tests.events.arrays import loose_balls
 
 Force = Callable[[float, np.ndarray], Any]
@@ -102,7 +103,9 @@ def run_on_track(
     bounds = np.full(2 * n, 1e6)
     state = np.array([*places, *speeds], float)
     work = workspace(balls, bounds)
-    return Run(Scene(*own), balls, work, state, 0.1, 0, 3, -1, load is not None or contact)
+    laws = load is not None or contact
+    scene = Scene(*own)
+    return Run(scene, balls, work, state, 0.1, 0, 3, -1, laws, False, NOT_IMPLICIT)
 
 
 def passing_points(places: np.ndarray, speeds: np.ndarray, spacing: float, time: float) -> Any:
