@@ -18,7 +18,6 @@ from ab_sim.papers.thesis.measured import (
     Eccentric,
     Speeds,
     measured_claims,
-    printed_order,
 )
 from ab_sim.papers.thesis.pictures import written
 from ab_sim.papers.thesis.reasons import PASSED, beside, reason_claims
@@ -61,8 +60,6 @@ def experiment_section(folder: Path, tell: Tell) -> Section:
         + "What differs is where they lie: in the thesis' model balls that meet may lie on one "
         "place, here they line up. Five that touch span 57 deg between the outer centres; "
         "centred on -180 deg they carry 0.31 g cm against 0.30, and that is balance.",
-        f"Of ten starts drawn at random {printed_order(bars):.0%} of all draws show the printed "
-        "order 2500 < 3000 < 2000 rpm < no period: an average of ten cannot tell them apart.",
     )  # fmt: skip
     return Section(
         "6.2 The experiments: figures 6.3 to 6.6",

@@ -74,6 +74,7 @@ def _period_claims(
     without, hold, early, late = bars.values()
     share, share_of_two = hold.mean / without.mean, two_balls[1] / two_balls[0]
     carried = [-float(one.balls.real.mean()) for one in (hold, early, late)]
+    order = printed_order(bars)
     # Of the same starts: those of the hold are more.
     same_starts = hold.first(len(easing.each))
     more, interval = easing.more_than(same_starts)
@@ -110,6 +111,8 @@ def _period_claims(
               f"{OPPOSITE:g} deg (ours: {ENOUGH:.0%} of what is needed, and of the others less)",
               carried[0] >= ENOUGH * UNBALANCE > max(carried[1:]),
               "after each they lie there alike, and more spread than balls that touch"),
+        Claim("6.3, 6.4", "means of ten show 2500 < 3000 < 2000 rpm < no period",
+              f"{order:.0%} of all draws of ten do (ours: more than half)", order > 0.5),
         Claim("6.4", "2500 rpm: least of the three", f"{hold.words()}; 2000 rpm {early.words()}, "
               f"3000 rpm {late.words()}", hold.below(early) and hold.below(late),
               f"than 2000 rpm by {_apart(early, hold)}, than 3000 rpm by {_apart(late, hold)}"),

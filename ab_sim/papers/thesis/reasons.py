@@ -131,7 +131,8 @@ def _corresponds(found: Beside, figure: str, held: int) -> Claim:
     at = [int(np.argmin(np.abs(ECCENTRICITIES - e))) for e in (50e-6, 130e-6, 250e-6)]
     angles = np.radians(found.ends[THESIS.m][held][at])
     two = -np.cos(angles)
-    five = [-float(each[1 + held].balls.real.mean()) for each in found.eccentric.values()]
+    bars = [(plain, with_hold) for _, plain, with_hold in found.eccentric.values()]
+    five = [-float(each[held].balls.real.mean()) for each in bars]
     changes = [float(max(each) / min(each)) for each in (two, five)]
     name = "with" if held else "without"
     return Claim(
