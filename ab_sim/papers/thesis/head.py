@@ -52,9 +52,9 @@ def _balance(sections: Sequence[Section]) -> str:
     none, hold, light, light_held = [row[-1] for row in _table(sections, MATCHED)]
     return (
         f'2. "Residual balance is eliminated" is not so: {", ".join(left)} of the disc\'s '
-        f"unbalance is left with the hold (4.7, 4.9, 4.11), and at rest at 200 rad/s W/e is {hold} with it, "
-        f"{none} without. Balls that match, 2 m R = M0 e, end at {light_held} with the hold, at "
-        f"{light} without."
+        "unbalance is left with the hold (4.7, 4.9, 4.11), and at rest at 200 rad/s W/e is "
+        f"{hold} with it, {none} without. Balls that match, 2 m R = M0 e, end at {light_held} with "
+        f"the hold, at {light} without."
     )
 
 

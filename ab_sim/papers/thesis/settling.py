@@ -129,18 +129,21 @@ def lateness(lines: dict[float, list[Judged]]) -> list[float]:
 def ready_claim(grid: dict[float, list[list[Judged]]], none: Judged) -> Claim:
     """That the period with which the balls first are opposite soonest makes a drive ready soon."""
     assert none.end.in_band is not None
-    best = [min(_flat(rows), key=lambda one: _or_never(one.end.opposite)) for rows in grid.values()]
-    ready = [_or_never(one.end.in_band) for one in best]
+    best = {
+        NAMES[acceleration]: min(_flat(rows), key=lambda one: _or_never(one.end.opposite))
+        for acceleration, rows in grid.items()
+    }
+    ready = {name: _or_never(one.end.in_band) for name, one in best.items()}
+    final = [one.end.final_whirl for one in best.values()]
     return Claim(
         "4.4", "learning is shorter where the balls are at -180 deg soonest",
         "W in its final band from "
-        + ", ".join(f"{time:.2f} s ({name})" for time, name in zip(ready, NAMES.values(),
-                                                                   strict=True))
+        + ", ".join(f"{time:.2f} s ({name})" for name, time in ready.items())
         + f" with the periods that are soonest there, from {none.end.in_band:.2f} s without one; "
-        "final W/e " + ", ".join(f"{one.end.final_whirl:.3f}" for one in [*best, none])
+        "final W/e " + ", ".join(f"{whirl:.3f}" for whirl in [*final, none.end.final_whirl])
         + f" (ours: in band sooner than without one, or W/e less by {SAME:.0%})",
-        all(time < none.end.in_band for time in ready)
-        or all(one.end.final_whirl < (1.0 - SAME) * none.end.final_whirl for one in best),
+        max(ready.values()) < none.end.in_band
+        or max(final) < (1.0 - SAME) * none.end.final_whirl,
         "they end in one state, and ring down later",
     )  # fmt: skip
 
