@@ -22,7 +22,8 @@ LEFT_OUT = Section(
         "20 rad/s². Balls start at rest on the race; a = 1 mm where it is not said. Figures end "
         "2.5 s after the critical speed. Rolling friction has the arm beta_b (a length), opposes "
         "sliding only while the race pushes, and may hold a ball; the integrator locates that. "
-        "(2-15) prints |sin gamma|: its figures show the signed form, which is taken here.",
+        "(2-15) prints |sin gamma|: its figures show the signed form, which is taken "
+        "here; a largest force is the largest until it first reverses.",
         "Ranges of the axes of figures 5.5, 5.6, 5.11 and 5.12 and of the masses in them are in "
         "the figures only. The thesis settles in two ways, and so does this page: section 4.4's "
         '"settling period" is until both balls first are at -180 deg, chapter 5\'s balls "have '

@@ -193,7 +193,7 @@ def _picture(folder: Path, ranges: dict[Rule, Ends]) -> Picture:
         axes.axhspan(-180.0 - OPPOSITE, -180.0 + OPPOSITE, color="0.9", zorder=0)
         axes.plot(FACTORS, found.without, ".-", color="tab:gray", ms=4, label="without a period")
         axes.plot(FACTORS, found.held, ".-", color="tab:blue", ms=4, label="with the rule's period")
-        axes.plot(FACTORS, found.eased, ":", color="tab:red", lw=1.2, label="accelerating in it")
+        axes.plot(FACTORS, found.eased, "--", color="tab:red", lw=1.2, label="accelerating in it")
         axes.set_title(f"({rule.number}) {rule.what}", fontsize=10)
         axes.axvline(2.0, color="0.7", lw=0.8, ls=":")
         axes.grid(alpha=0.3)
@@ -206,6 +206,6 @@ def _picture(folder: Path, ranges: dict[Rule, Ends]) -> Picture:
         axes.set_ylabel("end position [deg]")
     caption = (
         "The nine rules over a range of the parameter; grey: opposite to the unbalance, "
-        "dotted: the thesis' factor 2"
+        "upright: the thesis' factor 2"
     )
     return written(figure, folder, "4.5-rules", caption)
