@@ -281,7 +281,8 @@ def _nor_farther(figure: str, p: Parameters) -> Claim:
     found = _holds_where(near, runs)
     return Claim(
         figure, "... nor to -540 or -900 deg, which chapter 5 calls balanced, too",
-        f"holds of {found}" if found else "none of these holds", not found, "the end time alone does it",
+        f"holds of {found}" if found else "none of these holds", not found,
+        "the end time alone does it",
     )  # fmt: skip
 
 

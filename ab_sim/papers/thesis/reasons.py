@@ -91,7 +91,7 @@ def turning_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
 def reason_claims(found: Beside) -> list[Claim]:
     """What is said of why."""
     more, interval = found.collide.more_than(found.passing)
-    near = float(found.collide.opposite.mean())
+    near, near_of_two = (float(one.opposite.mean()) for one in (found.collide, found.two))
     difference = found.collide.mean - found.two.mean
     wide = math.hypot(found.collide.interval, found.two.interval)
     free = [each[0] for each in found.eccentric.values()]
@@ -104,11 +104,12 @@ def reason_claims(found: Beside) -> list[Claim]:
               f"{UNDECIDED}: insulators are linear here, so that any setting gives that"),
         Claim("6.6", "five balls may be dispersed, unlike two",
               f"{near:.0%} of the five are within {OPPOSITE:g} deg of -180 after the hold, from "
-              f"{PASSED} starts, {found.two.opposite.mean():.0%} of two (ours: less than {DISPERSED:.0%} of five, "
-              "and less than of two)", near < min(DISPERSED, float(found.two.opposite.mean()))),
+              f"{PASSED} starts, {near_of_two:.0%} of two (ours: less than {DISPERSED:.0%} of five, "
+              "and less than of two)", near < min(DISPERSED, near_of_two)),
         Claim("6.6", "... and the balancer be worse for it",
               f"{found.collide.words()} with five, {found.two.words()} with two that carry as "
-              f"much, {PASSED} starts each: by {difference:+.2f} +- {wide:.2f} um", difference > wide),
+              f"much, {PASSED} starts each: by {difference:+.2f} +- {wide:.2f} um",
+              difference > wide),
         Claim("6.6", "... and for collisions, which the simulation leaves out",
               f"by {more:+.2f} +- {interval:.2f} um, beside five that pass through each other, "
               f"{PASSED} starts", more > interval),
@@ -124,7 +125,7 @@ def _close_values() -> Claim:
         (1e5 * (THESIS.M - 2.0 * THESIS.m) * THESIS.e, UNBALANCE),
     )
     apart = [max(one / other, other / one) for one, other in pairs]
-    speed, balls, unbalance = (f"{one:.3g} against {other:.3g}" for one, other in pairs)
+    speed, balls, unbalance = (f"{one:.4g} against {other:.4g}" for one, other in pairs)
     return Claim(
         "chapter 4, 6.2", "chapter 4's values are close to those of the measured drive",
         f"critical speed {speed} rpm, balls {balls} g cm, unbalance {unbalance} g cm (ours: "
