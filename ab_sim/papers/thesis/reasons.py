@@ -104,8 +104,8 @@ def reason_claims(found: Beside) -> list[Claim]:
               f"{UNDECIDED}: insulators are linear here, so that any setting gives that"),
         Claim("6.6", "five balls may be dispersed, unlike two",
               f"{near:.0%} of the five are within {OPPOSITE:g} deg of -180 after the hold, from "
-              f"{PASSED} starts, {near_of_two:.0%} of two (ours: less than {DISPERSED:.0%} of five, "
-              "and less than of two)", near < min(DISPERSED, near_of_two)),
+              f"{PASSED} starts, {near_of_two:.0%} of two (ours: less than {DISPERSED:.0%} of "
+              "five, and less than of two)", near < min(DISPERSED, near_of_two)),
         Claim("6.6", "... and the balancer be worse for it",
               f"{found.collide.words()} with five, {found.two.words()} with two that carry as "
               f"much, {PASSED} starts each: by {difference:+.2f} +- {wide:.2f} um",
