@@ -101,6 +101,10 @@ class _Entry:
 
     def __init__(self, function: FunctionType, features: str | None) -> None:
         module = Module(function)
+        if module.source.result and "ptr" in leaves(module.source.result):
+            raise module.source.error(
+                module.source.tree, "an array as a result", "write into one that is an argument"
+            )
         self._code = MachineCode(module.text(), features, effort=1)
         self.run = _ENTRY(self._code.address("entry"))
         source = module.source
@@ -152,8 +156,7 @@ def _made(kind: Kind, flat: Iterator[Any]) -> Any:
     """A result of its leaves."""
     if isinstance(kind, Scalar):
         return next(flat)
-    if isinstance(kind, Array):
-        raise TypeError("an array as a result: write into one that is an argument")
+    assert isinstance(kind, Record)
     values = [_made(field, flat) for field in kind.kinds]
     return kind.cls(*values) if kind.cls else tuple(values)
 
