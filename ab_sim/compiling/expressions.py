@@ -120,7 +120,9 @@ class Expressions(Operations):
         if isinstance(value, Number) and isinstance(kind, Scalar):
             if RANK[value.kind] < RANK[kind]:
                 return self.converted(value, kind)
-            how = f"write {kind}(...)" if kind != BOOL else "write a comparison"
+            how = "write a comparison" if kind == BOOL else f"write {kind}(...)"
+            if kind == INT and value.kind == FLOAT:
+                how += ", or begin with a float, as 0.0, if it is to be one"
             self.fail(node, f"{what} is {kind}, this is {value.kind}", how)
         if isinstance(value, Fields) and isinstance(kind, Record):
             plain = value.kind.cls is None and kind.cls is None
@@ -137,6 +139,8 @@ class Expressions(Operations):
 
     def _constant(self, node: ast.AST, known: Any) -> Value:
         if isinstance(known, bool | int | float):
+            if isinstance(known, int) and not -(2**63) <= known < 2**63:
+                self.fail(node, "a number of more than 64 bits", "keep ints below 2**63")
             return constant(known)
         if isinstance(known, tuple):
             values = tuple(self._constant(node, x) for x in known)
@@ -323,10 +327,8 @@ class Expressions(Operations):
     def _Call(self, node: ast.Call) -> Value | None:
         callee = self.static(node.func)
         callee = getattr(callee, "__wrapped__", callee)
-        if any(isinstance(x, ast.Starred) for x in node.args) or any(
-            keyword.arg is None for keyword in node.keywords
-        ):
-            self.fail(node, "* or ** in a call", "write the arguments one by one")
+        if not all(keyword.arg for keyword in node.keywords):
+            self.fail(node, "** in a call", "write the arguments one by one")
         try:
             intrinsic = self._intrinsics.get(callee)
         except TypeError:
@@ -414,4 +416,5 @@ _INSTEAD: dict[type[ast.AST], str] = {
     ast.Lambda: "write a function",
     ast.JoinedStr: "leave texts to the caller",
     ast.NamedExpr: "assign on a line of its own",
+    ast.Starred: "write the arguments one by one",
 }

@@ -27,8 +27,6 @@ _FOLDED: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
-    ast.LShift: operator.lshift,
-    ast.RShift: operator.rshift,
 }
 _COMPARED = {
     ast.Lt: ("olt", "slt"),
@@ -90,10 +88,9 @@ class Operations(Body):
         a, b = self.alike(a, b)
         both = a.constant is not None and b.constant is not None
         if both and known in _FOLDED and (a.kind == INT or known in _FLOATS):
-            found = constant(_FOLDED[known](a.constant, b.constant))
-            if found.kind == INT and not -(2**63) <= int(found.constant or 0) < 2**63:
-                self.fail(node, "a number of more than 64 bits", "keep ints below 2**63")
-            return found
+            found = _FOLDED[known](a.constant, b.constant)
+            if a.kind == FLOAT or -(2**63) <= found < 2**63:
+                return constant(found)
         if known in (ast.FloorDiv, ast.Mod):
             return self._floor_division(known is ast.Mod, a, b)
         name = (_FLOATS if a.kind == FLOAT else _INTS).get(known)
