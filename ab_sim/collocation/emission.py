@@ -220,9 +220,7 @@ class CollocationEmission:
     ) -> tuple[Function, Body]:
         shape = Shape(self.model.count, self.nodes)
         always = [CONSTANTS, BRANCHES, OWN, NUMBERS, OPEN_NUMBERS, STATE, RESULT]
-        into = Function(
-            name, [CONSTANTS, BRANCHES, *pointers], shape, numbers, [*always, *uniform]
-        )
+        into = Function(name, [CONSTANTS, BRANCHES, *pointers], shape, numbers, [*always, *uniform])
         bound = {each: [into.widened(f"%{each}", self.nodes)] for each in numbers}
         places = {**self.emission.places, **self._scale(), **places}
         return into, Body(into, places, {**self.emission.known, **(known or {})}, bound)
@@ -254,9 +252,7 @@ class CollocationEmission:
         graph = self.model.graph
         inputs = {x.payload: x for x in reached(x for x, _ in self._before) if x.op == "input"}
         by = {inputs[name]: root for name, root in roots.items() if name in inputs}
-        own = lowered(
-            [*roots.values(), *substituted([x for x, _ in self._before], by)]
-        )
+        own = lowered([*roots.values(), *substituted([x for x, _ in self._before], by)])
         count = len(roots)
         places = {**self._tables(), **self._linear(), **self._numbers(), **self._weights()}
         places |= {**self._state(), **dict(self._row_places(OLD, "old"))}
@@ -284,7 +280,9 @@ class CollocationEmission:
         """
         places = {**self._tables(), **self._linear(), **self._weights(), **self._state()}
         places |= dict(self._row_places(FORCES, "f"))
-        places |= {f"bound[{name}]": p._replace(pointer=BOUNDS) for name, p in self._state().items()}
+        places |= {
+            f"bound[{name}]": p._replace(pointer=BOUNDS) for name, p in self._state().items()
+        }
         pointers = [OWN, TABLES, OPEN, WEIGHTS, BOUNDS, STATE, FORCES, STATES]
         roots = self._lowered(self.steps.sample())
         targets = self._lines_of_states()
@@ -381,4 +379,3 @@ def substituted(
         else:
             new[x.number] = rebuilt(x, [new[arg.number] for arg in x.args]) if x.args else x
     return [new[root.number] for root in roots]
-
