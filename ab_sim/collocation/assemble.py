@@ -23,20 +23,20 @@ from ab_sim.collocation.run import (
     ResponseTables,
     size_of_memory,
 )
-from ab_sim.collocation.tables import KEPT, RATIOS
+from ab_sim.collocation.tables import KEPT, RATIOS, doubt_tables
 from ab_sim.dynamics.assemble import own_motion
 from ab_sim.dynamics.own_motion import DAMPINGS, FROM_MODES, STIFFNESSES, TO_MODES
-from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System, ball_drag
+from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System
 from ab_sim.equations.motion import Ball
+from ab_sim.equations.sums import over_effects
 from ab_sim.events.prepared import aligned
 from ab_sim.events.run import REACH, Run
-from ab_sim.kernels.code import Code
-from ab_sim.stepping.fixed_step import ANGLE, DECK
+from ab_sim.kernels.code import Code, code_of
+from ab_sim.spindle.segments import Ramp
 from ab_sim.tracing.machine_code import MachineCode
 
 COORDINATES: dict[str, Coordinates] = {
     "Planar": PlanarCoordinates(),
-    "Tilting": CoordinatesInSpace(),
     "InSpace": CoordinatesInSpace(),
 }
 """By the name of a deck model's class."""
@@ -96,7 +96,7 @@ def collocation_code(code: Code, nodes: int, balls_alike: bool) -> CollocationCo
 def drag_rates(system: System) -> np.ndarray:
     """How fast drag slows down each ball on a deck that does not move [1/s]."""
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
-    drag = np.array([ball_drag(system.effects, ball) for ball in balls])
+    drag = np.array([over_effects(system.effects, "ball_drag", 0.0, ball) for ball in balls])
     return drag * system.balls[:, MOBILITY]
 
 
@@ -180,4 +180,37 @@ def collocation_of(run: Run, system: System, code: CollocationCode, method: Meth
     )
 
 
-assert DECK > ANGLE
+class ByCollocation:
+    """Collocation of a system, along segments of all kinds.
+
+    Args:
+        system: what moves.
+        nodes: N.
+        tolerance, steps: see ``method_of``.
+    """
+
+    def __init__(self, system: System, nodes: int, tolerance: float, steps: float) -> None:
+        self._nodes, self._alike = nodes, have_one_drag_rate(system)
+        self._method = method_of(Setting(nodes), tolerance, steps)
+        # Which kind of segment changes nothing of the memory.
+        kind = code_of(system, Ramp)
+        self._made: list[tuple[Collocation, CollocationCode]] = []
+        self.memory = collocation_code(kind, nodes, self._alike).memory
+
+    def along(self, run: Run, code: Code, system: System) -> Collocation:
+        """What takes steps with a Run."""
+        own = collocation_code(code, self._nodes, self._alike)
+        made = collocation_of(run, system, own, self._method)
+        self._made.append((made, own))
+        return made
+
+    def take(self, system: System) -> None:
+        """Go on with other numbers: of a system of the same kind."""
+        for made, own in self._made:
+            made.linear[:] = linear_part(system, own.emission)
+            doubt_tables(made)
+
+
+def have_one_drag_rate(system: System) -> bool:
+    """Whether drag slows down all balls alike."""
+    return len(set(drag_rates(system).tolist())) <= 1

@@ -110,7 +110,8 @@ class CollocationEmission:
     @property
     def tables(self) -> int:
         """How many tables there are up to the same instants, but for that of what is only
-        integrated, which is the last."""
+        integrated, which is the last.
+        """
         return self._table_of()[self.formulas.integral.name][1]
 
     def _tables(self) -> dict[str, Place]:
@@ -317,7 +318,8 @@ class CollocationEmission:
 
     def begin(self) -> Function:
         """``begin(c, b, own, y, f, time)``: f as it is at one instant, R numbers, and behind them
-        the spindle's speed [rad/s]."""
+        the spindle's speed [rad/s].
+        """
         model = self.model
         at = model.motion()
         found = model.evaluated(at)
