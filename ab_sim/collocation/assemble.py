@@ -80,14 +80,14 @@ class CollocationCode:
         return 1, size_of_memory(own.nodes, own.rows, own.states)
 
 
-_codes: dict[tuple[int, int, bool], CollocationCode] = {}
+_codes: dict[tuple[Code, int, bool], CollocationCode] = {}
 _lock = threading.Lock()
 
 
 def collocation_code(code: Code, nodes: int, balls_alike: bool) -> CollocationCode:
     """Collocation's code for a kind of scene: the same object each time."""
     with _lock:
-        key = id(code), nodes, balls_alike
+        key = code, nodes, balls_alike
         if key not in _codes:
             _codes[key] = CollocationCode(code, nodes, balls_alike)
         return _codes[key]
