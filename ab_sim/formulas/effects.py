@@ -96,7 +96,7 @@ def _field_symbols(effect: type[Any], taken: set[str]) -> dict[str, str]:
 
 
 def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
-    """An input for each number; counts and choices, which decide what is computed, as by default."""
+    """An input for each number; counts and choices, which decide what is done, as by default."""
     values = []
     for field, about in effect_parameters(effect).items():
         if about.get("type") == "number":
@@ -109,13 +109,14 @@ def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
 def _unknown(effect: type[Any], name: str) -> Method:
     """A method that somebody else has added: its arguments by their names."""
     names = list(inspect.signature(getattr(effect, name)).parameters)[1:]
-    bodies = {"deck": Deck, "ball": Ball}
+    bodies: dict[str, Any] = {"deck": Deck, "ball": Ball}
 
     def arguments(x: Symbols) -> list[Any]:
         return [
-            bodies[each](*(x(field) for field in bodies[each]._fields)) if each in bodies else x(each)
+            bodies[each](*(x(field) for field in bodies[each]._fields))
+            if each in bodies
+            else x(each)
             for each in names
         ]
 
     return Method("", arguments, lambda x: [])
-

@@ -1,7 +1,7 @@
 """A traced formula as lines that a reader recognises."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from ab_sim.formulas.symbols import in_latex, symbol_of_local
@@ -40,6 +40,8 @@ def lines_of(
     equations: Sequence[Equation],
     locals_: Iterable[Named],
     known: Mapping[str, str] | None = None,
+    explained: Collection[str] = (),
+    *,
     always: bool = False,
 ) -> Lines:
     """Equations in print, with as few named quantities as keep lines short.
@@ -48,6 +50,7 @@ def lines_of(
         equations: in order.
         locals_: intermediate quantities that can be named.
         known: symbols of some, by their names in the source.
+        explained: symbols that need no line.
         always: name all, however short a line is without: for a system of equations.
     """
     symbols = _symbols(equations, locals_, dict(known or {}))
@@ -64,7 +67,7 @@ def lines_of(
     nodes = {n: node for node in _nodes(equations) if (n := node.number) in used}
     return Lines(
         [_line(equation.left, equation.right, used) for equation in equations],
-        [_line(None, nodes[n], used) for n in used],
+        [_line(None, nodes[n], used) for n in used if used[n] not in explained],
     )
 
 
@@ -76,8 +79,10 @@ def _symbols(
     whole = {equation.right.number for equation in equations}
     found: dict[int, str] = {}
     for name, node in locals_:
+        if node.number in found:
+            continue
         symbol = symbol_of_local(name, known)
-        if symbol not in taken and (node.number not in whole or name in known):
+        if name in known or (symbol not in taken and node.number not in whole):
             found[node.number] = symbol
             taken.add(symbol)
     return found

@@ -30,12 +30,12 @@ class Symbols:
         self.graph = graph
         self.used: set[str] = set()
 
-    def __call__(self, symbol: str) -> Expression:
-        """What has one value."""
+    def __call__(self, symbol: str) -> Any:
+        """What has one value: an expression, where formulas have a number."""
         self.used.add(symbol)
         return self.graph.input(symbol, Level.STATE)
 
-    def each(self, symbol: str) -> Expression:
+    def each(self, symbol: str) -> Any:
         """What each ball has."""
         self.used.add(symbol)
         return self.graph.input(symbol, Level.STATE, each=True)

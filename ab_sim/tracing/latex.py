@@ -70,6 +70,8 @@ def _parts(text: str, known: Mapping[str, str]) -> tuple[str, str, str]:
 class Latex(Notation):
     """LaTeX's."""
 
+    minus_leads = False
+
     def number(self, value: float) -> Written:
         """A number that is not negative, and no short fraction."""
         text = f"{value:.12g}"

@@ -32,18 +32,18 @@ def with_local_names(formula: Callable[..., T], *arguments: Any) -> tuple[T, lis
         *arguments: expressions, or nested tuples of them.
 
     Returns:
-        Its result, and each node that a local variable stood for when its function returned, in the
-        order in which nodes were made: inputs and constants left out, the name given first where
-        there are several, one node alone of a name.
+        Its result, and each node that a local variable stood for when its function returned, or
+        that a field of a named tuple was made of, in the order in which nodes were made. Inputs and
+        constants are left out, and of several nodes of one name all but the first.
     """
-    found: dict[int, Named] = {}
+    found: dict[str, Named] = {}
 
     def look(frame: FrameType, event: str, _: Any) -> None:
         if event != "return" or frame.f_globals.get("__name__", "").startswith(_OWN):
             return
         for name, value in frame.f_locals.items():
             if isinstance(value, Expression) and value.op not in ("input", "const"):
-                found.setdefault(value.number, Named(name, value))
+                found.setdefault(name, Named(name, value))
 
     before = sys.getprofile()
     sys.setprofile(look)
@@ -51,7 +51,4 @@ def with_local_names(formula: Callable[..., T], *arguments: Any) -> tuple[T, lis
         result = formula(*arguments)
     finally:
         sys.setprofile(before)
-    once: dict[str, Named] = {}
-    for one in found.values():
-        once.setdefault(one.name, one)
-    return result, sorted(once.values(), key=lambda one: one.node.number)
+    return result, sorted(found.values(), key=lambda one: one.node.number)

@@ -22,6 +22,8 @@ def plain_text(
 class PlainText(Notation):
     """Plain text's."""
 
+    minus_leads = True
+
     def number(self, value: float) -> Written:
         """A number that is not negative, and no short fraction."""
         return Written(f"{value:.12g}", Holds.ATOM)

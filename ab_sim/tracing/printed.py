@@ -36,6 +36,9 @@ class Written(NamedTuple):
 class Notation(ABC):
     """How things look."""
 
+    minus_leads: bool
+    """Whether a quotient's sign stands before it, or in what is above."""
+
     @abstractmethod
     def number(self, value: float) -> Written:
         """A number that is not negative, and no short fraction."""
@@ -147,6 +150,13 @@ class Printer:
             return [(x.payload < 0, self._number(abs(x.payload)))]
         if x.op == "mul":
             return [self._product([x], index)]
+        if x.op == "total":
+            return [self._total(x.args[0], index)]
+        if x.op == "div" and self._notation.minus_leads:
+            above = self._part(x.args[0], index)
+            if len(above) == 1:
+                below = self._written(x.args[1], index)
+                return [(above[0][0], self._notation.quotient(above[0][1], below))]
         return [(False, self._other(x, index))]
 
     def _part(self, x: Expression, index: str) -> list[tuple[bool, Written]]:
@@ -161,6 +171,12 @@ class Printer:
         if len(terms) == 1:
             return [(not terms[0][0], terms[0][1])]
         return [(True, self._written(x, index))]
+
+    def _total(self, x: Expression, index: str) -> tuple[bool, Written]:
+        """The sum over the balls of one term, whose sign goes before it, or of several."""
+        terms = self._part(x, index)
+        minus, term = terms[0] if len(terms) == 1 else (False, self._written(x, index))
+        return minus, self._notation.total(self._notation.tight(term, Holds.OPEN), index)
 
     def _product(self, parts: Sequence[Expression], index: str) -> tuple[bool, Written]:
         """A product as (whether it is negative, the rest)."""
@@ -234,6 +250,4 @@ class Printer:
             return notation.choice(own[0].text, own[1], own[2])
         if x.op in ("lt", "le"):
             return Written(notation.comparison(x.op, own[0].text, own[1].text), Holds.CHOICE)
-        if x.op == "total":
-            return notation.total(notation.tight(own[0], Holds.OPEN), index)
         return notation.function(x.op if x.op != "lane" else f"lane_{x.payload}", own[0])
