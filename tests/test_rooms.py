@@ -27,6 +27,7 @@ ORDER = (
     ("batch", "analysis", "recording", "viewing"),
     ("bags",),
     ("studies",),
+    ("formulas",),
     ("figures",),
     ("reports",),
     ("papers",),
