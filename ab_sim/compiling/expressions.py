@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from ab_sim.compiling import elementary
 from ab_sim.compiling.body import ELEMENT, Fields, Number, Stored, Value, View, constant
 from ab_sim.compiling.kinds import Array
-from ab_sim.compiling.operations import RANK, Operations
+from ab_sim.compiling.operations import COMPARED, RANK, Operations
 from ab_sim.compiling.source import (
     BOOL,
     FLOAT,
@@ -259,12 +259,15 @@ class Expressions(Operations):
         return Number(x.kind, self.put(text))
 
     def _Compare(self, node: ast.Compare) -> Value:
+        for op in node.ops:
+            if type(op) not in COMPARED:
+                self.fail(node, f"'{ast.unparse(node)}'", "write ==, and 'or' between several")
         last = [self.number(node.left)]
 
         def step(op: ast.cmpop, right: ast.AST) -> Number:
             a, b = last[0], self.number(right)
             last[0] = b
-            return self.compare(node, op, a, b)
+            return self.compared(op, a, b)
 
         pairs = list(zip(node.ops, node.comparators, strict=True))
         return self._one_by_one([functools.partial(step, *pair) for pair in pairs], True)
@@ -327,8 +330,9 @@ class Expressions(Operations):
     def _Call(self, node: ast.Call) -> Value | None:
         callee = self.static(node.func)
         callee = getattr(callee, "__wrapped__", callee)
-        if not all(keyword.arg for keyword in node.keywords):
-            self.fail(node, "** in a call", "write the arguments one by one")
+        starred = any(isinstance(x, ast.Starred) for x in node.args)
+        if starred or not all(keyword.arg for keyword in node.keywords):
+            self.fail(node, "* or ** in a call", "write the arguments one by one")
         try:
             intrinsic = self._intrinsics.get(callee)
         except TypeError:
@@ -416,5 +420,4 @@ _INSTEAD: dict[type[ast.AST], str] = {
     ast.Lambda: "write a function",
     ast.JoinedStr: "leave texts to the caller",
     ast.NamedExpr: "assign on a line of its own",
-    ast.Starred: "write the arguments one by one",
 }

@@ -28,7 +28,7 @@ _FOLDED: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
 }
-_COMPARED = {
+COMPARED = {
     ast.Lt: ("olt", "slt"),
     ast.LtE: ("ole", "sle"),
     ast.Gt: ("ogt", "sgt"),
@@ -126,11 +126,9 @@ class Operations(Body):
 
         return multiplied(int(power.constant))
 
-    def compare(self, node: ast.AST, op: ast.cmpop, a: Number, b: Number) -> Number:
+    def compared(self, op: ast.cmpop, a: Number, b: Number) -> Number:
         """Two numbers; with a NaN only != is true, as in Python."""
-        if type(op) not in _COMPARED:
-            self.fail(node, f"{type(op).__name__}", "write ==, and 'or' between several")
         a, b = self.alike(a, b)
-        of_floats, of_ints = _COMPARED[type(op)]
+        of_floats, of_ints = COMPARED[type(op)]
         how = f"fcmp {of_floats}" if a.kind == FLOAT else f"icmp {of_ints}"
         return Number(BOOL, self.put(f"{how} {a.kind.llvm} {a.code}, {b.code}"))
