@@ -204,11 +204,17 @@ class ByCollocation:
         self._made.append((made, own))
         return made
 
-    def take(self, system: System) -> None:
-        """Go on with other numbers: of a system of the same kind."""
+    def take(self, system: System) -> bool:
+        """Go on with other numbers, of a system of the same kind; False if that cannot be.
+
+        Code for balls that drag slows down alike is of no use for others, and vice versa.
+        """
+        if have_one_drag_rate(system) != self._alike:
+            return False
         for made, own in self._made:
             made.linear[:] = linear_part(system, own.emission)
             doubt_tables(made)
+        return True
 
 
 def have_one_drag_rate(system: System) -> bool:

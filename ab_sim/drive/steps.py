@@ -72,8 +72,10 @@ class Steps:
         numbers = numbers_of(system)
         for run, _ in self._made.values():
             run.scene.c[: len(numbers)] = numbers
-        if self._by_collocation is not None:
-            self._by_collocation.take(system)
+        own, weights = self._by_collocation, self._stepper.weights
+        if own is not None and not own.take(system):
+            self._by_collocation = ByCollocation(system, NODES, *weights)
+            self._made.clear()
 
     def _memory(self, states: int) -> tuple[int, int]:
         """Shape of what the stepper carries from step to step."""
