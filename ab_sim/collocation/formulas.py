@@ -26,7 +26,7 @@ CHAINS = 4
 """Sums of a product's terms that are made side by side: each term waits for the one before."""
 TINY = 1e-300
 """What is added to what may be 0, and is divided by."""
-SMALL = 1.0 / 256.0
+SMALL = 1.0 / 16.0
 """Angle [rad] up to which ``turned`` is right to rounding."""
 
 Roots = dict[str, Expression]
@@ -331,7 +331,8 @@ def product(
 def turned(c: Number, s: Number, d: Number) -> tuple[Number, Number]:
     """(cos(x + d), sin(x + d)) from those of x, for abs(d) up to ``SMALL``."""
     dd = d * d
-    a = dd * (dd * (1.0 / 24.0) - 0.5)
-    b = d * (dd * (dd * (1.0 / 120.0) - 1.0 / 6.0) + 1.0)
+    dddd = dd * dd
+    a = dd * (dddd * (dd * (1.0 / 40320.0) - 1.0 / 720.0) + (dd * (1.0 / 24.0) - 0.5))
+    b = d * (dddd * (dd * (-1.0 / 5040.0) + 1.0 / 120.0) + (dd * (-1.0 / 6.0) + 1.0))
     return c + (c * a - s * b), s + (s * a + c * b)
 
