@@ -31,7 +31,6 @@ from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System, ball_drag
 from ab_sim.events.run import REACH, Run
 from ab_sim.kernels.code import Code
 from ab_sim.stepping.assemble import aligned
-from ab_sim.stepping.fixed_step import ANGLE, DECK
 from ab_sim.tracing.machine_code import MachineCode
 
 COORDINATES: dict[str, Coordinates] = {
@@ -67,10 +66,10 @@ class CollocationCode:
         self.emission = CollocationEmission(code.emission, coordinates, nodes, balls_alike)
         self._code = MachineCode(self.emission.text())
         address = self._code.address
+        names = [name for name in Functions._fields if name != "evaluate"]
         self.functions = Functions(
-            *(address(name) for name in ("start", "iterate", "iterate_near", "judge", "keep")),
-            *(address(name) for name in ("sample", "begin", "rows")),
-            address("evaluate") if code.model.has_events else 0,
+            **{name: address(name) for name in names},
+            evaluate=address("evaluate") if code.model.has_events else 0,
         )
 
     @property
@@ -132,9 +131,7 @@ def method_of(setting: Setting, tolerance: float, steps: float) -> Method:
     return Method(own, lines, bounds, tolerance, steps, reach_of(tolerance))
 
 
-def collocation_of(
-    run: Run, system: System, code: CollocationCode, method: Method
-) -> Collocation:
+def collocation_of(run: Run, system: System, code: CollocationCode, method: Method) -> Collocation:
     """A Collocation.
 
     Args:
@@ -180,6 +177,3 @@ def collocation_of(
         sides=emission.tables,
         rows=emission.rows,
     )
-
-
-assert DECK > ANGLE

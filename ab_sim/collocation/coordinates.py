@@ -185,4 +185,3 @@ def out_of_modes(own: Modes | None, x: Vector) -> tuple[list[Number], list[Numbe
 def _row(line: Vector, six: Vector) -> Number:
     one = line[0] * six[0] + line[1] * six[1] + line[2] * six[2]
     return one + (line[3] * six[3] + line[4] * six[4] + line[5] * six[5])
-

@@ -109,8 +109,10 @@ class CollocationEmission:
 
     @property
     def tables(self) -> int:
-        """How many tables there are up to the same instants, but for that of what is only
-        integrated, which is the last."""
+        """How many tables there are up to the same instants, but for the last one.
+
+        That is of what is only integrated.
+        """
         return self._table_of()[self.formulas.integral.name][1]
 
     def _tables(self) -> dict[str, Place]:
@@ -186,7 +188,7 @@ class CollocationEmission:
         found: dict[int, Place] = {}
         elsewhere = {**self.emission.places, **self._tables(), **self._modes(), **self._scale()}
         self._before: list[tuple[Expression, Place]] = []
-        for near, roots in self._iterate.items():
+        for roots in self._iterate.values():
             for name, root in roots.items():
                 if not name.startswith("result"):
                     self._line(name, root.each)
@@ -220,9 +222,7 @@ class CollocationEmission:
     ) -> tuple[Function, Body]:
         shape = Shape(self.model.count, self.nodes)
         always = [CONSTANTS, BRANCHES, OWN, NUMBERS, OPEN_NUMBERS, STATE, RESULT]
-        into = Function(
-            name, [CONSTANTS, BRANCHES, *pointers], shape, numbers, [*always, *uniform]
-        )
+        into = Function(name, [CONSTANTS, BRANCHES, *pointers], shape, numbers, [*always, *uniform])
         bound = {each: [into.widened(f"%{each}", self.nodes)] for each in numbers}
         places = {**self.emission.places, **self._scale(), **places}
         return into, Body(into, places, {**self.emission.known, **(known or {})}, bound)
@@ -246,17 +246,12 @@ class CollocationEmission:
                 body.store(x, self._own[name])
 
     def start(self) -> Function:
-        """``start(c, b, own, numbers, spindle_numbers, tables, spindle, weights, carry, y, old, work)``
-
-        with the doubles begin, length [s] and moved [rad].
-        """
+        """``start(c, b, own, ..., begin, length, moved)``: see ``ab_sim.collocation``."""
         roots = self.steps.start()
         graph = self.model.graph
         inputs = {x.payload: x for x in reached(x for x, _ in self._before) if x.op == "input"}
         by = {inputs[name]: root for name, root in roots.items() if name in inputs}
-        own = lowered(
-            [*roots.values(), *substituted([x for x, _ in self._before], by)]
-        )
+        own = lowered([*roots.values(), *substituted([x for x, _ in self._before], by)])
         count = len(roots)
         places = {**self._tables(), **self._linear(), **self._numbers(), **self._weights()}
         places |= {**self._state(), **dict(self._row_places(OLD, "old"))}
@@ -284,7 +279,8 @@ class CollocationEmission:
         """
         places = {**self._tables(), **self._linear(), **self._weights(), **self._state()}
         places |= dict(self._row_places(FORCES, "f"))
-        places |= {f"bound[{name}]": p._replace(pointer=BOUNDS) for name, p in self._state().items()}
+        for name, place in self._state().items():
+            places[f"bound[{name}]"] = place._replace(pointer=BOUNDS)
         pointers = [OWN, TABLES, OPEN, WEIGHTS, BOUNDS, STATE, FORCES, STATES]
         roots = self._lowered(self.steps.sample())
         targets = self._lines_of_states()
@@ -318,8 +314,7 @@ class CollocationEmission:
         return own + 3 * model.has_motor + 2 * model.has_energy_balance
 
     def begin(self) -> Function:
-        """``begin(c, b, own, y, f, time)``: f as it is at one instant, R numbers, and behind them
-        the spindle's speed [rad/s]."""
+        """``begin(c, b, own, y, f, time)``: f at one instant, and the spindle's speed."""
         model = self.model
         at = model.motion()
         found = model.evaluated(at)
@@ -341,7 +336,7 @@ class CollocationEmission:
         return into
 
     def evaluate(self) -> Function:
-        """``evaluate(c, b, t, states, k, x, motor, table)``: in lanes, see ``Emission.evaluate``."""
+        """``evaluate(c, b, t, states, k, x, motor, table)``: ``Emission.evaluate`` in lanes."""
         pointers = ["k", "x", "motor", "table"]
         into, body = self._of_states("evaluate", pointers, ("time",))
         emission, n = self.emission, self.model.count
@@ -381,4 +376,3 @@ def substituted(
         else:
             new[x.number] = rebuilt(x, [new[arg.number] for arg in x.args]) if x.args else x
     return [new[root.number] for root in roots]
-

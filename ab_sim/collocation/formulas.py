@@ -1,10 +1,10 @@
 """What collocation computes at the nodes of a step, as expressions: one lane for each node.
 
-Equations of second order are x'' + c x' + k x = f: of the deck's coordinates first (``coordinates``),
-then of the balls, and of a motor's spindle. Unknown is f at the nodes. What it makes of x and v is
-linear, and as exact as the tables of responses; how accelerations follow from x and v, the model
-says. An iteration goes round once: the deck gives way to the balls' accelerations as they were, and
-each ball follows the deck: no elimination, no division, and a change shrinks by 1/70 or so.
+Equations of second order are x'' + c x' + k x = f: of the deck's coordinates first, then of the
+balls, and of a motor's spindle. Unknown is f at the nodes. What it makes of x and v is linear, and
+as exact as the tables of responses; how accelerations follow from x and v, the model says. An
+iteration goes round once: the deck gives way to the balls' accelerations as they were, and each
+ball follows the deck: no elimination, no division, and a change shrinks by 1/70 or so.
 """
 
 from collections.abc import Sequence
@@ -71,10 +71,9 @@ class Formulas:
         self.integral = self._equation("integral", False)
         """What is only integrated: v is the integral of f."""
         self.own = self._modes()
-        self.hangs_freely = (
-            not (model.has_motor or model.has_energy_balance)
-            and coordinates.only_own_motion(model.effects)
-        )
+        self.hangs_freely = not (
+            model.has_motor or model.has_energy_balance
+        ) and coordinates.only_own_motion(model.effects)
         """Whether c v + k x is all that is to be known of the deck: a motor's spindle is solved for
         together with it, and an energy balance asks for all states."""
 
@@ -111,9 +110,7 @@ class Formulas:
 
         def matrix(name: str) -> list[list[Expression]]:
             make = self.model.graph.input
-            return [
-                [make(f"{name}[{r},{q}]", Level.PARAMETER) for q in range(7)] for r in range(7)
-            ]
+            return [[make(f"{name}[{r},{q}]", Level.PARAMETER) for q in range(7)] for r in range(7)]
 
         return Modes(matrix("from_modes"), matrix("to_modes"))
 
@@ -335,4 +332,3 @@ def turned(c: Number, s: Number, d: Number) -> tuple[Number, Number]:
     a = dd * (dddd * (dd * (1.0 / 40320.0) - 1.0 / 720.0) + (dd * (1.0 / 24.0) - 0.5))
     b = d * (dddd * (dd * (-1.0 / 5040.0) + 1.0 / 120.0) + (dd * (-1.0 / 6.0) + 1.0))
     return c + (c * a - s * b), s + (s * a + c * b)
-

@@ -118,9 +118,7 @@ def _chain(number: int, group: int, count: int) -> tuple[list[float], list[int],
     """Stops of a group of samples, the columns that they fill, and whether it goes on."""
     here = min(number - group, count)
     between = max(count // (number if group == 0 else count), 1)
-    places = [
-        (group + j + (k + 1) / between) / number for j in range(here) for k in range(between)
-    ]
+    places = [(group + j + (k + 1) / between) / number for j in range(here) for k in range(between)]
     filled = [j if k == between - 1 else -1 for j in range(here) for k in range(between)]
     return places, filled, int(group > 0)
 

@@ -90,9 +90,7 @@ def fill(
     numbers[BEYOND] = most
 
 
-def begin_chain(
-    nodes: Nodes, chosen: int, before: Table, now: Table, impulse_now: Floats
-) -> float:
+def begin_chain(nodes: Nodes, chosen: int, before: Table, now: Table, impulse_now: Floats) -> float:
     """What a chain begins with; returns where."""
     count = nodes.at.size
     if nodes.begins[chosen] == 0:

@@ -114,24 +114,24 @@ def first_set(own: Collocation, samples: int) -> int:
     return 1
 
 
-def serves(
-    numbers: Floats, length: float, samples: int, damping: float, stiffness: float
-) -> bool:
+def serves(numbers: Floats, length: float, samples: int, damping: float, stiffness: float) -> bool:
     """Whether a table with these numbers is the one for such a step."""
     same = numbers[LENGTH] == length and abs(numbers[COUNT]) == samples
     return same and numbers[DAMPING] == damping and numbers[STIFFNESS] == stiffness
 
 
 def spindle_table(own: Collocation, first: int) -> int:
-    """The table of a motor's spindle, of those from one on: its acceleration is only integrated
-    while the motor is at its limit. Any without a motor."""
+    """The table of a motor's spindle, of those from one on; any without a motor.
+
+    While the motor is at its limit, the spindle's acceleration is only integrated.
+    """
     if not own.run.balls.has_motor:
         return first
     return first + own.sides if is_limited(own) else first + own.sides - 1
 
 
 def carrying(own: Collocation, ratio: float) -> int:
-    """The first line of the matrix that carries polynomials on into a step so many times as long."""
+    """First line of the matrix that carries polynomials on into a step so many times as long."""
     head, ratios = own.tables.head, own.tables.ratios
     count, at = own.method.nodes.at.size, int(head[LATEST_RATIO])
     if ratios[at] == ratio:
