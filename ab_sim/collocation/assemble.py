@@ -67,10 +67,10 @@ class CollocationCode:
         self.emission = CollocationEmission(code.emission, coordinates, nodes, balls_alike)
         self._code = MachineCode(self.emission.text())
         address = self._code.address
+        names = [name for name in Functions._fields if name != "evaluate"]
         self.functions = Functions(
-            *(address(name) for name in ("start", "iterate", "iterate_near", "judge", "keep")),
-            *(address(name) for name in ("sample", "begin", "rows")),
-            address("evaluate") if code.model.has_events else 0,
+            **{name: address(name) for name in names},
+            evaluate=address("evaluate") if code.model.has_events else 0,
         )
 
     @property
