@@ -20,7 +20,6 @@ collocation.
     step_formulas     a step's start, its error, states in it: formulas
     emission          these as machine code, a lane for each node
     assemble          from a system and its code to a ``run.Collocation``
-    stepper           the method by name, with its parameters
 
 From ``nodes`` to ``drive``, but for what is said to be for Python, all is in the subset that
 ``ab_sim.compiling`` translates; it depends on no scene, and takes any number of balls and nodes.

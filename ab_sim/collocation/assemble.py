@@ -185,13 +185,21 @@ class ByCollocation:
 
     Args:
         system: what moves.
-        nodes: N.
+        nodes, samples, powers: see ``Setting``.
         tolerance, steps: see ``method_of``.
     """
 
-    def __init__(self, system: System, nodes: int, tolerance: float, steps: float) -> None:
+    def __init__(
+        self,
+        system: System,
+        nodes: int,
+        samples: tuple[int, ...],
+        powers: int,
+        tolerance: float,
+        steps: float,
+    ) -> None:
         self._nodes, self._alike = nodes, have_one_drag_rate(system)
-        self._method = method_of(Setting(nodes), tolerance, steps)
+        self._method = method_of(Setting(nodes, samples, powers), tolerance, steps)
         # Which kind of segment changes nothing of the memory.
         kind = code_of(system, Ramp)
         self._made: list[tuple[Collocation, CollocationCode]] = []
