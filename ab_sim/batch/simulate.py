@@ -196,6 +196,7 @@ def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
     first = lanes[0]
     code, layout, n = code_of(first.system, kind), layout_of(first.system), len(first.system.balls)
     step, size, numbers = first.scene.solver.step, layout.size, len(first.channels) - 2
+    tableau = first.stepper.weights
     modes = [start_modes(lane.scene, lane.system) for lane in lanes]
     sound = np.zeros((2, LANES))
     sound[0] = 1.0
@@ -203,7 +204,7 @@ def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
     return Runs(
         prepare=code.address("prepare", LANES),
         slope=code.address("slope", LANES),
-        step=code.step(*first.stepper.weights, LANES),
+        step=code.step(tableau.a, tableau.b, tableau.c, LANES),
         finish=code.address("finish", LANES),
         c=stacked([code.constants(lane.system) for lane in lanes]),
         b=np.zeros(code.branches()),
