@@ -195,7 +195,8 @@ def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
     """What eight runs of a likeness work with, at their start."""
     first = lanes[0]
     code, layout, n = code_of(first.system, kind), layout_of(first.system), len(first.system.balls)
-    step, size, numbers = first.scene.solver.step, layout.size, len(first.channels) - 2
+    step, size = first.scene.solver.step, layout.size
+    column = len(code.emission.roots["sample"])
     tableau = first.stepper.weights
     modes = [start_modes(lane.scene, lane.system) for lane in lanes]
     sound = np.zeros((2, LANES))
@@ -211,7 +212,7 @@ def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
         place=code.layout.place,
         first_angle=layout.angles.start,
         balls=n,
-        ball_column=numbers - 2 * n,
+        ball_column=column,
         step_length=step,
         every=every,
         bounds=stacked([state_bounds(lane.system, step) for lane in lanes]),
@@ -220,6 +221,6 @@ def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
         sound=sound,
         slopes=room,
         trial=room.copy(),
-        row=np.zeros((numbers, LANES)),
+        row=np.zeros((column + 2 * n, LANES)),
         times=np.zeros((2, LANES)),
     )
