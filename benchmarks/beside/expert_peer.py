@@ -26,11 +26,10 @@ from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
 from beside.case import SAMPLING, VARIATIONS, BatchCase, Case, equal_balls
 from beside.turns import AbsentError, Family, Maker, timed
-from beside.width import is_limited
+from beside.width import for_compilers, lanes
 
 FOLDER = Path(__file__).parents[1] / "expert"
-FLAGS = ("-std=c++17", "-O3", "-march=native")
-LIMITED = ("-mno-avx512f",)
+FLAGS = ("-std=c++17", "-O3")
 FAST = ("-ffast-math",)
 ORDERS = (6, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18)
 TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(6, 29))
@@ -41,7 +40,7 @@ INSTALL = "apt install g++"
 CALLED = (
     "the same equations in C++ with GCC's vectors, written by hand for this drive in the variables "
     "(momenta) in which Taylor's method has the fewest products, built with "
-    f"`{' '.join(FLAGS)}`, with and without `-ffast-math`; a whole run is one call. Taylor's "
+    f"`{' '.join(FLAGS)} -march=native`, with and without `-ffast-math`; a whole run is one call. Taylor's "
     "method at fixed orders with steps by tolerance, output from the series; the Runge-Kutta "
     "method of order 8, with steps that end at the outputs. Batches: runs in the lanes, all with "
     "the steps of the one that needs the shortest"
@@ -68,11 +67,6 @@ class Build(NamedTuple):
     flags: tuple[str, ...]
 
 
-def lanes() -> int:
-    """Doubles in a vector."""
-    return 4 if is_limited() else 8
-
-
 def compiler() -> str:
     """And its version.
 
@@ -89,7 +83,7 @@ def compiler() -> str:
 def versions() -> dict[str, str]:
     """Of the compiler, with its options; empty without one."""
     try:
-        return {"C++ compiler": " ".join([compiler(), *FLAGS, *(LIMITED if is_limited() else ())])}
+        return {"C++ compiler": " ".join([compiler(), *FLAGS, *for_compilers()])}
     except AbsentError:
         return {}
 
@@ -111,7 +105,7 @@ def library(build: Build) -> ctypes.CDLL:
             "WIDTH": lanes(),
             "ORDERS": " ".join(f"ORDER({order})" for order in ORDERS),
         }
-        options = [*FLAGS, *(LIMITED if is_limited() else ()), *build.flags, f"-I{folder}"]
+        options = [*FLAGS, *for_compilers(), *build.flags, f"-I{folder}"]
         options += [f"-D{name}={value}" for name, value in defined.items()]
         sources = [str(FOLDER / "taylor.cpp"), str(FOLDER / "rk8.cpp")]
         command = ["c++", *options, "-shared", "-fPIC", *sources, "-o", str(built)]
