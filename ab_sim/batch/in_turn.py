@@ -12,7 +12,7 @@ from ab_sim.drive import Drive
 from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import start_modes, start_state
 from ab_sim.errors import DivergedError
-from ab_sim.stepping.of_system import Steps
+from ab_sim.drive.steps import Steps
 
 _AT_ONCE = 10_000
 """Steps whose samples are in memory at a time where they are thinned."""

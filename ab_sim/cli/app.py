@@ -136,8 +136,23 @@ def scenes(
 @app.command()
 def effects(
     name: Annotated[str | None, typer.Argument(help="Print this effect only.")] = None,
+    equation: Annotated[
+        bool,
+        typer.Option(
+            "--equation", help="Print all formulas, made from the code: as text, then as LaTeX."
+        ),
+    ] = False,
 ) -> None:
-    """List the effects that a scene can name: meaning, equation, source, parameters."""
+    """List the effects that a scene can name: meaning, equation, source, parameters.
+
+    `ab-sim effects suspension --equation` prints what its code computes: f_1 = -c v_1 - k u_1,
+    the energy and the loss; symbols as in docs/equations.md.
+    """
+    if equation:
+        from ab_sim.cli.formulas import print_formulas
+
+        print_formulas(name)
+        return
     from ab_sim.cli.tables import print_effects
 
     print_effects(name)

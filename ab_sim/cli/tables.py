@@ -7,15 +7,16 @@ from rich.table import Table
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.rest import rest_of
+from ab_sim.cli.formulas import chosen_effects
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.progress import progress_bar
 from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_at_start
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import System
-from ab_sim.errors import InputError, SceneError, nearest
+from ab_sim.errors import SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, find_scene, load_scene
-from ab_sim.scene.registry import effect_classes, effect_parameters
+from ab_sim.scene.registry import effect_parameters
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 
 # Scenes hold other people's text, and units stand in brackets: nothing here is markup.
@@ -28,12 +29,7 @@ def print_effects(only: str | None = None) -> None:
     Raises:
         InputError: there is none of that name; names the known ones and the nearest.
     """
-    known = effect_classes()
-    if only is not None and only not in known:
-        raise InputError(
-            f"{only!r}: no such effect{nearest(only, known)}; known are: {', '.join(known)}"
-        )
-    for name, effect in known.items() if only is None else [(only, known[only])]:
+    for name, effect in chosen_effects(only).items():
         table = _described(name, effect, effect_parameters(effect))
         if effect.uses_ball_radius:
             table.add_row("also uses", "balls.radius")

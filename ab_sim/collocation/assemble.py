@@ -15,6 +15,7 @@ from ab_sim.collocation.run import (
     NODE,
     RESULTS,
     SHARE,
+    STRIDE,
     Buffers,
     Collocation,
     Functions,
@@ -22,20 +23,20 @@ from ab_sim.collocation.run import (
     ResponseTables,
     size_of_memory,
 )
-from ab_sim.collocation.tables import KEPT
+from ab_sim.collocation.tables import KEPT, RATIOS, doubt_tables
 from ab_sim.dynamics.assemble import own_motion
 from ab_sim.dynamics.own_motion import DAMPINGS, FROM_MODES, STIFFNESSES, TO_MODES
-from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System, ball_drag
+from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System
 from ab_sim.equations.motion import Ball
+from ab_sim.equations.sums import over_effects
 from ab_sim.events.prepared import aligned
 from ab_sim.events.run import REACH, Run
-from ab_sim.kernels.code import Code
-from ab_sim.stepping.fixed_step import ANGLE, DECK
+from ab_sim.kernels.code import Code, code_of
+from ab_sim.spindle.segments import Ramp
 from ab_sim.tracing.machine_code import MachineCode
 
 COORDINATES: dict[str, Coordinates] = {
     "Planar": PlanarCoordinates(),
-    "Tilting": CoordinatesInSpace(),
     "InSpace": CoordinatesInSpace(),
 }
 """By the name of a deck model's class."""
@@ -58,17 +59,17 @@ class CollocationCode:
     Args:
         code: of the scene's equations.
         nodes: N.
+        balls_alike: whether drag slows down all balls alike: see ``drag_rates``.
     """
 
-    def __init__(self, code: Code, nodes: int) -> None:
+    def __init__(self, code: Code, nodes: int, balls_alike: bool) -> None:
         coordinates = COORDINATES[type(code.model.deck).__name__]
-        self.coordinates = coordinates.count
-        self.emission = CollocationEmission(code.emission, coordinates, nodes)
+        self.emission = CollocationEmission(code.emission, coordinates, nodes, balls_alike)
         self._code = MachineCode(self.emission.text())
         address = self._code.address
         self.functions = Functions(
-            *(address(name) for name in ("start", "iterate", "iterate_near", "judge", "sample")),
-            *(address("begin"), address("rows")),
+            *(address(name) for name in ("start", "iterate", "iterate_near", "judge", "keep")),
+            *(address(name) for name in ("sample", "begin", "rows")),
             address("evaluate") if code.model.has_events else 0,
         )
 
@@ -79,42 +80,43 @@ class CollocationCode:
         return 1, size_of_memory(own.nodes, own.rows, own.states)
 
 
-_codes: dict[tuple[int, int], CollocationCode] = {}
+_codes: dict[tuple[Code, int, bool], CollocationCode] = {}
 _lock = threading.Lock()
 
 
-def collocation_code(code: Code, nodes: int) -> CollocationCode:
+def collocation_code(code: Code, nodes: int, balls_alike: bool) -> CollocationCode:
     """Collocation's code for a kind of scene: the same object each time."""
     with _lock:
-        key = id(code), nodes
+        key = code, nodes, balls_alike
         if key not in _codes:
-            _codes[key] = CollocationCode(code, nodes)
+            _codes[key] = CollocationCode(code, nodes, balls_alike)
         return _codes[key]
 
 
-def linear_part(system: System, model_equations: int) -> np.ndarray:
-    """``Collocation.own``.
-
-    Args:
-        system: what moves.
-        model_equations: E.
-    """
-    table, n, effects = own_motion(system), len(system.balls), system.effects
+def drag_rates(system: System) -> np.ndarray:
+    """How fast drag slows down each ball on a deck that does not move [1/s]."""
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
-    drag = [ball_drag(effects, ball) for ball in balls] * system.balls[:, MOBILITY]
-    ways = type(system.carrier).COORDINATES
-    has_motor = model_equations - ways - n
-    damping = [*table[DAMPINGS, :ways], *drag, *table[DAMPINGS, ways : ways + has_motor]]
-    stiffness = [*table[STIFFNESSES, :ways], *[0.0] * (n + has_motor)]
+    drag = np.array([over_effects(system.effects, "ball_drag", 0.0, ball) for ball in balls])
+    return drag * system.balls[:, MOBILITY]
+
+
+def linear_part(system: System, emission: CollocationEmission) -> np.ndarray:
+    """``Collocation.linear``."""
+    table, ways = own_motion(system), type(system.carrier).COORDINATES
+    drag = drag_rates(system)[: 1 if emission.balls_alike else None]
+    own = 1 if emission.formulas.coordinates.are_alike else ways
+    spindle = slice(ways, ways + emission.model.has_motor)
+    damping = [*table[DAMPINGS, :own], *drag, *table[DAMPINGS, spindle]]
+    stiffness = [*table[STIFFNESSES, :own], *np.zeros(len(damping) - own)]
     modes = [table[first : first + 7, :7].ravel() for first in (FROM_MODES, TO_MODES)]
-    parts = [damping, stiffness, *(modes if ways == 7 else ())]
+    parts = [damping, stiffness, *(modes if emission.formulas.coordinates.has_modes else ())]
     found = aligned((sum(map(len, parts)),))
     found[:] = np.concatenate(parts)
     return found
 
 
 def method_of(setting: Setting, tolerance: float, steps: float) -> Method:
-    """A method; its lines belong to one run.
+    """A method, for any number of runs.
 
     Args:
         setting: nodes, and samples in a step.
@@ -122,9 +124,9 @@ def method_of(setting: Setting, tolerance: float, steps: float) -> Method:
         steps: of the scene, that each step goes over; 0 for as many as the tolerance allows.
     """
     count = setting.nodes
-    lines = aligned((COEFFICIENTS + 2 * count, count))
+    lines = aligned((COEFFICIENTS + count, count))
     lines[NODE], lines[SHARE] = gauss(count)
-    lines[COEFFICIENTS : COEFFICIENTS + count] = last_coefficients(lines[NODE], lines[SHARE])
+    lines[COEFFICIENTS:] = last_coefficients(lines[NODE], lines[SHARE])
     bounds = bounds_within_pieces(lines[NODE])
     own = nodes(count, setting.samples, setting.powers)
     return Method(own, lines, bounds, tolerance, steps, reach_of(tolerance))
@@ -142,13 +144,10 @@ def collocation_of(run: Run, system: System, code: CollocationCode, method: Meth
     emission = code.emission
     count, most = emission.nodes, int(method.nodes.counts[-1])
     groups = -(-most // count)
-    tables = KEPT * (1 + groups) * (emission.equations + 1)
+    tables = KEPT * (1 + groups) * (emission.tables + 1)
     states, balls = run.state.size, run.balls
     sizes = {
         "work": emission.work,
-        "found": states + 1,
-        "states": states,
-        "times": 2,
         "rows": run.ball_column + 2 * balls.number + balls.has_motor,
         "slopes": states,
         "accelerations": balls.accelerations,
@@ -163,17 +162,61 @@ def collocation_of(run: Run, system: System, code: CollocationCode, method: Meth
         tables=ResponseTables(
             aligned((tables * lines_of_table(count), count)),
             aligned((tables, NUMBERS)),
-            aligned((3,)),
+            aligned((4,)),
+            aligned((RATIOS * count, count)),
+            aligned((RATIOS,)),
             groups,
             KEPT,
         ),
-        own=linear_part(system, emission.equations),
-        buffers=Buffers(**{name: aligned((size, count)) for name, size in sizes.items()}),
+        linear=linear_part(system, emission),
+        buffers=Buffers(
+            states=aligned(((states + 3) * STRIDE * count,)),
+            at_nodes=aligned(((states + 3) * STRIDE * count,)),
+            **{name: aligned((size, count)) for name, size in sizes.items()},
+        ),
         result=aligned((RESULTS,)),
-        equations=emission.equations,
-        coordinates=code.coordinates,
+        sides=emission.tables,
         rows=emission.rows,
     )
 
 
-assert DECK > ANGLE
+class ByCollocation:
+    """Collocation of a system, along segments of all kinds.
+
+    Args:
+        system: what moves.
+        nodes: N.
+        tolerance, steps: see ``method_of``.
+    """
+
+    def __init__(self, system: System, nodes: int, tolerance: float, steps: float) -> None:
+        self._nodes, self._alike = nodes, have_one_drag_rate(system)
+        self._method = method_of(Setting(nodes), tolerance, steps)
+        # Which kind of segment changes nothing of the memory.
+        kind = code_of(system, Ramp)
+        self._made: list[tuple[Collocation, CollocationCode]] = []
+        self.memory = collocation_code(kind, nodes, self._alike).memory
+
+    def along(self, run: Run, code: Code, system: System) -> Collocation:
+        """What takes steps with a Run."""
+        own = collocation_code(code, self._nodes, self._alike)
+        made = collocation_of(run, system, own, self._method)
+        self._made.append((made, own))
+        return made
+
+    def take(self, system: System) -> bool:
+        """Go on with other numbers, of a system of the same kind; False if that cannot be.
+
+        Code for balls that drag slows down alike is of no use for others, and vice versa.
+        """
+        if have_one_drag_rate(system) != self._alike:
+            return False
+        for made, own in self._made:
+            made.linear[:] = linear_part(system, own.emission)
+            doubt_tables(made)
+        return True
+
+
+def have_one_drag_rate(system: System) -> bool:
+    """Whether drag slows down all balls alike."""
+    return len(set(drag_rates(system).tolist())) <= 1

@@ -35,6 +35,8 @@ class Coordinates(Protocol):
     """How many coordinates there are."""
     has_modes: bool
     """Whether ``own`` is a ``Modes``, and not None."""
+    are_alike: bool
+    """Whether c and k are the same in all of them."""
 
     def only_own_motion(self, effects: Any) -> bool:
         """Whether nothing else that the equations say depends on the deck's states."""
@@ -69,6 +71,7 @@ class PlanarCoordinates:
 
     count = 2
     has_modes = False
+    are_alike = True
 
     def only_own_motion(self, effects: Any) -> bool:
         """The linear suspension, the same in every direction, is all there is."""
@@ -111,6 +114,7 @@ class CoordinatesInSpace:
 
     count = 7
     has_modes = True
+    are_alike = False
 
     def only_own_motion(self, effects: Any) -> bool:
         """Its tilt turns what all forces act along."""

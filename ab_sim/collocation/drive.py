@@ -24,7 +24,16 @@ from ab_sim.collocation.event_fallback import (
 )
 from ab_sim.collocation.lengths import PARTS
 from ab_sim.collocation.nodes import PIECES
-from ab_sim.collocation.run import GOOD, STEP, TAKEN, Collocation, head_of
+from ab_sim.collocation.run import (
+    GOOD,
+    INSIDE,
+    PROFILE_TIME,
+    STEP,
+    STRIDE,
+    TAKEN,
+    Collocation,
+    head_of,
+)
 from ab_sim.collocation.step import first_step_size, go_to_end, next_after, put_states, try_step
 from ab_sim.compiling.kinds import Table, call
 from ab_sim.events.balls import put_branches
@@ -143,38 +152,34 @@ def take_samples(own: Collocation, steps: int, done: int, written: int) -> tuple
     end = min(min(taken + steps - done, int(head[GOOD])), (group + 1) * count)
     if room + end - taken > count:
         return 0, True
-    put_states(own, group)
-    found, sound, bounds = buffers.found, True, run.work.bounds
-    for j in range(states):
-        for k in range(end - taken):
-            # Written so that no number is not within bounds.
-            if not abs(found[j, lane + k]) < bounds[j]:
-                end, sound = taken + k, False
-                break
-    if not sound:
-        for j in range(states):
-            run.work.trial[j] = found[j, lane + end - taken]
-    for j in range(states):
-        for k in range(end - taken):
-            buffers.states[j, room + k] = found[j, lane + k]
-        if end > taken:
-            run.state[j] = found[j, lane + end - taken - 1]
+    # Lanes before this one, if any, are samples that are there already, or lie before the first.
+    line, first = STRIDE * count, count + room
+    put_states(own, group, buffers.states[first - lane : buffers.states.size])
+    sound, inside = True, (states + INSIDE) * line + first
     for k in range(end - taken):
-        buffers.times[0, room + k] = found[states, lane + k]
+        if not buffers.states[inside + k] > 0.0:
+            end, sound = taken + k, False
+            break
+    for j in range(states):
+        if not sound:
+            run.work.trial[j] = buffers.states[j * line + first + end - taken]
+        if end > taken:
+            run.state[j] = buffers.states[j * line + first + end - taken - 1]
     head[TAKEN] = float(end)
     return end - taken, sound
 
 
 def write(own: Collocation, stretch: Stretch, samples: Table, written: int, done: int) -> None:
     """Rows of the states that have been taken but not written: N cost what one does."""
-    run, buffers = own.run, own.buffers
-    balls = run.balls
+    run, buffers, count = own.run, own.buffers, own.method.nodes.at.size
+    balls, states, line = run.balls, buffers.states, STRIDE * count
+    first = run.state.size * line + count
     for k in range(done - written):
         end = (stretch.first + written + k + 1) * run.step - stretch.start
-        buffers.times[1, k] = end
+        states[first + PROFILE_TIME * line + k] = end
     if done > written:
-        c, b, times = run.scene.c, balls.branches, buffers.times
-        call(own.functions.rows, c, b, times, buffers.states, buffers.rows)
+        times, begin = states[first : states.size], states[count : states.size]
+        call(own.functions.rows, run.scene.c, balls.branches, times, begin, buffers.rows)
     for k in range(done - written):
         row = samples[written + k][ANGLE : samples.shape[1]]
         for column in range(buffers.rows.shape[0]):

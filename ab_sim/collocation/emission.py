@@ -17,16 +17,30 @@ from ab_sim.collocation.responses import (
     lines_of_table,
 )
 from ab_sim.collocation.responses import NUMBERS as NUMBERS_EACH
-from ab_sim.collocation.run import NODE, SHARE
+from ab_sim.collocation.run import (
+    COEFFICIENTS,
+    INSIDE,
+    NODE,
+    PROFILE_TIME,
+    SHARE,
+    STRIDE,
+    TIME,
+)
 from ab_sim.collocation.step_formulas import StepFormulas
-from ab_sim.kernels.emission import BRANCHES, CONSTANTS, Emission
+from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES, Emission
 from ab_sim.tracing import Expression, Level, lowered
 from ab_sim.tracing.expression import reached, rebuilt
 from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, border, module_text
 
 OWN, TABLES, OPEN, NUMBERS, OPEN_NUMBERS = "own", "tables", "spindle", "numbers", "spindle_numbers"
-WORK, RESULT, WEIGHTS, STATE, OLD, FORCES = "work", "result", "weights", "y", "old", "f"
+WORK, RESULT, WEIGHTS, CARRY = "work", "result", "weights", "carry"
+STATE, STATES, OLD, FORCES, BOUNDS = "y", "states", "old", "f", "bounds"
 """Names of pointers."""
+
+
+MATRICES = ("into_x", "into_v", "into_pull")
+AT_INSTANTS = ("response_to_one", "impulse", "impulse_rate")
+"""Parts of a table: N lines each, and one line each."""
 
 
 def line_of(what: str, nodes: int) -> int:
@@ -43,14 +57,18 @@ class CollocationEmission:
         emission: of the scene's equations.
         coordinates: of its deck.
         nodes: N, a power of two.
+        balls_alike: whether drag slows down all balls alike.
     """
 
-    def __init__(self, emission: Emission, coordinates: Coordinates, nodes: int) -> None:
+    def __init__(
+        self, emission: Emission, coordinates: Coordinates, nodes: int, balls_alike: bool
+    ) -> None:
         self.emission, self.model, self.nodes = emission, emission.model, nodes
+        self.balls_alike = balls_alike
         self.formulas = Formulas(self.model, coordinates, nodes)
         self.steps = StepFormulas(self.formulas)
-        self.equations = coordinates.count + self.model.count + self.model.has_motor
-        self.rows = self.equations + len(self.formulas.integrals)
+        equations = coordinates.count + self.model.count + self.model.has_motor
+        self.rows = equations + len(self.formulas.integrals)
         self.lines: dict[str, int] = {}
         """Where quantities are in the work, by their names: numbers of lines."""
         self.work = 0
@@ -74,45 +92,62 @@ class CollocationEmission:
             yield f"{what}[{name}]", Place(pointer, at)
             at += 1
 
-    def _tables(self, of: str = TABLES) -> dict[str, Place]:
+    def _table_of(self) -> dict[str, tuple[str, int, int]]:
+        """Of each equation: which pointer its table is behind, the which, and from ball to ball."""
+        found, at = {}, 0
+        for q, each in enumerate(self.formulas.deck):
+            found[each.name] = TABLES, 0 if self.formulas.coordinates.are_alike else q, 1
+        at = 1 if self.formulas.coordinates.are_alike else len(self.formulas.deck)
+        if self.formulas.balls is not None:
+            found[self.formulas.balls.name] = TABLES, at, int(not self.balls_alike)
+            at += 1 if self.balls_alike else self.model.count
+        if self.formulas.spindle is not None:
+            found[self.formulas.spindle.name] = OPEN, 0, 1
+            at += 1
+        found[self.formulas.integral.name] = TABLES, at, 1
+        return found
+
+    @property
+    def tables(self) -> int:
+        """How many tables there are up to the same instants, but for that of what is only
+        integrated, which is the last.
+        """
+        return self._table_of()[self.formulas.integral.name][1]
+
+    def _tables(self) -> dict[str, Place]:
         """Where the tables' lines are; that of a motor's spindle behind a pointer of its own."""
-        found, nodes, at = {}, self.nodes, 0
-        size = lines_of_table(nodes)
-        for each in self.formulas.equations:
-            is_spindle = each is self.formulas.spindle
-            pointer, first = (OPEN, 0) if is_spindle else (of, at * size)
-            for what in ("into_x", "into_v", "into_pull"):
-                for k in range(nodes):
-                    name = f"{what}.{k}[{each}]"
-                    found[name] = Place(pointer, first + line_of(what, nodes) + k, size)
-            for what in ("response_to_one", "impulse", "impulse_rate"):
-                found[f"{what}[{each}]"] = Place(pointer, first + line_of(what, nodes), size)
-            at += self.model.count if each.each else 1
+        found, nodes, size = {}, self.nodes, lines_of_table(self.nodes)
+        for name, (pointer, at, stride) in self._table_of().items():
+            lines = {f"{what}.{k}": (what, k) for what in MATRICES for k in range(nodes)}
+            lines |= {what: (what, 0) for what in AT_INSTANTS}
+            for one, (what, k) in lines.items():
+                line = at * size + line_of(what, nodes) + k
+                found[f"{one}[{name}]"] = Place(pointer, line, stride * size)
         return found
 
     def _numbers(self) -> dict[str, Place]:
         """Where the tables' numbers are; those up to the samples behind those up to the nodes."""
-        found, at, samples = {}, 0, (self.equations + 1) * NUMBERS_EACH
-        names = {"damping": DAMPING, "stiffness": STIFFNESS, "unit": MOST_UNIT, "beyond": BEYOND}
-        for each in self.formulas.equations[:-1]:
-            is_spindle = each is self.formulas.spindle
-            pointer, first = (OPEN_NUMBERS, 0) if is_spindle else (NUMBERS, at * NUMBERS_EACH)
-            for name, column in (*names.items(), ("beyond_samples", BEYOND + samples)):
-                found[f"{name}[{each}]"] = Place(pointer, first + column, NUMBERS_EACH)
-            at += self.model.count if each.each else 1
+        found, samples = {}, (self.tables + 1) * NUMBERS_EACH
+        columns = {"damping": DAMPING, "stiffness": STIFFNESS, "unit": MOST_UNIT, "beyond": BEYOND}
+        columns["beyond_samples"] = BEYOND + samples
+        for name, (pointer, at, stride) in self._table_of().items():
+            behind = NUMBERS if pointer == TABLES else OPEN_NUMBERS
+            for what, column in columns.items():
+                place = Place(behind, at * NUMBERS_EACH + column, stride * NUMBERS_EACH)
+                found[f"{what}[{name}]"] = place
         return found
 
     def _linear(self) -> dict[str, Place]:
-        """c and k of each equation; then what makes coordinates, see ``coordinates.Modes``."""
-        found, at = {}, 0
-        for each in self.formulas.equations[:-1]:
-            found[f"damping[{each}]"] = Place(OWN, at)
-            found[f"stiffness[{each}]"] = Place(OWN, self.equations + at)
-            at += self.model.count if each.each else 1
+        """c and k of each table; then what makes coordinates, see ``coordinates.Modes``."""
+        found = {}
+        for name, (pointer, at, stride) in self._table_of().items():
+            at = at if pointer == TABLES else self.tables - 1
+            found[f"damping[{name}]"] = Place(OWN, at, stride)
+            found[f"stiffness[{name}]"] = Place(OWN, self.tables + at, stride)
         return found | self._modes()
 
     def _modes(self) -> dict[str, Place]:
-        found, first = {}, 2 * self.equations
+        found, first = {}, 2 * self.tables
         for name in ("from_modes", "to_modes"):
             for r in range(7):
                 for q in range(7):
@@ -125,8 +160,8 @@ class CollocationEmission:
         nodes = self.nodes
         found = {"node": Place(WEIGHTS, NODE), "share": Place(WEIGHTS, SHARE)}
         for k in range(nodes):
-            found[f"coefficient.{k}"] = Place(WEIGHTS, 2 + k)
-            found[f"carry.{k}"] = Place(WEIGHTS, 2 + nodes + k)
+            found[f"coefficient.{k}"] = Place(WEIGHTS, COEFFICIENTS + k)
+            found[f"carry.{k}"] = Place(CARRY, k)
         return found
 
     def _state(self) -> dict[str, Place]:
@@ -210,7 +245,7 @@ class CollocationEmission:
                 body.store(x, self._own[name])
 
     def start(self) -> Function:
-        """``start(c, b, own, numbers, spindle_numbers, tables, spindle, weights, y, old, work, ...)``
+        """``start(c, b, own, numbers, spindle_numbers, tables, spindle, weights, carry, y, old, work)``
 
         with the doubles begin, length [s] and moved [rad].
         """
@@ -222,7 +257,7 @@ class CollocationEmission:
         count = len(roots)
         places = {**self._tables(), **self._linear(), **self._numbers(), **self._weights()}
         places |= {**self._state(), **dict(self._row_places(OLD, "old"))}
-        pointers = [OWN, NUMBERS, OPEN_NUMBERS, TABLES, OPEN, WEIGHTS, STATE, OLD, WORK]
+        pointers = [OWN, NUMBERS, OPEN_NUMBERS, TABLES, OPEN, WEIGHTS, CARRY, STATE, OLD, WORK]
         into, body = self._function("start", pointers, ["begin", "length", "moved"], places)
         assert graph is self.model.graph
         self._store(body, dict(zip(roots, own[:count], strict=True)))
@@ -240,21 +275,39 @@ class CollocationEmission:
         return into
 
     def sample(self) -> Function:
-        """``sample(c, b, own, tables, spindle, weights, y, f, out, begin, length)``.
+        """``sample(c, b, own, tables, spindle, weights, bounds, y, f, out, begin, length)``.
 
-        Tables are those up to the samples; y is the state at the step's beginning, f its memory;
-        ``out`` gets the states' lines, and the times behind them.
+        Tables are those up to the samples; y is the state at the step's beginning, f its memory.
         """
         places = {**self._tables(), **self._linear(), **self._weights(), **self._state()}
         places |= dict(self._row_places(FORCES, "f"))
-        pointers = [OWN, TABLES, OPEN, WEIGHTS, STATE, FORCES, "out"]
-        into, body = self._function("sample", pointers, ["begin", "length"], places)
+        places |= {
+            f"bound[{name}]": p._replace(pointer=BOUNDS) for name, p in self._state().items()
+        }
+        pointers = [OWN, TABLES, OPEN, WEIGHTS, BOUNDS, STATE, FORCES, STATES]
         roots = self._lowered(self.steps.sample())
-        targets = {name: place.at for name, place in self._state().items()}
-        targets["time"] = self.states
+        targets = self._lines_of_states()
+        into, body = self._function("sample", pointers, ["begin", "length"], places, [BOUNDS])
         for name, x in roots.items():
-            body.store(x, Place("out", targets[name]))
+            body.store(x, targets[name])
         return into
+
+    def keep(self) -> Function:
+        """``keep(c, b, work, f)``: copies f from the work."""
+        into, body = self._function("keep", [WORK, FORCES], [], self._own)
+        for name, place in self._row_places(FORCES, "f"):
+            body.store(self.model.graph.input(name, each="balls" in name), place)
+        return into
+
+    def _lines_of_states(self) -> dict[str, Place]:
+        """See ``run.Buffers.states``."""
+        found = {
+            name: Place(STATES, STRIDE * place.at, STRIDE) for name, place in self._state().items()
+        }
+        lines = {"time": TIME, "profile_time": PROFILE_TIME, "inside": INSIDE}
+        return found | {
+            name: Place(STATES, STRIDE * (self.states + line)) for name, line in lines.items()
+        }
 
     @property
     def states(self) -> int:
@@ -282,25 +335,38 @@ class CollocationEmission:
         return into
 
     def samples(self) -> Function:
-        """``rows(c, b, t, y, rows)``: rows of N samples; t holds the local times of the states, and
-        the times at which to look on the profile.
-        """
-        into, body = self.emission.function(
-            *("rows", ["y", "row"], ["time", "profile_time"]),
-            state="y",
-            lanes=self.nodes,
-            uniform=[CONSTANTS, BRANCHES],
-        )
-        self.emission.store_row(body, "row")
+        """``rows(c, b, t, states, rows)``: rows of N samples; t points to the lines of times."""
+        into, body = self._of_states("rows", ["rows"], ("time", "profile_time"))
+        self.emission.store_row(body, "rows")
         return into
+
+    def evaluate(self) -> Function:
+        """``evaluate(c, b, t, states, k, x, motor, table)``: in lanes, see ``Emission.evaluate``."""
+        pointers = ["k", "x", "motor", "table"]
+        into, body = self._of_states("evaluate", pointers, ("time",))
+        emission, n = self.emission, self.model.count
+        emission.store_slope(body, emission.roots["slope"], "k")
+        for name, pointer in (("accelerations", "x"), ("motor", "motor")):
+            for k, x in enumerate(emission.roots[name]):
+                body.store(x, Place(pointer, k))
+        for k, x in enumerate(emission.roots["table"] if n else ()):
+            body.store(x, Place("table", k * n), each=True)
+        return into
+
+    def _of_states(
+        self, name: str, pointers: Sequence[str], times: Sequence[str]
+    ) -> tuple[Function, Body]:
+        """A function of states in lanes."""
+        places = self._lines_of_states()
+        places |= {each: Place(TIMES, STRIDE * k) for k, each in enumerate(times)}
+        return self._function(name, [TIMES, STATES, *pointers], [], places)
 
     def text(self) -> str:
         """All of them; with events also ``evaluate``, in lanes."""
         functions = [self.iterate(), self.iterate(near=True), self.start(), self.judge()]
-        functions += [self.sample(), self.begin(), self.samples()]
+        functions += [self.keep(), self.sample(), self.begin(), self.samples()]
         if self.model.has_events:
-            own = [CONSTANTS, BRANCHES]
-            functions.append(self.emission.evaluate(self.nodes, own))
+            functions.append(self.evaluate())
         return module_text(functions)
 
 

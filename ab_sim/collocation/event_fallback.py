@@ -23,6 +23,7 @@ from ab_sim.collocation.run import (
     SAMPLES,
     SINCE,
     STEP,
+    STRIDE,
     TAKEN,
     Collocation,
     head_of,
@@ -74,23 +75,25 @@ def put_event_functions(own: Collocation) -> None:
     """Event functions at the nodes of the step in memory, into ``Buffers.values``."""
     run, buffers = own.run, own.buffers
     balls, count, states = run.balls, own.method.nodes.at.size, run.state.size
-    put_states(own, -1)
+    put_states(own, -1, buffers.at_nodes)
+    line = STRIDE * count
+    times = buffers.at_nodes[states * line : (states + 1) * line]
     call(
-        own.functions.evaluate, run.scene.c, balls.branches, buffers.found[states], buffers.found,
+        own.functions.evaluate, run.scene.c, balls.branches, times, buffers.at_nodes,
         buffers.slopes, buffers.accelerations, buffers.motor, buffers.balls,
     )  # fmt: skip
     state, slope = scratch(states), scratch(states)
     value, rounding, rate = scratch(run.work.value.size), run.work.rounding, run.work.rate_ahead
     for j in range(count):
         for k in range(states):
-            state[k], slope[k] = buffers.found[k, j], buffers.slopes[k, j]
+            state[k], slope[k] = buffers.at_nodes[k * line + j], buffers.slopes[k, j]
         for r in range(balls.x.size):
             balls.x[r] = buffers.accelerations[r, j]
         for k in range(balls.motor.size):
             balls.motor[k] = buffers.motor[k, j]
-        for line in range(balls.table.shape[0]):
+        for column in range(balls.table.shape[0]):
             for i in range(balls.number):
-                balls.table[line, i] = buffers.balls[line * balls.number + i, j]
+                balls.table[column, i] = buffers.balls[column * balls.number + i, j]
         event_functions(balls, state, slope, value, rounding, rate)
         for slot in range(value.size):
             buffers.values[slot, j] = value[slot]
@@ -181,8 +184,8 @@ def take_steps(own: Collocation, stretch: Stretch, samples: Table, steps: int) -
 def parts_of_step(own: Collocation, stretch: Stretch) -> int:
     """Into how many parts a step of the other stepper is cut: a power of two."""
     run, decay, turns, parts = own.run, 0.0, 0.0, 1
-    for q in range(own.equations):
-        decay, turns = max(decay, own.own[q]), max(turns, own.own[own.equations + q])
+    for q in range(own.sides):
+        decay, turns = max(decay, own.linear[q]), max(turns, own.linear[own.sides + q])
     evaluate(run, local_time(run, stretch, 0), run.state, run.work.slope)
     rate = max(decay, math.sqrt(turns) + abs(run.balls.motor[SPEED]))
     while parts < PARTS and rate * stretch.length > own.method.reach * parts:

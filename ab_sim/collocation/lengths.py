@@ -100,9 +100,9 @@ def first_size(own: Collocation, length: float, speed: float) -> int:
         length: of a step of the scene [s].
         speed: of the spindle [rad/s].
     """
-    rate, equations, counts = abs(speed), own.equations, own.method.nodes.counts
-    for q in range(equations):
-        rate = max(rate, max(own.own[q], math.sqrt(own.own[equations + q])))
+    rate, sides, counts = abs(speed), own.sides, own.method.nodes.counts
+    for q in range(sides):
+        rate = max(rate, max(own.linear[q], math.sqrt(own.linear[sides + q])))
     size, steps = most_samples(counts) * PARTS, own.method.steps
     most = steps if steps >= 1.0 else float(most_samples(counts))
     while size > 1 and (size * (length / PARTS) * rate > FIRST_TURN or size > most * PARTS):

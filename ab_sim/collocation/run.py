@@ -1,6 +1,7 @@
 """What collocation works with: a scene's functions, the method's numbers, tables, and arrays.
 
-N is the number of nodes, E that of equations of second order, R that and what else is integrated.
+N is the number of nodes, R that of equations of second order and of what else is integrated. The
+equations' left-hand sides x'' + c x' + k x are what tables of responses are made for.
 """
 
 from typing import NamedTuple
@@ -18,17 +19,22 @@ sample to the next [s]; how long the next step is, in parts of that; steps to wa
 one is tried. Then of events: how many samples of the step are before any; how many samples are
 still to be reached by the other stepper; how many were, when it last took over; how many have been
 reached by collocation since then. And how many numbers this head has."""
+TIME, PROFILE_TIME, INSIDE = 0, 1, 2
+"""Lines behind those of states: local time [s]; the time at which to look on the profile; whether the
+state is within its bounds, 1 or 0."""
+STRIDE = 3
+"""Numbers of such a line are so many times as many as there are nodes."""
 CHANGED, TURNED, SCALE, SPINDLE_SCALE, ERROR, WITHIN, TURN = 0, 1, 2, 3, 4, 5, 6
 """Of the results: how far an iteration has changed f of the deck, and of all others, as angles
 [rad]; what makes angles of the deck's x, and of the spindle's; the errors of the samples and within
 the step [rad]; the angle that the rotor's axes make in it [rad]."""
 RESULTS = 7
-RATIO, NEXT, LATEST = 0, 1, 2
-"""Of the tables' head: ratio of steps for which polynomials are carried on; which of the sets kept
-is to go next; the first table of the set asked for last."""
+NEXT, LATEST, NEXT_RATIO, LATEST_RATIO = 0, 1, 2, 3
+"""Of the tables' head: which of the sets kept is to go next; the first table of the set asked for
+last; the same two of the matrices that carry polynomials on."""
 NODE, SHARE, COEFFICIENTS = 0, 1, 2
 """Of the method's lines: c_j, the weights of the quadrature, and N columns of a matrix to the last
-coefficients; N columns of a matrix to the next step follow."""
+coefficients."""
 
 
 class Functions(NamedTuple):
@@ -38,6 +44,7 @@ class Functions(NamedTuple):
     iterate: int
     iterate_near: int
     judge: int
+    keep: int
     sample: int
     begin: int
     rows: int
@@ -49,7 +56,7 @@ class Method(NamedTuple):
 
     nodes: Nodes
     lines: Table
-    """Shape (2 + 2 N, N), lines as above; the last N of them change."""
+    """Shape (2 + N, N), lines as above."""
     bounds: Cube
     """``nodes.bounds_within_pieces``."""
     tolerance: float
@@ -70,7 +77,12 @@ class ResponseTables(NamedTuple):
     numbers: Table
     """Shape (tables, NUMBERS)."""
     head: Floats
-    """Shape (3,), see above."""
+    """Shape (4,), see above."""
+    carry: Table
+    """Matrices that carry values at the nodes on into a step so many times as long, column by
+    column; shape (matrices * N, N)."""
+    ratios: Floats
+    """How many times as long, of each of them; shape (matrices,)."""
     groups: int
     """Of samples, for which a set has room."""
     kept: int
@@ -82,14 +94,13 @@ class Buffers(NamedTuple):
 
     work: Table
     """Of the iterations, shape (lines, N); f first, R lines."""
-    found: Table
-    """States at samples, and behind them their times; shape (states + 1, N)."""
-    states: Table
-    """Those that are to be recorded, shape (states, N)."""
-    times: Table
-    """Local times of these, and the times at which to look on the profile; shape (2, N)."""
+    states: Floats
+    """States of samples that are to be recorded, with their times and INSIDE: lines of 3 N numbers,
+    of which N in the middle are samples, so that N others may be written beside any of them."""
+    at_nodes: Floats
+    """The same of states at the nodes."""
     rows: Table
-    """Of their samples, shape (columns, N)."""
+    """Of samples, shape (columns, N)."""
     slopes: Table
     """Shape (states, N); the following with events only."""
     accelerations: Table
@@ -109,16 +120,14 @@ class Collocation(NamedTuple):
     functions: Functions
     method: Method
     tables: ResponseTables
-    own: Floats
-    """c [1/s] and k [1/s^2] of each equation; then, of a deck in space, matrices from its modes and
-    to them, line by line; shape (2 E,) or (2 E + 98,)."""
+    linear: Floats
+    """c [1/s] and k [1/s^2] of each left-hand side; then, of a deck in space, matrices from its modes
+    and to them, line by line; shape (2 sides,) or (2 sides + 98,)."""
     buffers: Buffers
     result: Floats
     """Shape (RESULTS,), see above."""
-    equations: int
-    """E."""
-    coordinates: int
-    """How many of them are the deck's."""
+    sides: int
+    """How many different left-hand sides there are; that of a motor's spindle is the last."""
     rows: int
     """R."""
 

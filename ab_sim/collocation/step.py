@@ -25,9 +25,9 @@ from ab_sim.collocation.run import (
     ERROR,
     LENGTH,
     MOVED,
-    RATIO,
     SAMPLES,
     STEP,
+    STRIDE,
     TAKEN,
     TURN,
     TURNED,
@@ -38,7 +38,7 @@ from ab_sim.collocation.run import (
     head_of,
     memory_of,
 )
-from ab_sim.collocation.tables import carry_on, spindle_table, tables_for
+from ab_sim.collocation.tables import carrying, spindle_table, tables_for
 from ab_sim.compiling.kinds import Floats, call, scratch
 
 MOST = 16
@@ -65,7 +65,7 @@ def begin_anew(own: Collocation, begin: float, length: float, state: Floats) -> 
     """
     scene, memory, head, rows = own.run.scene, memory_of(own), head_of(own), own.rows
     count, force = own.method.nodes.at.size, scratch(rows + 1)
-    call(own.functions.begin, scene.c, own.run.balls.branches, own.own, state, force, begin)
+    call(own.functions.begin, scene.c, own.run.balls.branches, own.linear, state, force, begin)
     for q in range(rows):
         for j in range(count):
             memory[q * count + j] = force[q]
@@ -97,20 +97,19 @@ def solve_step(
     lines = lines_of_table(own.method.nodes.at.size)
     first = tables_for(own, length, samples)
     spindle = spindle_table(own, first)
-    if own.tables.head[RATIO] * head[LENGTH] != length:
-        carry_on(own, length / head[LENGTH])
+    carry = own.tables.carry[carrying(own, length / head[LENGTH])]
     numbers, weights = own.tables.numbers, own.method.lines
     table, spindle_line = own.tables.lines[first * lines], own.tables.lines[spindle * lines]
     facts, spindle_facts = numbers[first], numbers[spindle]
     call(
-        functions.start, c, b, own.own, facts, spindle_facts, table, spindle_line, weights, state,
-        memory_of(own), work, begin, length, head[MOVED],
+        functions.start, c, b, own.linear, facts, spindle_facts, table, spindle_line, weights, carry,
+        state, memory_of(own), work, begin, length, head[MOVED],
     )  # fmt: skip
     before = carried_before = turned_before = math.inf
     solved, near = False, False
     for _ in range(MOST):
         address = functions.iterate_near if near else functions.iterate
-        call(address, c, b, own.own, table, spindle_line, work, result)
+        call(address, c, b, own.linear, table, spindle_line, work, result)
         carried, turned_by = result[CHANGED], result[TURNED]
         # Each iteration leaves of an error what it left of the one before: of each kind of its own.
         left = remains(carried, carried_before) + remains(turned_by, turned_before)
@@ -137,32 +136,31 @@ def remains(change: float, before: float) -> float:
 
 def keep(own: Collocation, begin: float, length: float, samples: int, state: Floats) -> None:
     """Take the step that has been solved into the memory."""
-    memory, begun, head, work = memory_of(own), begun_of(own), head_of(own), own.buffers.work
-    count = own.method.nodes.at.size
-    for q in range(own.rows):
-        for j in range(count):
-            memory[q * count + j] = work[q, j]
+    begun, head, scene = begun_of(own), head_of(own), own.run.scene
+    # Not number by number: a wide load right after narrow stores would have to wait for them.
+    call(own.functions.keep, scene.c, own.run.balls.branches, own.buffers.work, memory_of(own))
     for j in range(state.size):
         begun[j] = state[j]
     head[LENGTH], head[SAMPLES], head[TAKEN], head[BEGIN] = length, float(samples), 0.0, begin
     head[MOVED] = own.result[TURN]
 
 
-def put_states(own: Collocation, group: int) -> None:
-    """States at N samples of the step in memory, and their times, into ``Buffers.found``.
+def put_states(own: Collocation, group: int, out: Floats) -> None:
+    """States at N samples of the step in memory, and their times.
 
     Args:
         own: the Collocation.
         group: which N of the samples; -1 for the nodes.
+        out: where the first of them goes, in lines as of ``Buffers.states``.
     """
     head, lines = head_of(own), lines_of_table(own.method.nodes.at.size)
     first = tables_for(own, head[LENGTH], int(head[SAMPLES]))
-    first += (1 + group) * (own.equations + 1)
+    first += (1 + group) * (own.sides + 1)
     c, b, spindle = own.run.scene.c, own.run.balls.branches, spindle_table(own, first)
     table, spindle_line = own.tables.lines[first * lines], own.tables.lines[spindle * lines]
     call(
-        own.functions.sample, c, b, own.own, table, spindle_line, own.method.lines, begun_of(own),
-        memory_of(own), own.buffers.found, head[BEGIN], head[LENGTH],
+        own.functions.sample, c, b, own.linear, table, spindle_line, own.method.lines,
+        own.run.work.bounds, begun_of(own), memory_of(own), out, head[BEGIN], head[LENGTH],
     )  # fmt: skip
 
 
@@ -217,7 +215,7 @@ def next_after(own: Collocation, size: int, error: float, within: float) -> int:
 
 def go_to_end(own: Collocation) -> None:
     """The state at the end of a step with one sample into ``trial``."""
-    put_states(own, 0)
-    trial = own.run.work.trial
+    out, trial = own.buffers.at_nodes, own.run.work.trial
+    put_states(own, 0, out)
     for j in range(trial.size):
-        trial[j] = own.buffers.found[j, 0]
+        trial[j] = out[j * STRIDE * own.method.nodes.at.size]

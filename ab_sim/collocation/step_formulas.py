@@ -147,6 +147,13 @@ class StepFormulas:
             roots[known] = product(into, f, model.graph.input(known))
         begin = model.graph.input("begin", Level.TIME)
         roots["time"] = lifted(model.graph, begin + of.given("impulse", of.integral))
+        inside: Number = 1.0
+        for name, x in roots.items():
+            if name != "time":
+                bound = model.graph.input(f"bound[{name}]", Level.TIME, x.each)
+                here = where(abs(x) < bound, 1.0, 0.0)
+                inside = inside * (_every(here, model.count) if x.each else here)
+        roots["inside"] = lifted(model.graph, inside)
         return roots
 
     def begin(self, found: Evaluated, slope: list[Expression]) -> Roots:
@@ -178,6 +185,11 @@ class StepFormulas:
         for name, rate in zip(of.integrals, slope[own + 2 + 2 * model.has_motor :], strict=True):
             roots[f"f[{name}]"] = rate
         return roots
+
+
+def _every(each: Expression, balls: int) -> Expression:
+    """1 where all balls have 1, else 0."""
+    return where(total(each) > balls - 0.5, 1.0, 0.0)
 
 
 def _continued(sums: Expression) -> Expression:

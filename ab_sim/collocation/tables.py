@@ -9,11 +9,19 @@ from ab_sim.collocation.responses import (
     fill,
     lines_of_table,
 )
-from ab_sim.collocation.run import COEFFICIENTS, LATEST, NEXT, RATIO, Collocation, is_limited
-from ab_sim.compiling.kinds import Floats, scratch
+from ab_sim.collocation.run import (
+    LATEST,
+    LATEST_RATIO,
+    NEXT,
+    NEXT_RATIO,
+    Collocation,
+    is_limited,
+)
+from ab_sim.compiling.kinds import Floats, Table, fma, scratch
 
-KEPT = 20
-"""Sets that are kept: more than there are lengths of steps beside each other."""
+KEPT, RATIOS = 20, 32
+"""Sets that are kept, and matrices from step to step: as many as there are lengths of steps for one
+length of the scene's, and pairs of them."""
 
 
 def tables_for(own: Collocation, length: float, samples: int) -> int:
@@ -46,7 +54,7 @@ def found(own: Collocation, length: float, samples: int) -> int:
 
 def tables_in_set(own: Collocation) -> int:
     """How many tables a set has room for."""
-    return (1 + own.tables.groups) * (own.equations + 1)
+    return (1 + own.tables.groups) * (own.sides + 1)
 
 
 def doubt_tables(own: Collocation) -> None:
@@ -62,28 +70,24 @@ def fill_set(own: Collocation, first: int, length: float, samples: int) -> None:
 
     BEYOND of the tables up to the first samples is that of all samples.
     """
-    numbers, equations, nodes = own.tables.numbers, own.equations, own.method.nodes
+    numbers, sides, nodes = own.tables.numbers, own.sides, own.method.nodes
     count, lines = nodes.at.size, lines_of_table(nodes.at.size)
     groups = (samples + count - 1) // count
     chosen = first_set(own, samples)
-    for q in range(equations + 1):
+    for q in range(sides + 1):
         # The last one is of what is only integrated.
-        damping = own.own[q] if q < equations else 0.0
-        stiffness = own.own[equations + q] if q < equations else 0.0
+        damping = own.linear[q] if q < sides else 0.0
+        stiffness = own.linear[sides + q] if q < sides else 0.0
         at = first + q
         if serves(numbers[at], length, samples, damping, stiffness):
             continue
-        alike = q > 0 and serves(numbers[at - 1], length, samples, damping, stiffness)
         beyond = 0.0
         for group in range(1 + groups):
-            table = at + group * (equations + 1)
-            if alike:
-                copy_table(own, table - 1, table)
-                continue
+            table = at + group * (sides + 1)
             before, which = table, 0
             if group > 0:
                 which = chosen + group - 1
-                before = table - (equations + 1)
+                before = table - (sides + 1)
             fill(
                 nodes,
                 which,
@@ -96,9 +100,8 @@ def fill_set(own: Collocation, first: int, length: float, samples: int) -> None:
             )
             if group > 0:
                 beyond = max(beyond, numbers[table, BEYOND])
-        if not alike:
-            numbers[at, COUNT] = float(samples)
-            numbers[at + equations + 1, BEYOND] = beyond
+        numbers[at, COUNT] = float(samples)
+        numbers[at + sides + 1, BEYOND] = beyond
     numbers[first, COUNT] = float(samples)
 
 
@@ -117,42 +120,48 @@ def serves(numbers: Floats, length: float, samples: int, damping: float, stiffne
     return same and numbers[DAMPING] == damping and numbers[STIFFNESS] == stiffness
 
 
-def copy_table(own: Collocation, of: int, to: int) -> None:
-    """One table is like another."""
-    nodes, numbers = own.method.nodes, own.tables.numbers
-    lines = lines_of_table(nodes.at.size)
-    for line in range(lines):
-        for j in range(nodes.at.size):
-            own.tables.lines[to * lines + line, j] = own.tables.lines[of * lines + line, j]
-    for k in range(numbers.shape[1]):
-        numbers[to, k] = numbers[of, k]
-
-
 def spindle_table(own: Collocation, first: int) -> int:
     """The table of a motor's spindle, of those from one on: its acceleration is only integrated
     while the motor is at its limit. Any without a motor.
     """
     if not own.run.balls.has_motor:
         return first
-    return first + own.equations if is_limited(own) else first + own.equations - 1
+    return first + own.sides if is_limited(own) else first + own.sides - 1
 
 
-def carry_on(own: Collocation, ratio: float) -> None:
-    """Make the method's lines carry polynomials on into a step so many times as long."""
-    nodes, lines = own.method.nodes, own.method.lines
-    count = nodes.at.size
-    begin = COEFFICIENTS + count
-    y, this, before = scratch(count), scratch(count), scratch(count)
+def carrying(own: Collocation, ratio: float) -> int:
+    """The first line of the matrix that carries polynomials on into a step so many times as long."""
+    head, ratios = own.tables.head, own.tables.ratios
+    count, at = own.method.nodes.at.size, int(head[LATEST_RATIO])
+    if ratios[at] == ratio:
+        return at * count
+    at = -1
+    for kept in range(ratios.size):
+        if ratios[kept] == ratio:
+            at = kept
+    if at < 0:
+        at = int(head[NEXT_RATIO])
+        head[NEXT_RATIO] = float((at + 1) % ratios.size)
+        put_carry(own, ratio, own.tables.carry[at * count : (at + 1) * count])
+        ratios[at] = ratio
+    head[LATEST_RATIO] = float(at)
+    return at * count
+
+
+def put_carry(own: Collocation, ratio: float, columns: Table) -> None:
+    """The matrix column by column, shape (N, N)."""
+    nodes = own.method.nodes
+    count, powers = nodes.at.size, nodes.legendre.shape[0]
+    values = scratch(powers + 1, count)
     for j in range(count):
-        y[j], this[j], before[j] = 1.0 + 2.0 * ratio * nodes.at[j], 1.0, 0.0
-        for k in range(count):
-            lines[begin + k, j] = 0.0
-    for p in range(nodes.legendre.shape[0]):
-        for k in range(count):
-            weight = nodes.legendre[p, k]
-            for j in range(count):
-                lines[begin + k, j] += weight * this[j]
+        y = 1.0 + 2.0 * ratio * nodes.at[j]
+        values[0, j], values[1, j] = 1.0, y
+        for p in range(1, powers):
+            more = (2 * p + 1) * y * values[p, j] - p * values[p - 1, j]
+            values[p + 1, j] = more / (p + 1)
+    for k in range(count):
         for j in range(count):
-            after = ((2 * p + 1) * y[j] * this[j] - p * before[j]) / (p + 1)
-            before[j], this[j] = this[j], after
-    own.tables.head[RATIO] = ratio
+            found = 0.0
+            for p in range(powers):
+                found = fma(nodes.legendre[p, k], values[p, j], found)
+            columns[k, j] = found

@@ -67,6 +67,11 @@ def constant(x: float | int | bool) -> Number:
     return Number(FLOAT, literal(float(x), 1), float(x))
 
 
+def is_known(value: Value) -> bool:
+    """Whether this is a number that is known now."""
+    return isinstance(value, Number) and value.constant is not None
+
+
 class Body:
     """Lines of a function, block by block."""
 

@@ -64,7 +64,7 @@ def exp(x: float) -> float:
 
 
 def expm1(x: float) -> float:
-    """e^x - 1 to within 0.9 ulp."""
+    """e^x - 1 to within 0.75 ulp."""
     if x > _OVERFLOW:
         return math.inf
     if x < _LOST:
@@ -74,9 +74,11 @@ def expm1(x: float) -> float:
         return fma(x * x, _rest(x), x)
     twos, r, low = _reduced(x)
     n = int(twos)
-    one = 1.0 - power_of_two(-n) if n < 60 else 1.0
+    less = power_of_two(-n) if n < 60 else 0.0
+    one = 1.0 - less
     part = n // 2
-    return _one_and(one, r, low) * power_of_two(part) * power_of_two(n - part)
+    found = _one_and(one, r, low + ((1.0 - one) - less))
+    return found * power_of_two(part) * power_of_two(n - part)
 
 
 def power_of_two(n: int) -> float:

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from ab_sim.compiling import elementary
 from ab_sim.compiling.body import ELEMENT, Fields, Number, Stored, Value, View, constant
 from ab_sim.compiling.kinds import Array
-from ab_sim.compiling.operations import RANK, Operations
+from ab_sim.compiling.operations import COMPARED, RANK, Operations
 from ab_sim.compiling.source import (
     BOOL,
     FLOAT,
@@ -120,7 +120,9 @@ class Expressions(Operations):
         if isinstance(value, Number) and isinstance(kind, Scalar):
             if RANK[value.kind] < RANK[kind]:
                 return self.converted(value, kind)
-            how = f"write {kind}(...)" if kind != BOOL else "write a comparison"
+            how = "write a comparison" if kind == BOOL else f"write {kind}(...)"
+            if kind == INT and value.kind == FLOAT:
+                how += ", or begin with a float, as 0.0, if it is to be one"
             self.fail(node, f"{what} is {kind}, this is {value.kind}", how)
         if isinstance(value, Fields) and isinstance(kind, Record):
             plain = value.kind.cls is None and kind.cls is None
@@ -137,6 +139,8 @@ class Expressions(Operations):
 
     def _constant(self, node: ast.AST, known: Any) -> Value:
         if isinstance(known, bool | int | float):
+            if isinstance(known, int) and not -(2**63) <= known < 2**63:
+                self.fail(node, "a number of more than 64 bits", "keep ints below 2**63")
             return constant(known)
         if isinstance(known, tuple):
             values = tuple(self._constant(node, x) for x in known)
@@ -255,12 +259,15 @@ class Expressions(Operations):
         return Number(x.kind, self.put(text))
 
     def _Compare(self, node: ast.Compare) -> Value:
+        for op in node.ops:
+            if type(op) not in COMPARED:
+                self.fail(node, f"'{ast.unparse(node)}'", "write ==, and 'or' between several")
         last = [self.number(node.left)]
 
         def step(op: ast.cmpop, right: ast.AST) -> Number:
             a, b = last[0], self.number(right)
             last[0] = b
-            return self.compare(node, op, a, b)
+            return self.compared(op, a, b)
 
         pairs = list(zip(node.ops, node.comparators, strict=True))
         return self._one_by_one([functools.partial(step, *pair) for pair in pairs], True)
@@ -323,9 +330,8 @@ class Expressions(Operations):
     def _Call(self, node: ast.Call) -> Value | None:
         callee = self.static(node.func)
         callee = getattr(callee, "__wrapped__", callee)
-        if any(isinstance(x, ast.Starred) for x in node.args) or any(
-            keyword.arg is None for keyword in node.keywords
-        ):
+        starred = any(isinstance(x, ast.Starred) for x in node.args)
+        if starred or not all(keyword.arg for keyword in node.keywords):
             self.fail(node, "* or ** in a call", "write the arguments one by one")
         try:
             intrinsic = self._intrinsics.get(callee)

@@ -68,7 +68,7 @@ def _first_of(op: ast.cmpop) -> Intrinsic:
     def made(e: Expressions, node: ast.Call, values: Values) -> Value:
         found, *others = e.alike(*_numbers(e, node, values, 2, len(values)))
         for x in others:
-            beyond, kind = e.compare(node, op, x, found), found.kind
+            beyond, kind = e.compared(op, x, found), found.kind
             text = f"select i1 {beyond.code}, {kind.llvm} {x.code}, {kind.llvm} {found.code}"
             found = Number(kind, e.put(text))
         return found

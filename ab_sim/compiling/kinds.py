@@ -65,4 +65,9 @@ def call(address: int, *arguments: Any) -> None:
     function(*[x.ctypes.data if isinstance(x, np.ndarray) else x for x in arguments])
 
 
-_C_KINDS = {float: ctypes.c_double, np.float64: ctypes.c_double, int: ctypes.c_int64}
+_C_KINDS: dict[type, Any] = {
+    float: ctypes.c_double,
+    np.float64: ctypes.c_double,
+    int: ctypes.c_int64,
+    np.int64: ctypes.c_int64,
+}

@@ -122,7 +122,10 @@ class Source:
         if spec.vararg or spec.kwarg or spec.defaults or any(spec.kw_defaults):
             raise self.error(tree, "*args, **kwargs or a default", "pass every argument")
         self.arguments = [a.arg for a in (*spec.posonlyargs, *spec.args, *spec.kwonlyargs)]
-        hints = typing.get_type_hints(function, include_extras=True)
+        try:
+            hints = typing.get_type_hints(function, include_extras=True)
+        except NameError as error:
+            raise self.error(tree, f"annotation: {error}", "import what it names") from None
         self.kinds = [self._kind(hints, name) for name in self.arguments]
         nothing = "return" in hints and hints["return"] is type(None)
         self.result = None if nothing else self._kind(hints, "return")

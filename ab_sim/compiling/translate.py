@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Sequence
 from types import FunctionType
 
-from ab_sim.compiling.body import ELEMENT, METADATA, Number, Stored, Value, View
+from ab_sim.compiling.body import ELEMENT, METADATA, Number, Stored, Value, View, is_known
 from ab_sim.compiling.expressions import MISSING, Callees, Expressions, result_type
 from ab_sim.compiling.intrinsics import INTRINSICS
 from ab_sim.compiling.source import (
@@ -56,11 +56,11 @@ class Function(Expressions):
         declared: list[str] = []
         for name, kind in zip(self.source.arguments, self.source.kinds, strict=True):
             if isinstance(kind, Record):
-                value: Value = Stored(kind, f"%{name}", 0, True)
-                declared.append(f"ptr noalias readonly %{name}")
+                value: Value = Stored(kind, f'%"{name}.at"', 0, True)
+                declared.append(f'ptr noalias readonly %"{name}.at"')
             else:
                 given = leaves(kind)
-                parts = [f"%{name}.{k}" for k in range(len(given))]
+                parts = [f'%"{name}.{k}"' for k in range(len(given))]
                 declared += [f"{leaf} {part}" for leaf, part in zip(given, parts, strict=True)]
                 value = self.made(kind, iter(parts))
             if name in self._stored:
@@ -100,7 +100,7 @@ class Function(Expressions):
             self.fail(node, "annotation", "annotate with a name: float, int, bool, Floats, ...")
         self._slot(node.target.id, kind)
         if node.value is not None:
-            self._assign(node.target, self.value(node.value))
+            self._assign(node.target, self.loaded(self.value(node.value)))
 
     def _assign(self, target: ast.expr, value: Value) -> None:
         if isinstance(target, ast.Name):
@@ -117,13 +117,13 @@ class Function(Expressions):
             self.fail(target, f"assignment to {ast.unparse(target)}", instead)
 
     def _assign_name(self, node: ast.AST, name: str, value: Value) -> None:
-        fixed = isinstance(value, Stored) and value.fixed
+        fixed = value.fixed if isinstance(value, Stored) else is_known(value)
         if fixed and self._stored[name] == 1 and not self._unrolling and name not in self.slots:
-            # Another name for what is in memory all along.
+            # Another name for what is known, or in memory all along.
             self.bound[name] = value
             return
         kind, slot = self._slot(name, value.kind)
-        value = self.fitted(node, value, kind, f"{name}, as first assigned,")
+        value = self.fitted(node, value, kind, f"{name}, from its first assignment on,")
         if isinstance(value, Number):
             self.lines.append(f"store {value.kind.llvm} {value.code}, ptr {slot}")
         else:
@@ -131,7 +131,7 @@ class Function(Expressions):
 
     def _slot(self, name: str, kind: Kind) -> tuple[Kind, str]:
         if name not in self.slots:
-            slot = f"%{name}.slot"
+            slot = f'%"{name}.slot"'
             of = kind.llvm if isinstance(kind, Scalar) else f"[{len(leaves(kind))} x i64]"
             self.entry.append(f"{slot} = alloca {of}, align 8")
             self.slots[name] = kind, slot
@@ -208,17 +208,15 @@ class Function(Expressions):
         done = self.new("endfor")
         for k in range(len(items.kind.kinds)):
             item, begin, following = self.field(items, k), self.new("do"), self.new("next")
+            self._unrolling += 1
             self._assign(node.target, item)
             name = node.target.id if isinstance(node.target, ast.Name) else ""
-            known = isinstance(item, Number) and item.constant is not None
-            if known and not self._assigned_in(node.body, name):
+            if name and is_known(item) and not self._assigned_in(node.body, name):
                 self.bound[name] = item
             self.go(begin)
-            self._unrolling += 1
             self._loop(node.body, begin, following, done)
             self._unrolling -= 1
-            if name in self.slots:
-                self.bound.pop(name, None)
+            self.bound.pop(name, None)
             self.go(following)
             self.start(following)
         self.go(done)

@@ -20,7 +20,7 @@ from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
 from ab_sim.spindle.stretches import Grid, Stretch, parts, piece_after, same_instant
-from ab_sim.stepping.of_system import Steps
+from ab_sim.drive.steps import Steps
 
 AT_ONCE = 10_000
 """Steps between two thinnings of what need not all be kept."""

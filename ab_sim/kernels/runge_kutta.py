@@ -169,5 +169,5 @@ def _step_function(
             [into.put(f"extractvalue {slope.result} {called}, {at}") for at in range(len(pieces))]
         )
     for piece, value in zip(pieces, combined(b), strict=True):
-        into.store(value, Place("trial", piece.first), 0, piece.width)
+        into.store(value, Place("trial", piece.first), 0, piece.width * lanes)
     return into

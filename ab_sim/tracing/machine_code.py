@@ -17,16 +17,19 @@ class MachineCode:
     Args:
         text: in LLVM's language.
         features: of the processor, in LLVM's words (``"+fma,+avx2"``); those that it has if None.
+        effort: LLVM's level of optimization, 1 to 3. Loops are unrolled at 3 only: that takes as
+            long as all the rest.
 
     Raises:
         RuntimeError: the text is not in that language; the message is LLVM's.
     """
 
-    def __init__(self, text: str, features: str | None = None) -> None:
+    def __init__(self, text: str, features: str | None = None, effort: int = 3) -> None:
         machine = _machine(features)
         module = llvm.parse_assembly(text)
         module.triple, module.data_layout = machine.triple, str(machine.target_data)
-        options = llvm.create_pipeline_tuning_options(3)
+        options = llvm.create_pipeline_tuning_options(effort)
+        options.loop_unrolling = effort == 3
         # What belongs into a vector is written as one.
         options.slp_vectorization = options.loop_vectorization = False
         passes = llvm.create_pass_builder(machine, options)

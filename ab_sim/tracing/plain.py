@@ -66,7 +66,7 @@ def python_text(roots: Sequence[Expression], names: Mapping[str, str]) -> str:
 def multiply_add(a: float, b: float, c: float) -> float:
     """a b + c, rounded once, as IEEE 754 has it."""
     if not (math.isfinite(a) and math.isfinite(b) and math.isfinite(c)):
-        return a * b + c if math.isfinite(c) or not math.isfinite(a * b) else c + 0.0 * (a * b)
+        return c if math.isfinite(a) and math.isfinite(b) else a * b + c
     exact = Fraction(a) * Fraction(b) + Fraction(c)
     if exact == 0:
         # The sign of a zero is that of the rounded sum, whose parts are exact or both zero.
@@ -75,7 +75,7 @@ def multiply_add(a: float, b: float, c: float) -> float:
     try:
         return exact.numerator / exact.denominator
     except OverflowError:
-        return math.copysign(math.inf, exact)
+        return math.inf if exact > 0 else -math.inf
 
 
 def _divided(a: float, b: float) -> float:

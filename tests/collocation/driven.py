@@ -9,6 +9,7 @@ from ab_sim.collocation.assemble import (
     Setting,
     collocation_code,
     collocation_of,
+    drag_rates,
     method_of,
 )
 from ab_sim.collocation.drive import advance_by_collocation
@@ -52,12 +53,14 @@ class Collocated:
         self.step = scene.solver.step
         self.state = start_state(scene, self.system)
         self.discrete = start_modes(scene, self.system)
+        self._discrete = self.discrete.copy()
         self.bounds = state_bounds(self.system, self.step / PARTS)
         self.method = method_of(setting, tolerance, steps)
         self._plain, self.taken = plain, 0
         self._runs: dict[type[Any], Collocation] = {}
         self._kernels: dict[type[Any], Any] = {}
         self._nodes = setting.nodes
+        self._alike = len(set(drag_rates(self.system))) <= 1
         rk8: Any = stepper_named("rk8").weights
         self._tableau = rk8.a, rk8.b, rk8.c
 
@@ -65,7 +68,7 @@ class Collocated:
         """For segments of a kind; all share state and memory."""
         if kind not in self._runs:
             code: Code = code_of(self.system, kind)
-            own: CollocationCode = collocation_code(code, self._nodes)
+            own: CollocationCode = collocation_code(code, self._nodes, self._alike)
             address = code.step(*self._tableau)
             given = self.system, code, address, self.step, self.state, self.discrete, self.bounds
             run = run_of(*given, memory=own.memory)
@@ -80,6 +83,15 @@ class Collocated:
                 made = made._replace(run=run._replace(work=work), tables=first.tables)
             self._runs[kind] = made
         return self._runs[kind]
+
+    def reset(self, scene: Scene) -> None:
+        """Back to the start."""
+        self.state[:], self.discrete[:] = start_state(scene, self.system), self._discrete
+        for own in self._runs.values():
+            own.run.work.memory[:] = 0.0
+            own.run.work.smooth[:] = np.nan
+            own.run.work.counts[:] = 0
+        self.taken = 0
 
     def advance(self, steps: int, record: bool = False) -> np.ndarray:
         """Samples of so many steps."""

@@ -12,6 +12,10 @@ HOLDS, FAILS = "holds", "does not hold"
 ABOUT = 0.15
 """What "about", of ratios and values read off a figure, may be off by, relative: so far goes the
 thesis' own rounding of one figure (0.06 and 0.07 N are told apart, 55 and 53 are one peak)."""
+READ = 5.0
+"""[deg]: less cannot be read off a figure whose axis has hundreds of degrees; one for all rows."""
+BALANCED = 0.1
+"""Of the disc's unbalance at most: the unbalance is eliminated, cancelled; ours."""
 ODD = (1, 3, 5)
 """Multiples of -180 deg that are opposite to the unbalance."""
 BY_CONSTRUCTION = "by construction, not a result"
@@ -55,13 +59,17 @@ def value(
     within: float = ABOUT,
     why: str = "",
 ) -> Claim:
-    """A printed number beside ours: holds where they differ by a share of the printed at most."""
+    """A printed number beside ours: holds where they differ by a share of the printed at most.
+
+    The page's text names the usual share; a row names its own where it has another.
+    """
+    criterion = "" if within == ABOUT else f" (ours: to {within:.0%})"
     holds = abs(ours - printed) <= within * abs(printed)
     off = f"{100 * (ours / printed - 1):+.0f} %"
     return Claim(
         figure,
         f"{what}: about {printed:.3g}{unit}",
-        f"{ours:.3g}{unit}",
+        f"{ours:.3g}{unit}{criterion}",
         holds,
         f"{off}; {why}" if why else off,
     )

@@ -75,6 +75,11 @@ class Parameters(NamedTuple):
         return math.sqrt(self.k / self.M)
 
     @property
+    def carried(self) -> float:
+        """2 m R over M0 e: what both balls carry at one place, over the disc's unbalance."""
+        return 2.0 * self.m * self.R / ((self.M - 2.0 * self.m) * self.e)
+
+    @property
     def critical_time(self) -> float:
         """When a start-up without a period reaches the critical speed [s]."""
         return self.critical_speed / ACCELERATION
@@ -193,7 +198,8 @@ def variation_of(
         "effects.rolling_friction.arm": p.beta_b,
         "start.ball_angles": np.radians(p.starts).tolist(),
         "profile.target_speed": target,
-        "duration": round(p.critical_time + AFTER, 3) if duration is None else duration,
+        # To 10 ms: runs of which every tenth step is kept end at the same instant as others.
+        "duration": round(p.critical_time + AFTER, 2) if duration is None else duration,
     }
     if period is not None:
         changes["profile.variable_speed_period"] = {

@@ -149,9 +149,14 @@ def bars_of(
     """Each case from as many random starts."""
     begun = [{"start.ball_angles": angles} for angles in starts(count)]
     variations = [{**changes_of(case), **start} for case in cases for start in begun]
-    found = np.array(many(what, base(contact), variations, whirl_of, tell))
-    columns = found.reshape(len(cases), count, 4).transpose(0, 2, 1)
-    return [Bar(whirl, near, x + 1j * y) for whirl, near, x, y in columns]
+    found = many(what, base(contact), variations, whirl_of, tell)
+    return [bar_of(found[count * k : count * (k + 1)]) for k in range(len(cases))]
+
+
+def bar_of(found: Sequence[Sequence[float]]) -> Bar:
+    """Of what ``whirl_of`` gave of each start."""
+    whirl, near, x, y = np.array(found).T
+    return Bar(whirl, near, x + 1j * y)
 
 
 def alone(case: Case) -> float:

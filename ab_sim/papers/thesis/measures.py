@@ -42,3 +42,15 @@ def closest(run: StartUp, time: float, around: float) -> tuple[float, float]:
 def seconds(time: float | None) -> str:
     """In words."""
     return "never" if time is None else f"{time:.2f} s"
+
+
+def turned_back(run: StartUp, until: float | None) -> float:
+    """By how much a ball went back on its way towards falling angles, before a time [s]: [deg]."""
+    end = run.trajectory["time"][-1] if until is None else until
+    angles = np.degrees(run.trajectory.ball_angles[run.trajectory["time"] <= end])
+    return float((angles - np.minimum.accumulate(angles, axis=0)).max())
+
+
+def pushed(run: StartUp) -> float:
+    """The driving force's integral over time, mean of the balls [N s]."""
+    return float(np.trapezoid(run.forces.mean(axis=1), run.trajectory["time"]))

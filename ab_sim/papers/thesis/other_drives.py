@@ -55,7 +55,7 @@ def holds_of(p: Parameters) -> list[StartUp]:
     """Holds of all ``DURATIONS``, each until 2.5 s after its end."""
     periods = [period_of(p)._replace(duration=float(d)) for d in DURATIONS]
     return [
-        start_ups([(p, x)], every=10, duration=round(x.start + x.duration + AFTER, 3))[0]
+        start_ups([(p, x)], every=10, duration=round(x.start + x.duration + AFTER, 2))[0]
         for x in periods
     ]
 

@@ -2,9 +2,13 @@
 
 import math
 
+import numpy as np
+
 from ab_sim.papers.page import Cell, Table
 from ab_sim.papers.thesis.claims import (
+    BALANCED,
     BY_CONSTRUCTION,
+    READ,
     Claim,
     angle,
     at_odd,
@@ -12,7 +16,7 @@ from ab_sim.papers.thesis.claims import (
     opposite,
     value,
 )
-from ab_sim.papers.thesis.drive import THESIS, Parameters, StartUp, start_ups
+from ab_sim.papers.thesis.drive import OPPOSITE, THESIS, Parameters, StartUp, start_ups
 from ab_sim.papers.thesis.other_drives import (
     CASES,
     DURATIONS,
@@ -25,12 +29,12 @@ from ab_sim.papers.thesis.other_drives import (
 
 IN_PROPORTION = 0.1
 """What "in proportion" may be off by, relative; ours, as a law is more than a value read off."""
-READ = 2.0
-"""[deg]: less cannot be read off a figure; "no influence"."""
-SLIGHTLY = (5.0, 60.0)
+SLIGHTLY = (READ, 60.0)
 """[deg] farther; ours."""
-BALANCED = 0.1
-"""Of the disc's unbalance at most: "the imbalance is cancelled"; ours."""
+SUPPRESSED = 0.1
+"""What is "suppressed" is less by this share at least; ours."""
+FRICTIONS = (2.0, 10.0, 30.0, 100.0, 300.0)
+"""Factors of beta_b."""
 ROOT_2 = math.sqrt(2.0)
 
 
@@ -53,7 +57,16 @@ def _mass_claims(made: Ratios) -> list[Claim]:
         value("4.27 (a)", "peak W/e over that of 4.25", 2 / 3, peak("4.27", "4.25")),
         value("4.27 (b)", "peak force over that of 4.25", 2 / 3, force("4.27", "4.25"), why=law),
         angle("4.27 (c)", "end position", -100.0, made.end("4.27")),
+        Claim(
+            "4.27",
+            "the balance effect is missing",
+            f"{degrees(made.runs['4.27'].angles)}; "
+            f"{made.runs['4.27'].residual:.2f} of the unbalance left (ours: more than "
+            f"{BALANCED:g})",
+            not opposite(made.runs["4.27"].angles).any() and made.runs["4.27"].residual > BALANCED,
+        ),
         _not_by_time("4.27", "m must be increased: not by the end time alone", CASES["4.27"][0]),
+        _driven("4.28", "4.27", "m = 2 g increases the driving force", made),
         *_effect("4.28", "with m = 2 g the balance effect is there", made),
     ]
 
@@ -68,7 +81,15 @@ def _spring_claims(made: Ratios) -> list[Claim]:
         _given("4.29 (a), 4.30 (a)", "start time 3.54 s, end time 4.24 s", made.runs["4.30"]),
         *rows,
         angle("4.30 (c)", "end position", -300.0, made.end("4.30"), damping),
+        Claim(
+            "4.30 (c)",
+            "greatly beyond -180 deg",
+            f"by {-180.0 - made.end('4.30'):.0f} deg (ours: {SLIGHTLY[1]:g} deg)",
+            made.end("4.30") < -180.0 - SLIGHTLY[1],
+        ),
         _not_by_time("4.30", "m must be reduced: not by the end time alone", CASES["4.30"][0]),
+        _nor_farther("4.30", CASES["4.30"][0]),
+        _driven("4.31", "4.30", "m = 0.5 g decreases the driving force", made),
         *_effect("4.31", "with m = 0.5 g the effect is suppressed to the right one", made),
     ]
 
@@ -109,22 +130,29 @@ def _start_claims(made: Ratios) -> list[Claim]:
     times = {number: made.runs[number].peak[1] for number in numbers}
     reference = made.runs["4.24"].peak[1]
     off = {number: time - reference for number, time in times.items()}
-    late = ", ".join(number for number, by in off.items() if abs(by) > 0.1)
+    late = [number for number, by in off.items() if abs(by) > 0.1]
+    starts = {f"{period_of(CASES[number][0]).start:.2f}" for number in numbers}
+    # Where the rotor passes sqrt(k/M) is given; where the whirl is largest is not.
     return [
         Claim("4.32-4.44", "the start time depends on M and k only",
-              "W/e is largest at " + ", ".join(f"{time:.2f}" for time in times.values())
-              + f" s, in 4.24 at {reference:.2f} s (ours: within 0.1 s)", not late,
-              f"in {late} it is later"),
+              f"{', '.join(sorted(starts))} s; W/e is largest at "
+              + ", ".join(f"{time:.2f}" for time in times.values())
+              + f" s, in 4.24 at {reference:.2f} s: more than 0.1 s from it in "
+              + (", ".join(late) or "none"), None, BY_CONSTRUCTION),
     ]  # fmt: skip
 
 
 def _radius_claims(made: Ratios) -> list[Claim]:
     run, reference = made.runs["4.33"], made.runs["4.25"]
-    less = "the balls draw the whirl down: W/e is less than in proportion"
+    shares = [1.0 + one.parameters.carried for one in (made.runs["4.24"], made.runs["4.32"])]
+    less = (
+        "only the balls' share of the unbalance grows with R: "
+        f"1 + 2 m R / (M0 e) grows {shares[1] / shares[0]:.2f} times"
+    )
     return [
-        value("4.32", "whirl in proportion to R: W/e over that of 4.24 (ours: to 10 %)", 2.0,
+        value("4.32", "whirl in proportion to R: W/e over that of 4.24", 2.0,
               made.peak("4.32", "4.24"), within=IN_PROPORTION, why=less),
-        value("4.32", "force in proportion to R (ours: to 10 %)", 2.0,
+        value("4.32", "force in proportion to R", 2.0,
               made.force("4.32", "4.24"), within=IN_PROPORTION, why="as the whirl"),
         Claim("4.33", "the end position does not change much: the end time stays",
               f"{degrees(run.angles)}, in 4.25 {degrees(reference.angles)} (ours: by 10 deg)",
@@ -142,12 +170,14 @@ def _damper_claims(made: Ratios) -> list[Claim]:
     duration, run = best[-1]
     return [
         Claim("4.34", "peak W/e is suppressed", f"{made.runs['4.34'].peak[0]:.1f}, in 4.24 "
-              f"{made.runs['4.24'].peak[0]:.1f}", made.peak("4.34", "4.24") < 0.9),
+              f"{made.runs['4.24'].peak[0]:.1f} (ours: by {SUPPRESSED:.0%})",
+              made.peak("4.34", "4.24") <= 1.0 - SUPPRESSED),
         *_effect("4.35", "the same effect to some extent", made),
         Claim("4.35", "the end time is not simply in proportion to c",
               "nearest to -180 deg with holds of "
               + ", ".join(f"{duration:g}" for duration, _ in best)
-              + " s at c = 0.2, 0.3, 0.4 N s/m", max(rates) > (1.0 + IN_PROPORTION) * min(rates)),
+              + f" s at c = 0.2, 0.3, 0.4 N s/m (ours: to {IN_PROPORTION:.0%})",
+              max(rates) > (1.0 + IN_PROPORTION) * min(rates)),
         Claim("4.35", "strictly, m must be increased, too",
               f"m = 1 g and a hold of {duration:g} s: {degrees(run.angles)}, "
               f"{run.residual:.2f} of the unbalance left; m = 1.3 g and 0.5 s: "
@@ -167,6 +197,7 @@ def _eccentricity_claims(made: Ratios) -> list[Claim]:
     return [
         value("4.36 (a)", "peak W/e", 33.0, made.runs["4.36"].peak[0]),
         value("4.36 (a)", "whirl over that of 4.24", 1.3, 2.0 * made.peak("4.36", "4.24")),
+        value("4.36 (b)", "largest force over that of 4.24", 1.3, made.force("4.36", "4.24")),
         value("4.36 (b)", "largest force", 0.08, made.runs["4.36"].forward_peak[0], " N"),
         Claim("4.36 (c)", "the balls go slightly farther than in 4.24",
               f"by {plain:.0f} deg, to {made.end('4.36'):.0f} deg {slight}",
@@ -175,8 +206,8 @@ def _eccentricity_claims(made: Ratios) -> list[Claim]:
               f"{made.end('4.37'):.0f} deg, by {held:.0f} deg farther than in 4.25 {slight}; "
               f"{made.runs['4.37'].residual:.2f} of the unbalance left, in 4.25 "
               f"{made.runs['4.25'].residual:.2f}", SLIGHTLY[0] < held < SLIGHTLY[1],
-              "3 deg cannot be read off; 2 m R is 1.02 M0 e here: of all figures this one is "
-              "nearest to balance"),
+              f"{abs(held):.0f} deg cannot be read off; 2 m R is {drive.carried:.2f} M0 e here, "
+              f"{THESIS.carried:.2f} in 4.25"),
         Claim("4.37", "m must be decreased, not only the end time adjusted",
               f"least left with any hold of up to 1.5 s: {own[1]:.2f} with m = 1 g "
               f"({own[0]:g} s), {lighter[1]:.2f} with 0.75 g ({lighter[0]:g} s)",
@@ -195,8 +226,10 @@ def _ball_claims(made: Ratios) -> list[Claim]:
         value("4.40 (b)", "largest force over that of 4.24", 2.0,
               made.force("4.40", "4.24"), why=twice),
         angle("4.40 (c)", "end position", -600.0, made.end("4.40")),
-        _not_by_time("4.40", "m = 2 g: not by the end time alone", heavy),
+        _not_by_time("4.40", "m = 2 g: difficult by the end time alone", heavy),
+        _nor_farther("4.40", heavy),
         *_effect("4.41", "with c_b = 4 the same effect at the same times", made),
+        _friction(made),
         _unchanged("4.42, 4.43", "the influence of beta_b is small", made,
                    ("4.42", "4.24"), ("4.43", "4.25")),
         Claim("4.44", "the viscous drag hinders: the effect is insufficient",
@@ -217,10 +250,11 @@ def _given(figure: str, printed: str, run: StartUp) -> Claim:
 def _effect(number: str, printed: str, made: Ratios) -> list[Claim]:
     """Where the balls are, and what is left of the unbalance."""
     figure, run = number[:4], made.runs[number]
-    p = run.parameters
-    share = 2.0 * p.m * p.R / ((p.M - 2.0 * p.m) * p.e)
     left = f"{run.residual:.2f} of it left, in 4.25 {made.runs['4.25'].residual:.2f}"
-    why = f"2 m R is {share:.2f} M0 e, and both balls are at one place"
+    carried, off = run.parameters.carried, float(np.abs(run.angles + 180.0).max())
+    why = f"2 m R is {carried:.2f} M0 e, and both balls are " + (
+        f"{off:.0f} deg off -180" if abs(carried - 1.0) <= BALANCED else "at one place"
+    )
     return [
         Claim(figure, printed, degrees(run.angles), bool(opposite(run.angles).all())),
         Claim(number, "balance effect: it cancels the unbalance (ours: 0.1 at most)", left,
@@ -229,17 +263,58 @@ def _effect(number: str, printed: str, made: Ratios) -> list[Claim]:
 
 
 def _not_by_time(figure: str, printed: str, p: Parameters) -> Claim:
-    """That no end of the hold brings both balls opposite, 2.5 s after it."""
+    """That no end of the hold brings both balls to -180 deg, 2.5 s after it."""
     runs = holds_of(p)
-    found = [
-        f"{d:g} s ({run.angles.mean():.0f} deg)"
-        for d, run in zip(DURATIONS, runs, strict=True) if at_odd(run.angles).all()
-    ]  # fmt: skip
+    found = _holds_where([bool(opposite(run.angles).all()) for run in runs], runs)
     ends = [float(run.angles.mean()) for run in runs]
     span = f"{max(ends):.0f} to {min(ends):.0f} deg 2.5 s after holds of 0.05 to 1.5 s"
-    some = f"; opposite: {found[0]} to {found[-1]}" if found else "; none opposite"
-    why = "the end time alone does it; odd multiples count as opposite, as in chapter 5"
-    return Claim(figure, printed, span + some, not found, why)
+    return Claim(
+        figure, printed, f"{span}; near -180 deg: {found or 'none'}", not found,
+        "the end time alone does it",
+    )  # fmt: skip
+
+
+def _nor_farther(figure: str, p: Parameters) -> Claim:
+    """That none brings them to the next balanced position, as chapter 5 has it, either."""
+    runs = holds_of(p)
+    near = [bool((at_odd(run.angles) & ~opposite(run.angles)).all()) for run in runs]
+    found = _holds_where(near, runs)
+    return Claim(
+        figure, "... nor to -540 or -900 deg, which chapter 5 calls balanced, too",
+        f"holds of {found}" if found else "none of these holds", not found,
+        "the end time alone does it",
+    )  # fmt: skip
+
+
+def _holds_where(good: list[bool], runs: list[StartUp]) -> str:
+    """The shortest and the longest hold of those that are good, and where they end."""
+    found = [
+        f"{d:g} s ({run.angles.mean():.0f} deg)"
+        for d, run, ok in zip(DURATIONS, runs, good, strict=True) if ok
+    ]  # fmt: skip
+    return f"{found[0]} to {found[-1]}" if found else ""
+
+
+def _driven(figure: str, beside: str, printed: str, made: Ratios) -> Claim:
+    """That another m gives the other force that is asked for."""
+    ratio, heavier = made.force(figure, beside), CASES[figure][0].m > CASES[beside][0].m
+    return Claim(
+        figure, printed, f"{ratio:.2f} times that of {beside}", (ratio > 1.0) is heavier
+    )  # fmt: skip
+
+
+def _friction(made: Ratios) -> Claim:
+    """That friction hinders the balls; how much of it makes the effect insufficient."""
+    drives = [THESIS._replace(beta_b=factor * THESIS.beta_b) for factor in FRICTIONS]
+    runs = start_ups([(p, period_of(p)) for p in drives], every=10)
+    ends = [made.end("4.25"), *(float(run.angles.mean()) for run in runs)]
+    return Claim(
+        "4.43", "friction hinders the balls: the balance effect is insufficient",
+        ", ".join(f"{end:.0f}" for end in ends) + " deg with the hold at 1, "
+        + ", ".join(f"{factor:g}" for factor in FRICTIONS) + " times beta_b (ours: less far each "
+        f"time, and at last not within {OPPOSITE:g} deg)",
+        bool(np.all(np.diff(ends) > 0.0)) and not opposite(runs[-1].angles).any(),
+    )  # fmt: skip
 
 
 def _unchanged(figure: str, printed: str, made: Ratios, *pairs: tuple[str, str]) -> Claim:

@@ -1,7 +1,7 @@
 """Section 4.5: nine rules for the variable-speed period of other drives."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,15 +9,27 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ab_sim.papers.page import Picture, Section, Table
-from ab_sim.papers.thesis.claims import opposite, table_of
-from ab_sim.papers.thesis.drive import OPPOSITE, THESIS, Parameters, Tell
+from ab_sim.papers.thesis.claims import Claim, opposite, table_of
+from ab_sim.papers.thesis.drive import ACCELERATION, OPPOSITE, THESIS, Parameters, Tell
 from ab_sim.papers.thesis.many import ends
-from ab_sim.papers.thesis.other_drives import period_of
+from ab_sim.papers.thesis.other_drives import CASES, period_of
 from ab_sim.papers.thesis.pictures import written
 from ab_sim.papers.thesis.ratios import damped_table, ratio_claims
 
 FACTORS = np.unique([*np.round(np.geomspace(0.5, 3.0, 20), 3), 1.0, 2.0])
 """Of the parameter that a rule is about."""
+EASED = 0.5 * ACCELERATION
+"""In an accelerating period, as in section 4.3 [rad/s^2]."""
+
+
+class Ends(NamedTuple):
+    """The balls' mean end positions by factor [deg]."""
+
+    without: np.ndarray
+    held: np.ndarray
+    """With the rule's period, at constant speed."""
+    eased: np.ndarray
+    """With a period of the same start and duration at half the acceleration."""
 
 
 class Rule(NamedTuple):
@@ -58,12 +70,16 @@ RULES = (
 )  # fmt: skip
 
 
+CARRYING = ("4.25", "4.28", "4.31", "4.33", "4.37", "4.41")
+"""Figures whose 2 m R the text names."""
+
+
 def rules_section(folder: Path, tell: Tell) -> Section:
     """Figures 4.24 to 4.45, and each rule over a range."""
     tell("section 4.5", 0, 1)
     ranges = over_ranges(tell)
     tables = (
-        table_of("Printed ratios and positions", ratio_claims()),
+        table_of("Printed ratios and positions", [*ratio_claims(), *range_claims(ranges)]),
         damped_table(),
         _range_table(ranges),
     )
@@ -72,23 +88,48 @@ def rules_section(folder: Path, tell: Tell) -> Section:
         "where the critical speed is scaled. End positions are those 2.5 s after the critical "
         "speed. A rule between and beyond the thesis' one factor is ours: that of m and c_b "
         "goes on as c_b ~ m^2, that of c_b and m as a factor of 1.3 for each double. Where 2 m R "
-        "is not M0 e balls at -180 deg leave much: it is 2.04 times that in 4.28 as in 4.25, 1.02 "
-        "in 4.31 and 4.37, 4.08 in 4.33 and 4.41.",
+        "is not M0 e balls at -180 deg leave much: it is "
+        + ", ".join(f"{CASES[figure][0].carried:.2f} times that in {figure}" for figure in CARRYING)
+        + ".",
     )
     picture = _picture(folder, ranges)
     return Section("4.5 Rules for other drives: figures 4.24 to 4.45", text, tables, (picture,))
 
 
-def over_ranges(tell: Tell) -> dict[Rule, tuple[np.ndarray, np.ndarray]]:
-    """By rule the balls' mean end position without and with the period [deg], by factor."""
+def over_ranges(tell: Tell, factors: Sequence[float] = tuple(FACTORS)) -> dict[Rule, Ends]:
+    """By rule the balls' end positions at some factors."""
     cases = []
     for rule in RULES:
-        for factor in FACTORS:
+        for factor in factors:
             p = rule.changed(float(factor))
-            cases += [(p, None), (p, period_of(p))]
+            period = period_of(p)
+            cases += [(p, None), (p, period), (p, period._replace(acceleration=EASED))]
     found = ends("section 4.5, rules over ranges", cases, tell)
-    angles = np.array([end.angle for end in found]).reshape(len(RULES), len(FACTORS), 2)
-    return {rule: (angles[k, :, 0], angles[k, :, 1]) for k, rule in enumerate(RULES)}
+    angles = np.array([end.angle for end in found]).reshape(len(RULES), len(factors), 3)
+    return {rule: Ends(*angles[k].T) for k, rule in enumerate(RULES)}
+
+
+def range_claims(
+    ranges: dict[Rule, Ends], factors: Sequence[float] = tuple(FACTORS)
+) -> list[Claim]:
+    """What is said of accelerating periods."""
+    at_2 = int(np.argmin(np.abs(np.array(factors) - 2.0)))
+    both = {
+        rule: (float(found.held[at_2]), float(found.eased[at_2])) for rule, found in ranges.items()
+    }
+    other = [
+        f"({rule.number}) {rule.what}: {eased:.0f} in place of {held:.0f} deg"
+        for rule, (held, eased) in both.items()
+        if bool(opposite(np.array(held))) != bool(opposite(np.array(eased)))
+    ]
+    return [
+        Claim(
+            "4.5", "for an accelerating period the same rules serve",
+            f"at factor 2 {len(both) - len(other)} of {len(both)} end at {EASED:g} rad/s^2 as at "
+            f"constant speed, both near -180 deg or both not (ours: all)", not other,
+            "; ".join(other),
+        )
+    ]  # fmt: skip
 
 
 def where(good: np.ndarray) -> str:
@@ -116,38 +157,43 @@ def word_of(rule: Rule, good: np.ndarray) -> str:
     return "confirmed" if good.all() else "limited to these factors"
 
 
-def _range_table(ranges: dict[Rule, tuple[np.ndarray, np.ndarray]]) -> Table:
+def _range_table(ranges: dict[Rule, Ends]) -> Table:
     rows = []
-    for rule, (_, held) in ranges.items():
-        good = opposite(held)
+    for rule, found in ranges.items():
+        good = opposite(found.held)
         rows.append(
             (
                 str(rule.number),
                 rule.what,
                 rule.printed,
                 where(good),
-                f"{held[_at(2.0)]:.0f}",
+                f"{found.held[_at(2.0)]:.0f}",
                 word_of(rule, good),
+                where(opposite(found.eased)),
             )
         )
     return Table(
         "Each rule over a range: for which factors are both balls opposite? The hold is the rule's",
-        ("rule", "changed", "the thesis", "factors", "end at factor 2 [deg]", "as a rule for this"),
+        (
+            "rule", "changed", "the thesis", "factors", "end at factor 2 [deg]",
+            "as a rule for this", f"factors, accelerating by {EASED:g} rad/s^2",
+        ),
         tuple(rows),
-    )
+    )  # fmt: skip
 
 
 def _at(factor: float) -> int:
     return int(np.argmin(np.abs(FACTORS - factor)))
 
 
-def _picture(folder: Path, ranges: dict[Rule, tuple[np.ndarray, np.ndarray]]) -> Picture:
+def _picture(folder: Path, ranges: dict[Rule, Ends]) -> Picture:
     figure = Figure(figsize=(12.0, 9.0), layout="constrained")
     panels = figure.subplots(3, 4, sharex=True).flat
-    for axes, (rule, (without, held)) in zip(panels, ranges.items(), strict=False):
+    for axes, (rule, found) in zip(panels, ranges.items(), strict=False):
         axes.axhspan(-180.0 - OPPOSITE, -180.0 + OPPOSITE, color="0.9", zorder=0)
-        axes.plot(FACTORS, without, ".-", color="tab:gray", ms=4, label="without a period")
-        axes.plot(FACTORS, held, ".-", color="tab:blue", ms=4, label="with the rule's period")
+        axes.plot(FACTORS, found.without, ".-", color="tab:gray", ms=4, label="without a period")
+        axes.plot(FACTORS, found.held, ".-", color="tab:blue", ms=4, label="with the rule's period")
+        axes.plot(FACTORS, found.eased, "--", color="tab:red", lw=1.2, label="accelerating in it")
         axes.set_title(f"({rule.number}) {rule.what}", fontsize=10)
         axes.axvline(2.0, color="0.7", lw=0.8, ls=":")
         axes.grid(alpha=0.3)
@@ -160,6 +206,6 @@ def _picture(folder: Path, ranges: dict[Rule, tuple[np.ndarray, np.ndarray]]) ->
         axes.set_ylabel("end position [deg]")
     caption = (
         "The nine rules over a range of the parameter; grey: opposite to the unbalance, "
-        "dotted: the thesis' factor 2"
+        "upright: the thesis' factor 2"
     )
     return written(figure, folder, "4.5-rules", caption)

@@ -60,8 +60,8 @@ def grid_picture(folder: Path, grid: dict[float, list[list[Judged]]]) -> Picture
     for axes in panels[:, 0]:
         axes.set_ylabel("start speed [rad/s]")
     caption = (
-        "Start speed and duration of the period: settling as the thesis counts it (grey: never), "
-        "when the whirl is in its final band, and the final whirl; darker is better"
+        "Start speed and duration of the period: settling as the thesis counts it, when the whirl "
+        "is in its final band, and the final whirl; grey: never, darker is better"
     )
     return written(figure, folder, "4.4-grid", caption)
 

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.collocation.assemble import ByCollocation
+from ab_sim.collocation.drive import advance_by_collocation
 from ab_sim.compiling import compiled
 from ab_sim.dynamics.assemble import state_bounds
 from ab_sim.dynamics.system import System
@@ -12,6 +14,7 @@ from ab_sim.events.prepared import aligned, balls_of, workspace
 from ab_sim.events.run import Implicit, Run
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
+from ab_sim.integrate.steppers.collocation import NODES, Collocation
 from ab_sim.integrate.steppers.generalized_alpha import Alpha
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.constants import numbers_of
@@ -40,17 +43,25 @@ class Steps:
 
     def __init__(self, system: System, stepper: Stepper, step: float, modes: np.ndarray) -> None:
         bounds = state_bounds(system, step / stepper.parts)
+        weights, self._by_collocation = stepper.weights, None
+        if isinstance(weights, Collocation):
+            self._by_collocation = ByCollocation(system, NODES, *weights)
         self._system, self._stepper, self._step = system, stepper, step
         self.modes, self.state = modes, aligned(bounds.shape)
         self._balls = balls_of(system, modes)
-        self.work = workspace(self._balls, bounds, memory_of(stepper, len(bounds)))
+        self.work = workspace(self._balls, bounds, self._memory(len(bounds)))
         self._made: dict[type[Any], tuple[Run, Advance]] = {}
 
     def along(self, kind: type[Any]) -> Advance:
         """What takes steps along segments of a kind."""
         if kind not in self._made:
-            run = self._run(code_of(self._system, kind))
-            self._made[kind] = run, compiled(advance).bind(run)
+            code = code_of(self._system, kind)
+            run = self._run(code)
+            if self._by_collocation is None:
+                self._made[kind] = run, compiled(advance).bind(run)
+            else:
+                own = self._by_collocation.along(run, code, self._system)
+                self._made[kind] = run, compiled(advance_by_collocation).bind(own)
         return self._made[kind][1]
 
     def take(self, system: System) -> None:
@@ -61,9 +72,20 @@ class Steps:
         numbers = numbers_of(system)
         for run, _ in self._made.values():
             run.scene.c[: len(numbers)] = numbers
+        own, weights = self._by_collocation, self._stepper.weights
+        if own is not None and not own.take(system):
+            self._by_collocation = ByCollocation(system, NODES, *weights)
+            self._made.clear()
+
+    def _memory(self, states: int) -> tuple[int, int]:
+        """Shape of what the stepper carries from step to step."""
+        if self._by_collocation is not None:
+            return self._by_collocation.memory
+        return self._stepper.memory, states
 
     def _run(self, code: Code) -> Run:
-        weights = self._stepper.weights
+        # Steps with events are another stepper's, where its own cannot be cut.
+        weights = (self._stepper.over_events or self._stepper).weights
         step = code.step(*weights) if isinstance(weights, Tableau) else NOWHERE
         own = self._balls, self.work, self._system, code, step, self._step, self.state
         run = run_with(*own)
@@ -71,11 +93,6 @@ class Steps:
             implicit = implicit_of(weights, code, len(self.state))
             run = run._replace(is_implicit=True, implicit=implicit)
         return run
-
-
-def memory_of(stepper: Stepper, states: int) -> tuple[int, int]:
-    """Shape of what a stepper carries from step to step."""
-    return stepper.memory, states
 
 
 def implicit_of(weights: Alpha, code: Code, states: int) -> Implicit:

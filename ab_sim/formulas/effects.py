@@ -1,0 +1,122 @@
+"""An effect's formulas in print: each of its methods, run once on expressions."""
+
+import inspect
+from typing import Any, NamedTuple
+
+from ab_sim.equations.motion import Ball, Deck
+from ab_sim.formulas.lines import Equation, Lines, lines_of
+from ab_sim.formulas.methods import METHODS, Method
+from ab_sim.formulas.symbols import Symbols, lifted, symbol_of_field
+from ab_sim.scene.registry import effect_parameters
+from ab_sim.tracing.expression import Graph, reached
+from ab_sim.tracing.local_names import Named, with_local_names
+
+OTHERS = frozenset({"check_scene"})
+"""Methods that are no formulas."""
+
+
+class Formula(NamedTuple):
+    """One method of an effect."""
+
+    method: str
+    meaning: str
+    """Empty where ``methods`` does not know it."""
+    lines: Lines
+    parameters: dict[str, str]
+    """By symbol in the lines the effect's parameter, where that is not called so."""
+    trouble: str = ""
+    """Why there are no lines."""
+
+
+class Traced(NamedTuple):
+    """A method run on expressions."""
+
+    equations: list[Equation]
+    quantities: list[Named]
+    fields: dict[str, str]
+    """Symbols of the effect's fields."""
+
+
+def formulas_of(effect: type[Any]) -> list[Formula]:
+    """All formulas of a class of effects, in the order of ``methods``, others behind these."""
+    own = [name for name in dir(effect) if _is_formula(effect, name)]
+    order = [*(name for name in METHODS if name in own), *(n for n in own if n not in METHODS)]
+    return [_formula(effect, name) for name in order]
+
+
+def _formula(effect: type[Any], name: str) -> Formula:
+    meaning = METHODS[name].meaning if name in METHODS else ""
+    try:
+        traced = traced_method(effect, name)
+    except TypeError as error:
+        # It branches on numbers, or asks math for a function of them.
+        return Formula(name, meaning, Lines([], []), {}, str(error))
+    nodes = reached(equation.right for equation in traced.equations)
+    shown = {node.payload for node in nodes if node.op == "input"}
+    named = {
+        symbol: field
+        for field, symbol in traced.fields.items()
+        if symbol != field and symbol in shown
+    }
+    return Formula(name, meaning, lines_of(traced.equations, traced.quantities), named)
+
+
+def traced_method(effect: type[Any], name: str) -> Traced:
+    """A method of a class of effects, run on expressions."""
+    graph = Graph()
+    x = Symbols(graph)
+    method = METHODS[name] if name in METHODS else _unknown(effect, name)
+    arguments, left = method.arguments(x), method.left(x)
+    fields = _field_symbols(effect, x.used - {node.payload for node in left if node.op == "input"})
+    result, quantities = with_local_names(
+        getattr(effect._make(_values(effect, fields, x)), name), *arguments
+    )
+    result = method.used(result, x)
+    each = list(result) if isinstance(result, tuple) else [result]
+    if name not in METHODS:
+        left = [x(name)] if len(each) == 1 else [x(f"{name}_{k + 1}") for k in range(len(each))]
+    sides = zip(left, each, strict=True)
+    equations = [Equation(own, lifted(graph, value)) for own, value in sides]
+    return Traced(equations, quantities, fields)
+
+
+def _is_formula(effect: type[Any], name: str) -> bool:
+    if name.startswith("_") or name in OTHERS or hasattr(tuple, name):
+        return False
+    return inspect.isfunction(inspect.getattr_static(effect, name))
+
+
+def _field_symbols(effect: type[Any], taken: set[str]) -> dict[str, str]:
+    """By field its symbol; the field's name where that symbol is something else here already."""
+    found: dict[str, str] = {}
+    for field, about in effect_parameters(effect).items():
+        symbol = symbol_of_field(field, about.get("description", ""))
+        found[field] = field if symbol in taken or symbol in found.values() else symbol
+    return found
+
+
+def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
+    """An input for each number; counts and choices, which decide what is done, as by default."""
+    values = []
+    for field, about in effect_parameters(effect).items():
+        if about.get("type") == "number":
+            values.append(x(fields[field]))
+        else:
+            values.append(about.get("default", about.get("minimum", 1)))
+    return values
+
+
+def _unknown(effect: type[Any], name: str) -> Method:
+    """A method that somebody else has added: its arguments by their names."""
+    names = list(inspect.signature(getattr(effect, name)).parameters)[1:]
+    bodies: dict[str, Any] = {"deck": Deck, "ball": Ball}
+
+    def arguments(x: Symbols) -> list[Any]:
+        return [
+            bodies[each](*(x(field) for field in bodies[each]._fields))
+            if each in bodies
+            else x(each)
+            for each in names
+        ]
+
+    return Method("", arguments, lambda x: [])

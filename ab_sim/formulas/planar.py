@@ -1,0 +1,151 @@
+"""The equations of motion of a deck in the plane of the disc in print: what planar.py computes.
+
+Effects are stood in for by ones that have each method once and give a symbol for it, so that the
+lines show where an effect acts; its own formulas say how.
+"""
+
+from typing import Any, NamedTuple
+
+from ab_sim.equations.arrowhead import Arrow, normal_force
+from ab_sim.equations.motion import Ball, Deck, Spindle
+from ab_sim.equations.planar import Planar
+from ab_sim.equations.race import Balls, OnRace, on_race, rate_change
+from ab_sim.equations.sums import over_balls
+from ab_sim.formulas.lines import Equation, Lines, lines_of
+from ab_sim.formulas.symbols import Symbols
+from ab_sim.tracing.expression import Graph
+from ab_sim.tracing.functions import cos, sin
+from ab_sim.tracing.local_names import Named, with_local_names
+
+NAMED = {
+    "load": "load",
+    "along": "along",
+    "b02": "b_02",
+    "b12": "b_12",
+    "spin": "spin",
+    "held": "held",
+    "lever": "lever",
+    "h": "h",
+    "curve": "l",
+    "path": "s'",
+    "g1": "gravity_1",
+    "g2": "gravity_2",
+    "N": "N",
+}
+"""Intermediate quantities that are named, and how; others are written out."""
+EXPLAINED = frozenset({"h", "l"})
+"""Those that are what the effects' formulas give, without a line of their own."""
+
+
+class Effects(NamedTuple):
+    """One effect in place of all."""
+
+    x: Symbols
+
+    def deck_force(self, deck: Deck) -> tuple[Any, Any]:
+        """All of the suspension."""
+        return self.x("f_1"), self.x("f_2")
+
+    def gravity(self) -> tuple[Any, Any]:
+        """Across the shaft."""
+        return self.x("g_x"), self.x("g_y")
+
+    def race_shape(self, c: Any, s: Any) -> tuple[Any, ...]:
+        """Of any race."""
+        each = self.x.each
+        return each("h") - each("R"), each("x"), each("l") - each("R"), each("bend")
+
+    def ball_inertia(self, ball: Ball) -> Any:
+        """Of balls that roll."""
+        return self.x.each("I") / (ball.radius * ball.radius)
+
+    def ball_drag(self, ball: Ball) -> Any:
+        """Of all that drags."""
+        return self.x("c_b")
+
+    def rotor_moment(self) -> Any:
+        """Of a motor."""
+        return self.x("I_r")
+
+
+class Section(NamedTuple):
+    """Equations that belong together."""
+
+    title: str
+    lines: Lines
+
+
+def planar_sections() -> list[Section]:
+    """The equations of deck, spindle and balls, line by line."""
+    system = _System(Symbols(Graph()))
+    return [
+        Section("displacement and velocity", system.rates()),
+        Section("deck and spindle", system.deck()),
+        Section("each ball", system.balls()),
+    ]
+
+
+class _System:
+    """The equations as expressions."""
+
+    def __init__(self, x: Symbols) -> None:
+        each, theta = x.each, x.each("theta")
+        m, radius, R = each("m"), each("a"), each("R")
+        inertia = each("I") / (radius * radius)
+        self.x, self.mu = x, each("mu")
+        constants = Balls(
+            *(2, m, radius, self.mu, 1.0 / self.mu, m * R, m * R - inertia * radius),
+            *(R, 1.0 / R, each("z")),
+        )
+        self.spindle = Spindle(x("w"), x("al"), cos(x("psi")), sin(x("psi")), x("T"), x("z'"))
+        self.effects = (Effects(x),)
+        self.state = [x("u_1"), x("u_2"), x("v_1"), x("v_2")]
+        self.accelerations = [x("A_1"), x("A_2"), x("al")]
+        self.path = each("s''")
+        unbalance = x("M0") * x("e")
+        self.planar = Planar._make([x("M"), unbalance, x("e"), x("sag_x"), x("sag_y")])
+
+        def equations() -> tuple[OnRace, Arrow]:
+            on = on_race(self.effects, constants, cos(theta), sin(theta), each("theta'"))
+            return on, self.planar.arrow(self.effects, constants, on, self.spindle, self.state)
+
+        (self.on, self.arrow), self.named = with_local_names(equations)
+
+    def rates(self) -> Lines:
+        """Of displacement and velocity."""
+        rates, named = with_local_names(
+            self.planar.rates, self.effects, self.spindle, self.state, self.accelerations
+        )
+        symbols = ("u_1'", "u_2'", "v_1'", "v_2'")
+        left = [self.x(symbol) for symbol in symbols]
+        sides = zip(left, rates, strict=True)
+        return self._lines([Equation(*each) for each in sides], named, set())
+
+    def deck(self) -> Lines:
+        """Of the deck's accelerations and the spindle's: B x - sum_i reach_i g_i = f."""
+        equations = []
+        for r, force in enumerate(self.arrow.force):
+            left = -over_balls(2, self.arrow.reach[r] * self.path)
+            for q, acceleration in reversed(list(enumerate(self.accelerations))):
+                left = self.arrow.block[min(r, q)][max(r, q)] * acceleration + left
+            equations.append(Equation(left, force))
+        return self._lines(equations, self.named, set())
+
+    def balls(self) -> Lines:
+        """Of a ball along the race: mu g = pull + reach.x - f N."""
+        N = normal_force(self.arrow, self.accelerations)
+        force = self.arrow.pull
+        for reach, acceleration in zip(self.arrow.reach, self.accelerations, strict=True):
+            force = force + reach * acceleration
+        force = force - self.x.each("f") * N
+        angle = rate_change(self.on, self.path)
+        equations = [
+            Equation(self.mu * self.path, force),
+            Equation(self.x.each("theta''"), angle),
+        ]
+        before = {"spin", "lever", "s'", "load", "along"}
+        return self._lines(equations, [*self.named, Named("N", N)], before)
+
+    def _lines(self, equations: list[Equation], named: list[Named], before: set[str]) -> Lines:
+        own = [one for one in named if one.name in NAMED]
+        return lines_of(equations, own, NAMED, EXPLAINED | before, always=True)

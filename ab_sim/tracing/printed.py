@@ -1,0 +1,253 @@
+"""What all printed forms of expressions share: order, signs, and where brackets are needed.
+
+A ``Notation`` says how each thing looks (``latex``, ``plain_text``); what belongs together is
+decided here, once.
+"""
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from enum import IntEnum
+from fractions import Fraction
+from typing import NamedTuple
+
+from ab_sim.tracing.expression import Expression
+
+
+class Holds(IntEnum):
+    """How tightly a text holds together."""
+
+    CHOICE = 0
+    SUM = 1
+    OPEN = 2
+    """Like a product, but takes in what follows: only the last factor of one."""
+    PRODUCT = 3
+    POWER = 4
+    ATOM = 5
+
+
+class Written(NamedTuple):
+    """A printed expression."""
+
+    text: str
+    holds: Holds
+
+
+class Notation(ABC):
+    """How things look."""
+
+    minus_leads: bool
+    """Whether a quotient's sign stands before it, or in what is above."""
+
+    @abstractmethod
+    def number(self, value: float) -> Written:
+        """A number that is not negative, and no short fraction."""
+
+    @abstractmethod
+    def fraction(self, top: int, bottom: int) -> Written:
+        """A number that is a short fraction."""
+
+    @abstractmethod
+    def indexed(self, symbol: str, index: str) -> str:
+        """A symbol of which there is one per ball."""
+
+    @abstractmethod
+    def bracketed(self, text: str) -> str:
+        """In brackets."""
+
+    @abstractmethod
+    def product(self, factors: Sequence[str], numbers: int) -> str:
+        """Factors, of which the first so many are numbers."""
+
+    @abstractmethod
+    def quotient(self, above: Written, below: Written) -> Written:
+        """One over another."""
+
+    @abstractmethod
+    def power(self, base: Written, by: int) -> Written:
+        """A whole power, 2 or more."""
+
+    @abstractmethod
+    def function(self, name: str, argument: Written, power: int = 1) -> Written:
+        """``cos``, ``sin``, ``sqrt``, ``abs`` or another, to a power."""
+
+    @abstractmethod
+    def comparison(self, op: str, left: str, right: str) -> str:
+        """``lt`` or ``le``."""
+
+    @abstractmethod
+    def choice(self, condition: str, then: Written, other: Written) -> Written:
+        """One if a condition holds, else another."""
+
+    @abstractmethod
+    def total(self, term: str, index: str) -> Written:
+        """The sum over the balls of a product."""
+
+    @abstractmethod
+    def row(self, term: str, index: str, over: str) -> Written:
+        """The sum over the balls of a row's element times a product."""
+
+    def tight(self, it: Written, least: Holds) -> str:
+        """In brackets if it does not hold together as tightly."""
+        return it.text if it.holds >= least else self.bracketed(it.text)
+
+
+class Printer:
+    """Prints expressions, not lowered: as they were written.
+
+    Args:
+        notation: how things look.
+        symbol: an input's, by its name.
+        named: by number of a node the symbol that stands for it.
+    """
+
+    def __init__(
+        self,
+        notation: Notation,
+        symbol: Callable[[str], str] = str,
+        named: Mapping[int, str] | None = None,
+    ) -> None:
+        self._notation, self._symbol, self._named = notation, symbol, named or {}
+
+    def text(self, x: Expression) -> str:
+        """An expression; one that is named is written out, too."""
+        return self._written(x, "i", whole=True).text
+
+    def name(self, x: Expression) -> str:
+        """The symbol of one that is named."""
+        return self._symbol_of(x, self._named[x.number], "i")
+
+    def _symbol_of(self, x: Expression, symbol: str, index: str) -> str:
+        return self._notation.indexed(symbol, index) if x.each else symbol
+
+    def _written(self, x: Expression, index: str, whole: bool = False) -> Written:
+        if x.number in self._named and not whole:
+            return Written(self._symbol_of(x, self._named[x.number], index), Holds.ATOM)
+        terms = self._terms(x, index)
+        if len(terms) == 1 and not terms[0][0]:
+            return terms[0][1]
+        # What is behind a minus must not fall apart.
+        text = ""
+        for minus, term in terms:
+            body = self._notation.tight(term, Holds.OPEN if minus else Holds.SUM)
+            text += (" - " if minus else " + ") + body
+        return Written("-" + text[3:] if terms[0][0] else text[3:], Holds.SUM)
+
+    def _terms(self, x: Expression, index: str) -> list[tuple[bool, Written]]:
+        """Of a sum, each with whether it is taken away; of anything else, itself."""
+        if x.op in ("add", "sub", "fma"):
+            if x.op == "fma":
+                first = [(False, self._product([x.args[0], x.args[1]], index)[1])]
+            else:
+                first = self._part(x.args[0], index)
+            last = self._part(x.args[-1], index)
+            if x.op == "sub":
+                last = self._flipped(x.args[-1], last, index)
+            return [*first, *last]
+        if x.op == "neg":
+            return self._flipped(x.args[0], self._part(x.args[0], index), index)
+        if x.op == "const":
+            return [(x.payload < 0, self._number(abs(x.payload)))]
+        if x.op == "mul":
+            return [self._product([x], index)]
+        if x.op == "total":
+            return [self._total(x.args[0], index)]
+        if x.op == "div" and self._notation.minus_leads:
+            above = self._part(x.args[0], index)
+            if len(above) == 1:
+                below = self._written(x.args[1], index)
+                return [(above[0][0], self._notation.quotient(above[0][1], below))]
+        return [(False, self._other(x, index))]
+
+    def _part(self, x: Expression, index: str) -> list[tuple[bool, Written]]:
+        if x.number in self._named:
+            return [(False, self._written(x, index))]
+        return self._terms(x, index)
+
+    def _flipped(
+        self, x: Expression, terms: list[tuple[bool, Written]], index: str
+    ) -> list[tuple[bool, Written]]:
+        """One term with its sign turned; several stay together."""
+        if len(terms) == 1:
+            return [(not terms[0][0], terms[0][1])]
+        return [(True, self._written(x, index))]
+
+    def _total(self, x: Expression, index: str) -> tuple[bool, Written]:
+        """The sum over the balls of one term, whose sign goes before it, or of several."""
+        terms = self._part(x, index)
+        minus, term = terms[0] if len(terms) == 1 else (False, self._written(x, index))
+        return minus, self._notation.total(self._notation.tight(term, Holds.OPEN), index)
+
+    def _product(self, parts: Sequence[Expression], index: str) -> tuple[bool, Written]:
+        """A product as (whether it is negative, the rest)."""
+        minus, numbers, factors, below = False, [], Counter[Expression](), Counter[Expression]()
+        ahead = list(parts)
+        outermost = parts[0] if len(parts) == 1 else None
+        while ahead:
+            x = ahead.pop(0)
+            plain = x is outermost or x.number not in self._named
+            if plain and x.op == "mul":
+                ahead[:0] = x.args
+            elif plain and x.op == "const":
+                minus ^= x.payload < 0
+                numbers.append(self._number(abs(x.payload)))
+            elif plain and x.op == "div" and x.args[0].op == "const" and x.args[0].payload == 1:
+                below[x.args[1]] += 1
+            else:
+                factors[x] += 1
+        above = self._joined(numbers, factors, index)
+        if below:
+            above = self._notation.quotient(above, self._joined([], below, index))
+        return minus, above
+
+    def _joined(
+        self, numbers: Sequence[Written], factors: Mapping[Expression, int], index: str
+    ) -> Written:
+        """Numbers first, then what is a factor however it is read, then functions and sums."""
+        made = [(self._late(x), self._factor(x, n, index)) for x, n in factors.items()]
+        parts = [*numbers, *(it for _, it in sorted(made, key=lambda each: each[0]))]
+        if not parts:
+            return self._number(1.0)
+        if len(parts) == 1:
+            return parts[0]
+        least = [Holds.PRODUCT] * (len(parts) - 1) + [Holds.OPEN]
+        if numbers:
+            least[0] = Holds.OPEN
+        texts = [self._notation.tight(it, hold) for it, hold in zip(parts, least, strict=True)]
+        holds = Holds.OPEN if parts[-1].holds == Holds.OPEN else Holds.PRODUCT
+        return Written(self._notation.product(texts, len(numbers)), holds)
+
+    def _late(self, x: Expression) -> int:
+        """Where in a product: functions stand late, and last what takes in all that follows."""
+        if x.number in self._named:
+            return 0
+        return {"cos": 1, "sin": 1, "div": 2, "total": 3, "rows": 3}.get(x.op, 0)
+
+    def _factor(self, x: Expression, count: int, index: str) -> Written:
+        if x.op in ("cos", "sin") and x.number not in self._named:
+            return self._notation.function(x.op, self._written(x.args[0], index), count)
+        it = self._written(x, index)
+        return it if count == 1 else self._notation.power(it, count)
+
+    def _number(self, value: float) -> Written:
+        short = Fraction(value).limit_denominator(9) if value < 100 else Fraction(1)
+        if short.denominator > 1 and short.numerator / short.denominator == value:
+            return self._notation.fraction(short.numerator, short.denominator)
+        return self._notation.number(value)
+
+    def _other(self, x: Expression, index: str) -> Written:
+        notation = self._notation
+        if x.op == "input":
+            return Written(self._symbol_of(x, self._symbol(x.payload), index), Holds.ATOM)
+        if x.op == "rows":
+            over = chr(ord(index) + 1)
+            term = notation.tight(self._written(x.args[0], over), Holds.OPEN)
+            return notation.row(term, index, over)
+        own = [self._written(arg, index) for arg in x.args]
+        if x.op == "div":
+            return notation.quotient(own[0], own[1])
+        if x.op == "where":
+            return notation.choice(own[0].text, own[1], own[2])
+        if x.op in ("lt", "le"):
+            return Written(notation.comparison(x.op, own[0].text, own[1].text), Holds.CHOICE)
+        return notation.function(x.op if x.op != "lane" else f"lane_{x.payload}", own[0])

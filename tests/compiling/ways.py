@@ -1,0 +1,46 @@
+"""A function of the subset run as ordinary Python and as machine code of several processors."""
+
+import copy
+import functools
+import math
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ab_sim.compiling import Compiled
+
+PLAIN, NARROW = "+sse2", "+sse4.2,+avx,+avx2,+fma,-avx512f"
+"""A processor without fused multiply-add, and one without AVX-512."""
+machine_code = functools.cache(Compiled)
+
+
+def same(function: Callable[..., Any], *arguments: Any) -> Any:
+    """The function's result, once all ways have been found to have the same, and written the same.
+
+    But for NaNs' signs and payloads, which depend on the processor.
+    """
+    given = copy.deepcopy(arguments)
+    expected = function(*given)
+    for features in (None, PLAIN, NARROW):
+        again = copy.deepcopy(arguments)
+        found = machine_code(function, features)(*again)
+        assert agree(found, expected), (features, found, expected)
+        assert agree(again, given), (features, again, given)
+    return expected
+
+
+def agree(found: Any, expected: Any) -> bool:
+    """Digit by digit; where a float was said, Python may have left an int."""
+    if isinstance(found, np.ndarray):
+        return found.shape == expected.shape and agree(
+            tuple(found.ravel().tolist()), tuple(expected.ravel().tolist())
+        )
+    if isinstance(found, tuple):
+        pairs = zip(found, expected, strict=True)
+        return type(found) is type(expected) and all(agree(*pair) for pair in pairs)
+    if isinstance(found, float):
+        both_nan = math.isnan(found) and math.isnan(expected)
+        return both_nan or struct.pack("<d", found) == struct.pack("<d", float(expected))
+    return bool(type(found) is type(expected) and found == expected)
