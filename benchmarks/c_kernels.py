@@ -57,16 +57,8 @@ def build(tableau: Tableau, balls: int) -> ctypes.CDLL:
     ]
     (folder / "tableau.h").write_text("\n".join(lines) + "\n")
     library = folder / "thesis.so"
-    command = [
-        "gcc",
-        *FLAGS,
-        *for_compilers(),
-        f"-DBALLS={balls}",
-        f"-I{folder}",
-        "-shared",
-        "-fPIC",
-    ]
-    subprocess.run([*command, str(SOURCE), "-o", str(library), "-lm"], check=True)
+    options = [*FLAGS, *for_compilers(), f"-DBALLS={balls}", f"-I{folder}", "-shared", "-fPIC"]
+    subprocess.run(["gcc", *options, str(SOURCE), "-o", str(library), "-lm"], check=True)
     loaded = ctypes.CDLL(str(library))
     pointer, number = ctypes.POINTER(ctypes.c_double), ctypes.c_double
     loaded.advance.argtypes = [

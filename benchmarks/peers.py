@@ -3,12 +3,13 @@
     pip install 'ab_sim[peers]' heyoka; apt install g++ libsundials-dev
     python benchmarks/peers.py [--avx2] [--out docs] [--repeats 21]
 
-writes peers.json and peers.png; limited to AVX2, peers-avx2.json and peers-avx2.png. The drive is the thesis' start-up with a hold, without friction.
-All have output every 5 ms, start anew at the kinks of the speed profile, and are compared with one
-reference at all outputs before anything is timed: what does not solve the same equations is left
-out. Each round runs every method at every setting once; slow ones take part in fewer rounds. What
-a method takes at just an error is interpolated log-log along its front, repeat by repeat, ours
-like the others'; ratios likewise. What cannot be had is left out with the reason.
+writes peers.json and peers.png; limited to AVX2, peers-avx2.json and peers-avx2.png. The drive is
+the thesis' start-up with a hold, without friction. All have output every 5 ms, start anew at the
+kinks of the speed profile, and are compared with one reference at all outputs before anything is
+timed: what does not solve the same equations is left out. Each round runs every method at every
+setting once; slow ones take part in fewer rounds. What a method takes at just an error is
+interpolated log-log along its front, repeat by repeat, ours like the others'; ratios likewise. What
+cannot be had is left out with the reason.
 """
 
 import sys

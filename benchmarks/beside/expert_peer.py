@@ -40,10 +40,10 @@ INSTALL = "apt install g++"
 CALLED = (
     "the same equations in C++ with GCC's vectors, written by hand for this drive in the variables "
     "(momenta) in which Taylor's method has the fewest products, built with "
-    f"`{' '.join(FLAGS)} -march=native`, with and without `-ffast-math`; a whole run is one call. Taylor's "
-    "method at fixed orders with steps by tolerance, output from the series; the Runge-Kutta "
-    "method of order 8, with steps that end at the outputs. Batches: runs in the lanes, all with "
-    "the steps of the one that needs the shortest"
+    f"`{' '.join(FLAGS)} -march=native`, with and without `-ffast-math`; a whole run is one call. "
+    "Taylor's method at fixed orders with steps by tolerance, output from the series; the "
+    "Runge-Kutta method of order 8, with steps that end at the outputs. Batches: runs in the "
+    "lanes, all with the steps of the one that needs the shortest"
 )
 POINTER = ctypes.POINTER(ctypes.c_double)
 

@@ -63,17 +63,8 @@ def library(balls: int) -> ctypes.CDLL:
         raise AbsentError(f"gcc is not installed; {INSTALL}")
     folder = tempfile.TemporaryDirectory(prefix="sundials-")
     built = Path(folder.name) / "sundials.so"
-    command = [
-        gcc,
-        *FLAGS,
-        *for_compilers(),
-        f"-DBALLS={balls}",
-        "-shared",
-        "-fPIC",
-        str(SOURCE),
-        "-o",
-        str(built),
-    ]
+    options = [*FLAGS, *for_compilers(), f"-DBALLS={balls}", "-shared", "-fPIC"]
+    command = [gcc, *options, str(SOURCE), "-o", str(built)]
     command += [f"-lsundials_{name}" for name in LIBRARIES] + ["-lm"]
     with folder:
         done = subprocess.run(command, capture_output=True, text=True)
