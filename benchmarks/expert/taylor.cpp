@@ -54,11 +54,13 @@ struct Series {
         Kind::add_product(vq, v[j], turned[i - j]);
       };
       if constexpr (K <= WRITTEN_OUT) {
+        // From the middle outwards: what was found last comes last.
+        if (i % 2 == 0) add(i / 2);
 #pragma GCC unroll 32
-        for (int j = i - 1; j > 0; j--) add(j);
+        for (int j = (i - 1) / 2; j > 0; j--) add(j), add(i - j);
       } else {
 #pragma GCC unroll 2
-        for (int j = i - 1; j > 0; j--) add(j);
+        for (int j = 1; j < i; j++) add(j);
       }
       const Deck momentum = i == 1 ? P[1] - Kind::along_y(k.eps * al) : P[i];
       const Ball known = l[i] - Kind::dot(vt);

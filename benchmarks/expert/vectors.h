@@ -90,7 +90,9 @@ INLINE void cos_sin(Lanes<N> angle, Lanes<N> &c, Lanes<N> &s) {
     typedef typename L::Piece V;
     typedef typename Raw<L::W>::mask M;
     const V x = angle.p[i], magic = V{} + 0x1.8p52;
-    const V shifted = x * 0x1.45f306dc9c883p-1 + magic, turns = shifted - magic;
+    V shifted = x * 0x1.45f306dc9c883p-1 + magic;
+    __asm__("" : "+x"(shifted));  // or -ffast-math takes away what was added to round
+    const V turns = shifted - magic;
     const M quadrant = (M)shifted;
     const V r = (x - turns * 0x1.921fb54400000p0) - turns * 0x1.0b4611a626331p-34, z = r * r;
     V ps = 1.58969099521155010221e-10 * z - 2.50507602534068634195e-08;
