@@ -9,10 +9,10 @@ import numpy as np
 from ab_sim.batch.prepared import BatchRun, Prepared, kept_at_first, way_along
 from ab_sim.batch.sample_room import SampleRoom
 from ab_sim.drive import Drive
+from ab_sim.drive.steps import Steps
 from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import start_modes, start_state
 from ab_sim.errors import DivergedError
-from ab_sim.drive.steps import Steps
 
 _AT_ONCE = 10_000
 """Steps whose samples are in memory at a time where they are thinned."""

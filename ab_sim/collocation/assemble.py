@@ -67,10 +67,10 @@ class CollocationCode:
         self.emission = CollocationEmission(code.emission, coordinates, nodes, balls_alike)
         self._code = MachineCode(self.emission.text())
         address = self._code.address
+        names = [name for name in Functions._fields if name != "evaluate"]
         self.functions = Functions(
-            *(address(name) for name in ("start", "iterate", "iterate_near", "judge", "keep")),
-            *(address(name) for name in ("sample", "begin", "rows")),
-            address("evaluate") if code.model.has_events else 0,
+            **{name: address(name) for name in names},
+            evaluate=address("evaluate") if code.model.has_events else 0,
         )
 
     @property
@@ -185,13 +185,21 @@ class ByCollocation:
 
     Args:
         system: what moves.
-        nodes: N.
+        nodes, samples, powers: see ``Setting``.
         tolerance, steps: see ``method_of``.
     """
 
-    def __init__(self, system: System, nodes: int, tolerance: float, steps: float) -> None:
+    def __init__(
+        self,
+        system: System,
+        nodes: int,
+        samples: tuple[int, ...],
+        powers: int,
+        tolerance: float,
+        steps: float,
+    ) -> None:
         self._nodes, self._alike = nodes, have_one_drag_rate(system)
-        self._method = method_of(Setting(nodes), tolerance, steps)
+        self._method = method_of(Setting(nodes, samples, powers), tolerance, steps)
         # Which kind of segment changes nothing of the memory.
         kind = code_of(system, Ramp)
         self._made: list[tuple[Collocation, CollocationCode]] = []

@@ -1,10 +1,10 @@
 """Collocation along a speed profile, in steps of its own, the scene's steps being samples in them.
 
-How long a step is follows from the motion: of the scene's steps it goes over one or several, or down
-to a 1024th of one; one that leaves too large an error, or whose iteration does not come to an end,
-is made shorter; and after one whose error is far enough below what is asked the next is longer.
-Behind a kink of the motion, where there is no step to carry on, the first one is short beside the
-spindle's turns and the deck's cycles, as is fit for what decays after a jump.
+How long a step is follows from the motion: of the scene's steps it goes over one or several, or
+down to a 1024th of one; one that leaves too large an error, or whose iteration does not come to an
+end, is made shorter; and after one whose error is far enough below what is asked the next is
+longer. Behind a kink of the motion, where there is no step to carry on, the first one is short
+beside the spindle's turns and the deck's cycles, as is fit for what decays after a jump.
 
 Steps follow one another from the last kink on, wherever the samples that are asked for end: a step
 belongs to the state, with how many of its samples have been taken. A command in the middle of one
@@ -201,7 +201,7 @@ def take_step(own: Collocation, stretch: Stretch, until: float) -> bool:
     Returns:
         Whether there is such a step.
     """
-    run, length, head = own.run, stretch.length, head_of(own)
+    run, length = own.run, stretch.length
     begin, trial = local_time(run, stretch, 0), run.work.trial
     whole = (until - begin) / length + 1e-6 if length == run.step else 1.0
     for j in range(run.state.size):

@@ -109,8 +109,9 @@ class CollocationEmission:
 
     @property
     def tables(self) -> int:
-        """How many tables there are up to the same instants, but for that of what is only
-        integrated, which is the last.
+        """How many tables there are up to the same instants, but for the last one.
+
+        That is of what is only integrated.
         """
         return self._table_of()[self.formulas.integral.name][1]
 
@@ -187,7 +188,7 @@ class CollocationEmission:
         found: dict[int, Place] = {}
         elsewhere = {**self.emission.places, **self._tables(), **self._modes(), **self._scale()}
         self._before: list[tuple[Expression, Place]] = []
-        for near, roots in self._iterate.items():
+        for roots in self._iterate.values():
             for name, root in roots.items():
                 if not name.startswith("result"):
                     self._line(name, root.each)
@@ -245,10 +246,7 @@ class CollocationEmission:
                 body.store(x, self._own[name])
 
     def start(self) -> Function:
-        """``start(c, b, own, numbers, spindle_numbers, tables, spindle, weights, carry, y, old, work)``
-
-        with the doubles begin, length [s] and moved [rad].
-        """
+        """``start(c, b, own, ..., begin, length, moved)``: see ``ab_sim.collocation``."""
         roots = self.steps.start()
         graph = self.model.graph
         inputs = {x.payload: x for x in reached(x for x, _ in self._before) if x.op == "input"}
@@ -281,9 +279,8 @@ class CollocationEmission:
         """
         places = {**self._tables(), **self._linear(), **self._weights(), **self._state()}
         places |= dict(self._row_places(FORCES, "f"))
-        places |= {
-            f"bound[{name}]": p._replace(pointer=BOUNDS) for name, p in self._state().items()
-        }
+        for name, place in self._state().items():
+            places[f"bound[{name}]"] = place._replace(pointer=BOUNDS)
         pointers = [OWN, TABLES, OPEN, WEIGHTS, BOUNDS, STATE, FORCES, STATES]
         roots = self._lowered(self.steps.sample())
         targets = self._lines_of_states()
@@ -317,9 +314,7 @@ class CollocationEmission:
         return own + 3 * model.has_motor + 2 * model.has_energy_balance
 
     def begin(self) -> Function:
-        """``begin(c, b, own, y, f, time)``: f as it is at one instant, R numbers, and behind them
-        the spindle's speed [rad/s].
-        """
+        """``begin(c, b, own, y, f, time)``: f at one instant, and the spindle's speed."""
         model = self.model
         at = model.motion()
         found = model.evaluated(at)
@@ -341,7 +336,7 @@ class CollocationEmission:
         return into
 
     def evaluate(self) -> Function:
-        """``evaluate(c, b, t, states, k, x, motor, table)``: in lanes, see ``Emission.evaluate``."""
+        """``evaluate(c, b, t, states, k, x, motor, table)``: ``Emission.evaluate`` in lanes."""
         pointers = ["k", "x", "motor", "table"]
         into, body = self._of_states("evaluate", pointers, ("time",))
         emission, n = self.emission, self.model.count

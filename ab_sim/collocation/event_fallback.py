@@ -1,10 +1,10 @@
 """Where collocation leaves steps to a stepper whose steps are cut at events.
 
 Between two events the branches of all laws stay as they are, and the motion is smooth: a step is
-solved as if they did so all along. Then the event functions of these branches are looked at all over
-it, as the polynomials through its nodes that they are as nearly as f is. Samples before the first
-doubt that one is negative are taken. The step behind them is the other stepper's, which locates what
-happens in it; after that collocation begins anew.
+solved as if they did so all along. Then the event functions of these branches are looked at all
+over it, as the polynomials through its nodes that they are as nearly as f is. Samples before the
+first doubt that one is negative are taken. The step behind them is the other stepper's, which
+locates what happens in it; after that collocation begins anew.
 
 A step that comes to nothing is time lost. So where little has come of collocation since the other
 stepper last took over, that one goes on for twice as many steps as then, up to ``MOST``: a bounded
@@ -35,8 +35,8 @@ from ab_sim.events.run import SPEED, evaluate
 from ab_sim.stepping.fixed_step import Stretch, local_time, step_by_step
 
 FAR = 4.0
-"""A function whose values at the nodes are apart by this many times less than their mean, in sum, is
-that of a polynomial which is nowhere near zero: none of Lagrange's exceeds 1.6."""
+"""A function whose values at the nodes are apart by this many times less than their mean, in sum,
+is that of a polynomial which is nowhere near zero: none of Lagrange's exceeds 1.6."""
 WORTH = 4.0
 """Samples that collocation has to bring between two calls of the other stepper."""
 MOST = 128.0
@@ -53,7 +53,7 @@ def reach_of(tolerance: float) -> float:
 
 
 def before_events(own: Collocation) -> int:
-    """How many of the PIECES of the step in memory come before any event function may be crossed."""
+    """How many PIECES of the step in memory come before any event function may be crossed."""
     if not own.run.has_events:
         return PIECES
     put_event_functions(own)
@@ -100,8 +100,12 @@ def put_event_functions(own: Collocation) -> None:
 
 
 def pieces_above(own: Collocation, values: Floats, most: int) -> int:
-    """In how many pieces, up to ``most``, the polynomial through values at the nodes is surely more
-    than its last coefficients.
+    """In how many first pieces a polynomial is surely more than its last coefficients.
+
+    Args:
+        own: the Collocation.
+        values: of the polynomial at the nodes.
+        most: pieces that are looked at.
     """
     count, doubt = values.size, 0.0
     for back in range(2):

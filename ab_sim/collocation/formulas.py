@@ -1,10 +1,10 @@
 """What collocation computes at the nodes of a step, as expressions: one lane for each node.
 
-Equations of second order are x'' + c x' + k x = f: of the deck's coordinates first (``coordinates``),
-then of the balls, and of a motor's spindle. Unknown is f at the nodes. What it makes of x and v is
-linear, and as exact as the tables of responses; how accelerations follow from x and v, the model
-says. An iteration goes round once: the deck gives way to the balls' accelerations as they were, and
-each ball follows the deck: no elimination, no division, and a change shrinks by 1/70 or so.
+Equations of second order are x'' + c x' + k x = f: of the deck's coordinates first, then of the
+balls, and of a motor's spindle. Unknown is f at the nodes. What it makes of x and v is linear, and
+as exact as the tables of responses; how accelerations follow from x and v, the model says. An
+iteration goes round once: the deck gives way to the balls' accelerations as they were, and each
+ball follows the deck: no elimination, no division, and a change shrinks by 1/70 or so.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ CHAINS = 4
 """Sums of a product's terms that are made side by side: each term waits for the one before."""
 TINY = 1e-300
 """What is added to what may be 0, and is divided by."""
-SMALL = 1.0 / 256.0
+SMALL = 1.0 / 16.0
 """Angle [rad] up to which ``turned`` is right to rounding."""
 
 Roots = dict[str, Expression]
@@ -328,6 +328,7 @@ def product(
 def turned(c: Number, s: Number, d: Number) -> tuple[Number, Number]:
     """(cos(x + d), sin(x + d)) from those of x, for abs(d) up to ``SMALL``."""
     dd = d * d
-    a = dd * (dd * (1.0 / 24.0) - 0.5)
-    b = d * (dd * (dd * (1.0 / 120.0) - 1.0 / 6.0) + 1.0)
+    dddd = dd * dd
+    a = dd * (dddd * (dd * (1.0 / 40320.0) - 1.0 / 720.0) + (dd * (1.0 / 24.0) - 0.5))
+    b = d * (dddd * (dd * (-1.0 / 5040.0) + 1.0 / 120.0) + (dd * (-1.0 / 6.0) + 1.0))
     return c + (c * a - s * b), s + (s * a + c * b)

@@ -12,8 +12,8 @@ FIRST_TURN = 0.5
 makes of a jump decays [rad]: no estimate by later coefficients sees what is over before the first
 node."""
 FARTHEST_TURN = math.pi / 4.0
-"""How far the spindle turns at most in a step, for each node [rad]: eight nodes see no more than one
-turn of a wave, and what they miss of it is not in the coefficients that they find."""
+"""How far the spindle turns at most in a step, for each node [rad]: eight nodes see no more than
+one turn of a wave, and what they miss of it is not in the coefficients that they find."""
 NEAR = 0.05
 """A step's error is so near to what is asked for that none longer will do, see ``power_of``."""
 PATIENCE = 16.0
@@ -47,8 +47,9 @@ def shorter(counts: Integers, size: int) -> int:
 
 
 def power_of(own: Collocation, ratio: float) -> float:
-    """What a step's error is multiplied with where its length is with this ratio: two powers more
-    than there are nodes.
+    """What a step's error is multiplied with where its length is with this ratio.
+
+    Two powers more than there are nodes.
     """
     square, found = ratio * ratio, 1.0
     for _ in range((own.method.nodes.at.size + 2) // 2):

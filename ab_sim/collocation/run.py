@@ -13,15 +13,15 @@ from ab_sim.events.run import DIRECTION, Run
 LENGTH, SAMPLES, TAKEN, BEGIN, MOVED, STEP, AHEAD, WAIT = 0, 1, 2, 3, 4, 5, 6, 7
 GOOD, REST, AT_ONCE, SINCE = 8, 9, 10, 11
 HEAD = 12
-"""The memory's head: the step's length [s]; how many samples there are in it, and how many have been
-taken; local time of its beginning [s]; the angle that the rotor's axes make in it [rad]; from one
-sample to the next [s]; how long the next step is, in parts of that; steps to wait before a longer
-one is tried. Then of events: how many samples of the step are before any; how many samples are
-still to be reached by the other stepper; how many were, when it last took over; how many have been
-reached by collocation since then. And how many numbers this head has."""
+"""The memory's head: the step's length [s]; how many samples there are in it, and how many have
+been taken; local time of its beginning [s]; the angle that the rotor's axes make in it [rad]; from
+one sample to the next [s]; how long the next step is, in parts of that; steps to wait before a
+longer one is tried. Then of events: how many samples of the step are before any; how many samples
+are still to be reached by the other stepper; how many were, when it last took over; how many have
+been reached by collocation since then. And how many numbers this head has."""
 TIME, PROFILE_TIME, INSIDE = 0, 1, 2
-"""Lines behind those of states: local time [s]; the time at which to look on the profile; whether the
-state is within its bounds, 1 or 0."""
+"""Lines behind those of states: local time [s]; the time at which to look on the profile; whether
+the state is within its bounds, 1 or 0."""
 STRIDE = 3
 """Numbers of such a line are so many times as many as there are nodes."""
 CHANGED, TURNED, SCALE, SPINDLE_SCALE, ERROR, WITHIN, TURN = 0, 1, 2, 3, 4, 5, 6
@@ -68,8 +68,10 @@ class Method(NamedTuple):
 
 
 class ResponseTables(NamedTuple):
-    """Tables of responses, set by set; of a set those up to the nodes, then those up to the samples,
-    N at a time; each for every equation, and for what is only integrated.
+    """Tables of responses, set by set.
+
+    Of a set those up to the nodes, then those up to the samples, N at a time; each for every
+    left-hand side, and for what is only integrated.
     """
 
     lines: Table
@@ -121,8 +123,8 @@ class Collocation(NamedTuple):
     method: Method
     tables: ResponseTables
     linear: Floats
-    """c [1/s] and k [1/s^2] of each left-hand side; then, of a deck in space, matrices from its modes
-    and to them, line by line; shape (2 sides,) or (2 sides + 98,)."""
+    """c [1/s] and k [1/s^2] of each left-hand side; then, of a deck in space, matrices from its
+    modes and to them, line by line; shape (2 sides,) or (2 sides + 98,)."""
     buffers: Buffers
     result: Floats
     """Shape (RESULTS,), see above."""
@@ -133,8 +135,9 @@ class Collocation(NamedTuple):
 
 
 def memory_of(own: Collocation) -> Floats:
-    """What belongs to the state: f at the nodes of the step at hand, the state at its beginning, and
-    the head.
+    """What belongs to the state.
+
+    f at the nodes of the step at hand, R lines; the state at its beginning; the head.
     """
     return own.run.work.memory[0]
 

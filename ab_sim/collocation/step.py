@@ -102,8 +102,8 @@ def solve_step(
     table, spindle_line = own.tables.lines[first * lines], own.tables.lines[spindle * lines]
     facts, spindle_facts = numbers[first], numbers[spindle]
     call(
-        functions.start, c, b, own.linear, facts, spindle_facts, table, spindle_line, weights, carry,
-        state, memory_of(own), work, begin, length, head[MOVED],
+        functions.start, c, b, own.linear, facts, spindle_facts, table, spindle_line, weights,
+        carry, state, memory_of(own), work, begin, length, head[MOVED],
     )  # fmt: skip
     before = carried_before = turned_before = math.inf
     solved, near = False, False

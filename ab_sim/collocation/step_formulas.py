@@ -148,11 +148,11 @@ class StepFormulas:
         begin = model.graph.input("begin", Level.TIME)
         roots["time"] = lifted(model.graph, begin + of.given("impulse", of.integral))
         inside: Number = 1.0
-        for name, x in roots.items():
+        for name, one in roots.items():
             if name != "time":
-                bound = model.graph.input(f"bound[{name}]", Level.TIME, x.each)
-                here = where(abs(x) < bound, 1.0, 0.0)
-                inside = inside * (_every(here, model.count) if x.each else here)
+                bound = model.graph.input(f"bound[{name}]", Level.TIME, one.each)
+                here = where(abs(one) < bound, 1.0, 0.0)
+                inside = inside * (_every(here, model.count) if one.each else here)
         roots["inside"] = lifted(model.graph, inside)
         return roots
 

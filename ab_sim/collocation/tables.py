@@ -121,8 +121,9 @@ def serves(numbers: Floats, length: float, samples: int, damping: float, stiffne
 
 
 def spindle_table(own: Collocation, first: int) -> int:
-    """The table of a motor's spindle, of those from one on: its acceleration is only integrated
-    while the motor is at its limit. Any without a motor.
+    """The table of a motor's spindle, of those from one on; any without a motor.
+
+    While the motor is at its limit, the spindle's acceleration is only integrated.
     """
     if not own.run.balls.has_motor:
         return first
@@ -130,7 +131,7 @@ def spindle_table(own: Collocation, first: int) -> int:
 
 
 def carrying(own: Collocation, ratio: float) -> int:
-    """The first line of the matrix that carries polynomials on into a step so many times as long."""
+    """First line of the matrix that carries polynomials on into a step so many times as long."""
     head, ratios = own.tables.head, own.tables.ratios
     count, at = own.method.nodes.at.size, int(head[LATEST_RATIO])
     if ratios[at] == ratio:

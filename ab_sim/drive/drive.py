@@ -8,6 +8,7 @@ from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
 from ab_sim.drive.observation import Energy, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
+from ab_sim.drive.steps import Steps
 from ab_sim.drive.trajectory import Trajectory, check_room
 from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import start_modes, start_state, system_of
@@ -20,7 +21,6 @@ from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
 from ab_sim.spindle.stretches import Grid, Stretch, parts, piece_after, same_instant
-from ab_sim.drive.steps import Steps
 
 AT_ONCE = 10_000
 """Steps between two thinnings of what need not all be kept."""

@@ -14,7 +14,7 @@ from ab_sim.events.prepared import aligned, balls_of, workspace
 from ab_sim.events.run import Implicit, Run
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
-from ab_sim.integrate.steppers.collocation import NODES, Collocation
+from ab_sim.integrate.steppers.collocation import Collocation
 from ab_sim.integrate.steppers.generalized_alpha import Alpha
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.constants import numbers_of
@@ -45,7 +45,7 @@ class Steps:
         bounds = state_bounds(system, step / stepper.parts)
         weights, self._by_collocation = stepper.weights, None
         if isinstance(weights, Collocation):
-            self._by_collocation = ByCollocation(system, NODES, *weights)
+            self._by_collocation = ByCollocation(system, *weights)
         self._system, self._stepper, self._step = system, stepper, step
         self.modes, self.state = modes, aligned(bounds.shape)
         self._balls = balls_of(system, modes)
@@ -74,7 +74,7 @@ class Steps:
             run.scene.c[: len(numbers)] = numbers
         own, weights = self._by_collocation, self._stepper.weights
         if own is not None and not own.take(system):
-            self._by_collocation = ByCollocation(system, NODES, *weights)
+            self._by_collocation = ByCollocation(system, *weights)
             self._made.clear()
 
     def _memory(self, states: int) -> tuple[int, int]:

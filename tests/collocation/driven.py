@@ -27,6 +27,8 @@ from ab_sim.spindle.profile import SpeedProfile
 from ab_sim.spindle.stretches import Grid
 from ab_sim.stepping.assemble import run_of
 
+EIGHT = Setting()
+
 
 class Collocated:
     """A scene's run by collocation.
@@ -44,12 +46,13 @@ class Collocated:
         scene: Scene,
         tolerance: float = 1e-11,
         steps: float = 0.0,
-        setting: Setting = Setting(),
+        setting: Setting = EIGHT,
         ledger: bool = False,
         plain: bool = False,
     ) -> None:
         self.system = system_of(scene, ledger)
-        self.way = Way.along(SpeedProfile.of_scene(scene), Grid(scene.solver.step, cycle_of(scene)), 0)
+        grid = Grid(scene.solver.step, cycle_of(scene))
+        self.way = Way.along(SpeedProfile.of_scene(scene), grid, 0)
         self.step = scene.solver.step
         self.state = start_state(scene, self.system)
         self.discrete = start_modes(scene, self.system)

@@ -1,4 +1,4 @@
-"""Operations across lanes: machine code has the bits of the expressions written out lane by lane."""
+"""Operations across lanes: machine code has the bits of expressions written out lane by lane."""
 
 import ctypes
 

@@ -4,26 +4,24 @@ import inspect
 import re
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
-from numba.extending import register_jitable
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics import effects
-from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
-from ab_sim.dynamics.dispatch import APART, any_effect_has, forward, sum_over_effects
+from ab_sim.dynamics.assemble import system_of
+from ab_sim.equations import effects
 from ab_sim.equations.effects import RollingFriction, Suspension, ViscousDrag
 from ab_sim.equations.motion import Ball, Deck
-from ab_sim.dynamics.numbers.lanes import LANES, as_lanes, leaves, spread
-from ab_sim.dynamics.system import Place, has_events
-from ab_sim.integrate.fixed_step import Run, advance
-from ab_sim.integrate.kept import Kept
-from ab_sim.integrate.steppers.rk8 import RK8
-from ab_sim.integrate.workspace import aligned, workspace
+from ab_sim.equations.sums import any_has, over_effects
+from ab_sim.kernels.constants import layout_of_constants, traced
+from ab_sim.kernels.emission import Emission
+from ab_sim.kernels.model import Model
 from ab_sim.scene import check_scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.spindle import Ramp
+from ab_sim.tracing import Expression, Graph, lowered
+from ab_sim.tracing.expression import reached
+from ab_sim.tracing.plain import python_function
 from tests.conftest import THESIS, merge
 from tests.effects.parts import NO_LOSSES, scene_of
 
@@ -49,12 +47,12 @@ def test_every_documented_method_is_of_some_effect() -> None:
 
 
 def test_sums_leave_out_effects_without_the_method() -> None:
-    inertia = sum_over_effects("ball_inertia", 0.0)
-    assert inertia((Suspension(1.0, 1.0), ViscousDrag(1.0)), Ball(1.0, 1.0)) == 0.0
-    friction = sum_over_effects("friction_coefficient", 0.0)
+    smooth = (Suspension(1.0, 1.0), ViscousDrag(1.0))
+    assert over_effects(smooth, "ball_inertia", 0.0, Ball(1.0, 1.0)) == 0.0
     both = (RollingFriction(0.1), Suspension(1.0, 1.0), RollingFriction(0.2))
-    assert friction(both, Ball(1.0, 1.0)) == pytest.approx(0.3)
-    assert any_effect_has("ball_drag")(both) is False
+    found = over_effects(both, "friction_coefficient", 0.0, Ball(1.0, 1.0))
+    assert found == pytest.approx(0.3)
+    assert any_has(both, "ball_drag") is False
 
 
 HALVES: tuple[dict[str, Any], ...] = (
@@ -87,106 +85,99 @@ MOVING: dict[str, Any] = {"deck": Deck(3e-4, -2e-4, 0.05, 0.04), "ball": Ball(1e
 """Arguments by name; others are numbers."""
 
 
-def scaled(values: Any, factor: float) -> Any:
-    """Nested tuples with all their floats changed, and nothing else."""
-    if isinstance(values, tuple):
-        parts = [scaled(value, factor) for value in values]
-        return type(values)(*parts) if hasattr(values, "_fields") else tuple(parts)
-    return values * factor if isinstance(values, float) else values
-
-
-def in_lanes(
-    method: str, count: int, thing: Any, arguments: tuple[Any, ...], factors: list[float]
-) -> Any:
-    """What compiled code makes of a method with the floats times each factor, side by side."""
-    call = forward(method)
-    several = register_jitable((lambda result: result) if count > 1 else (lambda result: (result,)))
-
-    @numba.njit(error_model="numpy")
-    def run(thing, arguments, table, out):  # type: ignore[no-untyped-def]
-        this, given = spread((thing, arguments), as_lanes(table))
-        result = several(call(this, *given))
-        for i in range(count):
-            as_lanes(out)[i] = result[i]
-
-    numbers = leaves((thing, arguments))
-    table, out = aligned((len(numbers), LANES)), aligned((count, LANES))
-    table[:] = np.outer(numbers, factors)
-    run(thing, arguments, table, out)
-    return out
-
-
 @pytest.mark.parametrize("name", effect_classes())
 def test_an_effect_computes_and_does_nothing_else(name: str) -> None:
-    """As the folder's documentation says: the same compiled, and unless it has events in lanes."""
+    """As the folder's documentation says: the same with floats, and traced."""
     (half,) = [half for half in HALVES if name in half]
     effect = check_scene({**THESIS, "effects": half}, "test").effects[name]
-    factors = [1.0 + 0.01 * lane for lane in range(LANES)]
     for method in METHODS & set(vars(type(effect))):
         names = list(inspect.signature(getattr(effect, method)).parameters)
         arguments = tuple(MOVING.get(key, 0.3 + 0.1 * i) for i, key in enumerate(names))
-        expected = []
-        for factor in factors:
-            this, given = scaled((effect, arguments), factor)
-            result = getattr(this, method)(*given)
-            assert result == getattr(this, method)(*given)
-            numbers = result if isinstance(result, tuple) else (result,)
-            assert {type(number) for number in numbers} == {float}
-            expected.append(numbers)
-        count = len(numbers)
-        if has_events((effect,)):
-            compiled = numba.njit(error_model="numpy")(getattr(type(effect), method))
-            found = np.reshape(compiled(effect, *arguments), (count, 1))
-        else:
-            found = in_lanes(method, count, effect, arguments, factors)
-        np.testing.assert_allclose(found, np.transpose(expected[: found.shape[1]]), rtol=1e-12)
+        result = getattr(effect, method)(*arguments)
+        assert result == getattr(effect, method)(*arguments)
+        numbers = result if isinstance(result, tuple) else (result,)
+        assert {type(number) for number in numbers} == {float}
+        given: dict[str, float] = {}
+        this, those = traced((effect, arguments), "x", _input(Graph(), given))
+        made = getattr(this, method)(*those)
+        roots = [x for x in (made if isinstance(made, tuple) else (made,))]
+        inputs = {key: f"v{k}" for k, key in enumerate(given)}
+        values = {f"v{k}": value for k, value in enumerate(_floats((effect, arguments)))}
+        expressions = lowered([x for x in roots if isinstance(x, Expression)])
+        found = iter(python_function(expressions, inputs)(**values))
+        both = [next(found) if isinstance(x, Expression) else x for x in roots]
+        np.testing.assert_allclose(both, numbers, rtol=1e-12)
 
 
-@pytest.fixture(scope="module")
-def kernels() -> list[tuple[str, str]]:
-    """Of both halves, the types that the kernel is compiled for, and its code."""
-    made = []
-    for half in HALVES:
-        scene = check_scene({**THESIS, "effects": half}, "test")
-        system = system_of(scene)
-        state, modes = start_state(scene, system), start_modes(scene, system)
-        work = workspace(system, RK8, state_bounds(system, 1e-3))
-        place = Place(Ramp(0.0, 40.0), 0.0)
-        kept = Kept(Run(system, place, RK8.weights, 1e-3, state, modes, work, 0))
-        arguments = (kept, np.empty((1, 10)), 0, 0, 1, 0.0, np.empty((1, 20)))
-        # Compiled afresh: code that came from the disk cache cannot be inspected.
-        fresh = numba.njit(**APART)(advance.py_func)
-        signature = tuple(numba.typeof(argument) for argument in arguments)
-        fresh.compile(signature)
-        made.append((str(signature[0]), fresh.inspect_llvm(signature)))
-    return made
+def _input(graph: Graph, given: dict[str, float]) -> Any:
+    def make(name: str) -> Expression:
+        given[name] = 0.0
+        return graph.input(name)
+
+    return make
+
+
+def _floats(value: Any) -> list[float]:
+    if isinstance(value, tuple):
+        return [number for part in value for number in _floats(part)]
+    return [value] if isinstance(value, float) else []
+
+
+def emission_of(chosen: dict[str, Any]) -> Emission:
+    """What is emitted for the thesis' drive with these effects."""
+    raw = {**THESIS, "effects": chosen}
+    if not any(effect_classes()[name].uses_ball_radius for name in chosen):
+        raw["balls"] = {key: value for key, value in raw["balls"].items() if key != "radius"}
+    system = system_of(check_scene(raw, "test"))
+    layout = layout_of_constants(system, Ramp)
+    return Emission(Model(system, Ramp), layout, Ramp._fields)
+
+
+def parameters_used(emission: Emission) -> set[str]:
+    """Inputs that something depends on that is emitted."""
+    roots = [x for group in emission.roots.values() for x in group]
+    return {str(x.payload) for x in reached(roots) if x.op == "input"}
 
 
 @pytest.mark.parametrize("name", effect_classes())
-def test_what_a_scene_does_not_name_is_not_in_its_kernel(
-    name: str, kernels: list[tuple[str, str]]
-) -> None:
-    """Its class is not among the types that the kernel is compiled for, nor in its code."""
-    effect = effect_classes()[name]
-    word = re.compile(rf"(?<![A-Za-z]){effect.__name__}(?![A-Za-z])")
-    assert sum(name in half for half in HALVES) == 1
-    for half, (types, code) in zip(HALVES, kernels, strict=True):
-        assert bool(word.search(types)) == (name in half)
-        assert (effect.__name__ in types) == (effect.__name__ in code)
+def test_what_a_scene_does_not_name_is_not_computed(name: str) -> None:
+    """Its parameters are in the code of the half that names it; without it the code is shorter."""
+    ((at, half),) = [(at, half) for at, half in enumerate(HALVES) if name in half]
+    emission = emission_of(half)
+    used = parameters_used(emission)
+    own = [key for key in effect_classes()[name]._fields if key != "rest_speed"]
+    kinds = [type(effect) for effect in emission.model.effects]
+    place = kinds.index(effect_classes()[name])
+    expected = {f".1.{place}.{key}" for key in own}
+    # The law of impact is emitted by itself, and called at impacts.
+    assert expected <= used or name == "ball_contact"
+    others = {key for key in used if key.startswith(".1.")}
+    places = {int(key.split(".")[2]) for key in others}
+    assert places <= set(range(len(half)))
+    alone = {key: value for key, value in half.items() if key != name}
+    if name in ("motor", "spindle_acceleration"):
+        alone.pop("motor", None)
+    if name == "spindle_acceleration":
+        # A motor asks for it.
+        half = {key: value for key, value in half.items() if key != "motor"}
+    sizes = []
+    for chosen in (half, alone):
+        own_code = emission_of(chosen)
+        made = own_code.prepare(), own_code.slope()
+        sizes.append(sum(len(function.lines) for function in made))
+    if name in ("ball_contact", "ball_spin"):
+        # An impact is code of its own; a ball's spin is in its constants, and costs nothing at all.
+        assert sizes[0] >= sizes[1]
+    else:
+        assert sizes[0] > sizes[1]
 
 
-def test_kernel_without_events_does_not_look_for_any(kernels: list[tuple[str, str]]) -> None:
-    (_, without), (_, events) = kernels
-    for what in (".callback.", "step_with_events", "enter", "look_back"):
-        assert what in events and what not in without
-
-
-def test_what_happens_at_events_is_compiled_for_no_scene(kernels: list[tuple[str, str]]) -> None:
-    """A kernel has its equations, and calls the rest where it has been compiled once for all."""
-    for _, code in kernels:
-        assert "evaluate" in code
-        for what in ("settle", "collide", "margins", "locate"):
-            assert what not in code
+def test_a_scene_without_events_has_no_code_for_them() -> None:
+    without, with_events = (emission_of(half) for half in HALVES)
+    assert "table" not in without.roots and "block" not in without.roots
+    assert "table" in with_events.roots and "block" in with_events.roots
+    assert not {"sign", "rows", "limit", "mobility_now"} & parameters_used(without)
+    assert {"sign", "limit"} <= parameters_used(with_events)
 
 
 def test_without_spindle_acceleration_only_its_terms_are_missing(scene: Any) -> None:

@@ -8,13 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ab_sim.dynamics.assemble import start_modes, start_state, system_of
+from ab_sim.dynamics.system import JOINED, SPACING
 from ab_sim.equations.neighbours import start_angles
-from ab_sim.dynamics.race.race import gap, race_of
-from ab_sim.dynamics.system import JOINED, SPACING, Place
 from ab_sim.errors import SceneError
+from ab_sim.events.balls import gap, put_branches
+from ab_sim.events.prepared import balls_of
+from ab_sim.kernels.code import called, code_of
 from ab_sim.scene import Scene
 from ab_sim.spindle import Ramp
-from tests.dynamics.calls import compiled_places, plant_of
 from tests.effects.parts import scene_of
 from tests.reference.contact import chain_of
 from tests.reference.model import Model
@@ -32,9 +33,13 @@ def gaps(scene: Scene) -> np.ndarray:
     """Of the law that runs, at the start, over the spacing; the row's ends come last."""
     system = system_of(scene)
     state, modes = start_state(scene, system), start_modes(scene, system)
-    plant = plant_of(system, Place(Ramp(0.0, 0.0), 0.0), modes)
-    compiled_places(plant, state)
-    found = [gap(race_of(plant), k) for k in range(len(system.contacts))]
+    code, balls = code_of(system, Ramp), balls_of(system, modes)
+    put_branches(balls)
+    c, slope = code.constants(system), np.zeros(len(state))
+    code.put_place(c, [0.0] * 5)
+    arrays = c, balls.branches, state, slope, balls.x, balls.motor, balls.table
+    called(code.address("evaluate"), *arrays, 0.0)
+    found = [gap(balls, k) for k in range(len(system.contacts))]
     return np.array(found) / system.contacts[:, SPACING]
 
 

@@ -6,6 +6,8 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
+from ab_sim.integrate.responses import LINES, NODES, NUMBERS
+from ab_sim.integrate.workspace import aligned
 from numpy.polynomial import Legendre, Polynomial
 from scipy.linalg import expm
 
@@ -13,8 +15,6 @@ from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate import responses, span
-from ab_sim.integrate.responses import LINES, NODES, NUMBERS
-from ab_sim.integrate.workspace import aligned
 from ab_sim.scene import load_scene
 from tests.hard_cases.extremes import errors
 

@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from ab_sim.integrate.hand_over import PIECES, bounds_within_pieces
+from ab_sim.integrate.responses import nodes
 
 from ab_sim.drive import Drive
 from ab_sim.errors import SceneError
-from ab_sim.integrate.hand_over import PIECES, bounds_within_pieces
-from ab_sim.integrate.responses import nodes
 from ab_sim.scene import load_scene
 from tests.deck.scenes import odd
 from tests.effects.parts import Changes, scene_of

@@ -3,29 +3,22 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import place_on, start_modes, system_of
-from ab_sim.dynamics.carriers.mounts import DAMPING, MOUNT_WIDTH, PLACE, STIFFNESS
-from ab_sim.dynamics.carriers.tilting import Tilting
-from ab_sim.equations.effects import BallSpin, RaceRunout, SpindleAcceleration, ViscousDrag
+from ab_sim.dynamics.assemble import start_modes, system_of
 from ab_sim.dynamics.layout import Layout, layout_of
-from ab_sim.dynamics.ledger import Ledger
-from ab_sim.dynamics.numbers.duals import dual, value_of
-from ab_sim.dynamics.slope import evaluate
 from ab_sim.dynamics.system import (
     DIRECTION,
     JOINED,
     LOADED,
     MODES,
-    Plant,
     System,
-    ball_count,
 )
-from ab_sim.integrate.on_stack import own_array, own_room
+from ab_sim.equations.effects import BallSpin, RaceRunout, SpindleAcceleration, ViscousDrag
+from ab_sim.equations.in_space import InSpace
+from ab_sim.equations.mounts import DAMPING, MOUNT_WIDTH, PLACE, STIFFNESS
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene import Scene, check_scene
 from ab_sim.spindle import Piece
@@ -129,7 +122,7 @@ def deck() -> Case:
         mounts[k, DAMPING : DAMPING + 3] = random.uniform(0.1, 1.0, 3)
         turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
         mounts[k, DAMPING + 3 :] = turn.T.ravel()
-    carrier = Tilting(
+    carrier = InSpace(
         total_mass=0.2,
         unbalance=2e-6,
         eccentricity=1e-4,
@@ -148,7 +141,7 @@ def deck() -> Case:
     )
     balls = system_of(thesis()).balls
     balls[:, -1] = 0.004, -0.003
-    system = System(carrier, balls, np.zeros((0, 2)), effects, (Ledger(),), (None,) * len(balls))
+    system = System(carrier, balls, np.zeros((0, 2)), effects, True)
     modes = np.zeros((len(balls) + 1, MODES), np.int64)
     sizes = sizes_of(layout_of(system), [*[1e-3] * 3, 1.0, *[0.3] * 3, *[0.1] * 3, *[10.0] * 3])
     return Case(system, [modes], sizes)
@@ -185,14 +178,14 @@ def differences(field: VectorField, state: np.ndarray, sizes: np.ndarray) -> tup
 def test_jacobian_is_that_of_central_differences(name: str) -> None:
     """To their error: less than they differ from those two orders lower, but for rounding.
 
-    Of f that is some 2^-53 of its size, times ten for what cancels within f, over STEP.
+    Of f that is some 2^-53 of its size, times fifteen for what cancels within f, over STEP.
     """
     case = CASES[name]()
     fields = [VectorField(case.system, CURVE, modes) for modes in case.modes]
     states = states_of(case)
     slopes = [fields[k % len(fields)].slope(NOW, state) for k, state in enumerate(states)]
     scale = np.abs(slopes).max(axis=0)[:, None] / case.sizes
-    rounding = 10 * 2.0**-53 / STEP * scale
+    rounding = 15 * 2.0**-53 / STEP * scale
     for k, state in enumerate(states):
         field = fields[k % len(fields)]
         sixth, fourth = differences(field, state, case.sizes)
@@ -200,30 +193,6 @@ def test_jacobian_is_that_of_central_differences(name: str) -> None:
         bound = np.abs(sixth - fourth) + rounding
         assert (error <= bound).all(), ((error / bound).max(), np.argwhere(error > bound))
         assert (bound <= 1e-5 * scale).all(), (bound / scale).max()
-
-
-@numba.njit(error_model="numpy", _nrt=False)
-def values_of_duals(system, place, time, state, modes, out):  # type: ignore[no-untyped-def]
-    """f with duals for numbers, its values."""
-    number = dual(0.0, 0)
-    at, slope = own_array(number, (state.size,)), own_array(number, (state.size,))
-    for j in range(state.size):
-        at[j] = dual(state[j], j % 7)
-    room = own_room(system, ball_count(system), number)
-    evaluate(Plant(system, place, modes, room), time, at, slope)
-    for j in range(state.size):
-        out[j] = value_of(slope[j])
-
-
-@pytest.mark.parametrize("name", ["planar", "deck"])
-def test_values_beside_the_jacobian_are_those_of_floats_to_the_bit(name: str) -> None:
-    case = CASES[name]()
-    field = VectorField(case.system, CURVE, case.modes[0])
-    found = np.empty(field.layout.size)
-    for state in states_of(case):
-        local = NOW - CURVE.start
-        values_of_duals(case.system, place_on(CURVE), local, state, field.modes, found)
-        assert found.tobytes() == field.slope(NOW, state).tobytes()
 
 
 def test_derivative_by_time_is_that_of_central_differences() -> None:

@@ -8,14 +8,20 @@ II.7; Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339: exponentia
 import cmath
 from typing import NamedTuple
 
+from ab_sim.errors import SceneError
 from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.rk8 import RK8
 
-NODES = 8
-"""Gauss nodes of a step."""
-SAMPLES = 16
-"""Of the scene's steps in one of its own, at most."""
+FEW, MANY = 8, 16
+"""Nodes of a step."""
+FINE = 5e-11
+"""Tolerance [rad] below which ``MANY`` nodes take less time."""
+SAMPLES = {FEW: (1, 2, 3, 4, 6, 8, 12, 16), MANY: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)}
+"""How many of the scene's steps one of its own may go over, by its nodes."""
+POWERS = {FEW: 8, MANY: 10}
+"""How many of Legendre's polynomials are carried on into the next step: more than these grow more
+than they say."""
 PARTS = 1024
 """Into how many parts a step of the scene may be cut."""
 
@@ -23,6 +29,12 @@ PARTS = 1024
 class Collocation(NamedTuple):
     """What the method is told."""
 
+    nodes: int
+    """N of a step."""
+    samples: tuple[int, ...]
+    """How many of the scene's steps one of its own may go over."""
+    powers: int
+    """How many polynomials are carried on into the next step."""
     tolerance: float
     """rad."""
     steps: float
@@ -41,7 +53,14 @@ STEPS = Parameter(
     "12 or 16, whatever error that leaves; 0 for as many as the tolerance allows",
     0.0,
     0.0,
-    float(SAMPLES),
+    float(SAMPLES[FEW][-1]),
+)
+NODES = Parameter(
+    f"how many nodes each of its steps has: {FEW} or {MANY}; 0 for {MANY} where the tolerance is "
+    f"below {FINE:g} rad, else {FEW}",
+    0.0,
+    0.0,
+    float(MANY),
 )
 
 
@@ -50,15 +69,25 @@ def growth_of(z: complex) -> complex:
     return cmath.exp(complex(min(z.real, 0.0), z.imag))
 
 
-@register_family("collocation", {"tolerance": TOLERANCE, "steps": STEPS})
-def collocation(tolerance: float, steps: float) -> Stepper:
-    """The method with a tolerance [rad], and a number of steps in a span."""
+@register_family("collocation", {"tolerance": TOLERANCE, "steps": STEPS, "nodes": NODES})
+def collocation(tolerance: float, steps: float, nodes: float) -> Stepper:
+    """The method with a tolerance [rad], a number of the scene's steps in its own, and nodes.
+
+    Raises:
+        SceneError: there is no such number of nodes.
+    """
+    count = int(nodes) or (MANY if tolerance < FINE else FEW)
+    if count not in SAMPLES or (nodes and count != nodes):
+        raise SceneError(
+            f"solver.parameters.nodes = {nodes:g}: must be 0, {FEW} or {MANY}; {NODES.meaning}"
+        )
+    own = Collocation(count, SAMPLES[count], POWERS[count], tolerance, steps)
     return Stepper(
         "collocation",
-        2 * NODES,
+        2 * count,
         "Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339, on Gauss nodes",
-        Collocation(tolerance, steps),
-        evaluations=5 * NODES,
+        own,
+        evaluations=5 * count,
         growth=growth_of,
         spans=True,
         parts=PARTS,
