@@ -104,7 +104,7 @@ def nodes(count: int, samples: Sequence[int], powers: int) -> Nodes:
         scale,
         leading,
         (2.0 * np.arange(powers)[:, None] + 1.0) * share * values,
-        gauss(3 * count),
+        gauss(max(24, 3 * count)),
         stops,
         columns.astype(np.int64),
         np.array([goes_on for _, _, goes_on in chains], np.int64),
