@@ -99,9 +99,7 @@ class Collocated:
 
     def advance(self, steps: int, record: bool = False) -> np.ndarray:
         """Samples of so many steps."""
-        own = self.of(next(iter(self.way.kinds)))
-        width = 2 + own.buffers.rows.shape[0]
-        samples = np.zeros((max(steps, int(record)), width))
+        samples = np.zeros((max(steps, int(record)), self.width))
         kernel = self._kernel
         done = self.way.walk(kernel, self.taken, steps, np.nan, samples)
         if done < 0:
@@ -109,6 +107,12 @@ class Collocated:
             raise FloatingPointError(f"diverged after {self.taken} steps")
         self.taken += done
         return samples
+
+    @property
+    def width(self) -> int:
+        """Of a sample, without sensors."""
+        run = self.of(next(iter(self.way.kinds))).run
+        return 2 + run.ball_column + 2 * run.balls.number + run.balls.has_motor
 
     def _kernel(self, kind: type[Any]) -> Any:
         own = self.of(kind)
