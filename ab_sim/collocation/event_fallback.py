@@ -64,7 +64,9 @@ def before_events(own: Collocation) -> int:
         mean[slot] = apart[slot] = 0.0
     for j in range(count):
         for slot in range(slots):
-            mean[slot] += values[j, slot] / count
+            mean[slot] += values[j, slot]
+    for slot in range(slots):
+        mean[slot] *= 1.0 / count
     for j in range(count):
         for slot in range(slots):
             apart[slot] += abs(values[j, slot] - mean[slot])
