@@ -73,7 +73,8 @@ class CollocationEmission:
         for name, place in self._own.items():
             self.lines[name] = place.at
         self.work = self.rows
-        self._iterate = {near: self.lowered(self.formulas.iterate(near)) for near in (False, True)}
+        ways = (False,) if coordinates.has_modes else (False, True)
+        self._iterate = {near: self.lowered(self.formulas.iterate(near)) for near in ways}
         self._hoisted = self._known_before()
 
     # Where things are.
@@ -322,7 +323,7 @@ class CollocationEmission:
 
     def functions(self) -> list[Function]:
         """All of them."""
-        iterations = [self.iterate(), self.iterate(near=True)]
+        iterations = [self.iterate(near) for near in self._iterate]
         return [*iterations, self.start(), self.judge(), self.keep(), self.begin()]
 
 
