@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from ab_sim.collocation.stepper import FINE, MANY, collocation
 
 from ab_sim.collocation.assemble import Setting
 from ab_sim.collocation.run import SAMPLES, head_of
+from ab_sim.integrate.steppers.collocation import FINE, MANY, collocation
 from ab_sim.scene import Scene, load_scene
 from tests.collocation.driven import Collocated
 from tests.deck.scenes import odd
@@ -124,7 +124,7 @@ def test_more_nodes_make_longer_steps() -> None:
 
 
 def test_nodes_follow_from_the_tolerance() -> None:
-    assert [collocation(t, 0.0).nodes for t in (1e-3, FINE, 1e-12)] == [8, 8, MANY]
+    assert [collocation(t, 0.0, 0.0).weights.nodes for t in (1e-3, FINE, 1e-12)] == [8, 8, MANY]
     assert collocation(1e-3, 0.0, 16.0).order == 32
 
 
