@@ -65,6 +65,7 @@ def test_the_drive_of_section_6_2_has_what_is_printed() -> None:
     for case in (Case(2500.0), Case(2500.0, choice="mass", factor=2.0)):
         scene = changed_scene(base(), changes_of(case), "test")
         assert scene.eccentric_mass * scene.rotor.eccentricity == pytest.approx(3e-6)
+        assert scene.critical_speed is not None
         assert scene.critical_speed * 30 / np.pi == pytest.approx(2300.0, rel=0.01)
 
 
@@ -97,7 +98,7 @@ def _beside(
         return Bar(each, np.full(100, -balls + 0j))
 
     soon = {"no period": np.nan, "2500 rpm": 0.29, "2000 rpm": 0.2, "3000 rpm": carried}
-    motion = {name: np.tile([lags[name != "no period"]] * 2 + [at], (30, 1))
+    motion = {name: np.full((30, 3), [*[lags[name != "no period"]] * 2, at])
               for name, at in soon.items()}  # fmt: skip
     eccentric = dict.fromkeys((0.1, 0.25, 0.5), (10.0, bar(9.0, 0.2), bar(9.0, 0.2)))
     same = np.full(len(ECCENTRICITIES), -180.0)

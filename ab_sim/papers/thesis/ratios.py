@@ -20,7 +20,15 @@ from ab_sim.papers.thesis.claims import (
     stretches,
     value,
 )
-from ab_sim.papers.thesis.drive import OPPOSITE, THESIS, Parameters, StartUp, start_ups
+from ab_sim.papers.thesis.drive import (
+    AFTER,
+    OPPOSITE,
+    THESIS,
+    Parameters,
+    StartUp,
+    start_ups,
+)
+from ab_sim.papers.thesis.measures import at_time
 from ab_sim.papers.thesis.other_drives import (
     CASES,
     DURATIONS,
@@ -264,8 +272,7 @@ def _cancels(figure: str, made: Ratios) -> Claim:
         f"4.27, {figure}", "balance effect: the balls cancel the unbalance",
         f"{run.residual:.2f} of it left, in 4.25 {made.runs['4.25'].residual:.2f} (ours: "
         f"{BALANCED:g} at most)", run.residual <= BALANCED,
-        f"2 m R is {run.parameters.carried:.2f} M0 e, and both balls are at one place; the other "
-        "figures: see the table of what is left",
+        f"2 m R is {run.parameters.carried:.2f} M0 e, and both balls are at one place",
     )  # fmt: skip
 
 
@@ -300,13 +307,21 @@ def _not_by_time(figure: str, printed: str, p: Parameters) -> Claim:
 def _nor_farther(figure: str, p: Parameters) -> Claim:
     """Whether some end brings them to the next balanced position, as chapter 5 has it."""
     runs = holds_of(p)
-    near = [bool((at_odd(run.angles) & ~opposite(run.angles)).all()) for run in runs]
-    found = _holds_where(near, runs)
+    found = _holds_where([_stays_farther(run) for run in runs], runs)
     return own(
         figure, "to -540 or -900 deg, which chapter 5 calls balanced, too?",
-        f"holds of {found}" if found else "none of these holds",
+        f"there 2.5 s after the critical speed, and after the hold: {found or 'none'}",
         FARTHER if found else "no end time does it",
     )  # fmt: skip
+
+
+def _stays_farther(run: StartUp) -> bool:
+    """Whether both balls are at -540 or -900 deg 2.5 s after the critical speed, and at the end."""
+    before = np.degrees(
+        at_time(run.trajectory.ball_angles, run, run.parameters.critical_time + AFTER)
+    )
+    each = [at_odd(angles) & ~opposite(angles) for angles in (before, run.angles)]
+    return bool(np.all(each))
 
 
 def _holds_where(good: list[bool], runs: list[StartUp]) -> str:
