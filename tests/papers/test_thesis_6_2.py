@@ -120,7 +120,7 @@ def test_reasons_hold_where_runs_show_them() -> None:
 
 
 def test_five_balls_that_touch_are_not_dispersed() -> None:
-    """They span 57 deg, so that never all are within 25 deg of one place."""
+    """They span 58 deg, so that never all are within 25 deg of one place."""
     (claim,) = [
         one for one in reason_claims(_beside(12.0, 10.0, 10.0, TOUCHING, (20.0, 1.0)))
         if one.printed.startswith("five balls may be dispersed")

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from ab_sim.papers.page import Picture, Section
 from ab_sim.papers.thesis.claims import ODD, at_odd, table_of
@@ -22,6 +23,9 @@ from ab_sim.papers.thesis.rotation_ranges import (
     width_claim,
     width_table,
 )
+
+MOST = 6.0
+"""Ball positions that are shown over c_b, times -180 deg, as in the map."""
 
 
 def rotation_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
@@ -119,6 +123,10 @@ def _ends_picture(folder: Path, number: str, held: int, drag: Ends, eccentricity
     time.set_xlim(0.0, 2.5)
     time.set_xlabel("time after the critical speed [s]")
     over_drag.set_xlabel("c_b [N s/m]")
+    over_drag.set_xscale("log")
+    over_drag.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"], minor=False)
+    over_drag.xaxis.set_minor_formatter(NullFormatter())
+    over_drag.set_ylim(0.0, MOST)
     over_e.set_xlabel("e [um]")
     time.set_ylabel("ball position, times -180 deg")
     for axes, name in ((time, first), (over_drag, second), (over_e, third)):
@@ -128,5 +136,8 @@ def _ends_picture(folder: Path, number: str, held: int, drag: Ends, eccentricity
         for odd in ODD:
             axes.axhline(odd, color="0.6", lw=0.8, ls="--", zorder=0)
     what = "with a hold of 0.5 s" if held else "without a variable-speed period"
-    caption = f"Figures {first} to {third}: {what}; dashed: opposite to the unbalance"
+    caption = (
+        f"Figures {first} to {third}: {what}; dashed: opposite to the unbalance; {second} goes on "
+        "above"
+    )
     return written(figure, folder, number, caption)

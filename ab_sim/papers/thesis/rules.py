@@ -79,8 +79,8 @@ def rules_section(folder: Path, tell: Tell) -> Section:
     ranges = over_ranges(tell)
     tables = (
         table_of("Printed ratios and positions", [*ratio_claims(), *range_claims(ranges)]),
-        left_table(),
         damped_table(),
+        left_table(),
         _range_table(ranges),
     )
     text = (
