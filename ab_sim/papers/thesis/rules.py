@@ -84,7 +84,7 @@ def rules_section(folder: Path, tell: Tell) -> Section:
         _range_table(ranges),
     )
     text = (
-        "Figures 4.24 and 4.25 are 4.1 and 4.7 again. Times are those of the rule: start and end "
+        "Times are those of the rule: start and end "
         "where the critical speed is scaled. End positions are those 2.5 s after the critical "
         'speed. A printed ratio holds within 15 %, a position within 25 deg. Rows that say "not by '
         "the end time alone\" try other end times than the rule's; the last table keeps the rule's "
