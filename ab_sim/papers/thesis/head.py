@@ -42,8 +42,8 @@ def _count(sections: Sequence[Section]) -> str:
     by_section = ", ".join(f"{hold} of {all_} in {name}" for name, all_, hold in each if all_)
     most, hold = counted(sections)
     return (
-        f"1. Of {most} statements {hold} hold: {by_section}. What is by construction, ours to ask, or "
-        "undecided here is not counted."
+        f"1. Of {most} statements {hold} hold: {by_section}. What is by construction, ours to ask, "
+        "or undecided here is not counted."
     )
 
 
