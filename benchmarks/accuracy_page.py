@@ -190,8 +190,8 @@ What one more ball costs, from one number of balls to the next: {growth}. The C 
 ([thesis.c](../benchmarks/c_kernel/thesis.c), {compiler}) is the same scene written by hand, for a
 number of balls and a method known when it is compiled.
 
-From a scene to its first step, in a new process: {start}. Made by `python benchmarks/step_cost.py`;
-{step_conditions}.
+From a scene to its first step, in a new process, which makes its machine code: {start}. Made by
+`python benchmarks/step_cost.py`; {step_conditions}.
 
 ## Many runs at once
 
@@ -266,8 +266,7 @@ def step_part(report: dict[str, Any]) -> dict[str, Any]:
     )
     start = "; ".join(
         f"`{one['scene']}`{' with ' + ', '.join(one['changes']) if one['changes'] else ''} "
-        f"{one['cold']:.1f} s when its kernel has to be compiled, then "
-        f"{spread(one['cached'], digits=2)} s"
+        f"{spread(one['seconds'], digits=2)} s"
         for one in report["start"]
     )
     goal = report["goal_ratio_to_c"]
