@@ -2,8 +2,8 @@
 
     python benchmarks/accuracy_page.py [--docs docs]
 
-after accuracy_cost.py, peers.py with and without --avx2, span_cost.py, collocation.py, collocation_at_random.py,
-step_cost.py and batch_throughput.py.
+after accuracy_cost.py, peers.py with and without --avx2, span_cost.py, collocation.py,
+collocation_at_random.py, step_cost.py and batch_throughput.py.
 """
 
 import argparse
