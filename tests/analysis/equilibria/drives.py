@@ -83,7 +83,7 @@ def altered(system: System, draw: np.random.Generator) -> System:
     own = {"Suspension": Suspension(k, c), "HardeningSuspension": HardeningSuspension(k3)}
     effects = tuple(own.get(type(effect).__name__, effect) for effect in system.effects)
     carrier = system.carrier._replace(total_mass=M, unbalance=M * e, eccentricity=e)
-    return system._replace(carrier=carrier, balls=balls, effects=effects, each=n)
+    return system._replace(carrier=carrier, balls=balls, effects=effects)
 
 
 def base() -> System:
