@@ -31,8 +31,8 @@ def cache_folder() -> Path | None:
 def _is_ours_alone(folder: Path) -> bool:
     """Whether nobody else can put anything there, or another folder in its place.
 
-    What is found there is believed. Links have been resolved before: that none has come in their place
-    is seen in each part being a folder.
+    What is found there is believed. Links have been resolved before: that none has come in their
+    place is seen in each part being a folder.
     """
     me = os.getuid()
     own, *above = [part.lstat() for part in (folder, *folder.parents)]

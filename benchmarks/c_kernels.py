@@ -8,11 +8,12 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from beside.width import for_compilers
 
-from ab_sim.integrate.explicit import Weights
+from ab_sim.integrate.explicit import Tableau
 
 SOURCE = Path(__file__).with_name("c_kernel") / "thesis.c"
-FLAGS = ("-O3", "-march=native")
+FLAGS = ("-O3",)
 
 
 class CDrive(ctypes.Structure):
@@ -36,10 +37,10 @@ def compiler() -> str:
     if gcc is None:
         sys.exit("gcc: not found; the C kernel is built with it (apt install gcc)")
     first = subprocess.run([gcc, "--version"], capture_output=True, text=True, check=True).stdout
-    return f"{first.splitlines()[0]}, {' '.join(FLAGS)}"
+    return f"{first.splitlines()[0]}, {' '.join([*FLAGS, *for_compilers()])}"
 
 
-def build(tableau: Weights, balls: int) -> ctypes.CDLL:
+def build(tableau: Tableau, balls: int) -> ctypes.CDLL:
     """The shared library for this tableau and number of balls."""
     folder = Path(tempfile.mkdtemp(prefix="c_kernel-"))
     a, b, c = tableau
@@ -56,8 +57,8 @@ def build(tableau: Weights, balls: int) -> ctypes.CDLL:
     ]
     (folder / "tableau.h").write_text("\n".join(lines) + "\n")
     library = folder / "thesis.so"
-    command = ["gcc", *FLAGS, f"-DBALLS={balls}", f"-I{folder}", "-shared", "-fPIC"]
-    subprocess.run([*command, str(SOURCE), "-o", str(library), "-lm"], check=True)
+    options = [*FLAGS, *for_compilers(), f"-DBALLS={balls}", f"-I{folder}", "-shared", "-fPIC"]
+    subprocess.run(["gcc", *options, str(SOURCE), "-o", str(library), "-lm"], check=True)
     loaded = ctypes.CDLL(str(library))
     pointer, number = ctypes.POINTER(ctypes.c_double), ctypes.c_double
     loaded.advance.argtypes = [

@@ -1,14 +1,15 @@
 """Our steppers beside the strongest integrators of others, in one interleaved run.
 
-    pip install 'ab_sim[peers]' heyoka; apt install gcc libsundials-dev
-    python benchmarks/peers.py [--out docs] [--repeats 21]
+    pip install 'ab_sim[peers]' heyoka; apt install g++ libsundials-dev
+    python benchmarks/peers.py [--avx2] [--out docs] [--repeats 21]
 
-writes peers.json and peers.png. The drive is the thesis' start-up with a hold, without friction.
-All have output every 5 ms, start anew at the kinks of the speed profile, and are compared with one
-reference at all outputs before anything is timed: what does not solve the same equations is left
-out. Each round runs every method at every setting once; slow ones take part in fewer rounds. What
-a method takes at just an error is interpolated log-log along its front, repeat by repeat, ours
-like the others'; ratios likewise. What cannot be had is left out with the reason.
+writes peers.json and peers.png; limited to AVX2, peers-avx2.json and peers-avx2.png. The drive is
+the thesis' start-up with a hold, without friction. All have output every 5 ms, start anew at the
+kinks of the speed profile, and are compared with one reference at all outputs before anything is
+timed: what does not solve the same equations is left out. Each round runs every method at every
+setting once; slow ones take part in fewer rounds. What a method takes at just an error is
+interpolated log-log along its front, repeat by repeat, ours like the others'; ratios likewise. What
+cannot be had is left out with the reason.
 """
 
 import sys
@@ -18,7 +19,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
-from beside import heyoka_peer, ours, python_peers, sundials_peer  # noqa: E402
+from beside import expert_peer, heyoka_peer, ours, python_peers, sundials_peer, width  # noqa: E402
 from beside.case import CONDITIONS, VARIATIONS, BatchCase, Case  # noqa: E402
 from beside.picture import picture  # noqa: E402
 from beside.turns import candidates, compare, reports, take_turns, verdict  # noqa: E402
@@ -33,11 +34,13 @@ WANTED = (1e-6, 1e-9, 1e-12)
 """Errors in ball angle, the largest over the run [rad]."""
 GOAL, BATCH_GOAL, CASE_GOAL = 5.0, 2.5, 3.0
 """Times ours that the best peer is to take at least."""
+BY_OTHERS = (heyoka_peer, expert_peer, sundials_peer)
 OTHERS = ("five balls", "drag x 100", "no drag", "900 rad/s")
 """Further cases, with the peers that compile their own equations."""
 CALLED = {
     "ab_sim": ours.CALLED,
     "heyoka": heyoka_peer.CALLED,
+    "in C++": expert_peer.CALLED,
     "in C": sundials_peer.CALLED,
     "from Python, MuJoCo": python_peers.CALLED,
 }
@@ -49,10 +52,15 @@ def measure(repeats: int, console: Console) -> tuple[Case, dict[str, Any]]:
     families = [
         *ours.families(case),
         *heyoka_peer.families(case),
+        *expert_peer.families(case),
         *sundials_peer.families(case),
         *python_peers.families(case),
     ]
-    batches = [*ours.batch_families(batch), *heyoka_peer.batch_families(batch)]
+    batches = [
+        *ours.batch_families(batch),
+        *heyoka_peer.batch_families(batch),
+        *expert_peer.batch_families(batch),
+    ]
     (single, left_out), (many, also) = (candidates(x, console.print) for x in (families, batches))
     for found in (single, many):
         take_turns(found, repeats)
@@ -82,6 +90,7 @@ def other_case(changes: tuple[str, ...], repeats: int, console: Console) -> dict
     families = [
         *ours.families(case),
         *heyoka_peer.families(case),
+        *expert_peer.families(case),
         *sundials_peer.families(case),
     ]
     found, left_out = candidates(families, console.print)
@@ -111,22 +120,29 @@ def _is_kernel(method: str) -> bool:
 
 def main() -> None:
     """Measure and write the two files."""
-    asked = arguments("Beside peers, at equal error.", 21).parse_args()
+    parser = arguments("Beside peers, at equal error.", 21)
+    parser.add_argument("--avx2", action="store_true", help="with vectors of AVX2, not AVX-512")
+    asked = parser.parse_args()
+    if asked.avx2:
+        width.limit()
+    name = "peers-avx2" if asked.avx2 else "peers"
     console = Console(markup=False, highlight=False, soft_wrap=True)
     case, found = measure(asked.repeats, console)
     where = conditions()
-    where["versions"].update(peer_versions() | heyoka_peer.versions() | sundials_peer.versions())
+    for versions in (peer_versions, *(of.versions for of in BY_OTHERS)):
+        where["versions"].update(versions())
     report = {
         **where,
         **CONDITIONS,
+        "vectors": width.vectors(),
         "repeats": asked.repeats,
         "reference": case.reference.text,
         "uncertainty": case.reference.uncertainty._asdict(),
         "called": CALLED,
         **found,
     }
-    write_json(report, str(asked.out / "peers.json"))
-    picture(report, asked.out / "peers.png")
+    write_json(report, str(asked.out / f"{name}.json"))
+    picture(report, asked.out / f"{name}.png")
     for what, results in (
         ("one run", report["at"]),
         ("its compiled loop", report["loop_at"]),

@@ -27,8 +27,6 @@ class Price(NamedTuple):
     """Of the whirl's error: e, or R, the race's radius."""
     seconds: float
     """CPU time per simulated second, as measured when the choice was made."""
-    left_out: tuple[str, ...]
-    """Steppers that were not tried, because to compile one takes longer than the run."""
 
     @property
     def reason(self) -> str:
@@ -41,17 +39,12 @@ class Price(NamedTuple):
             if wish is not None:
                 measured.append(f"{error:.1e} {unit}")
                 asked.append(f"{wish:g} {unit}")
-        left_out = ""
-        if self.left_out:
-            left_out = (
-                f"; {', '.join(self.left_out)} not tried: to compile one takes longer than this run"
-            )
         return (
             f"{setting(self.stepper, self.step, self.parameters)}: "
             f"measured error {', '.join(measured)} "
             f"(asked {', '.join(asked)}, safety factor {SAFETY:g}) by ab_sim's own "
             f"{self.reference}, "
-            f"{1e6 * self.seconds:.0f} us of CPU time per simulated second{left_out}"
+            f"{1e6 * self.seconds:.0f} us of CPU time per simulated second"
         )
 
     def report(self) -> dict[str, Any]:
@@ -63,7 +56,6 @@ class Price(NamedTuple):
             "whirl_unit": self.unit,
             "safety_factor": SAFETY,
             "cpu_seconds_per_simulated_second": self.seconds,
-            "not_tried": list(self.left_out),
             "reason": self.reason,
         }
 

@@ -14,7 +14,6 @@ def resolve_accuracy(
     scene: Scene,
     period: float | None = None,
     commanded: bool = False,
-    once: bool = False,
     tell: Tell | None = None,
 ) -> tuple[Scene, Price | None]:
     """The scene with a solver: where it asks for an accuracy, the cheapest that delivers it.
@@ -23,20 +22,10 @@ def resolve_accuracy(
     may take minutes; the commands that a live drive may get instead are not known, and segments of
     the profile that end on a condition last as long as they may.
 
-    Each method that is tried has a kernel of its own, which may have to be compiled first: for half
-    a minute where the scene has events. Whoever runs the scene ``once`` (``ab-sim run``, and
-    ``check``, which says what that would do) cannot get back more than one run takes. Where that
-    is less than compiling takes, other methods than the reference's are not tried on a scene with
-    events; not even if their kernels are there, so that the choice does not depend on what was
-    compiled before. Batches, live drives and studies of cost go on for long, or run often, and
-    have all methods tried. So a batch may be given another setting than a run; both deliver what
-    is asked.
-
     Args:
         scene: a scene; if it asks for no accuracy it is returned as it is, with no price.
         period: s; the step goes into it a whole number of times.
         commanded: whether the step has to be stable up to ``spindle.max_speed``.
-        once: whether the scene is run once, for its duration, with what is found.
         tell: called before each run with the setting, and CPU time spent and allowed [s].
 
     Raises:
@@ -45,7 +34,7 @@ def resolve_accuracy(
     """
     if scene.accuracy is None:
         return scene, None
-    return cheapest(scene, _timed_run, period, commanded, once, tell)
+    return cheapest(scene, _timed_run, period, commanded, tell)
 
 
 def _timed_run(scene: Scene, steps: int, every: int) -> Timed:

@@ -16,8 +16,7 @@ other, which takes some milliseconds each for a start-up of seconds:
 2. A method that keeps to a tolerance runs with as long a step as the first method can take, which
    only says how close samples are, and with tolerances from what is asked downwards. The others
    run with the steps that their order lets expect to be enough, as long as they can be cheaper
-   than what has been found: what cannot be is not even compiled. A scene with events that runs
-   once is run by the first method, unless that takes longer than compiling another one.
+   than what has been found.
 3. Of each method the longest step whose error, times ``SAFETY``, is within what is asked is timed
    again, in turns. The cheapest one is taken; of those that cost the same within ``ALIKE``, which
    a clock cannot tell apart, the most accurate one: errors are the same in every measurement, so
@@ -32,7 +31,6 @@ from ab_sim.accuracy.deviation import Deviation, deviation, rounding
 from ab_sim.accuracy.price import SAFETY, Price, setting, share_of
 from ab_sim.accuracy.trials import NO_PARAMETERS, Run, Tell, Trials, Tried
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
-from ab_sim.dynamics.system import has_events
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.choose import USUAL, limiting, solving_drag, top_speed
 from ab_sim.integrate.limits import largest_step
@@ -58,10 +56,6 @@ TOLERANCES = 6
 """So many are tried of a method that keeps to one, but for a reference."""
 FEWEST = 4
 """Steps to choose from that a period has to leave."""
-COMPILING = 10.0
-"""s; no method's kernel with events is compiled in less. One of rk8 takes 14 s (``thesis-hold`` and
-``on-edge`` in docs/first-run.json), the one of collocation beside it 17 s (docs/accuracy.md, time
-per step), and more where more effects have events."""
 
 
 def cheapest(
@@ -69,7 +63,6 @@ def cheapest(
     run: Run,
     period: float | None = None,
     commanded: bool = False,
-    once: bool = False,
     tell: Tell | None = None,
 ) -> tuple[Scene, Price]:
     """The scene with the solver that delivers the accuracy it asks for at the least price.
@@ -79,7 +72,6 @@ def cheapest(
         run: runs a scene.
         period: s; the step goes into it a whole number of times, as a live node needs it.
         commanded: whether the step has to be stable up to ``spindle.max_speed``.
-        once: whether the scene runs once with what is found: see ``resolve_accuracy``.
         tell: called before each run: see ``Trials``.
 
     Raises:
@@ -87,7 +79,7 @@ def cheapest(
             what can.
         DivergedError: the scene's run diverges with every step.
     """
-    return _Search(scene, run, period, commanded, once, tell).settle()
+    return _Search(scene, run, period, commanded, tell).settle()
 
 
 class _Search:
@@ -97,7 +89,6 @@ class _Search:
         run: Run,
         period: float | None,
         commanded: bool,
-        once: bool,
         tell: Tell | None,
     ) -> None:
         assert scene.accuracy is not None
@@ -117,7 +108,6 @@ class _Search:
         close = without_drag if stiff else longest[USUAL]
         longest |= {stepper.name: close for stepper in self._tolerant}
         self._others = [] if stiff else [s for s in by_step if s is not self._usual]
-        self._brief = once and bool(has_events(system.effects))
         self._trials = Trials(scene, run, longest, period, tell)
         if period is not None and len(self._trials.rungs(self._first)) < FEWEST:
             raise SceneError(
@@ -132,10 +122,6 @@ class _Search:
         found = [self._longest_passing(self._first)]
         tolerant = [stepper for stepper in self._tolerant if stepper is not self._first]
         by_step = sorted(self._others, key=lambda stepper: -stepper.order)
-        left_out: list[Stepper] = []
-        if self._brief and found[0].seconds < COMPILING:
-            # Whatever the others cost, they cannot save more than this run takes.
-            left_out, tolerant, by_step = [*tolerant, *by_step], [], []
         for stepper in tolerant:
             found += self._within_tolerance(stepper)
         for stepper in by_step:
@@ -153,7 +139,6 @@ class _Search:
             _told(self._reference),
             self.scene.whirl_unit[1],
             taken.seconds / self._trials.length,
-            tuple(stepper.name for stepper in left_out),
         )
 
     def _error(self, tried: Tried) -> Deviation:

@@ -86,7 +86,7 @@ def run_scene(
             raise InputError(f"times: {time} s: must be a finite number, at least 0")
     SpeedProfile.of_scene(scene)  # refuses what it cannot know before minutes of measuring
     end = max([scene.duration, *times])
-    scene, price = resolve_accuracy(scene, once=True, tell=tell)
+    scene, price = resolve_accuracy(scene, tell=tell)
     drive = Drive(scene)
     if end / drive.step * len(drive.channels) > MAX_VALUES:
         what = "duration" if end == scene.duration else "times:"

@@ -47,10 +47,9 @@ def simulate_batch(
     """Run a scene's profile once for each variation, for the scene's duration.
 
     Runs that differ in numbers only, not in a count, a choice or a deck's mounts, go eight side by
-    side, with vector instructions, and give what a Drive gives to rounding; in the last digits they
-    may depend on what goes beside them. Runs of scenes with events (friction, contact, a motor),
-    or whose stepper takes no lanes (``generalized-alpha``; ``collocation``, whose own are for the instants of one run), go
-    one by one, and give what a Drive gives to the bit.
+    side, with vector instructions. Runs of scenes with events (friction, contact, a motor), or
+    whose stepper takes no lanes (``generalized-alpha``; ``collocation``, whose own are for the
+    instants of one run), go one by one, and give what a Drive gives to the bit.
 
     Args:
         scene: what the runs have in common; an accuracy that it asks for is measured with it as it
@@ -196,7 +195,9 @@ def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
     """What eight runs of a likeness work with, at their start."""
     first = lanes[0]
     code, layout, n = code_of(first.system, kind), layout_of(first.system), len(first.system.balls)
-    step, size, numbers = first.scene.solver.step, layout.size, len(first.channels) - 2
+    step, size = first.scene.solver.step, layout.size
+    column = len(code.emission.roots["sample"])
+    tableau = first.stepper.weights
     modes = [start_modes(lane.scene, lane.system) for lane in lanes]
     sound = np.zeros((2, LANES))
     sound[0] = 1.0
@@ -204,14 +205,14 @@ def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
     return Runs(
         prepare=code.address("prepare", LANES),
         slope=code.address("slope", LANES),
-        step=code.step(*first.stepper.weights, LANES),
+        step=code.step(tableau.a, tableau.b, tableau.c, LANES),
         finish=code.address("finish", LANES),
         c=stacked([code.constants(lane.system) for lane in lanes]),
         b=np.zeros(code.branches()),
         place=code.layout.place,
         first_angle=layout.angles.start,
         balls=n,
-        ball_column=numbers - 2 * n,
+        ball_column=column,
         step_length=step,
         every=every,
         bounds=stacked([state_bounds(lane.system, step) for lane in lanes]),
@@ -220,6 +221,6 @@ def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
         sound=sound,
         slopes=room,
         trial=room.copy(),
-        row=np.zeros((numbers, LANES)),
+        row=np.zeros((column + 2 * n, LANES)),
         times=np.zeros((2, LANES)),
     )

@@ -171,8 +171,7 @@ def check(scene: SceneArgument, change: SetOption = None) -> None:
     """Check a scene and say what it would simulate, without running it.
 
     But for one that asks for an accuracy: what delivers it, and at what price, is measured on runs
-    of the scene, as `ab-sim run` would do it; the first time kernels are compiled for that, which
-    takes up to a minute and a half. For a brief run with events one method is enough.
+    of the scene, as `ab-sim run` would do it.
     """
     from ab_sim.scene_files import find_scene
 

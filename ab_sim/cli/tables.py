@@ -67,7 +67,7 @@ def print_check(name: str, changes: list[str]) -> None:
     price = None
     if scene.accuracy is not None:
         with progress_bar(f"accuracy of {scene.name}") as tell:
-            scene, price = resolve_accuracy(scene, once=True, tell=tell)
+            scene, price = resolve_accuracy(scene, tell=tell)
     # Not a Drive: making one compiles its kernel, which takes half a minute the first time.
     system = system_of(scene)
     choice = choose_stepper(scene, system)

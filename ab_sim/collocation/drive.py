@@ -3,8 +3,8 @@
 How long a step is follows from the motion: of the scene's steps it goes over one or several, or
 down to a 1024th of one; one that leaves too large an error, or whose iteration does not come to an
 end, is made shorter; and after one whose error is far enough below what is asked the next is
-longer. Behind a kink of the motion, where there is no step to carry on, the first one is short beside the
-spindle's turns and the deck's cycles, as is fit for what decays after a jump.
+longer. Behind a kink of the motion, where there is no step to carry on, the first one is short
+beside the spindle's turns and the deck's cycles, as is fit for what decays after a jump.
 
 Steps follow one another from the last kink on, wherever the samples that are asked for end: a step
 belongs to the state, with how many of its samples have been taken. A command in the middle of one

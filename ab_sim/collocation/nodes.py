@@ -4,8 +4,8 @@ For Python, before a run. A step is 0 .. 1 here; l_k are the nodes' Lagrange pol
 Legendre's polynomial on 0 .. 1 that vanishes at the nodes.
 """
 
+import functools
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,6 +57,7 @@ class Nodes(NamedTuple):
     """Which set is the first with so many samples; others follow, N samples each."""
 
 
+@functools.cache
 def gauss(count: int) -> np.ndarray:
     """Points and weights of Gauss' quadrature on 0 .. 1, shape (2, count)."""
     # To more digits than doubles have: numpy's are off by ten roundings.
@@ -71,8 +72,9 @@ def gauss(count: int) -> np.ndarray:
     return np.array([0.5 * (1 + x), 0.5 * w], float)
 
 
-def nodes(count: int, samples: Sequence[int], powers: int) -> Nodes:
-    """The nodes of a step, and the sets of instants of its samples.
+@functools.cache
+def nodes(count: int, samples: tuple[int, ...], powers: int) -> Nodes:
+    """The nodes of a step, and the sets of instants of its samples; made once, for all runs.
 
     Args:
         count: N.

@@ -38,7 +38,7 @@ def powers(
         prescribed: whether the spindle's speed is.
         suspension_loss: what the suspension dissipates [W].
     """
-    n, path = balls.count, on.path
+    n, path = balls.number, on.path
     torque = motor_torque(arrow, n, solved) if prescribed else spindle.torque
     drag = over_effects(effects, "ball_drag", 0.0, balls.each)
     loss = suspension_loss + over_balls(n, drag * path * path)

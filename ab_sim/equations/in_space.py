@@ -35,6 +35,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.equations.arrowhead import Arrow
+from ab_sim.equations.deck_model import deck_model
 from ab_sim.equations.motion import Spindle
 from ab_sim.equations.mounts import mount_energy, mount_forces, mount_loss
 from ab_sim.equations.orientation import half_product, to_ground, turn_of
@@ -46,6 +47,21 @@ State = Sequence[Number]
 """X, Y, Z; quaternion; velocity; Om: thirteen numbers."""
 
 
+@deck_model(
+    UNKNOWNS=6,
+    STATE_NAMES=(
+        *("X", "Y", "Z", "quaternion w", "quaternion x", "quaternion y", "quaternion z"),
+        *("X rate", "Y rate", "Z rate", "tilt rate x", "tilt rate y", "tilt rate z"),
+    ),
+    NEEDS_ANGLE=True,
+    UNIT_AT=3,
+    WAYS=3,
+    COORDINATES=7,
+    CHANNELS=(
+        *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
+        *("qw", "qx", "qy", "qz", "wx", "wy", "wz", "wx_rate", "wy_rate", "wz_rate"),
+    ),
+)
 class InSpace(NamedTuple):
     """Constants of deck, rotor and mounts, and the deck's equations."""
 
@@ -69,27 +85,12 @@ class InSpace(NamedTuple):
     gravity: tuple[Number, Number, Number]
     """On the ground's axes [m/s^2]."""
 
-    STATES = 13
-    UNKNOWNS = 6
-    STATE_NAMES = (
-        *("X", "Y", "Z", "quaternion w", "quaternion x", "quaternion y", "quaternion z"),
-        *("X rate", "Y rate", "Z rate", "tilt rate x", "tilt rate y", "tilt rate z"),
-    )
-    NEEDS_ANGLE = True
-    UNIT_AT = 3
-    WAYS = 3
-    COORDINATES = 7
-    CHANNELS = (
-        *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
-        *("qw", "qx", "qy", "qz", "wx", "wy", "wz", "wx_rate", "wy_rate", "wz_rate"),
-    )
-
     def arrow(
         self, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: State
     ) -> Arrow:
         """The equations of motion."""
         block, force = _deck_and_rotor(self, effects, spindle, state)
-        n, m, w = balls.count, balls.mass, spindle.speed
+        n, m, w = balls.number, balls.mass, spindle.speed
         h, x, z = on.h, on.x, balls.height
         nx, ny = on.c * spindle.cos - on.s * spindle.sin, on.s * spindle.cos + on.c * spindle.sin
         load, along = relative_load(effects, balls, on, w)
@@ -167,7 +168,7 @@ class InSpace(NamedTuple):
     def felt(self, effects: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
         """Specific force at a point of the deck on its axes [m/s^2], shape (samples, 3)."""
         _, _, acceleration, quaternion, rates, change = np.split(shown, [3, 6, 9, 13, 16], axis=1)
-        turn = np.array(turn_of(quaternion.T)).reshape(3, 3, -1)
+        turn = np.array(turn_of(list(quaternion.T))).reshape(3, 3, -1)
         force = np.einsum("jis,sj->si", turn, acceleration - np.array(self.gravity))
         own: np.ndarray = (
             force + np.cross(change, point) + np.cross(rates, np.cross(rates, point[None, :]))
@@ -199,7 +200,7 @@ class InSpace(NamedTuple):
         self, effects: Any, balls: Balls, state: np.ndarray, psi: float, speed: float
     ) -> float:
         """Kinetic and stored energy [J], gravity's from where C lies at the origin."""
-        turn = np.array(turn_of(state[3:7])).reshape(3, 3)
+        turn = np.array(turn_of(state[3:7].tolist())).reshape(3, 3)
         velocity, omega = turn.T @ state[7:10], np.array(state[10:13])
         shaft = np.array([0.0, 0.0, 1.0])
         moments = turned_second_moments(self.rotor_second, cos(psi), sin(psi))
@@ -214,7 +215,7 @@ class InSpace(NamedTuple):
         gravity = turn.T @ np.array(self.gravity)
         energy -= float(gravity @ (first + rotor))
         energy -= self.total_mass * float(np.array(self.gravity) @ state[:3])
-        n = balls.count
+        n = balls.number
         theta, rate = state[13 : 13 + n], state[13 + n : 13 + 2 * n]
         on = on_race(effects, balls, np.cos(theta), np.sin(theta), rate)
         normal = np.stack([np.cos(theta + psi), np.sin(theta + psi), np.zeros(n)], axis=1)
@@ -226,7 +227,7 @@ class InSpace(NamedTuple):
             spin = _each(balls.radius, n) * spinning - _each(on.path, n) * shaft
             inertia = over_effects(effects, "ball_inertia", 0.0, balls.each)
             each = each + 0.5 * inertia * np.sum(spin**2, axis=1)
-        stored = mount_energy(self, effects, tuple(turn.ravel()), state)
+        stored = mount_energy(self, effects, tuple(turn.ravel()), state.tolist())
         return float(energy + np.sum(each) + stored)
 
 

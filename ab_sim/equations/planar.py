@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.equations.arrowhead import Arrow
+from ab_sim.equations.deck_model import deck_model
 from ab_sim.equations.motion import Deck, Spindle
 from ab_sim.equations.race import Balls, OnRace, drag_force, on_race, relative_load
 from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
@@ -33,6 +34,14 @@ State = Sequence[Number]
 """u1, u2, v1, v2."""
 
 
+@deck_model(
+    UNKNOWNS=2,
+    STATE_NAMES=("u1", "u2", "v1", "v2"),
+    NEEDS_ANGLE=False,
+    WAYS=2,
+    COORDINATES=2,
+    CHANNELS=("x", "y", "vx", "vy", "ax", "ay"),
+)
 class Planar(NamedTuple):
     """Constants of deck and rotor, and the deck's equations."""
 
@@ -46,20 +55,11 @@ class Planar(NamedTuple):
     sag_y: Number
     """[m], where the deck hangs at rest, from the unloaded suspension, on axes fixed in space."""
 
-    STATES = 4
-    UNKNOWNS = 2
-    STATE_NAMES = ("u1", "u2", "v1", "v2")
-    NEEDS_ANGLE = False
-    UNIT_AT = -1
-    WAYS = 2
-    COORDINATES = 2
-    CHANNELS = ("x", "y", "vx", "vy", "ax", "ay")
-
     def arrow(
         self, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: State
     ) -> Arrow:
         """The equations of motion."""
-        n, w, m, c, s = balls.count, spindle.speed, balls.mass, on.c, on.s
+        n, w, m, c, s = balls.number, spindle.speed, balls.mass, on.c, on.s
         f1, f2 = suspension_force(self, effects, spindle, state)
         load, along = relative_load(effects, balls, on, w)
         spin = over_effects(effects, "ball_inertia", 0.0, balls.each)
@@ -148,7 +148,7 @@ class Planar(NamedTuple):
         w, e, n, spindle = (
             speed,
             self.eccentricity,
-            balls.count,
+            balls.number,
             Spindle(speed, 0.0, cos(psi), sin(psi), 0.0, 0.0),
         )
         u1, u2, v1, v2 = (float(x) for x in state[:4])

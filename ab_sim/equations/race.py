@@ -12,9 +12,10 @@ from ab_sim.equations.sums import Number, any_has, over_effects
 
 
 class Balls(NamedTuple):
-    """Constants of the balls; each a number per ball, but for the count."""
+    """Constants of the balls; each a number per ball, but for the first."""
 
-    count: int
+    number: int
+    """How many."""
     mass: Number
     """m [kg]."""
     radius: Number

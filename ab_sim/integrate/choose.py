@@ -132,7 +132,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
             f"friction, contact and a motor have; name one of: {able}"
         )
     if stepper.needs_own_motion and not type(system.carrier).COORDINATES:
-        able = ", ".join(n for n, known in steppers().items() if known.own_motion_at is None)
+        able = ", ".join(n for n, known in steppers().items() if not known.needs_own_motion)
         raise SceneError(
             f"solver.stepper = {stepper.name!r}: needs to know the own motion of what carries the "
             f"balls, and {type(system.carrier).__name__} says nothing of it; name one of: {able}"

@@ -101,7 +101,11 @@ def advance_side_by_side(runs: Runs, plan: Plan, samples: Cube) -> None:
             take_over(runs)
             take_out_turns(runs)
             for lane in range(LANES):
-                times[0, lane] += times[1, lane]
+                # To the bit what a single run has.
+                if times[1, lane] == runs.step_length:
+                    times[0, lane] = local_time(runs, plan, s, first + k + 1, lane)
+                else:
+                    times[0, lane] += times[1, lane]
                 start = plan.times[s, START, lane]
                 times[1, lane] = (first + k + 1) * runs.step_length - start
             if finishes != 0:

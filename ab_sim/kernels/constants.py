@@ -24,8 +24,6 @@ class Layout(NamedTuple):
     """Names of those of deck and effects, from 0 on."""
     balls: int
     """Where the columns of the balls begin."""
-    count: int
-    """How many balls there are."""
     place: int
     """Where the place on the speed profile begins."""
     size: int
@@ -68,7 +66,7 @@ def layout_of_constants(system: System, segment: type[Any]) -> Layout:
     n = len(system.balls)
     place = len(scalars) + n * (len(Balls._fields) - 1)
     size = place + len(segment._fields) + len(PLACE_FIELDS)
-    return Layout(scalars, len(scalars), n, place, size)
+    return Layout(scalars, len(scalars), place, size)
 
 
 def numbers_of(system: System) -> np.ndarray:

@@ -1,10 +1,10 @@
 """Functions of a model's expressions in LLVM's language, and where their inputs are in memory."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from ab_sim.kernels.constants import PLACE_FIELDS, Layout
-from ab_sim.kernels.model import Model
+from ab_sim.kernels.model import Evaluated, Model
 from ab_sim.tracing import Expression, Level, lowered
 from ab_sim.tracing.expression import ROWS
 from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, border
@@ -40,9 +40,9 @@ class Emission:
         roots = {
             "slope": model.slope(at, evaluated),
             "sample": model.sample(at, evaluated),
-            "accelerations": [model._lifted(x) for x in evaluated.solved.x],
+            "accelerations": [model.lifted(x) for x in evaluated.solved.x],
             "motor": self._motor(evaluated),
-            "torque": [model._lifted(evaluated.spindle.torque)],
+            "torque": [model.lifted(evaluated.spindle.torque)],
         }
         if model.has_events:
             roots["table"] = model.table(at, evaluated)
@@ -60,10 +60,10 @@ class Emission:
     def _derived(self) -> list[Expression]:
         return []
 
-    def _motor(self, evaluated: object) -> list[Expression]:
-        spindle, torques, *_ = evaluated  # type: ignore[misc]
+    def _motor(self, evaluated: Evaluated) -> list[Expression]:
+        torques = evaluated.torques
         asked = (torques.asked, torques.most) if torques else (0.0, 0.0)
-        return [self.model._lifted(x) for x in (*asked, spindle.speed)]
+        return [self.model.lifted(x) for x in (*asked, evaluated.spindle.speed)]
 
     def lowered(self, roots: Mapping[str, Sequence[Expression]]) -> dict[str, list[Expression]]:
         """Groups of expressions, lowered together."""
@@ -95,7 +95,7 @@ class Emission:
         *,
         state: str | None = None,
         lanes: int = 1,
-        uniform: Iterable[str] = (),
+        uniform: Sequence[str] = (),
         times: bool = False,
     ) -> tuple[Function, Body]:
         """A function with the arguments c, b, pointers and numbers; its body is still empty.
@@ -145,7 +145,7 @@ class Emission:
             torque = self.roots["torque"][0]
             body.store(torque, Place(pointer, first + 2 * model.count))
 
-    def slope(self, lanes: int = 1, uniform: Iterable[str] = ()) -> Function:
+    def slope(self, lanes: int = 1, uniform: Sequence[str] = ()) -> Function:
         """``slope(c, b, y, k, time)``."""
         into, body = self.function(
             "slope", ["y", "k"], ["time"], state="y", lanes=lanes, uniform=uniform
@@ -161,7 +161,7 @@ class Emission:
         self.store_row(body, "row")
         return into
 
-    def evaluate(self, lanes: int = 1, uniform: Iterable[str] = ()) -> Function:
+    def evaluate(self, lanes: int = 1, uniform: Sequence[str] = ()) -> Function:
         """``evaluate(c, b, y, k, x, motor, table, time)``: the slope, and the table for events."""
         into, body = self.function(
             *("evaluate", ["y", "k", "x", "motor", "table"], ["time"]),
@@ -197,7 +197,9 @@ class Emission:
         """``kick(c, b, y, jumps, v)``: adds jumps of velocity to v, of the state's layout."""
         into, body = self.function("kick", ["y", "jumps", "v"], [], state="y")
         model = self.model
-        places = body.places | {f"jump[{r}]": Place("jumps", r) for r in range(model.unknowns)}
+        places = dict(body.places) | {
+            f"jump[{r}]": Place("jumps", r) for r in range(model.unknowns)
+        }
         before = {j: model.graph.input(f"before[{j}]") for j in range(model.states)}
         places |= {f"before[{j}]": Place("v", j) for j in before}
         own = Body(into, places, self.known)

@@ -99,7 +99,7 @@ class Model:
     def mobility(self, force: Number) -> Number:
         """See ``equations.arrowhead.Mobility``."""
         if self.has_contact:
-            return rows(self._lifted(force))
+            return rows(self.lifted(force))
         if self.has_friction:
             return force * self.graph.input("mobility_now", Level.TIME, each=True)
         return force * self.balls.mobility
@@ -148,7 +148,7 @@ class Model:
                 prescribed=not self.has_motor,
                 suspension_loss=loss,
             )
-        return [self._lifted(rate) for rate in rates]
+        return [self.lifted(rate) for rate in rates]
 
     def sample(self, at: Motion, found: Evaluated) -> list[Expression]:
         """A sample's row but for the balls, at the input ``profile_time``; torque last.
@@ -165,7 +165,7 @@ class Model:
         shown = spindle._replace(cos=cos(psi), sin=sin(psi))
         own = self.deck.channels(self.effects, shown, at.deck, found.solved.x)
         row = [angle, speed, asked, *own]
-        return [self._lifted(x) for x in row]
+        return [self.lifted(x) for x in row]
 
     def table(self, at: Motion, found: Evaluated) -> list[Expression]:
         """Columns of the balls' table for events, see ``ab_sim.events``."""
@@ -187,22 +187,23 @@ class Model:
             *arrow.reach,
             *arrow.press,
         ]
-        return [self._lifted(x) for x in columns]
+        return [self.lifted(x) for x in columns]
 
     def block(self, arrow: Arrow) -> list[Expression]:
         """The equations' block, forces in its last column, line by line."""
         lines = [[*line, f] for line, f in zip(arrow.block, arrow.force, strict=True)]
-        return [self._lifted(x) for line in lines for x in line]
+        return [self.lifted(x) for line in lines for x in line]
 
     def restitution(self) -> Expression:
         """By the input ``approach`` [m/s]."""
         approach = self.graph.input("approach")
-        return self._lifted(over_effects(self.effects, "restitution", 0.0, approach))
+        return self.lifted(over_effects(self.effects, "restitution", 0.0, approach))
 
     def jump(self, at: Motion) -> list[Expression]:
         """What jumps of velocity, inputs ``jump[r]``, add to the deck's states."""
         jumps = [self.graph.input(f"jump[{r}]") for r in range(self.unknowns)]
-        return [self._lifted(x) for x in self.deck.jump(at.deck, jumps)]
+        return [self.lifted(x) for x in self.deck.jump(at.deck, jumps)]
 
-    def _lifted(self, x: Number) -> Expression:
+    def lifted(self, x: Number) -> Expression:
+        """An expression as it is, a number as a constant."""
         return x if isinstance(x, Expression) else self.graph.constant(x)

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES, Emission
-from ab_sim.tracing.llvm_text import GROUP, Body, Function, Place, Shape, kind, literal
+from ab_sim.tracing.functions import GROUP
+from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, kind, literal
 
 
 class Piece(NamedTuple):

@@ -8,7 +8,21 @@ from ab_sim.events.run import Balls, Implicit, Run, Scene, Workspace
 from ab_sim.kernels.code import Code
 
 NOWHERE, NO_NUMBERS, NO_TABLE = 0, np.zeros(0), np.zeros((0, 0))
-NOT_IMPLICIT = Implicit(*(NOWHERE, NOWHERE, 0.0, 0.0, 0.0, *[NO_NUMBERS] * 4, *[NO_TABLE] * 4))
+NOT_IMPLICIT = Implicit(
+    slope=NOWHERE,
+    tangent=NOWHERE,
+    mass=0.0,
+    force=0.0,
+    newmark=0.0,
+    time=NO_NUMBERS,
+    at=NO_NUMBERS,
+    slope_there=NO_NUMBERS,
+    change=NO_NUMBERS,
+    along=NO_TABLE,
+    rates=NO_TABLE,
+    jacobian=NO_TABLE,
+    equations=NO_TABLE,
+)
 
 
 def run_of(

@@ -153,7 +153,9 @@ class Body:
         known: Mapping[int, Place] | None = None,
         bound: Mapping[str, list[str]] | None = None,
     ) -> None:
-        self._into, self.places, self._known = into, places, known or {}
+        self._into, self._known = into, known or {}
+        self.places = dict(places)
+        """Where inputs are, by name."""
         self._bound = bound or {}
         self._values: dict[int, list[str]] = {}
 

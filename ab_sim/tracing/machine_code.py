@@ -1,9 +1,14 @@
 """From the text of LLVM's language to machine code that can be called."""
 
 import functools
+import os
 from typing import Any
 
 import llvmlite.binding as llvm
+
+LIMIT = "AB_SIM_CPU_FEATURES"
+"""Environment variable: what of the processor all code is to do without, in LLVM's words, as in
+``-avx512f``; read whenever code is made."""
 
 
 class MachineCode:
@@ -46,8 +51,9 @@ class MachineCode:
 
 
 def processor_features() -> str:
-    """What the processor can do, in LLVM's words."""
-    return str(llvm.get_host_cpu_features().flatten())
+    """What code may use of the processor, in LLVM's words: what it has, within the limit set."""
+    own, limit = str(llvm.get_host_cpu_features().flatten()), os.environ.get(LIMIT, "")
+    return f"{own},{limit}" if limit else own
 
 
 @functools.cache

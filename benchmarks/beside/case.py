@@ -10,7 +10,7 @@ import numpy as np
 
 from ab_sim.accuracy.deviation import Samples, deviation
 from ab_sim.equations.motion import Ball
-from ab_sim.dynamics.system import ball_drag, ball_inertia
+from ab_sim.equations.sums import over_effects
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
 from ab_sim.studies.accuracy_cost.collocation import collocate, step_for
@@ -90,7 +90,10 @@ def equal_balls(scene: Scene) -> EqualBall:
     """What the peers' own equations know of the balls: they have to be equal."""
     m, a = scene.balls.masses[0], scene.balls.radii[0]
     effects = tuple(scene.effects.values())
-    inertia, drag = ball_inertia(effects, Ball(m, a)), ball_drag(effects, Ball(m, a))
+    inertia, drag = (
+        float(over_effects(effects, of_ball, 0.0, Ball(m, a)))
+        for of_ball in ("ball_inertia", "ball_drag")
+    )
     return EqualBall(m, a, m + inertia, (m * scene.race.radius - inertia * a) / (m + inertia), drag)
 
 

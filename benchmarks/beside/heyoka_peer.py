@@ -13,7 +13,7 @@ parameters too; all products of constants are made before, so that no step compu
 """
 
 import importlib.metadata
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -22,16 +22,17 @@ import numpy as np
 from ab_sim.scene import Scene
 from ab_sim.spindle.segments import Ramp
 from ab_sim.studies.accuracy_cost.methods import FailedError
-from ab_sim.studies.accuracy_cost.right_hand_side import Leg
+from ab_sim.studies.accuracy_cost.right_hand_side import Leg, RightHandSide
 from beside.case import SAMPLING, VARIATIONS, BatchCase, Case, equal_balls
 from beside.turns import AbsentError, Family, Maker, timed
+from beside.width import lanes
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-14)
 CALLED = (
     "heyoka.py: adaptive Taylor series, compiled from expressions of the same equations on the "
     "rotating axes, `compact_mode` off, `fast_math` off and on; what a segment of the profile sets "
     "are runtime parameters; output by `propagate_grid`. Batches: `taylor_adaptive_batch` with "
-    "`force_avx512`, the constants of its eight runs runtime parameters"
+    "`force_avx512`, the constants of its runs runtime parameters; limited to AVX2, two of four"
 )
 NAME = "heyoka"
 INSTALL = "heyoka.py is not installed; pip install heyoka"
@@ -199,39 +200,34 @@ class Single:
         return self.case.error(self.case.f.samples(np.concatenate(kept)))
 
 
-class EightAtOnce:
-    """A batch: eight runs in the lanes of vectors, each with steps of its own."""
+class Group:
+    """Runs in the lanes of vectors, each with steps of its own."""
 
-    ours, continuous, evaluations = False, True, None
-    simulated = len(VARIATIONS) * SAMPLING.end
-
-    def __init__(self, hy: Any, case: BatchCase, method: str, tolerance: float, fast: bool) -> None:
-        self.case, self.method, self.setting = case, method, f"tol {tolerance:.0e}"
-        each = [Constants.of(f.scene) for f in case.runs]
-        self.start = np.array([f.start for f in case.runs]).T.copy()
+    def __init__(
+        self, hy: Any, runs: Sequence[RightHandSide], tolerance: float, fast: bool
+    ) -> None:
+        each = [Constants.of(f.scene) for f in runs]
+        self.start = np.array([f.start for f in runs]).T.copy()
         self.legs = []
-        for leg in case.runs[0].legs:
+        for leg in runs[0].legs:
             grid = np.repeat((leg.grid - leg.start)[:, None], len(each), axis=1)
-            runs = zip(case.runs, each, strict=True)
-            pars = np.array([[*OnRamp.of(f.scene, leg), *k] for f, k in runs]).T.copy()
+            both = zip(runs, each, strict=True)
+            pars = np.array([[*OnRamp.of(f.scene, leg), *k] for f, k in both]).T.copy()
             self.legs.append((grid, pars, leg.keep))
         self.enough = hy.taylor_outcome.time_limit
         k = Constants(*(hy.par[ON_RAMP + i] for i in range(len(Constants._fields))))
         self.integrator = hy.taylor_adaptive_batch(
-            equations(hy, k, case.runs[0].scene.balls.count),
+            equations(hy, k, runs[0].scene.balls.count),
             self.start.copy(),
             pars=self.legs[0][1].copy(),
             tol=tolerance,
             fast_math=fast,
             compact_mode=False,
-            force_avx512=True,
+            force_avx512=lanes() == 8,
         )
 
-    def once(self) -> tuple[float, Any]:
-        """All eight."""
-        return timed(self._run)
-
-    def _run(self) -> list[np.ndarray]:
+    def run(self) -> list[np.ndarray]:
+        """States at the outputs."""
         integrator, kept = self.integrator, []
         integrator.state[:] = self.start
         for grid, pars, keep in self.legs:
@@ -243,9 +239,26 @@ class EightAtOnce:
             kept.append(done[-1][keep])
         return kept
 
-    def error(self, kept: list[np.ndarray]) -> float:
+
+class EightAtOnce:
+    """A batch, in as many groups as vectors have room for."""
+
+    ours, continuous, evaluations = False, True, None
+    simulated = len(VARIATIONS) * SAMPLING.end
+
+    def __init__(self, hy: Any, case: BatchCase, method: str, tolerance: float, fast: bool) -> None:
+        self.case, self.method, self.setting = case, method, f"tol {tolerance:.0e}"
+        runs, width = case.runs, lanes()
+        groups = (runs[at : at + width] for at in range(0, len(runs), width))
+        self.groups = [Group(hy, group, tolerance, fast) for group in groups]
+
+    def once(self) -> tuple[float, Any]:
+        """All eight."""
+        return timed(lambda: [group.run() for group in self.groups])
+
+    def error(self, kept: list[list[np.ndarray]]) -> float:
         """The largest of all."""
-        states = np.concatenate(kept)
+        states = np.concatenate([np.concatenate(each) for each in kept], axis=2)
         runs = enumerate(self.case.runs)
         return self.case.error([f.samples(states[:, :, lane]) for lane, f in runs])
 

@@ -13,7 +13,7 @@ from beside.case import SAMPLING, Case
 from beside.turns import AbsentError, Family, Maker, timed
 
 CALLED = (
-    "the package's own equations, compiled by numba and called back from Python: SciPy's `odeint` "
+    "the package's own equations, as machine code that is called from Python: SciPy's `odeint` "
     "(LSODA) and `solve_ivp` (DOP853), CVODE through scikit-sundae. MuJoCo's RK4 on a model "
     "of its own of the drive"
 )

@@ -26,6 +26,7 @@ from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.tolerance import ABSOLUTE
 from beside.case import SAMPLING, Case, equal_balls
 from beside.turns import AbsentError, Family, Maker, timed
+from beside.width import for_compilers
 
 CALLED = (
     "a C program: C right-hand side, C loop over the outputs, Debian's libsundials-dev. CVODE "
@@ -62,7 +63,8 @@ def library(balls: int) -> ctypes.CDLL:
         raise AbsentError(f"gcc is not installed; {INSTALL}")
     folder = tempfile.TemporaryDirectory(prefix="sundials-")
     built = Path(folder.name) / "sundials.so"
-    command = [gcc, *FLAGS, f"-DBALLS={balls}", "-shared", "-fPIC", str(SOURCE), "-o", str(built)]
+    options = [*FLAGS, *for_compilers(), f"-DBALLS={balls}", "-shared", "-fPIC"]
+    command = [gcc, *options, str(SOURCE), "-o", str(built)]
     command += [f"-lsundials_{name}" for name in LIBRARIES] + ["-lm"]
     with folder:
         done = subprocess.run(command, capture_output=True, text=True)

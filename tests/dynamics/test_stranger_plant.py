@@ -13,6 +13,7 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.dynamics import assemble, planar_scene
 from ab_sim.equations.arrowhead import Arrow
+from ab_sim.equations.deck_model import deck_model
 from ab_sim.equations.motion import Deck, Spindle
 from ab_sim.equations.race import Balls, OnRace, drag_force, relative_load
 from ab_sim.equations.sums import Number, over_balls, over_effects
@@ -20,6 +21,13 @@ from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
 
 
+@deck_model(
+    UNKNOWNS=2,
+    STATE_NAMES=("x", "y", "x rate", "y rate"),
+    NEEDS_ANGLE=True,
+    WAYS=2,
+    CHANNELS=("x", "y", "vx", "vy", "ax", "ay"),
+)
 class OnFixedAxes(NamedTuple):
     """M [kg], M0 e [kg m], and e [m]; state: place and velocity on fixed axes."""
 
@@ -27,19 +35,10 @@ class OnFixedAxes(NamedTuple):
     unbalance: Number
     eccentricity: Number
 
-    STATES = 4
-    UNKNOWNS = 2
-    STATE_NAMES = ("x", "y", "x rate", "y rate")
-    NEEDS_ANGLE = True
-    UNIT_AT = -1
-    WAYS = 2
-    COORDINATES = 0
-    CHANNELS = ("x", "y", "vx", "vy", "ax", "ay")
-
     def arrow(
         self, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: Sequence[Number]
     ) -> Arrow:
-        n, m, w, M = balls.count, balls.mass, spindle.speed, self.total_mass
+        n, m, w, M = balls.number, balls.mass, spindle.speed, self.total_mass
         nx, ny = on.c * spindle.cos - on.s * spindle.sin, on.s * spindle.cos + on.c * spindle.sin
         load, along = relative_load(effects, balls, on, w)
         fx, fy = over_effects(effects, "deck_force", (0.0, 0.0), Deck(*state))

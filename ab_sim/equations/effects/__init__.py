@@ -1,16 +1,16 @@
 """The effects a scene may call for: one file each, registered by importing it here.
 
 An effect is a ``NamedTuple``: its fields are its parameters, its docstring its meaning, and it
-has the methods, of those below, that it needs. A method that no effect of a scene has is not in
-that scene's kernel. Methods are plain Python, also compiled by numba; ``self`` is the effect.
+has the methods, of those below, that it needs. What no effect of a scene does is not computed.
+Methods are formulas: plain Python on numbers, which are floats, arrays with one for each ball, or
+expressions of ``ab_sim.tracing``, of which machine code is made; ``self`` is the effect.
 
 What a method may do: compute its result from its arguments and the effect's fields, with + - * /,
-abs, cos and sin, and nothing else. It keeps no state, makes no arrays, and raises nothing; the same
-arguments give the same result. Fields that are not floats, as a count or a choice, may also decide
-what is computed. A method may branch on numbers and call other functions of ``math`` as well, but
-runs of a batch that have such an effect go one by one, not side by side (``numbers.lanes``);
-those with events do so anyway (``system.has_events``). Steppers take results as smooth: a kink that
-no event locates costs accuracy.
+whole powers, abs, comparisons, and ``cos``, ``sin``, ``sqrt`` and ``where`` of ``ab_sim.tracing``.
+It keeps no state, makes no arrays, and raises nothing; the same arguments give the same result.
+Where a number decides, it writes ``where(condition, a, b)``: an ``if`` on a traced number is an
+error that says so. Fields that are not floats, as a count or a choice, may decide by ``if`` what is
+computed. Steppers take results as smooth: a kink that no event locates costs accuracy.
 
     deck_force(self, deck) -> (f1, f2)
         force on the deck [N], rotating axes in and out; for what is equal in every direction

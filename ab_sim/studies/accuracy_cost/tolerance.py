@@ -85,7 +85,8 @@ class ByTolerance:
             states, more = self.solver(leg, state, relative, absolute)
             if not np.isfinite(states).all():
                 raise FailedError("diverged: states that are not finite")
-            state = states[-1]
+            # Of a transposed array: code reads what lies side by side in memory.
+            state = np.ascontiguousarray(states[-1])
             kept.append(states[leg.keep])
             evaluations += more
         self.evaluations = evaluations
