@@ -1,9 +1,9 @@
 """Which changes of a single operator, comparison or number no test notices.
 
 cosmic-ray says what can be changed in a file, one place at a time. Each such mutant is served to a
-process of its own, which runs the tests of its room until one fails. Nothing on disk is changed, so
-kernels that were compiled before know nothing of a mutant: tests of the equations and of the race
-call these as plain Python. docs/mutations.md says what survived, and why.
+process of its own, which runs the tests of its room until one fails. Nothing on disk is changed.
+Machine code is made in each process, of the mutant too: tests call functions as plain Python and
+as machine code, and either may notice. docs/mutations.md says what survived, and why.
 
     .venv/bin/pip install cosmic-ray==8.7.0
     .venv/bin/python benchmarks/mutations.py --json out/mutations.json [ROOM ...]
@@ -12,6 +12,7 @@ call these as plain Python. docs/mutations.md says what survived, and why.
 import argparse
 import importlib
 import json
+import linecache
 import os
 import re
 import resource
@@ -28,17 +29,21 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
 
-UNCOMPILED = [f"tests/uncompiled/{name}.py" for name in ("elimination", "laws", "impacts")]
-PLAIN = ["-p", "tests.uncompiled.plugin"]
-"""Keeps numba from compiling."""
+EVENTS = [
+    f"tests/events/test_{name}.py"
+    for name in ("rows", "elimination", "laws", "impacts", "location")
+]
 DECK = "tests/analysis/test_deck.py::test_merits_of_a_deck"
 ROOMS = {
-    "elimination": ("ab_sim/dynamics/race/[rte]*.py", [*PLAIN, *UNCOMPILED]),
-    "laws": ("ab_sim/dynamics/race/[bcimps]*.py", [*PLAIN, *UNCOMPILED[1:]]),
-    "neighbours": ("ab_sim/dynamics/race/neighbours.py", ["tests/dynamics/test_neighbours.py"]),
+    "equations": (
+        "ab_sim/equations/[!n_]*.py",
+        ["tests/dynamics/test_effects.py", "tests/dynamics/test_planar.py", EVENTS[1]],
+    ),
+    "events": ("ab_sim/events/*.py", EVENTS),
+    "neighbours": ("ab_sim/equations/neighbours.py", ["tests/dynamics/test_neighbours.py"]),
     "effects": (
         "ab_sim/equations/effects/*.py",
-        [*PLAIN, "tests/effects/test_laws.py", "tests/effects/test_parameters.py", UNCOMPILED[1]],
+        ["tests/effects/test_laws.py", "tests/effects/test_parameters.py", EVENTS[2]],
     ),
     "spindle": ("ab_sim/spindle/*.py", ["tests/spindle"]),
     "merits": ("ab_sim/analysis/merits.py", ["tests/analysis/test_merits.py", DECK]),
@@ -57,11 +62,10 @@ OPERATORS = re.compile(
     "|ReplaceBreakWithContinue|ReplaceContinueWithBreak)"
 )
 """One other operator for each, and both neighbours of a comparison: cosmic-ray knows eleven, of
-which most are as easily noticed. No removed decorators: numba or the first call refuses those."""
+which most are as easily noticed. No removed decorators: the first use refuses those."""
 PRELOADED = (
-    "numpy numba numba.extending numba.np.arrayobj scipy.integrate scipy.optimize "
-    "scipy.interpolate scipy.spatial.transform matplotlib.figure pydantic yaml "
-    "hypothesis"
+    "numpy llvmlite.binding scipy.integrate scipy.optimize scipy.interpolate "
+    "scipy.spatial.transform matplotlib.figure pydantic yaml hypothesis"
 )
 """Imported once, before processes part."""
 
@@ -113,6 +117,8 @@ def start(mutant: Mutant | None, tests: list[str], patience: int) -> int:
         os.dup2(quiet, stream)
     if mutant is not None:
         module, source = mutant.path.removesuffix(".py").replace("/", "."), mutant.source()
+        # Machine code is made of what this says the source is.
+        linecache.cache[mutant.path] = (len(source), None, source.splitlines(True), mutant.path)
         from_disk = SourceFileLoader.get_code
 
         def get_code(loader: SourceFileLoader, name: str):  # type: ignore[no-untyped-def]
