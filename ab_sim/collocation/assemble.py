@@ -23,6 +23,7 @@ from ab_sim.collocation.run import (
     ResponseTables,
     size_of_memory,
 )
+from ab_sim.collocation.sampling import Sampling
 from ab_sim.collocation.tables import KEPT, RATIOS, doubt_tables
 from ab_sim.dynamics.assemble import own_motion
 from ab_sim.dynamics.own_motion import DAMPINGS, FROM_MODES, STIFFNESSES, TO_MODES
@@ -30,9 +31,10 @@ from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.sums import over_effects
 from ab_sim.events.prepared import aligned
-from ab_sim.events.run import REACH, Run
+from ab_sim.events.run import Run
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.spindle.segments import Ramp
+from ab_sim.tracing.llvm_text import module_text
 from ab_sim.tracing.machine_code import MachineCode
 
 COORDINATES: dict[str, Coordinates] = {
@@ -65,12 +67,16 @@ class CollocationCode:
     def __init__(self, code: Code, nodes: int, balls_alike: bool) -> None:
         coordinates = COORDINATES[type(code.model.deck).__name__]
         self.emission = CollocationEmission(code.emission, coordinates, nodes, balls_alike)
-        self._code = MachineCode(self.emission.text())
-        address = self._code.address
-        names = [name for name in Functions._fields if name != "evaluate"]
+        sampling = Sampling(self.emission)
+        made = [*self.emission.functions(), *sampling.functions()]
+        self.columns = sum(sampling.columns.values())
+        """Numbers that are known of a node."""
+        self._code = MachineCode(module_text(made), effort=0)
+        names = {function.name: function.name for function in made}
+        # Of a deck in space, cosines and sines are the least.
+        names.setdefault("iterate_near", "iterate")
         self.functions = Functions(
-            **{name: address(name) for name in names},
-            evaluate=address("evaluate") if code.model.has_events else 0,
+            *(self._code.address(names[x]) if x in names else 0 for x in Functions._fields)
         )
 
     @property
@@ -146,15 +152,6 @@ def collocation_of(run: Run, system: System, code: CollocationCode, method: Meth
     groups = -(-most // count)
     tables = KEPT * (1 + groups) * (emission.tables + 1)
     states, balls = run.state.size, run.balls
-    sizes = {
-        "work": emission.work,
-        "rows": run.ball_column + 2 * balls.number + balls.has_motor,
-        "slopes": states,
-        "accelerations": balls.accelerations,
-        "motor": 3,
-        "balls": (REACH + 2 * balls.accelerations) * balls.number,
-        "values": run.work.value.size,
-    }
     return Collocation(
         run=run,
         functions=code.functions,
@@ -172,7 +169,10 @@ def collocation_of(run: Run, system: System, code: CollocationCode, method: Meth
         buffers=Buffers(
             states=aligned(((states + 3) * STRIDE * count,)),
             at_nodes=aligned(((states + 3) * STRIDE * count,)),
-            **{name: aligned((size, count)) for name, size in sizes.items()},
+            work=aligned((emission.work, count)),
+            turns=aligned((balls.number + 1,)),
+            nodes=aligned((count, code.columns)),
+            values=aligned((count, run.work.value.size)),
         ),
         result=aligned((RESULTS,)),
         sides=emission.tables,

@@ -177,17 +177,14 @@ def write(own: Collocation, stretch: Stretch, samples: Table, written: int, done
     for k in range(done - written):
         end = (stretch.first + written + k + 1) * run.step - stretch.start
         states[first + PROFILE_TIME * line + k] = end
+    for i in range(balls.number + 1):
+        buffers.turns[i] = float(balls.discrete[i, TURNS])
     if done > written:
         times, begin = states[first : states.size], states[count : states.size]
-        call(own.functions.rows, run.scene.c, balls.branches, times, begin, buffers.rows)
-    for k in range(done - written):
-        row = samples[written + k][ANGLE : samples.shape[1]]
-        for column in range(buffers.rows.shape[0]):
-            row[column] = buffers.rows[column, k]
-        for i in range(balls.number):
-            row[run.ball_column + 2 * i] += 2.0 * math.pi * balls.discrete[i, TURNS]
-        if balls.has_motor:
-            row[0] += 2.0 * math.pi * balls.discrete[balls.number, TURNS]
+        row = samples[written][ANGLE : samples.shape[1]]
+        width, new = float(samples.shape[1]), float(done - written)
+        c, b = run.scene.c, balls.branches
+        call(own.functions.rows, c, b, times, begin, buffers.turns, row, width, new)
 
 
 def take_step(own: Collocation, stretch: Stretch, until: float) -> bool:

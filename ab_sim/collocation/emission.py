@@ -19,18 +19,14 @@ from ab_sim.collocation.responses import (
 from ab_sim.collocation.responses import NUMBERS as NUMBERS_EACH
 from ab_sim.collocation.run import (
     COEFFICIENTS,
-    INSIDE,
     NODE,
-    PROFILE_TIME,
     SHARE,
-    STRIDE,
-    TIME,
 )
 from ab_sim.collocation.step_formulas import StepFormulas
-from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES, Emission
+from ab_sim.kernels.emission import BRANCHES, CONSTANTS, Emission
 from ab_sim.tracing import Expression, Level, lowered
 from ab_sim.tracing.expression import reached, rebuilt
-from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, border, module_text
+from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, border
 
 OWN, TABLES, OPEN, NUMBERS, OPEN_NUMBERS = "own", "tables", "spindle", "numbers", "spindle_numbers"
 WORK, RESULT, WEIGHTS, CARRY = "work", "result", "weights", "carry"
@@ -73,16 +69,17 @@ class CollocationEmission:
         """Where quantities are in the work, by their names: numbers of lines."""
         self.work = 0
         """Lines of the work."""
-        self._own: dict[str, Place] = dict(self._row_places(WORK, "f"))
+        self._own: dict[str, Place] = dict(self.row_places(WORK, "f"))
         for name, place in self._own.items():
             self.lines[name] = place.at
         self.work = self.rows
-        self._iterate = {near: self._lowered(self.formulas.iterate(near)) for near in (False, True)}
+        ways = (False,) if coordinates.has_modes else (False, True)
+        self._iterate = {near: self.lowered(self.formulas.iterate(near)) for near in ways}
         self._hoisted = self._known_before()
 
     # Where things are.
 
-    def _row_places(self, pointer: str, what: str) -> Iterable[tuple[str, Place]]:
+    def row_places(self, pointer: str, what: str) -> Iterable[tuple[str, Place]]:
         """Lines of f: of the equations, then of what is only integrated."""
         at = 0
         for each in self.formulas.equations[:-1]:
@@ -115,7 +112,7 @@ class CollocationEmission:
         """
         return self._table_of()[self.formulas.integral.name][1]
 
-    def _tables(self) -> dict[str, Place]:
+    def table_places(self) -> dict[str, Place]:
         """Where the tables' lines are; that of a motor's spindle behind a pointer of its own."""
         found, nodes, size = {}, self.nodes, lines_of_table(self.nodes)
         for name, (pointer, at, stride) in self._table_of().items():
@@ -138,7 +135,7 @@ class CollocationEmission:
                 found[f"{what}[{name}]"] = place
         return found
 
-    def _linear(self) -> dict[str, Place]:
+    def linear_places(self) -> dict[str, Place]:
         """c and k of each table; then what makes coordinates, see ``coordinates.Modes``."""
         found = {}
         for name, (pointer, at, stride) in self._table_of().items():
@@ -156,7 +153,7 @@ class CollocationEmission:
             first += 49
         return found
 
-    def _weights(self) -> dict[str, Place]:
+    def weight_places(self) -> dict[str, Place]:
         """c_j; the weights of the quadrature; matrices to the last coefficients, and onward."""
         nodes = self.nodes
         found = {"node": Place(WEIGHTS, NODE), "share": Place(WEIGHTS, SHARE)}
@@ -165,7 +162,8 @@ class CollocationEmission:
             found[f"carry.{k}"] = Place(CARRY, k)
         return found
 
-    def _state(self) -> dict[str, Place]:
+    def state_places(self) -> dict[str, Place]:
+        """Where all states are behind the pointer ``STATE``."""
         found, last = dict(self.emission.state_places(STATE)), self.model.states
         last += 2 * self.model.count + 3 * self.model.has_motor
         return found | {"work": Place(STATE, last), "dissipated": Place(STATE, last + 1)}
@@ -180,13 +178,19 @@ class CollocationEmission:
 
     # What is computed.
 
-    def _lowered(self, roots: Roots) -> Roots:
+    def lowered(self, roots: Roots) -> Roots:
+        """Roots as a machine computes them."""
         return dict(zip(roots, lowered(roots.values()), strict=True))
 
     def _known_before(self) -> dict[int, Place]:
         """What an iteration needs that no iteration changes: put into the work by ``start``."""
         found: dict[int, Place] = {}
-        elsewhere = {**self.emission.places, **self._tables(), **self._modes(), **self._scale()}
+        elsewhere = {
+            **self.emission.places,
+            **self.table_places(),
+            **self._modes(),
+            **self._scale(),
+        }
         self._before: list[tuple[Expression, Place]] = []
         for roots in self._iterate.values():
             for name, root in roots.items():
@@ -211,7 +215,7 @@ class CollocationEmission:
 
     # What is emitted.
 
-    def _function(
+    def function(
         self,
         name: str,
         pointers: Sequence[str],
@@ -220,6 +224,16 @@ class CollocationEmission:
         uniform: Iterable[str] = (),
         known: Mapping[int, Place] | None = None,
     ) -> tuple[Function, Body]:
+        """A function in lanes with the arguments c, b, pointers and numbers; its body is empty.
+
+        Args:
+            name: of the function.
+            pointers: names of further pointers.
+            numbers: inputs that are handed over as doubles.
+            places: where inputs are.
+            uniform: further pointers to what is the same in all lanes.
+            known: where other nodes are already.
+        """
         shape = Shape(self.model.count, self.nodes)
         always = [CONSTANTS, BRANCHES, OWN, NUMBERS, OPEN_NUMBERS, STATE, RESULT]
         into = Function(name, [CONSTANTS, BRANCHES, *pointers], shape, numbers, [*always, *uniform])
@@ -229,10 +243,10 @@ class CollocationEmission:
 
     def iterate(self, near: bool = False) -> Function:
         """``iterate(c, b, own, tables, spindle, work, result)``; ``near``: see ``Formulas``."""
-        places = {**self._tables(), **self._modes(), **self._own}
+        places = {**self.table_places(), **self._modes(), **self._own}
         name = "iterate_near" if near else "iterate"
         pointers = [OWN, TABLES, OPEN, WORK, RESULT]
-        into, body = self._function(name, pointers, [], places, known=self._hoisted)
+        into, body = self.function(name, pointers, [], places, known=self._hoisted)
         self._store(body, self._iterate[near])
         return into
 
@@ -253,10 +267,15 @@ class CollocationEmission:
         by = {inputs[name]: root for name, root in roots.items() if name in inputs}
         own = lowered([*roots.values(), *substituted([x for x, _ in self._before], by)])
         count = len(roots)
-        places = {**self._tables(), **self._linear(), **self._numbers(), **self._weights()}
-        places |= {**self._state(), **dict(self._row_places(OLD, "old"))}
+        places = {
+            **self.table_places(),
+            **self.linear_places(),
+            **self._numbers(),
+            **self.weight_places(),
+        }
+        places |= {**self.state_places(), **dict(self.row_places(OLD, "old"))}
         pointers = [OWN, NUMBERS, OPEN_NUMBERS, TABLES, OPEN, WEIGHTS, CARRY, STATE, OLD, WORK]
-        into, body = self._function("start", pointers, ["begin", "length", "moved"], places)
+        into, body = self.function("start", pointers, ["begin", "length", "moved"], places)
         assert graph is self.model.graph
         self._store(body, dict(zip(roots, own[:count], strict=True)))
         for x, (of, place) in zip(own[count:], self._before, strict=True):
@@ -265,46 +284,12 @@ class CollocationEmission:
 
     def judge(self) -> Function:
         """``judge(c, b, numbers, spindle_numbers, weights, work, result, begin, length)``."""
-        places = {**self._numbers(), **self._weights(), **self._own}
+        places = {**self._numbers(), **self.weight_places(), **self._own}
         places |= {f"result.{k}": Place(RESULT, k) for k in (2, 3)}
         pointers = [NUMBERS, OPEN_NUMBERS, WEIGHTS, WORK, RESULT]
-        into, body = self._function("judge", pointers, ["begin", "length"], places)
-        self._store(body, self._lowered(self.steps.judge()))
+        into, body = self.function("judge", pointers, ["begin", "length"], places)
+        self._store(body, self.lowered(self.steps.judge()))
         return into
-
-    def sample(self) -> Function:
-        """``sample(c, b, own, tables, spindle, weights, bounds, y, f, out, begin, length)``.
-
-        Tables are those up to the samples; y is the state at the step's beginning, f its memory.
-        """
-        places = {**self._tables(), **self._linear(), **self._weights(), **self._state()}
-        places |= dict(self._row_places(FORCES, "f"))
-        for name, place in self._state().items():
-            places[f"bound[{name}]"] = place._replace(pointer=BOUNDS)
-        pointers = [OWN, TABLES, OPEN, WEIGHTS, BOUNDS, STATE, FORCES, STATES]
-        roots = self._lowered(self.steps.sample())
-        targets = self._lines_of_states()
-        into, body = self._function("sample", pointers, ["begin", "length"], places, [BOUNDS])
-        for name, x in roots.items():
-            body.store(x, targets[name])
-        return into
-
-    def keep(self) -> Function:
-        """``keep(c, b, work, f)``: copies f from the work."""
-        into, body = self._function("keep", [WORK, FORCES], [], self._own)
-        for name, place in self._row_places(FORCES, "f"):
-            body.store(self.model.graph.input(name, each="balls" in name), place)
-        return into
-
-    def _lines_of_states(self) -> dict[str, Place]:
-        """See ``run.Buffers.states``."""
-        found = {
-            name: Place(STATES, STRIDE * place.at, STRIDE) for name, place in self._state().items()
-        }
-        lines = {"time": TIME, "profile_time": PROFILE_TIME, "inside": INSIDE}
-        return found | {
-            name: Place(STATES, STRIDE * (self.states + line)) for name, line in lines.items()
-        }
 
     @property
     def states(self) -> int:
@@ -318,51 +303,28 @@ class CollocationEmission:
         model = self.model
         at = model.motion()
         found = model.evaluated(at)
-        roots = self._lowered(self.steps.begin(found, model.slope(at, found)))
+        roots = self.lowered(self.steps.begin(found, model.slope(at, found)))
         into = Function(
             "begin", [CONSTANTS, BRANCHES, OWN, STATE, FORCES], Shape(model.count), ["time"]
         )
-        places = {**self.emission.places, **self._linear(), **self._state()}
+        places = {**self.emission.places, **self.linear_places(), **self.state_places()}
         body = Body(into, places, self.emission.known, {"time": ["%time"]})
-        targets = dict(self._row_places(FORCES, "f")) | {"speed": Place(FORCES, self.rows)}
+        targets = dict(self.row_places(FORCES, "f")) | {"speed": Place(FORCES, self.rows)}
         for name, x in roots.items():
             body.store(x, targets[name], each="balls" in name)
         return into
 
-    def samples(self) -> Function:
-        """``rows(c, b, t, states, rows)``: rows of N samples; t points to the lines of times."""
-        into, body = self._of_states("rows", ["rows"], ("time", "profile_time"))
-        self.emission.store_row(body, "rows")
+    def keep(self) -> Function:
+        """``keep(c, b, work, f)``: copies f from the work."""
+        into, body = self.function("keep", [WORK, FORCES], [], self._own)
+        for name, place in self.row_places(FORCES, "f"):
+            body.store(self.model.graph.input(name, each="balls" in name), place)
         return into
 
-    def evaluate(self) -> Function:
-        """``evaluate(c, b, t, states, k, x, motor, table)``: ``Emission.evaluate`` in lanes."""
-        pointers = ["k", "x", "motor", "table"]
-        into, body = self._of_states("evaluate", pointers, ("time",))
-        emission, n = self.emission, self.model.count
-        emission.store_slope(body, emission.roots["slope"], "k")
-        for name, pointer in (("accelerations", "x"), ("motor", "motor")):
-            for k, x in enumerate(emission.roots[name]):
-                body.store(x, Place(pointer, k))
-        for k, x in enumerate(emission.roots["table"] if n else ()):
-            body.store(x, Place("table", k * n), each=True)
-        return into
-
-    def _of_states(
-        self, name: str, pointers: Sequence[str], times: Sequence[str]
-    ) -> tuple[Function, Body]:
-        """A function of states in lanes."""
-        places = self._lines_of_states()
-        places |= {each: Place(TIMES, STRIDE * k) for k, each in enumerate(times)}
-        return self._function(name, [TIMES, STATES, *pointers], [], places)
-
-    def text(self) -> str:
-        """All of them; with events also ``evaluate``, in lanes."""
-        functions = [self.iterate(), self.iterate(near=True), self.start(), self.judge()]
-        functions += [self.keep(), self.sample(), self.begin(), self.samples()]
-        if self.model.has_events:
-            functions.append(self.evaluate())
-        return module_text(functions)
+    def functions(self) -> list[Function]:
+        """All of them."""
+        iterations = [self.iterate(near) for near in self._iterate]
+        return [*iterations, self.start(), self.judge(), self.keep(), self.begin()]
 
 
 def substituted(

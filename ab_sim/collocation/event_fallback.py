@@ -57,46 +57,41 @@ def before_events(own: Collocation) -> int:
     if not own.run.has_events:
         return PIECES
     put_event_functions(own)
-    end, count = PIECES, own.method.nodes.at.size
-    for slot in range(own.buffers.values.shape[0]):
-        values = own.buffers.values[slot]
-        mean, apart = 0.0, 0.0
-        for j in range(count):
-            mean += values[j]
-        mean /= count
-        for j in range(count):
-            apart += abs(values[j] - mean)
-        if not mean > FAR * apart:
-            end = pieces_above(own, values, end)
+    values, count, end = own.buffers.values, own.method.nodes.at.size, PIECES
+    slots = values.shape[1]
+    mean, apart, one = scratch(slots), scratch(slots), scratch(count)
+    for slot in range(slots):
+        mean[slot] = apart[slot] = 0.0
+    for j in range(count):
+        for slot in range(slots):
+            mean[slot] += values[j, slot]
+    for slot in range(slots):
+        mean[slot] *= 1.0 / count
+    for j in range(count):
+        for slot in range(slots):
+            apart[slot] += abs(values[j, slot] - mean[slot])
+    for slot in range(slots):
+        if not mean[slot] > FAR * apart[slot]:
+            for j in range(count):
+                one[j] = values[j, slot]
+            end = pieces_above(own, one, end)
     return end
 
 
 def put_event_functions(own: Collocation) -> None:
     """Event functions at the nodes of the step in memory, into ``Buffers.values``."""
-    run, buffers = own.run, own.buffers
-    balls, count, states = run.balls, own.method.nodes.at.size, run.state.size
+    run, buffers, count = own.run, own.buffers, own.method.nodes.at.size
+    balls, states = run.balls, run.state.size
     put_states(own, -1, buffers.at_nodes)
-    line = STRIDE * count
-    times = buffers.at_nodes[states * line : (states + 1) * line]
-    call(
-        own.functions.evaluate, run.scene.c, balls.branches, times, buffers.at_nodes,
-        buffers.slopes, buffers.accelerations, buffers.motor, buffers.balls,
-    )  # fmt: skip
-    state, slope = scratch(states), scratch(states)
-    value, rounding, rate = scratch(run.work.value.size), run.work.rounding, run.work.rate_ahead
+    times = buffers.at_nodes[states * STRIDE * count : buffers.at_nodes.size]
+    c, b, nodes = run.scene.c, balls.branches, buffers.nodes
+    call(own.functions.evaluate, c, b, times, buffers.at_nodes, nodes)
+    rounding, rate = run.work.rounding, run.work.rate_ahead
     for j in range(count):
-        for k in range(states):
-            state[k], slope[k] = buffers.at_nodes[k * line + j], buffers.slopes[k, j]
-        for r in range(balls.x.size):
-            balls.x[r] = buffers.accelerations[r, j]
-        for k in range(balls.motor.size):
-            balls.motor[k] = buffers.motor[k, j]
-        for column in range(balls.table.shape[0]):
-            for i in range(balls.number):
-                balls.table[column, i] = buffers.balls[column * balls.number + i, j]
-        event_functions(balls, state, slope, value, rounding, rate)
-        for slot in range(value.size):
-            buffers.values[slot, j] = value[slot]
+        node = nodes[j]
+        call(own.functions.take_node, node, balls.x, balls.motor, balls.table)
+        state, slope = node[0:states], node[states : 2 * states]
+        event_functions(balls, state, slope, buffers.values[j], rounding, rate)
 
 
 def pieces_above(own: Collocation, values: Floats, most: int) -> int:
@@ -113,14 +108,23 @@ def pieces_above(own: Collocation, values: Floats, most: int) -> int:
         for k in range(count):
             coefficient = fma(own.method.lines[COEFFICIENTS + k, back], values[k], coefficient)
         doubt += abs(coefficient)
+    if lowest(own, values, PIECES) >= doubt:
+        return most
     for piece in range(most):
-        for line in range(count):
-            bound = 0.0
-            for k in range(count):
-                bound = fma(own.method.bounds[piece, line, k], values[k], bound)
-            if bound < doubt:
-                return piece
+        if lowest(own, values, piece) < doubt:
+            return piece
     return most
+
+
+def lowest(own: Collocation, values: Floats, piece: int) -> float:
+    """The lowest of Bernstein's coefficients on a piece, or on all of them."""
+    count, least = values.size, math.inf
+    for line in range(count):
+        bound = 0.0
+        for k in range(count):
+            bound = fma(own.method.bounds[piece, line, k], values[k], bound)
+        least = min(least, bound)
+    return least
 
 
 def keep_good(own: Collocation, good: int) -> None:

@@ -106,7 +106,7 @@ def nodes(count: int, samples: tuple[int, ...], powers: int) -> Nodes:
         scale,
         leading,
         (2.0 * np.arange(powers)[:, None] + 1.0) * share * values,
-        gauss(3 * count),
+        gauss(max(24, 3 * count)),
         stops,
         columns.astype(np.int64),
         np.array([goes_on for _, _, goes_on in chains], np.int64),
@@ -162,7 +162,7 @@ def last_coefficients(at: np.ndarray, share: np.ndarray) -> np.ndarray:
 
 
 def bounds_within_pieces(at: np.ndarray) -> np.ndarray:
-    """Matrices from values at the nodes to Bernstein's coefficients on each piece of 0 .. 1.
+    """Matrices from values at the nodes to Bernstein's coefficients on 0 .. 1 and on its pieces.
 
     A polynomial on a piece lies within its coefficients there.
 
@@ -170,16 +170,16 @@ def bounds_within_pieces(at: np.ndarray) -> np.ndarray:
         at: the nodes, shape (N,).
 
     Returns:
-        Shape (PIECES, N, N), coefficients in lines.
+        Shape (PIECES + 1, N, N), coefficients in lines; the last is that of all pieces together.
     """
     most = len(at) - 1
     points = (np.arange(most + 1) + 0.5) / (most + 1)
     basis = np.array(
         [math.comb(most, b) * points**b * (1.0 - points) ** (most - b) for b in range(most + 1)]
     ).T
-    found = np.empty((PIECES, len(at), len(at)))
-    for piece in range(PIECES):
-        x = (piece + points) / PIECES
+    found = np.empty((PIECES + 1, len(at), len(at)))
+    for piece in range(PIECES + 1):
+        x = (piece + points) / PIECES if piece < PIECES else points
         for k in range(most + 1):
             others = np.delete(at, k)
             values = np.prod((x[:, None] - others) / (at[k] - others), axis=1)

@@ -49,6 +49,7 @@ class Functions(NamedTuple):
     begin: int
     rows: int
     evaluate: int
+    take_node: int
 
 
 class Method(NamedTuple):
@@ -101,18 +102,13 @@ class Buffers(NamedTuple):
     of which N in the middle are samples, so that N others may be written beside any of them."""
     at_nodes: Floats
     """The same of states at the nodes."""
-    rows: Table
-    """Of samples, shape (columns, N)."""
-    slopes: Table
-    """Shape (states, N); the following with events only."""
-    accelerations: Table
-    """Shape (K, N)."""
-    motor: Table
-    """Shape (3, N)."""
-    balls: Table
-    """``Balls.table``, line by line, shape ((9 + 2 K) n, N)."""
+    turns: Floats
+    """Whole turns taken out of the balls' angles, and the spindle's; shape (n + 1,)."""
+    nodes: Table
+    """What the equations say at the nodes, with events: state, slope, accelerations, motor, table
+    of the balls; shape (N, columns)."""
     values: Table
-    """Event functions, shape (slots, N)."""
+    """Event functions there, shape (N, slots)."""
 
 
 class Collocation(NamedTuple):

@@ -17,8 +17,9 @@ class MachineCode:
     Args:
         text: in LLVM's language.
         features: of the processor, in LLVM's words (``"+fma,+avx2"``); those that it has if None.
-        effort: LLVM's level of optimization, 1 to 3. Loops are unrolled at 3 only: that takes as
-            long as all the rest.
+        effort: LLVM's level of optimization, 1 to 3; 0 for code without loops and branches that
+            says nothing twice, as ``llvm_text`` writes it: that takes half as long. Loops are
+            unrolled at 3 only: that takes as long as all the rest.
 
     Raises:
         RuntimeError: the text is not in that language; the message is LLVM's.
@@ -32,8 +33,9 @@ class MachineCode:
         options.loop_unrolling = effort == 3
         # What belongs into a vector is written as one.
         options.slp_vectorization = options.loop_vectorization = False
-        passes = llvm.create_pass_builder(machine, options)
-        passes.getModulePassManager().run(module, passes)
+        if effort:
+            passes = llvm.create_pass_builder(machine, options)
+            passes.getModulePassManager().run(module, passes)
         # The engine owns machine and module from here on.
         self._engine = llvm.create_mcjit_compiler(module, machine)
         self._engine.finalize_object()

@@ -1,5 +1,6 @@
 """Scenes run by collocation, and by rk8, through the new core; and the old core's samples."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,10 @@ from ab_sim.collocation.run import Collocation
 from ab_sim.compiling import compiled
 from ab_sim.drive import Drive
 from ab_sim.drive.way import Way
-from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
+from ab_sim.dynamics.assemble import place_on, start_modes, start_state, state_bounds, system_of
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.registry import stepper_named
-from ab_sim.kernels.code import Code, code_of
+from ab_sim.kernels.code import Code, called, code_of
 from ab_sim.scene import Scene
 from ab_sim.spindle.profile import SpeedProfile
 from ab_sim.spindle.stretches import Grid
@@ -98,15 +99,20 @@ class Collocated:
 
     def advance(self, steps: int, record: bool = False) -> np.ndarray:
         """Samples of so many steps."""
-        own = self.of(next(iter(self.way.kinds)))
-        width = 2 + own.buffers.rows.shape[0]
-        samples = np.zeros((max(steps, int(record)), width))
+        samples = np.zeros((max(steps, int(record)), self.width))
         kernel = self._kernel
         done = self.way.walk(kernel, self.taken, steps, np.nan, samples)
         if done < 0:
-            raise FloatingPointError(f"diverged after {-1 - done} steps")
+            self.taken += -1 - done
+            raise FloatingPointError(f"diverged after {self.taken} steps")
         self.taken += done
         return samples
+
+    @property
+    def width(self) -> int:
+        """Of a sample, without sensors."""
+        run = self.of(next(iter(self.way.kinds))).run
+        return 2 + run.ball_column + 2 * run.balls.number + run.balls.has_motor
 
     def _kernel(self, kind: type[Any]) -> Any:
         own = self.of(kind)
@@ -125,3 +131,35 @@ def cycle_of(scene: Scene) -> float:
 def old_samples(scene: Scene, steps: int, ledger: bool = False) -> np.ndarray:
     """What the old core records."""
     return Drive(scene, ledger=ledger).advance(steps).samples
+
+
+class Runge:
+    """A scene's motion by rk8, in fine steps between instants that are asked for."""
+
+    def __init__(self, scene: Scene, most: float = 5e-4) -> None:
+        self.system, self.most = system_of(scene), most
+        (kind,) = Way.along(SpeedProfile.of_scene(scene), Grid(scene.solver.step, 1.0), 0).kinds
+        code = code_of(self.system, kind)
+        rk8: Any = stepper_named("rk8").weights
+        self._step, self._slope = code.step(rk8.a, rk8.b, rk8.c), code.address("slope")
+        self._c, self._b = code.constants(self.system), np.zeros(code.branches())
+        place = place_on(SpeedProfile.of_scene(scene).pieces[0])
+        self._c[code.layout.place : code.layout.size] = [*place.segment, *place[1:]]
+        called(code.address("prepare"), self._c)
+        self._start = start_state(scene, self.system)
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """States at rising times [s], a line for each; smooth scenes at a constant speed only."""
+        state, now, found = self._start.copy(), 0.0, []
+        slope, trial = np.empty_like(state), np.empty_like(state)
+        for time in times.tolist():
+            count = max(1, math.ceil((time - now) / self.most))
+            for k in range(count):
+                begin = now + (time - now) * k / count
+                called(self._slope, self._c, self._b, state, slope, begin)
+                given = self._c, self._b, state, slope, trial
+                called(self._step, *given, begin, (time - now) / count)
+                state[:] = trial
+            now = time
+            found.append(state.copy())
+        return np.array(found)

@@ -7,9 +7,9 @@ import pytest
 
 from ab_sim.drive.way import FOREVER, Way
 from ab_sim.dynamics.assemble import place_on
-from ab_sim.stepping.fixed_step import END, FIRST, LENGTH, OFFSET, PLACE, START
 from ab_sim.spindle import RaisedCosine, Ramp, SpeedProfile
 from ab_sim.spindle.stretches import Grid, stretches
+from ab_sim.stepping.fixed_step import END, FIRST, LENGTH, OFFSET, PLACE, START
 
 GRID = Grid(1e-3, 12e-3)
 PROFILES = {

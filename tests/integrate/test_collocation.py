@@ -1,20 +1,14 @@
-"""Collocation: its exact responses, beside Runge and Kutta, to the bit, and what it refuses."""
+"""Collocation: beside Runge and Kutta, to the bit, and what it refuses."""
 
-import math
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
-from ab_sim.integrate.responses import LINES, NODES, NUMBERS
-from ab_sim.integrate.workspace import aligned
-from numpy.polynomial import Legendre, Polynomial
-from scipy.linalg import expm
 
+from ab_sim.collocation.run import HEAD, SAMPLES
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError, SceneError
-from ab_sim.integrate import responses, span
 from ab_sim.scene import load_scene
 from tests.hard_cases.extremes import errors
 
@@ -49,77 +43,6 @@ def true() -> Trajectory:
     return hold("rk8", 1e-3).advance(6000)
 
 
-@numba.njit
-def filled(nodes: Any, chosen: int, length: float, c: float, k: float, table: Any) -> None:
-    responses.fill(nodes, chosen, length, c, k, table)
-
-
-def exactly(until: float, length: float, c: float, k: float, force: Any, state: Any) -> Any:
-    """x and v after a share of a step under a polynomial force in that share.
-
-    By the exponential of one matrix, which has the powers of time among its unknowns.
-    """
-    size = 2 + len(force)
-    a = np.zeros((size, size))
-    a[0, 1], a[1, :3] = 1.0, (-k * length**2, -c * length, length**2)
-    a[range(2, size - 1), range(3, size)] = 1.0
-    derivatives = force * [math.factorial(p) for p in range(len(force))]
-    begin = np.concatenate([state * [1.0, length], derivatives])
-    return (expm(a * until) @ begin)[:2] / [1.0, length]
-
-
-@pytest.mark.parametrize(
-    ("c", "k"),
-    [
-        (0.0, 0.0),
-        (2.0, 1e4),
-        (300.0, 1e4),
-        (200.0, 1e4),
-        (0.0, 9e4),
-        (0.0, 9.9e5),
-        (0.0, 4e6),
-        (1e-6, 0.0),
-        (714.0, 0.0),
-        (999.0, 0.0),
-        (3e3, 0.0),
-        (7e4, 0.0),
-        (2000.0, 900.0),
-        (2000.0, 1e-3),
-        (1000.0, 249999.9),
-    ],
-)
-def test_responses_to_polynomials_are_exact(c: float, k: float) -> None:
-    ends = np.array([1e-3, 0.1, 0.25, 0.5, 0.6, 0.75, 1.0, 1.0])
-    length, made = 0.02, responses.nodes([ends])
-    table = aligned((LINES, NODES))
-    filled(made, 1, length, c, k, table)
-    state = np.array([0.3, -2.0])
-    force = np.array([5.0, -20.0, 8.0, 8.0, -5.0, 0.0, -3.0, 12.0])
-    nodes = np.polynomial.polynomial.polyval(made.at, force)
-    for j, until in enumerate(ends):
-        u, g, r = table[responses.UNIT : responses.IMPULSE_RATE + 1, j]
-        into_x, into_v = table[: 2 * NODES, j].reshape(2, NODES) @ nodes
-        found = [
-            (1.0 - k * u) * state[0] + g * state[1] + into_x,
-            -k * g * state[0] + r * state[1] + into_v,
-        ]
-        true = exactly(until, length, c, k, force, state)
-        np.testing.assert_allclose(found, true, rtol=1e-11, atol=1e-13)
-    assert table[NUMBERS, responses.MOST_UNIT] == pytest.approx(
-        abs(table[responses.UNIT]).max(), rel=1e-12
-    )
-    # The end of the step is beyond all nodes.
-    up_to_nodes, unit = aligned((LINES, NODES)), np.eye(1, NODES)[0]
-    filled(made, 0, length, c, k, up_to_nodes)
-    units = (exactly(until, length, c, k, unit, 0.0 * state)[0] for until in (*made.at, 1.0))
-    most = max(abs(u) for u in units)
-    assert up_to_nodes[NUMBERS, responses.MOST_UNIT] == pytest.approx(most, rel=1e-11)
-    # P_8 is what the nodes leave out: its response is known as that of its powers of time.
-    beyond = Legendre.basis(NODES, domain=[0, 1]).convert(kind=Polynomial).coef
-    at_most = max(abs(exactly(until, length, c, k, beyond, 0.0 * state)[0]) for until in ends)
-    assert table[NUMBERS, responses.BEYOND] == pytest.approx(at_most, rel=1e-6, abs=1e-15)
-
-
 @pytest.mark.parametrize("step", [1e-3, 5e-3, 0.02])
 def test_errors_are_what_was_asked_for(step: float, true: Trajectory) -> None:
     """Whatever the samples: within a factor of five of each span's, at the worst of them."""
@@ -138,7 +61,7 @@ def test_spans_are_longer_than_steps() -> None:
     """Of a millisecond: in a hold each goes over many of them."""
     drive = hold(NAME, 1e-3)
     drive.advance(5900)
-    assert drive.snapshot().memory[-2, span.SAMPLES_IN] >= 4
+    assert drive.snapshot().memory[0, -HEAD + SAMPLES] >= 4
 
 
 @pytest.mark.parametrize("before", [1, 3, 8, 17, 30])

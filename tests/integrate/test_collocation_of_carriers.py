@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.collocation.coordinates import CoordinatesInSpace, Modes
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import own_motion, start_state, system_of
-from ab_sim.dynamics.own_motion import STIFFNESSES
+from ab_sim.dynamics.assemble import own_motion, system_of
+from ab_sim.dynamics.own_motion import FROM_MODES, STIFFNESSES, TO_MODES
 from ab_sim.scene import Scene
 from tests.conftest import merge
 from tests.deck.scenes import ODD, Changes, odd
@@ -128,15 +129,14 @@ def test_to_the_bit_however_it_is_cut_up(kind: Callable[..., Scene]) -> None:
 
 def test_coordinates_of_a_deck_in_space_are_its_state() -> None:
     """There and back again, whatever its place and its turn."""
-    system = system_of(in_space())
-    own, state = own_motion(system), start_state(in_space(), system)
+    own = own_motion(system_of(in_space()))
+    from_modes, to_modes = (own[first : first + 7, :7].tolist() for first in (FROM_MODES, TO_MODES))
+    modes, coordinates = Modes(from_modes, to_modes), CoordinatesInSpace()
     random = np.random.default_rng(3)
     for _ in range(5):
-        state[:13] = random.normal(size=13)
-        x, v, back = np.zeros(7), np.zeros(7), state.copy()
-        back[:13] = 0.0
-        system.carrier.to_coordinates(own, state, x, v)
-        system.carrier.from_coordinates(own, (1.0, 0.0), x, v, back)
+        state = random.normal(size=13).tolist()
+        x, v = coordinates.of_state(modes, state)
+        back = coordinates.state(modes, (1.0, 0.0), x, v)
         np.testing.assert_allclose(back, state, rtol=0.0, atol=1e-12)
 
 

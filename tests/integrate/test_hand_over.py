@@ -4,8 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from ab_sim.integrate.hand_over import PIECES, bounds_within_pieces
-from ab_sim.integrate.responses import nodes
 
 from ab_sim.drive import Drive
 from ab_sim.errors import SceneError
@@ -130,21 +128,6 @@ def test_it_resumes_to_the_bit_amid_events(make: Maker) -> None:
         again.restore(snapshot)
         rest = again.advance(600 - snapshot.steps).samples
         assert rest.tobytes() == whole.samples[snapshot.steps :].tobytes()
-
-
-def test_polynomials_lie_within_their_bounds() -> None:
-    rng, own = np.random.default_rng(1), nodes([])
-    matrices = bounds_within_pieces(own.at).reshape(PIECES, 8, 8)
-    for _ in range(20):
-        polynomial = np.polynomial.Polynomial(rng.normal(size=8))
-        values = polynomial(own.at)
-        for piece, matrix in enumerate(matrices):
-            bounds = values @ matrix
-            x = (piece + np.linspace(0.0, 1.0, 50)) / PIECES
-            room = 1e-12 * np.abs(values).max()
-            assert bounds.min() - room < polynomial(x).min()
-            assert polynomial(x).max() < bounds.max() + room
-            assert bounds[[0, -1]] == pytest.approx(polynomial(x[[0, -1]]), abs=10 * room)
 
 
 def test_a_step_too_long_for_the_other_stepper_is_refused() -> None:

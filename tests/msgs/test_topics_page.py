@@ -14,8 +14,8 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, ReliabilityPolicy  # noqa
 from ab_msgs_py import services, topics  # noqa: E402
 from ab_sim.drive.faults.fault import KINDS, faults_of  # noqa: E402
 from ab_sim.drive.trajectory import SPINDLE_CHANNELS, channels_for  # noqa: E402
-from ab_sim.equations.planar import Planar  # noqa: E402
 from ab_sim.equations.in_space import InSpace  # noqa: E402
+from ab_sim.equations.planar import Planar  # noqa: E402
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "topics.md").read_text()

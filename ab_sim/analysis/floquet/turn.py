@@ -25,6 +25,7 @@ from ab_sim.integrate.flow import Flow
 from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.scene.model import Scene, Start
+from ab_sim.stepping.fixed_step import normalise
 
 METHOD = "rk8"
 FEWEST, MOST = 48, 1 << 16
@@ -121,7 +122,7 @@ class TurnMap:
         """P(y), angles brought back into a turn; shape (states,)."""
         end = self._flow.over(state, self.period, steps, columns=0).states[-1]
         end[self.layout.angles] = within_turn(end[self.layout.angles])
-        self.system.carrier.straighten(end)
+        self._normalise(end)
         return end
 
     def ways(self, state: np.ndarray) -> np.ndarray:
@@ -179,8 +180,14 @@ class TurnMap:
     def _moved(self, state: np.ndarray, change: np.ndarray) -> np.ndarray:
         state = state + self.ways(state) @ change
         state[self.layout.angles] = within_turn(state[self.layout.angles])
-        self.system.carrier.straighten(state)
+        self._normalise(state)
         return state
+
+    def _normalise(self, state: np.ndarray) -> None:
+        """Make a quaternion in the state a unit one."""
+        first = type(self.system.carrier).UNIT_AT
+        if first >= 0:
+            normalise(state, first)
 
 
 def within_turn(angles: np.ndarray) -> np.ndarray:

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from ab_sim.analysis.equilibria.resting import resting_system
+from ab_sim.dynamics.system import MASS, MOBILITY, MOMENT, RACE_RADIUS, ROLLING_MASS, System
 from ab_sim.equations.effects.hardening_suspension import HardeningSuspension
 from ab_sim.equations.effects.suspension import Suspension
-from ab_sim.dynamics.system import MASS, MOBILITY, MOMENT, RACE_RADIUS, ROLLING_MASS, System
 from ab_sim.scene import Scene, check_scene
 
 ROLLING = 1.4
@@ -83,7 +83,7 @@ def altered(system: System, draw: np.random.Generator) -> System:
     own = {"Suspension": Suspension(k, c), "HardeningSuspension": HardeningSuspension(k3)}
     effects = tuple(own.get(type(effect).__name__, effect) for effect in system.effects)
     carrier = system.carrier._replace(total_mass=M, unbalance=M * e, eccentricity=e)
-    return system._replace(carrier=carrier, balls=balls, effects=effects, each=n)
+    return system._replace(carrier=carrier, balls=balls, effects=effects)
 
 
 def base() -> System:

@@ -1,0 +1,144 @@
+"""Collocation along speed profiles: the same bits however it is run, and as exact as is asked."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ab_sim.collocation.assemble import Setting
+from ab_sim.collocation.run import SAMPLES, head_of
+from ab_sim.integrate.steppers.collocation import FINE, MANY, collocation
+from ab_sim.scene import Scene, load_scene
+from tests.collocation.driven import Collocated
+from tests.deck.scenes import odd
+from tests.effects.parts import Changes, scene_of
+from tests.hard_cases.extremes import RUBBING
+from tests.hard_cases.extremes import scene_of as extreme
+from tests.integrate.test_collocation_of_carriers import IN_SPACE
+
+SIXTEEN = Setting(16, (1, 2, 3, 4, 6, 8, 12, 16, 24, 32), 10)
+SAFETY = {4: 60.0, 8: 3.0, 16: 2.0}
+"""Errors of whole runs beside what each step may leave, by its nodes: four are too few for what
+decays behind a kink of the speed."""
+
+
+def hold(step: float) -> Scene:
+    """The thesis' hold without friction: pieces of a profile, of one kind and another."""
+    return load_scene("thesis-hold", ["effects.rolling_friction=", f"solver.step={step}"])
+
+
+def in_space(step: float) -> Scene:
+    return odd("smooth", IN_SPACE, {"solver": {"step": step}})
+
+
+def weak_motor(step: float) -> Scene:
+    return load_scene("weak-motor", [f"solver.step={step}"])
+
+
+def stick_slip(step: float) -> Scene:
+    """Gravity pulls each ball loose once a revolution, friction holds it again."""
+    changes: Changes = {
+        "effects": {
+            "rolling_friction": {"arm": 3e-4},
+            "gravity": {"tilt": 0.32},
+            "viscous_drag": {"coefficient": 0.05},
+        },
+        "start": {"speed": 30.0, "ball_angles": [0.5, 2.5]},
+        "profile": None,
+    }
+    return scene_of("friction", changes, {"solver": {"step": step}})
+
+
+def packed(step: float) -> Scene:
+    """A row of four around the unbalance, which breaks up, meets again, and rubs."""
+    row = {"count": 4, "mass": 5e-4, "radius": 1e-3}
+    effects = {**RUBBING, "gravity": None, "viscous_drag": {"coefficient": 0.5}}
+    return extreme(balls=row, effects=effects, start={"speed": 90.0}, solver={"step": step})
+
+
+MADE: dict[str, Any] = {
+    "hold": hold,
+    "in space": in_space,
+    "motor": weak_motor,
+    "stick-slip": stick_slip,
+    "packed": packed,
+}
+
+
+def balls(run: Collocated, samples: np.ndarray) -> np.ndarray:
+    """Angles in samples."""
+    n = len(run.system.balls)
+    first = 2 + run.of(next(iter(run.way.kinds))).run.ball_column
+    return samples[:, first : first + 2 * n : 2]
+
+
+@pytest.mark.parametrize("name", ["hold", "motor", "stick-slip"])
+def test_machine_code_has_the_bits_of_python(name: str) -> None:
+    found = []
+    for plain in (False, True):
+        run = Collocated(MADE[name](2e-3), plain=plain, ledger=name != "hold")
+        run.advance(0)
+        found.append(run.advance(40).tobytes() + run.state.tobytes())
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("setting", [Setting(), SIXTEEN])
+@pytest.mark.parametrize("name", MADE)
+def test_to_the_bit_however_it_is_cut_up(name: str, setting: Setting) -> None:
+    """In groups, with looks at the present in between, memory and all."""
+    scene = MADE[name](1e-3)
+    one, other = (Collocated(scene, setting=setting, ledger=True) for _ in range(2))
+    for run in (one, other):
+        run.advance(0)
+    whole, parts = one.advance(300).tobytes(), b""
+    for count in (1, 0, 30, 3, 1, 102, 1, 1, 1, 160):
+        other.advance(0, record=True)
+        parts += other.advance(count).tobytes()
+    assert whole == parts
+    assert one.state.tobytes() == other.state.tobytes()
+    assert one.discrete.tobytes() == other.discrete.tobytes()
+
+
+@pytest.mark.parametrize("nodes", [4, 8, 16])
+def test_errors_are_what_was_asked_for(nodes: int) -> None:
+    """Whatever the nodes, and whatever the samples."""
+    samples = tuple(n for n in SIXTEEN.samples if n <= 2 * nodes)
+    true = Collocated(hold(1e-3), tolerance=1e-14, setting=SIXTEEN)
+    exact = balls(true, true.advance(6000))
+    for step in (1e-3, 5e-3, 0.02):
+        for wish in (1e-7, 1e-9, 1e-11):
+            setting = Setting(nodes, samples, min(nodes, 10))
+            run = Collocated(hold(step), tolerance=wish, setting=setting)
+            found = balls(run, run.advance(round(6.0 / step)))
+            every = round(step / 1e-3)
+            assert np.abs(found - exact[every - 1 :: every]).max() < SAFETY[nodes] * wish
+
+
+def test_more_nodes_make_longer_steps() -> None:
+    lengths = []
+    for setting in (Setting(), SIXTEEN):
+        run = Collocated(hold(1e-3), tolerance=1e-12, setting=setting)
+        run.advance(5900)
+        lengths.append(head_of(run.of(next(iter(run.way.kinds))))[SAMPLES])
+    assert lengths[1] > lengths[0] >= 4
+
+
+def test_nodes_follow_from_the_tolerance() -> None:
+    assert [collocation(t, 0.0, 0.0).weights.nodes for t in (1e-3, FINE, 1e-12)] == [8, 8, MANY]
+    assert collocation(1e-3, 0.0, 16.0).order == 32
+
+
+def test_a_run_that_diverges_keeps_its_last_good_sample() -> None:
+    """In the middle of a step, however it got there: bounds are drawn where a sound run goes."""
+    found = []
+    for group in (1, 1000):
+        run = Collocated(hold(1e-3))
+        for kind in run.way.kinds:
+            own = run.of(kind).run
+            own.work.bounds[own.balls.first_rate :] = 5.0
+        with pytest.raises(FloatingPointError):
+            for _ in range(6000 // group):
+                run.advance(group)
+        found.append((run.taken, run.state.tobytes()))
+    assert found[0] == found[1]
+    assert found[0][0] > 0

@@ -1,0 +1,86 @@
+"""A run has the same bits whatever the processor can do, and however runs are grouped.
+
+Machine code made with the processor limited, in a process of its own, is compared byte by byte with
+that for all it can do: vectors of eight, four and two numbers, and without fused multiply-add in
+hardware, which then is computed by the C library.
+"""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+from ab_sim.batch import simulate_batch
+from ab_sim.drive import Drive
+from ab_sim.scene import load_scene
+
+PROCESSORS = {
+    "vectors of eight": "",
+    "vectors of four": "+avx2,+fma,-avx512f",
+    "vectors of two": "+sse4.2,-avx",
+}
+RUNS: dict[str, list[str]] = {
+    "thesis-hold": ["start.speed=95", "effects.rolling_friction.arm=2e-5"],
+    "packed-balls": ["start.speed=95"],
+    "everything": ["start.speed=60"],
+    "weak-motor": [],
+    "couple-unbalance": ["start.speed=60"],
+    "nsc-case-1": ["start.speed=100", "solver.stepper=collocation"],
+    "on-edge": ["start.speed=95", "solver.stepper=collocation"],
+    "feeding-deck": ["start.speed=60", "solver.stepper=collocation"],
+    "one-ball": ["solver.stepper=collocation", "solver.parameters={tolerance: 1e-12}"],
+}
+"""Scenes with and without events, in the plane and in space, by steps and by collocation."""
+STEPS = 300
+
+
+def digests() -> dict[str, str]:
+    """Of the samples of all runs, and of a batch side by side."""
+    found = {}
+    for name, changes in RUNS.items():
+        samples = Drive(load_scene(name, changes)).advance(STEPS).samples
+        found[name] = hashlib.sha256(samples.tobytes()).hexdigest()
+    batch = simulate_batch(*varied())
+    whole = b"".join(run.trajectory.samples.tobytes() for run in batch.runs)
+    return found | {"batch": hashlib.sha256(whole).hexdigest()}
+
+
+def varied() -> tuple[Any, list[dict[str, Any]]]:
+    base = load_scene("nsc-case-1", ["duration=0.3", "start.speed=100", "solver.stepper=rk8"])
+    return base, [{"rotor.eccentricity": 1e-6 * (5 + k)} for k in range(9)]
+
+
+def by(features: str) -> dict[str, str]:
+    """The same of a process whose code is made for a processor with these features."""
+    code = "import json; from tests.integrate.test_same_bits import digests; "
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}print(json.dumps(digests()))"],
+        env={**os.environ, "AB_SIM_CPU_FEATURES": features},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found: dict[str, str] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+@pytest.fixture(scope="module")
+def here() -> dict[str, str]:
+    return digests()
+
+
+@pytest.mark.parametrize("processor", PROCESSORS)
+def test_whatever_the_processor_can_do(processor: str, here: dict[str, str]) -> None:
+    assert by(PROCESSORS[processor]) == here
+
+
+def test_side_by_side_or_alone() -> None:
+    batch = simulate_batch(*varied())
+    assert batch.side_by_side == 9
+    for run in batch.runs:
+        alone = Drive(run.scene).advance(len(run.trajectory))
+        assert run.trajectory.samples.tobytes() == alone.samples.tobytes()
