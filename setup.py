@@ -62,8 +62,9 @@ setup(
             "ros-std-msgs",
             "ros-std-srvs",
         ],
-        # What the accuracy study is compared with; the tests of that need them too.
-        "peers": PEERS,
+        # What the accuracy study is compared with, which its tests need, too; and what only
+        # benchmarks are compared with.
+        "peers": [*PEERS, "casadi", "heyoka; python_version >= '3.11'", "symengine"],
         "dev": [
             *PEERS,
             "build",

@@ -58,9 +58,7 @@ You need not choose: write what you want into the scene, instead of a solver,
 
 and the cheapest setting that is *measured* to deliver it on this scene is taken, with a safety
 factor of {safety:g} on the error, and reported with its price by `ab-sim check`, `ab-sim run` and
-the node. Other methods than the one that measures are not tried by `check` and `run` on a scene
-with events (friction, contact, a motor) whose run takes less than compiling them would; batches and
-the node try all. What double precision cannot give is refused with the best that can be had. What
+the node. What double precision cannot give is refused with the best that can be had. What
 measures it is ab_sim's own stepper at a shorter step, or at a smaller tolerance: that tells the
 error of the integration, not a mistake in equations, laws or events, which the tests look for with
 [a simulator that shares no line with ab_sim](../tests/reference). For your own scene,
