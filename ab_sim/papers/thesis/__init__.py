@@ -24,13 +24,21 @@ LEFT_OUT = Section(
         "sliding only while the race pushes, and may hold a ball; the integrator locates that. "
         "(2-15) prints |sin gamma|: its figures show the signed form, which is taken "
         "here; a largest force is the largest until it first reverses.",
+        "Slips: the peak of 4.1 is 55 in section 4.1 and 53 in section 4.5. Figure 4.10 is said to "
+        'correspond to 4.8, and does to 4.9. The effect in 4.30 is "slightly excessive" and the '
+        'balls go "greatly beyond" -180 deg in one sentence: the figure, -300 deg, is judged. '
+        "4.45 has m = 2 g in its caption, 1.3 times 1 g in its text, which is judged. Balls "
+        '"settle near -540" and at -600 deg in one figure, 5.2: both are judged. The disc\'s '
+        "unbalance is M0 e here, M0 = M - 2 m; section 5.1 takes M e, 2 % more with 1 g.",
         "Ranges of the axes of figures 5.5, 5.6, 5.11 and 5.12 and of the masses in them are in "
         "the figures only. The thesis settles in two ways, and so does this page: section 4.4's "
         '"settling period" is until both balls first are at -180 deg, chapter 5\'s balls "have '
         'settled" when they stay where they are.',
         "Without a row is what no run here can decide: that equations alone would be difficult "
-        "(4.5), what simulation saves in time and effort (4.4), what cannot be measured, and the "
-        "set-up (6.1, 6.2); noise (chapter 5) and vertical vibration (6.2) are not computed.",
+        "(4.5), what simulation saves in time and effort (4.4, 7), that adjustments can be found "
+        "by it (4.5; rows of 4.35 and 4.37 show what they do), that the method is new, that "
+        "it serves any device of the same model (4.5, 7), what cannot be measured, and the set-up "
+        "(6.1, 6.2); noise (chapter 5) and vertical vibration (6.2) are not computed.",
     ),
 )
 

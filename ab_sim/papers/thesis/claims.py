@@ -10,16 +10,26 @@ from ab_sim.papers.thesis.drive import OPPOSITE
 
 HOLDS, FAILS = "holds", "does not hold"
 ABOUT = 0.15
-"""What "about", of ratios and values read off a figure, may be off by, relative: so far goes the
-thesis' own rounding of one figure (0.06 and 0.07 N are told apart, 55 and 53 are one peak)."""
+"""What "about", "almost the same", "hardly changes", "in proportion" and "corresponds" may be off
+by, relative: so far goes the thesis' own rounding of one figure (0.06 and 0.07 N are told apart, 55
+and 53 are one peak); one for all rows, but for times."""
+TIMED = 0.05
+"""What a time of two digits may be off by, relative."""
+MUCH = 0.8
+""""Much less" is at most this share; ours."""
 READ = 5.0
 """[deg]: less cannot be read off a figure whose axis has hundreds of degrees; one for all rows."""
+FAR = 60.0
+"""[deg]: what is "greatly" farther is so by more, what does "not change much" does so by less;
+ours, a third of the way from one balanced position to the next."""
 BALANCED = 0.1
 """Of the disc's unbalance at most: the unbalance is eliminated, cancelled; ours."""
 ODD = (1, 3, 5)
 """Multiples of -180 deg that are opposite to the unbalance."""
 BY_CONSTRUCTION = "by construction, not a result"
 UNDECIDED = "undecided"
+OWN = "ours, not counted"
+"""Verdict of what the thesis does not say itself."""
 
 
 class Claim(NamedTuple):
@@ -81,6 +91,26 @@ def angle(figure: str, what: str, printed: float, ours: float, why: str = "") ->
         figure, f"{what}: about {printed:.0f} deg", f"{ours:.0f} deg",
         abs(ours - printed) <= OPPOSITE, why or f"by {ours - printed:+.0f} deg",
     )  # fmt: skip
+
+
+def own(figure: str, asked: str, ours: str, found: str) -> Claim:
+    """What is ours to ask: it is not counted.
+
+    Args:
+        figure: of the thesis.
+        asked: what.
+        ours: what our runs say.
+        found: the answer, in short.
+    """
+    return Claim(figure, f"ours: {asked}", ours, None, f"{OWN}: {found}")
+
+
+def stretches(values: np.ndarray, good: np.ndarray) -> list[tuple[int, int]]:
+    """Indices of the first and the last value of each stretch that is good."""
+    padded = np.diff(np.concatenate([[0], np.asarray(good, int), [0]]))
+    firsts, ends = np.flatnonzero(padded > 0), np.flatnonzero(padded < 0)
+    assert len(good) == len(values)
+    return [(int(first), int(end) - 1) for first, end in zip(firsts, ends, strict=True)]
 
 
 def opposite(angles: np.ndarray) -> np.ndarray:

@@ -1,5 +1,6 @@
 """Section 6.2: what was measured on a drive with five balls. Only orders are compared."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,14 @@ from ab_sim.papers.page import Cell, Picture, Section, Table
 from ab_sim.papers.thesis.claims import table_of
 from ab_sim.papers.thesis.drive import HOLD, Tell
 from ab_sim.papers.thesis.five_balls import CHOICES, Bar, Case, alone, bars_of
-from ab_sim.papers.thesis.judged import judged
+from ab_sim.papers.thesis.judged import grid_of, judged
 from ab_sim.papers.thesis.measured import (
     ECCENTRIC,
+    NEIGHBOUR,
     PERIODS,
     SPEEDS,
     TEN,
+    TOUCHING,
     Eccentric,
     Speeds,
     measured_claims,
@@ -42,6 +45,8 @@ def experiment_section(folder: Path, tell: Tell) -> Section:
     varied, over_speed, eccentric = varied_bars(tell), speed_bars(tell), eccentric_bars(tell)
     two_balls = judged("section 6.2, two balls", [None, HOLD], tell)
     whirls = [one.end.final_whirl for one in two_balls]
+    grid = grid_of(tell)
+    best = min(one.end.final_whirl for rows in grid.values() for row in rows for one in row)
     reasons = beside(bars["2500 rpm"], eccentric, over_eccentricity(tell), tell)
     more, interval = reasons.passing.more_than(reasons.collide)
     share = [by_name["2500 rpm"].mean / by_name["no period"].mean for _, by_name in varied.values()]
@@ -58,8 +63,8 @@ def experiment_section(folder: Path, tell: Tell) -> Section:
         f"starts: a difference of {more:+.2f} +- {interval:.2f} um"
         + (", which is none. " if abs(more) < interval else ". ")
         + "What differs is where they lie: in the thesis' model balls that meet may lie on one "
-        "place, here they line up. Five that touch span 57 deg between the outer centres; "
-        "centred on -180 deg they carry 0.31 g cm against 0.30, and that is balance.",
+        f"place, here they line up. Five that touch span {math.degrees(4.0 * NEIGHBOUR):.0f} deg "
+        f"between the outer centres, and then carry {TOUCHING:.2f} g cm, as much as they can.",
     )  # fmt: skip
     return Section(
         "6.2 The experiments: figures 6.3 to 6.6",
@@ -67,7 +72,9 @@ def experiment_section(folder: Path, tell: Tell) -> Section:
         (
             table_of(
                 "What was measured",
-                measured_claims(bars, bars_alone, easing, over_speed, eccentric, whirls, share),
+                measured_claims(
+                    bars, bars_alone, easing, over_speed, eccentric, whirls, best, share
+                ),
             ),
             table_of("What is given as reasons", reason_claims(reasons)),
             _bars_table(bars, bars_alone),
@@ -121,12 +128,12 @@ def _bars_table(bars: dict[str, Bar], bars_alone: float) -> Table:
     figures = ("6.3 (b)", "6.3 (c), 6.4 (a)", "6.4 (b)", "6.4 (c)")
     for figure, (name, one) in zip(figures, bars.items(), strict=True):
         ten = float(one.each[:TEN].mean())
-        rows.append((figure, name, ten, one.mean, one.interval, float(one.each.std())))
+        rows.append((figure, name, ten, one.mean, one.interval, float(one.each.std(ddof=1))))
     return Table(
         "Whirl at 8000 rpm [um]",
         (
             "figure", "period", "mean of ten starts", f"of {THOUSAND}", "its 95 % interval, +-",
-            "spread of one start",
+            "standard deviation of one start",
         ),
         tuple(rows),
         3,

@@ -15,10 +15,11 @@ from ab_sim.analysis import run_scene, without_balls
 from ab_sim.analysis.merits import merits_of
 from ab_sim.drive.balance import resultant
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.papers.thesis.drive import OPPOSITE, Tell
+from ab_sim.papers.thesis.drive import Tell
 from ab_sim.papers.thesis.many import many
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
+from ab_sim.scene.profiles import StartUp
 
 SCENE, CONTACT = "five-balls-8000-rpm", "effects.ball_contact={restitution_coefficient: 0.5}"
 RPM = math.pi / 30.0
@@ -30,13 +31,17 @@ CLOSEST = 0.27
 """Between neighbours at the start [rad]; balls touch at 0.25."""
 
 
+CRITICAL = 2300.0
+"""[rpm]."""
+LATER = 0.5
+""""Immediately": so long after the period's end [s]; ours, as in section 4.1."""
+
+
 class Bar(NamedTuple):
     """Final whirl over many starts [um]."""
 
     each: np.ndarray
     """Of each start, shape (starts,)."""
-    opposite: np.ndarray
-    """Which share of the balls is in the vicinity of -180 deg, of each start."""
     balls: np.ndarray
     """Their unbalance, from that of the disc as real axis [g cm], of each start; complex."""
 
@@ -48,15 +53,18 @@ class Bar(NamedTuple):
     @property
     def interval(self) -> float:
         """Half the width of the mean's 95 % interval."""
-        return float(1.96 * self.each.std(ddof=1) / math.sqrt(len(self.each)))
+        return mean_of(self.each)[1]
 
     def more_than(self, other: "Bar") -> tuple[float, float]:
         """By how much, in the mean, start by start, and half its 95 % interval [um].
 
         Both begin at the same starts: what a start decides of both is not in the interval.
         """
-        each = self.each - other.each
-        return float(each.mean()), float(1.96 * each.std(ddof=1) / math.sqrt(len(each)))
+        return mean_of(self.each - other.each)
+
+    def left(self, unbalance: float = UNBALANCE) -> np.ndarray:
+        """What is left of the disc's unbalance [g cm], of each start."""
+        return np.asarray(np.abs(unbalance + self.balls))
 
     def below(self, other: "Bar") -> bool:
         """Whether the mean is smaller, and the difference's 95 % interval says so."""
@@ -135,12 +143,39 @@ def starts(count: int) -> list[list[float]]:
 
 
 def whirl_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
-    """Final whirl [um], share of the balls that are opposite, their unbalance [g cm] (x, y)."""
-    turned = np.degrees(trajectory.ball_angles[-1]) % 360.0
-    near = float(np.mean(np.abs(turned - 180.0) <= OPPOSITE))
+    """Final whirl [um], and the balls' unbalance [g cm] (x, y)."""
+    balls = _carried(scene, trajectory)[-1]
+    return [1e6 * merits_of(trajectory, scene).final_whirl, float(balls.real), float(balls.imag)]
+
+
+def motion_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
+    """How the balls move on their way.
+
+    A ball's largest lag above the critical speed and largest speed over the last 0.2 s [rad/s];
+    what they carry towards -180 deg ``LATER`` than the end of the period [g cm], None without one.
+    """
+    time, rates = trajectory["time"], trajectory.ball_rates
+    above = trajectory["speed"] > CRITICAL * RPM
+    last = float(np.abs(rates[time > time[-1] - 0.2]).max())
+    assert isinstance(scene.profile, StartUp)
+    period = scene.profile.variable_speed_period
+    if period is None:
+        return [float(-rates[above].min()), last, None]
+    assert period.start_speed is not None
+    end = period.start_speed / scene.profile.acceleration + period.duration
+    at = int(np.argmin(np.abs(time - end - LATER)))
+    return [float(-rates[above].min()), last, -float(_carried(scene, trajectory)[at].real)]
+
+
+def _carried(scene: Scene, trajectory: Trajectory) -> np.ndarray:
+    """The balls' unbalance [g cm], complex, of each sample."""
     own = np.array(scene.balls.masses) * scene.race.radius
-    balls = 1e5 * complex(resultant(own, trajectory.ball_angles[-1:])[0])
-    return [1e6 * merits_of(trajectory, scene).final_whirl, near, balls.real, balls.imag]
+    return 1e5 * resultant(own, trajectory.ball_angles)
+
+
+def mean_of(each: np.ndarray) -> tuple[float, float]:
+    """A mean, and half the width of its 95 % interval."""
+    return float(each.mean()), float(1.96 * each.std(ddof=1) / math.sqrt(len(each)))
 
 
 def bars_of(
@@ -155,8 +190,8 @@ def bars_of(
 
 def bar_of(found: Sequence[Sequence[float]]) -> Bar:
     """Of what ``whirl_of`` gave of each start."""
-    whirl, near, x, y = np.array(found).T
-    return Bar(whirl, near, x + 1j * y)
+    whirl, x, y = np.array(found).T
+    return Bar(whirl, x + 1j * y)
 
 
 def alone(case: Case) -> float:

@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.drive.trajectory import Trajectory
 from ab_sim.papers.thesis.claims import ABOUT, UNDECIDED, Claim
-from ab_sim.papers.thesis.drive import OPPOSITE, THESIS, Tell
+from ab_sim.papers.thesis.drive import THESIS, Tell
 from ab_sim.papers.thesis.five_balls import (
+    CRITICAL,
+    LATER,
     RPM,
     SCENE,
     UNBALANCE,
@@ -18,27 +19,31 @@ from ab_sim.papers.thesis.five_balls import (
     bars_of,
     base,
     changes_of,
+    motion_of,
     starts,
     whirl_of,
 )
 from ab_sim.papers.thesis.many import many
-from ab_sim.papers.thesis.measured import BALLS, ECCENTRIC, Eccentric
+from ab_sim.papers.thesis.measured import (
+    BALLS,
+    ECCENTRIC,
+    ENOUGH,
+    PERIODS,
+    TOUCHING,
+    Eccentric,
+)
 from ab_sim.papers.thesis.rotation_claims import FOLLOWS
 from ab_sim.papers.thesis.rotation_ranges import ECCENTRICITIES, Ends
-from ab_sim.scene import Scene, load_scene
+from ab_sim.scene import load_scene
 
 PASSED = 100
 """Starts of balls that pass through each other, and of two balls."""
-TURNING = 30
-"""Starts whose balls' own speed is looked at."""
-CRITICAL = 2300.0
-"""[rpm]."""
+MOVING = 30
+"""Starts whose balls' own motion is looked at."""
 TWO = "balls={count: 2, mass: 1.65e-4, radius: 1.26e-3}"
 """Two that carry as much as the five, as in the thesis' model; they pass through each other."""
 CLOSE = 2.0
 """Values are close within this factor; ours."""
-DISPERSED = 0.5
-"""Balls are dispersed where fewer than this share are in the vicinity of -180 deg; ours."""
 
 
 class Beside(NamedTuple):
@@ -50,9 +55,8 @@ class Beside(NamedTuple):
     """The same starts, but the balls pass through each other."""
     two: Bar
     """Two balls, hold at 2500 rpm."""
-    turning: tuple[np.ndarray, np.ndarray]
-    """Without a period and with the hold, of each start: a ball's largest lag above critical speed,
-    and the largest speed of a ball along the race over the last 0.2 s [rad/s]."""
+    motion: dict[str, np.ndarray]
+    """By ``PERIODS`` the numbers of ``motion_of``, of each start."""
     eccentric: Eccentric
     """Figure 6.6."""
     ends: Ends
@@ -68,34 +72,26 @@ def beside(collide: Bar, eccentric: Eccentric, ends: Ends, tell: Tell) -> Beside
     pairs = random.uniform(-math.pi, math.pi, (PASSED, 2)).tolist()
     variations = [{**changes_of(hold), "start.ball_angles": angles} for angles in pairs]
     two = bar_of(many("section 6.2, two balls", scene, variations, whirl_of, tell))
-    turned = [
-        many(
-            f"balls' own speed, {name}", base(),
-            [{**changes_of(case), "start.ball_angles": angles} for angles in starts(TURNING)],
-            turning_of, tell,
-        )
-        for name, case in (("no period", Case()), ("2500 rpm", hold))
-    ]  # fmt: skip
-    plain, held = (np.array(each) for each in turned)
-    return Beside(collide.first(PASSED), passing, two, (plain, held), eccentric, ends)
-
-
-def turning_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
-    """A ball's largest lag above the critical speed, and a ball's largest speed at last [rad/s]."""
-    time, rates = trajectory["time"], trajectory.ball_rates
-    above = trajectory["speed"] > CRITICAL * RPM
-    last = np.abs(rates[time > time[-1] - 0.2]).max()
-    return [float(-rates[above].min()), float(last)]
+    motion = {}
+    for name, rpm in PERIODS.items():
+        variations = [
+            {**changes_of(Case(rpm)), "start.ball_angles": angles} for angles in starts(MOVING)
+        ]
+        found = many(f"balls' own motion, {name}", base(), variations, motion_of, tell)
+        motion[name] = np.array(found, float)
+    return Beside(collide.first(PASSED), passing, two, motion, eccentric, ends)
 
 
 def reason_claims(found: Beside) -> list[Claim]:
     """What is said of why."""
     more, interval = found.collide.more_than(found.passing)
-    near, near_of_two = (float(one.opposite.mean()) for one in (found.collide, found.two))
+    five, two = (float(np.abs(one.balls).mean()) / most
+                 for one, most in ((found.collide, TOUCHING), (found.two, BALLS)))  # fmt: skip
     difference = found.collide.mean - found.two.mean
     wide = math.hypot(found.collide.interval, found.two.interval)
     free = [each[0] for each in found.eccentric.values()]
     return [
+        _immediately(found),
         _synchronous(found),
         *(_corresponds(found, figure, held) for figure, held in (("5.6", 0), ("5.12", 1))),
         Claim("6.6", "without balls the rise at 0.5 g cm seems to be caused by the insulators",
@@ -103,16 +99,18 @@ def reason_claims(found: Beside) -> list[Claim]:
               "unbalance", None,
               f"{UNDECIDED}: insulators are linear here, so that any setting gives that"),
         Claim("6.6", "five balls may be dispersed, unlike two",
-              f"{near:.0%} of the five are within {OPPOSITE:g} deg of -180 after the hold, from "
-              f"{PASSED} starts, {near_of_two:.0%} of two (ours: less than {DISPERSED:.0%} of "
-              "five, and less than of two)", near < min(DISPERSED, near_of_two)),
+              f"after the hold five carry {five:.0%} of what a row that touches does, in the "
+              f"mean, two {two:.0%} of what they can at one place, {PASSED} starts each (ours: "
+              f"five less than {ENOUGH:.0%}, and less than two)", five < min(ENOUGH, two)),
         Claim("6.6", "... and the balancer be worse for it",
               f"{found.collide.words()} with five, {found.two.words()} with two that carry as "
-              f"much, {PASSED} starts each: by {difference:+.2f} +- {wide:.2f} um",
-              difference > wide),
+              f"much, {PASSED} starts each: by {difference:+.2f} +- {wide:.2f} um (ours: by "
+              f"{ABOUT:.0%})", difference > max(wide, ABOUT * found.two.mean)),
         Claim("6.6", "... and for collisions, which the simulation leaves out",
               f"by {more:+.2f} +- {interval:.2f} um, beside five that pass through each other, "
-              f"{PASSED} starts", more > interval),
+              f"{PASSED} starts (ours: by {ABOUT:.0%})",
+              more > max(interval, ABOUT * found.passing.mean),
+              f"by {more / found.passing.mean:.0%} only"),
         _close_values(),
     ]  # fmt: skip
 
@@ -134,14 +132,30 @@ def _close_values() -> Claim:
     )  # fmt: skip
 
 
+def _immediately(found: Beside) -> Claim:
+    """That the hold at 2500 rpm takes the balls near -180 deg at once, the others do not."""
+    soon = {name: float(each[:, 2].mean()) for name, each in found.motion.items()
+            if PERIODS[name] is not None}  # fmt: skip
+    held, *others = soon.values()
+    return Claim(
+        "6.4", "after 2500 rpm the balls are near -180 deg immediately, after 2000, 3000 rpm not",
+        ", ".join(f"{carried:.2f}" for carried in soon.values())
+        + f" g cm towards it {LATER:g} s after the period, of {UNBALANCE:g} needed, mean of "
+        f"{MOVING} starts (ours: {ENOUGH:.0%} of it, and of the others less)",
+        held >= ENOUGH * UNBALANCE > max(others),
+        "they are farther than after those, but not there" if held > max(others) else "",
+    )  # fmt: skip
+
+
 def _synchronous(found: Beside) -> Claim:
     """That the vibration is less because non-synchronous rotation is eliminated."""
-    lags = [float(each[:, 0].mean()) for each in found.turning]
-    with_it = [int((each[:, 1] < FOLLOWS).sum()) for each in found.turning]
+    each = [found.motion[name] for name in ("no period", "2500 rpm")]
+    lags = [float(one[:, 0].mean()) for one in each]
+    with_it = [int((one[:, 1] < FOLLOWS).sum()) for one in each]
     return Claim(
         "6.5", "it shakes less because the non-synchronous rotation is eliminated",
         f"largest lag of a ball above {CRITICAL:g} rpm {lags[0]:.1f} rad/s without a period, "
-        f"{lags[1]:.1f} with the hold, mean of {TURNING} starts; at last the balls turn with the "
+        f"{lags[1]:.1f} with the hold, mean of {MOVING} starts; at last the balls turn with the "
         f"rotor from {with_it[0]} and {with_it[1]} of them (ours: with the hold less than "
         f"{FOLLOWS:g} rad/s, without it more)", lags[1] < FOLLOWS <= lags[0],
         "the hold does not make that difference",

@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from ab_sim.papers.page import Cell, Picture, Table
+from ab_sim.papers.page import Picture
 from ab_sim.papers.thesis.claims import at_odd
-from ab_sim.papers.thesis.drive import HOLD, OPPOSITE, THESIS, Tell
+from ab_sim.papers.thesis.drive import HOLD, THESIS, Tell
 from ab_sim.papers.thesis.many import ends
 from ab_sim.papers.thesis.pictures import written
 
@@ -23,36 +23,6 @@ def region(tell: Tell) -> np.ndarray:
     cases = [(p, None) for p in drives] + [(p, HOLD) for p in drives]
     found = ends("map of m and c_b", cases, tell)
     return np.array([end.angle for end in found]).reshape(2, len(MAP_MASSES), len(MAP_DRAGS))
-
-
-def width_table(ends: np.ndarray) -> Table:
-    """How wide the good stretch of c_b is, at each of some masses."""
-    rows: list[tuple[Cell, ...]] = []
-    for m in (0.5e-3, 1e-3, 2e-3, 4e-3):
-        k = int(np.argmin(np.abs(MAP_MASSES - m)))
-        cells: list[Cell] = [f"{1e3 * MAP_MASSES[k]:.2g} g"]
-        for held in (0, 1):
-            good = np.abs(ends[held, k] + 180.0) <= OPPOSITE
-            cells.append(f"{_stretch(good)}")
-        rows.append(tuple(cells))
-    shares = [f"{at_odd(ends[held]).mean():.0%}" for held in (0, 1)]
-    rows.append(("share of the map, any odd multiple", *shares))
-    return Table(
-        f"c_b [N s/m] for which both balls end within {OPPOSITE:g} deg of -180 deg",
-        ("m", "without a period", "hold of 0.5 s"),
-        tuple(rows),
-    )
-
-
-def _stretch(good: np.ndarray) -> str:
-    """First to last good value, and their ratio; where the map ends there is none."""
-    if not good.any():
-        return "none"
-    first, last = MAP_DRAGS[good][0], MAP_DRAGS[good][-1]
-    edges = [word for word, at in (("below", good[0]), ("above", good[-1])) if at]
-    if edges:
-        return f"{first:.2g} to {last:.2g}, and {' and '.join(edges)}: the map ends there"
-    return f"{first:.2g} to {last:.2g}, a factor of {last / first:.2g}"
 
 
 def map_picture(folder: Path, ends: np.ndarray) -> Picture:

@@ -5,22 +5,27 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from ab_sim.papers.page import Picture, Section
-from ab_sim.papers.thesis.claims import ODD, table_of
+from ab_sim.papers.thesis.claims import ODD, at_odd, table_of
 from ab_sim.papers.thesis.drive import HOLD, THESIS, StartUp, Tell, start_ups
 from ab_sim.papers.thesis.many import ends
 from ab_sim.papers.thesis.pictures import SPEEDS, histories, written
-from ab_sim.papers.thesis.region import map_picture, region, width_table
+from ab_sim.papers.thesis.region import MAP_DRAGS, MAP_MASSES, map_picture, region
 from ab_sim.papers.thesis.rotation_claims import HELD, PAIRS, hold_claims, without_claims
-from ab_sim.papers.thesis.rotation_measures import SETTLED, STILL
+from ab_sim.papers.thesis.rotation_measures import HALF_SECOND, SETTLED, STILL
 from ab_sim.papers.thesis.rotation_ranges import (
     DRAGS,
     ECCENTRICITIES,
     MASSES,
     Ends,
     width_claim,
+    width_table,
 )
+
+MOST = 6.0
+"""Ball positions that are shown over c_b, times -180 deg, as in the map."""
 
 
 def rotation_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
@@ -34,9 +39,10 @@ def rotation_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
     first = Section(
         "5.1 Non-synchronous motion without a period: figures 5.1 to 5.6",
         (
-            "Times are printed to half a second, and hold within a quarter; angles within 25 deg. "
-            f"Balls have settled when they stay within {SETTLED:g} deg of where they end, for the "
-            f"last {STILL:g} s at least; this is not section 4.4's settling period. They "
+            f"Times are printed to half a second, and hold within {HALF_SECOND:g} s; angles within "
+            f"25 deg. Balls have settled when they stay within {SETTLED:g} deg of where they are "
+            f"2.5 s after the critical speed, for the last {STILL:g} s at least, in all rows: they "
+            "may creep on after that. This is not section 4.4's settling period. They "
             "keep the rotor's speed, or lag, by less or more than 5 rad/s: 5 % of the rotor's, "
             "about what a figure shows.",
         ),
@@ -52,13 +58,18 @@ def rotation_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
             "The thesis leaves open how carefully m and c_b must be matched. The map shows it: "
             "where both balls are opposite 2.5 s after the critical speed, without and with the "
             "hold of 0.5 s. The rows do not say that they balance: 2 m R is M0 e at 0.495 g only.",
+            f"Stretches of c_b are those of figures 5.5 and 5.11, of {len(DRAGS)} values from "
+            f"{DRAGS[0]:g} to {DRAGS[-1]:g} N s/m, 5 % apart; the map has {len(MAP_MASSES)} masses "
+            f"from {1e3 * MAP_MASSES[0]:g} to {1e3 * MAP_MASSES[-1]:g} g, 10 % apart, and "
+            f"{len(MAP_DRAGS)} values of c_b, 15 % apart. A stretch is the widest, its ends the "
+            "last values that serve.",
         ),
         (
             table_of(
                 "With a hold of 0.5 s",
-                [*hold_claims(runs, ends_drag, ends_e), width_claim(good)],
+                [*hold_claims(runs, ends_drag, ends_e), width_claim(good, ends_drag)],
             ),
-            width_table(good),
+            width_table(ends_drag, (at_odd(good[0]).mean(), at_odd(good[1]).mean())),
         ),
         (
             histories(folder, "5.7", held, SPEEDS, "Figures 5.7 to 5.9"),
@@ -112,6 +123,10 @@ def _ends_picture(folder: Path, number: str, held: int, drag: Ends, eccentricity
     time.set_xlim(0.0, 2.5)
     time.set_xlabel("time after the critical speed [s]")
     over_drag.set_xlabel("c_b [N s/m]")
+    over_drag.set_xscale("log")
+    over_drag.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"], minor=False)
+    over_drag.xaxis.set_minor_formatter(NullFormatter())
+    over_drag.set_ylim(0.0, MOST)
     over_e.set_xlabel("e [um]")
     time.set_ylabel("ball position, times -180 deg")
     for axes, name in ((time, first), (over_drag, second), (over_e, third)):
@@ -121,5 +136,8 @@ def _ends_picture(folder: Path, number: str, held: int, drag: Ends, eccentricity
         for odd in ODD:
             axes.axhline(odd, color="0.6", lw=0.8, ls="--", zorder=0)
     what = "with a hold of 0.5 s" if held else "without a variable-speed period"
-    caption = f"Figures {first} to {third}: {what}; dashed: opposite to the unbalance"
+    caption = (
+        f"Figures {first} to {third}: {what}; dashed: opposite to the unbalance; {second} goes on "
+        "above"
+    )
     return written(figure, folder, number, caption)

@@ -62,11 +62,13 @@ def settling_section(folder: Path, tell: Tell) -> Section:
         f"{min(later):.3f} to {max(later):.3f} s later than printed, and more where it is "
         "ill-conditioned (4.21): one cause, which we do not know. A drive is judged by how soon W "
         "stays within its final band, counted from standstill, of start-ups to 200 rad/s.",
-        f"Final W/e is no measure: it is {final.min():.3f} to {final[~other].max():.3f} at "
-        f"{int((~other).sum())} of the grid's {len(final)} points and {none.end.final_whirl:.3f} "
-        f"without a period, one state at rest. At the other {int(other.sum())}, long holds a few "
-        "rad/s above the critical speed, the balls slip by turns and have not come to rest (up to "
-        f"{final.max():.1f}). And most of the time until it is in its band is ringing down.",
+        "Final W/e tells balls that match the disc from others (the table of 4.2), but no period "
+        "from another with the thesis' own set, whose balls cannot match: it is "
+        f"{final.min():.3f} to {final[~other].max():.3f} at {int((~other).sum())} of the grid's "
+        f"{len(final)} points and {none.end.final_whirl:.3f} without a period, one state at rest. "
+        f"At the other {int(other.sum())}, long holds a few rad/s above the critical speed, the "
+        f"balls slip by turns and have not come to rest (up to {final.max():.1f}). Most of the "
+        "time until W is in its band is ringing down.",
     )
     return Section(
         "4.4 The best variable-speed period: figures 4.19 to 4.23", text, tables, tuple(pictures)
@@ -96,7 +98,7 @@ def settling_claims(lines: dict[float, list[Judged]], touching: StartUp) -> list
                 Claim(
                     FIGURES.get((acceleration, duration), "4.7" if acceleration == 0 else "4.15"),
                     f"{NAMES[acceleration]} for {duration:g} s: settled in {published:g} s",
-                    "never" if found is None else f"{found:.3f} s",
+                    _words(found),
                     found is not None and abs(found - published) <= ABOUT * published,
                     ill if (acceleration, duration) == (20.0, 0.4) else "",
                 )
@@ -110,7 +112,8 @@ def settling_claims(lines: dict[float, list[Judged]], touching: StartUp) -> list
           ((0.0, 0.4, ""), (20.0, 0.5, f"0.5 and 0.6 s differ by {close:.0f} ms"))
           for durations in (TRIED[:3], TRIED)),
         Claim("4.23", "accelerating is sooner, except for 0.4 s (0.7 s included)",
-              f"at 0.4, 0.5, 0.6, 0.7 s: {', '.join('sooner' if f else 'later' for f in faster)}",
+              f"at 0.4, 0.5, 0.6, 0.7 s: {', '.join('sooner' if f else 'later' for f in faster)}; "
+              f"at 0.7 s {_words(ours[20.0, 0.7])} in place of {_words(ours[0.0, 0.7])}",
               faster == [False, True, True, True]),
     ]  # fmt: skip
 
@@ -136,11 +139,12 @@ def ready_claim(grid: dict[float, list[list[Judged]]], none: Judged) -> Claim:
     ready = {name: _or_never(one.end.in_band) for name, one in best.items()}
     final = [one.end.final_whirl for one in best.values()]
     return Claim(
-        "4.4", "learning is shorter where the balls are at -180 deg soonest",
+        "section 4.4", "the aim: initial learning is shorter with the period that is soonest",
         "W in its final band from "
         + ", ".join(f"{time:.2f} s ({name})" for name, time in ready.items())
-        + f" with the periods that are soonest there, from {none.end.in_band:.2f} s without one; "
-        "final W/e " + ", ".join(f"{whirl:.3f}" for whirl in [*final, none.end.final_whirl])
+        + f" with the periods that are soonest at -180 deg, from {none.end.in_band:.2f} s "
+        "without one; final W/e "
+        + ", ".join(f"{whirl:.3f}" for whirl in [*final, none.end.final_whirl])
         + f" (ours: in band sooner than without one, or W/e less by {SAME:.0%})",
         max(ready.values()) < none.end.in_band
         or max(final) < (1.0 - SAME) * none.end.final_whirl,
@@ -149,7 +153,7 @@ def ready_claim(grid: dict[float, list[list[Judged]]], none: Judged) -> Claim:
 
 
 def starts_claims() -> list[Claim]:
-    """That the optimum can be found by simulation: it can, of one start."""
+    """That simulation gives the optimum of a drive: it does of one start, its own."""
     claims = []
     for acceleration, name in NAMES.items():
         cases = [
@@ -161,10 +165,11 @@ def starts_claims() -> list[Claim]:
         settles = np.isfinite(each.min(axis=1))
         counts = [int((each[settles].argmin(axis=1) == k).sum()) for k in range(len(TRIED))]
         words = ", ".join(f"{d:g} s for {n}" for d, n in zip(TRIED, counts, strict=True))
+        own = TRIED[int(each[TABLE_4_1.index((0, 0))].argmin())]
         claims.append(
-            Claim("4.4", f"the best duration can be found by simulation: {name}",
-                  f"of the {len(TABLE_4_1)} starts of table 4.1 {words}, none for "
-                  f"{int((~settles).sum())} (ours: one for all that settle, and all do)",
+            Claim("section 4.4", f"simulation finds a drive's best duration: {name}",
+                  f"from (0, 0) {own:g} s; of the {len(TABLE_4_1)} starts of table 4.1 {words}, "
+                  f"none for {int((~settles).sum())} (ours: one for all starts)",
                   bool(settles.all()) and max(counts) == len(TABLE_4_1),
                   "it depends on where the balls start, which a drive does not know")
         )  # fmt: skip
@@ -181,7 +186,7 @@ def _soonest(
     found = min(durations, key=lambda d: _or_never(ours[acceleration, d]))
     tried = ", ".join(f"{d:g}" for d in durations)
     return Claim(
-        "4.4" if len(durations) == 3 else "4.23",
+        "section 4.4" if len(durations) == 3 else "4.23",
         f"{NAMES[acceleration]}: {best:g} s is soonest of {tried} s", f"{found:g} s is",
         found == best, why,
     )  # fmt: skip
@@ -224,6 +229,10 @@ def _best_table(grid: dict[float, list[list[Judged]]], none: Judged) -> Table:
 
 def _flat(rows: list[list[Judged]]) -> list[Judged]:
     return [one for row in rows for one in row]
+
+
+def _words(time: float | None) -> str:
+    return "never" if time is None else f"{time:.3f} s"
 
 
 def _or_never(value: float | None) -> float:
