@@ -15,7 +15,7 @@ from setuptools import find_packages, setup
 NAME = "ab_sim"
 PEERS = ["mujoco", "scikit-sundae"]
 
-# Read, not imported: importing needs numba and the rest, which a build does not have.
+# Read, not imported: importing needs numpy and the rest, which a build does not have.
 version = re.search(r'^__version__ = "(.+)"$', Path(NAME, "__init__.py").read_text(), re.MULTILINE)
 assert version, f"{NAME}/__init__.py does not set __version__"
 
@@ -36,8 +36,8 @@ setup(
     packages=find_packages(include=["ab_sim", "ab_sim.*", "ab_msgs_py"]),
     package_data={"ab_sim": ["py.typed", "nodes/discovery.xml"], "ab_msgs_py": ["py.typed"]},
     install_requires=[
+        "llvmlite>=0.45",  # opaque pointers, and the pass manager that is left
         "matplotlib",
-        "numba",
         "numpy",
         "plotly>=6",
         "pyarrow",

@@ -2,8 +2,8 @@
 
     python benchmarks/accuracy_page.py [--docs docs]
 
-after accuracy_cost.py, peers.py, span_cost.py, collocation.py, collocation_at_random.py,
-step_cost.py and batch_throughput.py.
+after accuracy_cost.py, peers.py with and without --avx2, span_cost.py, collocation.py,
+collocation_at_random.py, step_cost.py and batch_throughput.py.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from beside.page import peers_part  # noqa: E402
+from beside.page import limited_part, peers_part  # noqa: E402
 from collocation_page import collocation_part  # noqa: E402
 from page_parts import conditions, error, left_out_list, sentence, spread, table  # noqa: E402
 from span_page import span_part  # noqa: E402
@@ -126,6 +126,27 @@ below what is known is not judged.
 
 Made by `python benchmarks/peers.py`; {peers_conditions}.
 
+### With vectors of {limited_vectors}
+
+The same process of measuring with all code limited: ours, by `AB_SIM_CPU_FEATURES`, and what a C++
+or C compiler makes. heyoka has no such setting; its batches are two of four runs here, and its code
+still uses the 32 registers of AVX-512 where there are such, which is in its favour. The
+{limited_most} quickest at each error:
+
+{limited_table}
+
+{limited_verdict}
+
+Eight runs at once:
+
+{limited_batch_table}
+
+{limited_batch_verdict}
+
+{limited_left_out}
+
+Made by `python benchmarks/peers.py --avx2`; {limited_conditions}.
+
 ### Where the time goes
 
 Runs of `collocation` on the drive above, by what is done in them. Counted by kernels that count,
@@ -188,8 +209,8 @@ What one more ball costs, from one number of balls to the next: {growth}. The C 
 ([thesis.c](../benchmarks/c_kernel/thesis.c), {compiler}) is the same scene written by hand, for a
 number of balls and a method known when it is compiled.
 
-From a scene to its first step, in a new process: {start}. Made by `python benchmarks/step_cost.py`;
-{step_conditions}.
+From a scene to its first step, in a new process, which makes its machine code: {start}. Made by
+`python benchmarks/step_cost.py`; {step_conditions}.
 
 ## Many runs at once
 
@@ -264,8 +285,7 @@ def step_part(report: dict[str, Any]) -> dict[str, Any]:
     )
     start = "; ".join(
         f"`{one['scene']}`{' with ' + ', '.join(one['changes']) if one['changes'] else ''} "
-        f"{one['cold']:.1f} s when its kernel has to be compiled, then "
-        f"{spread(one['cached'], digits=2)} s"
+        f"{spread(one['seconds'], digits=2)} s"
         for one in report["start"]
     )
     goal = report["goal_ratio_to_c"]
@@ -318,14 +338,15 @@ def main() -> None:
     parser.add_argument("--docs", type=Path, default=DOCS)
     docs = parser.parse_args().docs
     names = "accuracy-cost", "peers", "span-cost", "step-cost", "batch-throughput"
-    names += "collocation", "collocation-at-random"
-    accuracy, peers, spans, steps, batches, collocation, random = (
+    names += "collocation", "collocation-at-random", "peers-avx2"
+    accuracy, peers, spans, steps, batches, collocation, random, limited = (
         json.loads((docs / f"{name}.json").read_text(encoding="utf-8")) for name in names
     )
     filled = {
         "safety": SAFETY,
         **accuracy_part(accuracy),
         **peers_part(peers),
+        **limited_part(limited),
         **span_part(spans),
         **collocation_part(collocation, random),
         **step_part(steps),

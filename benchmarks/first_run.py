@@ -1,23 +1,24 @@
 """What the first run of a scene takes on a new machine, and what that time is made of.
 
-    python benchmarks/first_run.py [SCENE ...] [--repeats 3] [--out FOLDER]
+    python benchmarks/first_run.py [--repeats 3] [--out FOLDER]
 
-Each run is a process of its own with an empty cache of kernels, which makes a drive and takes a
-step; then the same again with what it has kept. README's first command is timed so, too: it runs
-the scene also without balls, which is another kernel, and draws. Prints a table and writes
-first-run.json: medians of wall time. Passes of the compiler are counted without those that they
-call; the kernel of events, which serves all scenes with friction or contact, is compiled by another
-process meanwhile.
+Each run is a process of its own with an empty folder for what is kept between runs. It imports the
+package, makes a drive, and runs the scene to its end. README's first command is timed so, too: it
+runs the scene also without balls, and draws. Within a process that has run a scene, further sets of
+effects, numbers of balls, kinds of segment and steppers are asked for, one after the other, from a
+scene to its first step. Prints a table and writes first-run.json: medians of wall time, of the CPU
+time of the whole process, and of the most memory that it had.
 """
 
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -26,94 +27,136 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
 
-SCENES = ("no-ball", "thesis-hold", "on-edge")
+COLLOCATION = "solver.stepper=collocation"
+RUNS: dict[str, tuple[str, ...]] = {
+    "thesis-hold": ("thesis-hold",),
+    "thesis-hold, collocation": ("thesis-hold", COLLOCATION),
+    "on-edge": ("on-edge",),
+    "feeding-deck": ("feeding-deck",),
+}
+"""Scenes, with what is changed in them."""
+SPEED_CHANGE = (
+    "profile=",
+    "profile.kind=speed_change",
+    "profile.start_time=0.0",
+    "profile.duration=0.5",
+    "profile.to_speed=100.0",
+)
+FURTHER: dict[str, tuple[str, ...]] = {
+    "set of effects": ("thesis-hold", "effects.gravity.tilt=0.3"),
+    "set of effects with contact": ("on-edge",),
+    "number of balls": ("thesis-hold", "balls.count=3", "start.ball_angles=[0.0,1.0,3.0]"),
+    "kind of segment": ("thesis-hold", *SPEED_CHANGE),
+    "stepper": ("thesis-hold", "solver.stepper=tsit5"),
+    "stepper collocation": ("thesis-hold", COLLOCATION),
+    "the other plant": ("feeding-deck",),
+}
+"""What is asked for in a process that has run thesis-hold."""
 COMMAND = ("run", "thesis-hold", "--plot")
 """Of ab-sim; the picture's name follows."""
-PARTS = {
-    "nopython_type_inference": "types",
-    "native_lowering": "writing for LLVM",
-    "numba:llvm_lock": "LLVM",
-}
-"""Of passes and events; all others are "other passes"."""
+MACHINE_CODE, IMPORTS, FIRST_STEP, TO_THE_END = "machine code", "imports", "first step", "the end"
+WHOLE, CPU, MEMORY = "whole", "whole, CPU time", "most memory [MB]"
+
+
+def watched() -> Counter[str]:
+    """Time that goes into LLVM, from now on."""
+    from ab_sim.tracing.machine_code import MachineCode
+
+    spent: Counter[str] = Counter()
+    make = MachineCode.__init__
+
+    def timed(self: Any, *given: Any, **named: Any) -> None:
+        began = time.perf_counter()
+        make(self, *given, **named)
+        spent[MACHINE_CODE] += time.perf_counter() - began
+
+    MachineCode.__init__ = timed  # type: ignore[method-assign]
+    return spent
 
 
 def child(name: str, *changes: str) -> None:
-    """Run a scene and print what the time went into, as JSON; imports go on until it is read."""
+    """Run a scene and print what the time went into, as JSON."""
     began = time.perf_counter()
-    from numba.core import event
-
     from ab_sim.drive import Drive
     from ab_sim.scene import load_scene
 
-    spent: Counter[str] = Counter()
-    stack: list[list[Any]] = []  # part, since when, how long others
-
-    class Watch(event.Listener):
-        def on_start(self, event: Any) -> None:
-            name = event.data["name"].split()[0] if event.kind == "numba:run_pass" else event.kind
-            stack.append([PARTS.get(name, "other passes"), time.perf_counter(), 0.0])
-
-        def on_end(self, event: Any) -> None:
-            part, start, within = stack.pop()
-            length = time.perf_counter() - start
-            spent[part] += length - within
-            if stack:
-                stack[-1][2] += length
-
-    for kind in ("numba:run_pass", "numba:llvm_lock"):
-        event.register(kind, Watch())
+    spent, imported = watched(), time.perf_counter()
     scene = load_scene(name, changes)
-    imported = time.perf_counter()
-    Drive(scene).advance(1)
+    drive = Drive(scene)
+    drive.advance(1)
+    stepped = time.perf_counter()
+    drive.advance(round(scene.duration / scene.solver.step) - 1)
     ended = time.perf_counter()
-    spent["imports"] = imported - began
-    spent["the rest"] = ended - began - sum(spent.values())
-    print(json.dumps({"whole": ended - began} | dict(spent)))
+    spent |= {
+        IMPORTS: imported - began,
+        FIRST_STEP: stepped - imported,
+        TO_THE_END: ended - stepped,
+        MEMORY: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3,
+    }
+    print(json.dumps(spent))
 
 
-def run(cache: str, scene: str, *changes: str) -> dict[str, float]:
-    """One process, which keeps its kernels in a folder: what it spent on what [s], and on all."""
+def further() -> None:
+    """Ask for one thing after the other, and print what each took to its first step, as JSON."""
+    from ab_sim.drive import Drive
+    from ab_sim.scene import load_scene
+
+    def first_step(name: str, *changes: str) -> float:
+        began = time.perf_counter()
+        Drive(load_scene(name, changes)).advance(1)
+        return time.perf_counter() - began
+
+    first_step("thesis-hold")
+    print(json.dumps({what: first_step(*asked) for what, asked in FURTHER.items()}))
+
+
+def run(cache: str, *asked: str) -> dict[str, float]:
+    """A process of Python, which keeps what it keeps in a folder: what it prints, and all [s]."""
+    began, used = time.perf_counter(), _cpu_of_children()
     done = subprocess.run(
-        [sys.executable, __file__, "--child", scene, *changes],
+        [sys.executable, *asked],
         env={**os.environ, "XDG_CACHE_HOME": cache},
-        capture_output=True,
+        stdout=subprocess.PIPE,
         text=True,
         check=True,
     )
-    found: dict[str, float] = json.loads(done.stdout)
-    return found
+    whole = {WHOLE: time.perf_counter() - began, CPU: _cpu_of_children() - used}
+    found: dict[str, float] = json.loads(done.stdout) if asked[0] == __file__ else {}
+    return {**found, **whole}
+
+
+def _cpu_of_children() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def run_scene(cache: str, *asked: str) -> dict[str, float]:
+    """A scene in a process of its own."""
+    return run(cache, __file__, "--child", *asked)
 
 
 def command(cache: str) -> dict[str, float]:
-    """README's first command, from its start to its end [s]."""
-    began = time.perf_counter()
-    subprocess.run(
-        [sys.executable, "-m", "ab_sim", *COMMAND, str(Path(cache, "hold.png"))],
-        env={**os.environ, "XDG_CACHE_HOME": cache},
-        capture_output=True,
-        check=True,
-    )
-    return {"whole": time.perf_counter() - began}
+    """README's first command, from its start to its end."""
+    return run(cache, "-m", "ab_sim", *COMMAND, str(Path(cache, "hold.png")))
 
 
 def main() -> None:
     """Run all, by turns."""
-    parser = arguments(__doc__ or "", repeats=3)
-    parser.add_argument("scenes", nargs="*", default=SCENES)
-    asked = parser.parse_args()
+    asked = arguments(__doc__ or "", repeats=3).parse_args()
+    measured: dict[str, Callable[[str], dict[str, float]]] = {
+        what: lambda cache, changed=changed: run_scene(cache, *changed)
+        for what, changed in RUNS.items()
+    }
+    measured[" ".join(("ab-sim", *COMMAND))] = command
+    measured["further"] = lambda cache: run(cache, __file__, "--further")
     runs: dict[str, list[dict[str, float]]] = {}
     for _ in range(asked.repeats):
-        measured = {scene: partial(run, scene=scene) for scene in asked.scenes}
-        for name, measure in {**measured, " ".join(("ab-sim", *COMMAND)): command}.items():
+        for what, measure in measured.items():
             with tempfile.TemporaryDirectory() as cache:
-                for what in (name, f"{name}, again"):
-                    runs.setdefault(what, []).append(measure(cache))
-                    print(what, f"{runs[what][-1]['whole']:.1f} s", file=sys.stderr)
+                runs.setdefault(what, []).append(measure(cache))
+            print(what, f"{runs[what][-1][WHOLE]:.2f} s", file=sys.stderr)
     table = {
-        what: {
-            part: round(median(one.get(part, 0.0) for one in all_), 2)
-            for part in sorted({part for one in all_ for part in one})
-        }
+        what: {part: round(median(one[part] for one in all_), 3) for part in all_[0]}
         for what, all_ in runs.items()
     }
     told = {"load average": os.getloadavg(), "repeats": asked.repeats, "s": table}
@@ -125,5 +168,7 @@ def main() -> None:
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--child"]:
         child(*sys.argv[2:])
+    elif sys.argv[1:2] == ["--further"]:
+        further()
     else:
         main()

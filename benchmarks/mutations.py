@@ -1,9 +1,9 @@
 """Which changes of a single operator, comparison or number no test notices.
 
 cosmic-ray says what can be changed in a file, one place at a time. Each such mutant is served to a
-process of its own, which runs the tests of its room until one fails. Nothing on disk is changed.
-Machine code is made in each process, of the mutant too: tests call functions as plain Python and
-as machine code, and either may notice. docs/mutations.md says what survived, and why.
+process of its own, which runs the tests of its room until one fails. Nothing on disk is changed:
+formulas are traced as they are in the process, and what is translated from its source is read from
+the mutant. docs/mutations.md says what survived, and why.
 
     .venv/bin/pip install cosmic-ray==8.7.0
     .venv/bin/python benchmarks/mutations.py --json out/mutations.json [ROOM ...]
@@ -29,21 +29,20 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
 
-EVENTS = [
-    f"tests/events/test_{name}.py"
-    for name in ("rows", "elimination", "laws", "impacts", "location")
-]
 DECK = "tests/analysis/test_deck.py::test_merits_of_a_deck"
 ROOMS = {
     "equations": (
-        "ab_sim/equations/[!n_]*.py",
-        ["tests/dynamics/test_effects.py", "tests/dynamics/test_planar.py", EVENTS[1]],
+        "ab_sim/equations/*.py",
+        ["tests/events/test_elimination.py", "tests/dynamics", "tests/effects/test_laws.py"],
     ),
-    "events": ("ab_sim/events/*.py", EVENTS),
-    "neighbours": ("ab_sim/equations/neighbours.py", ["tests/dynamics/test_neighbours.py"]),
+    "events": ("ab_sim/events/*.py", ["tests/events", "tests/stepping"]),
     "effects": (
         "ab_sim/equations/effects/*.py",
-        ["tests/effects/test_laws.py", "tests/effects/test_parameters.py", EVENTS[2]],
+        [
+            "tests/effects/test_laws.py",
+            "tests/effects/test_parameters.py",
+            "tests/effects/test_against_reference.py",
+        ],
     ),
     "spindle": ("ab_sim/spindle/*.py", ["tests/spindle"]),
     "merits": ("ab_sim/analysis/merits.py", ["tests/analysis/test_merits.py", DECK]),
@@ -62,10 +61,11 @@ OPERATORS = re.compile(
     "|ReplaceBreakWithContinue|ReplaceContinueWithBreak)"
 )
 """One other operator for each, and both neighbours of a comparison: cosmic-ray knows eleven, of
-which most are as easily noticed. No removed decorators: the first use refuses those."""
+which most are as easily noticed. No removed decorators: the first call refuses those."""
 PRELOADED = (
-    "numpy llvmlite.binding scipy.integrate scipy.optimize scipy.interpolate "
-    "scipy.spatial.transform matplotlib.figure pydantic yaml hypothesis"
+    "numpy llvmlite.binding scipy.integrate scipy.optimize "
+    "scipy.interpolate scipy.spatial.transform matplotlib.figure pydantic yaml "
+    "hypothesis"
 )
 """Imported once, before processes part."""
 
@@ -117,8 +117,6 @@ def start(mutant: Mutant | None, tests: list[str], patience: int) -> int:
         os.dup2(quiet, stream)
     if mutant is not None:
         module, source = mutant.path.removesuffix(".py").replace("/", "."), mutant.source()
-        # Machine code is made of what this says the source is.
-        linecache.cache[mutant.path] = (len(source), None, source.splitlines(True), mutant.path)
         from_disk = SourceFileLoader.get_code
 
         def get_code(loader: SourceFileLoader, name: str):  # type: ignore[no-untyped-def]
@@ -127,6 +125,10 @@ def start(mutant: Mutant | None, tests: list[str], patience: int) -> int:
             return from_disk(loader, name)
 
         SourceFileLoader.get_code = get_code  # type: ignore[method-assign,assignment]
+        # Where translation to machine code looks for a function's source.
+        path, lines = str(Path(mutant.path).resolve()), source.splitlines(keepends=True)
+        for name in (mutant.path, path):
+            linecache.cache[name] = len(source), None, lines, name
     os._exit(int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests])))
 
 

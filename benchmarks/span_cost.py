@@ -2,20 +2,18 @@
 
     python benchmarks/span_cost.py [--out docs] [--repeats 21]
 
-writes span-cost.json. How many spans and iterations a run takes is counted by a process of its
-own, whose kernels count; spans that were tried and refused are counted apart, and are among them.
-The times are those of the package's kernels, in turns. Times for one of each, and for what all
-runs have alike (1200 samples written, kinks of the profile), are the fit of all runs' times, by
-least squares of what is wrong as a share; how far a run's time is from it at most is given. With
-heyoka.py, it is beside it at the coarsest tolerance with no more error than ours. The drive is that
-of peers.py, with output every 5 ms.
+writes span-cost.json. How many spans and iterations a run takes is counted in a run that calls the
+scene's functions through others, which count; spans that were tried and refused are counted apart,
+and are among them. The times are those of runs without such, in turns. Times for one of each, and
+for what all runs have alike (1200 samples written, kinks of the profile), are the fit of all runs'
+times with so many nodes, by least squares of what is wrong as a share; how far a run's time is from
+it at most is given. With heyoka.py, it is beside it at the coarsest tolerance with no more error
+than ours. The drive is that of peers.py, with output every 5 ms.
 """
 
-import json
-import os
-import subprocess
+import ctypes
 import sys
-import tempfile
+from collections import Counter
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -34,7 +32,10 @@ from scipy.optimize import nnls  # noqa: E402
 
 from ab_sim.batch import simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.collocation.assemble import ByCollocation  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
+from ab_sim.integrate.steppers.collocation import collocation  # noqa: E402
+from ab_sim.kernels.code import caller  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
@@ -45,6 +46,8 @@ STEPS = (0, 1, 2, 3, 4, 6)
 COUNTED = ("spans", "iterations")
 """A span is set up and judged, and unless it is refused its samples are evaluated; beside its
 iterations."""
+EMITTED = {"start": (12, 3), "iterate": (7, 0), "iterate_near": (7, 0), "keep": (4, 0)}
+"""Functions that are counted, with how many pointers and numbers they take."""
 REFUSED, ALL_RUNS = "refused", "what all runs have alike"
 ALIKE: list[dict[str, Any]] = [{}] * len(VARIATIONS)
 """Runs of a batch that share their tables: the first one makes them."""
@@ -55,6 +58,11 @@ class Setting(NamedTuple):
 
     tolerance: float
     steps: int
+
+    @property
+    def nodes(self) -> int:
+        """Of its spans."""
+        return int(collocation(self.tolerance, self.steps, 0.0).weights.nodes)
 
     @property
     def scene(self) -> Scene:
@@ -71,62 +79,45 @@ class Setting(NamedTuple):
 SETTINGS = [Setting(*each) for each in product(TOLERANCES, STEPS)]
 
 
-def count() -> None:
-    """Count in each setting's run, and print it as JSON; for a process of its own."""
-    import numba
-    from llvmlite import ir
-    from numba.core import types
-    from numba.extending import intrinsic
-
-    from ab_sim.dynamics.dispatch import INLINED
-    from ab_sim.integrate import span
-    from ab_sim.integrate.steppers import collocation
-
-    counts = np.zeros(len(COUNTED) + 1, np.int64)
-
-    def counting(function: Any, which: int) -> Any:
-        address = int(counts[which:].ctypes.data)
-
-        @intrinsic
-        def tick(typing_context):  # type: ignore[no-untyped-def]
-            def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-                word = ir.IntType(64)
-                place = builder.inttoptr(ir.Constant(word, address), word.as_pointer())
-                builder.store(builder.add(builder.load(place), word(1)), place)
-                return context.get_dummy_value()
-
-            return types.none(), generate
-
-        @numba.njit(**INLINED)
-        def counted(*given):  # type: ignore[no-untyped-def]
-            tick()
-            return function(*given)
-
-        return counted
-
-    collocation.solve_span = counting(collocation.solve_span, 0)
-    span.iterate = counting(span.iterate, 1)
-    collocation.after_refusal = counting(collocation.after_refusal, 2)
-    found = []
-    for setting in SETTINGS:
-        drive = Drive(setting.scene)
-        counts[:] = 0
-        drive.advance(SAMPLING.number)
-        found.append(counts.tolist())
-    print(json.dumps(found))
-
-
 def counted() -> np.ndarray:
-    """What ``count`` finds, shape (settings, 3)."""
-    with tempfile.TemporaryDirectory() as cache:
-        done = subprocess.run(
-            [sys.executable, __file__, "--count"],
-            env={**os.environ, "XDG_CACHE_HOME": cache},
-            stdout=subprocess.PIPE,
-            text=True,
-            check=True,
-        )
-    return np.array(json.loads(done.stdout))
+    """How many of ``COUNTED`` and REFUSED there are in each setting's run, shape (settings, 3).
+
+    The functions that are emitted for a scene are called through others, which count.
+    """
+    found, plain = [], ByCollocation.along
+    calls: Counter[str] = Counter()
+    alive: list[Any] = []
+
+    def counting(name: str, address: int, pointers: int, numbers: int) -> int:
+        kind = caller(pointers, numbers)
+        function = kind(address)
+
+        def counted(*given: Any) -> None:
+            calls[name] += 1
+            function(*given)
+
+        alive.append(kind(counted))
+        return int(ctypes.cast(alive[-1], ctypes.c_void_p).value or 0)
+
+    def along(self: ByCollocation, *given: Any) -> Any:
+        own = plain(self, *given)
+        changed = {
+            name: counting(name, getattr(own.functions, name), *shape)
+            for name, shape in EMITTED.items()
+        }
+        return own._replace(functions=own.functions._replace(**changed))
+
+    ByCollocation.along = along  # type: ignore[method-assign]
+    try:
+        for setting in SETTINGS:
+            drive = Drive(setting.scene)
+            calls.clear()
+            drive.advance(SAMPLING.number)
+            iterations = calls["iterate"] + calls["iterate_near"]
+            found.append([calls["start"], iterations, calls["start"] - calls["keep"]])
+    finally:
+        ByCollocation.along = plain  # type: ignore[method-assign]
+    return np.array(found)
 
 
 class Batch:
@@ -221,11 +212,17 @@ def main() -> None:
     in_batches = in_turns(batches, asked.repeats)
     times = np.array([ns(run)["median"] for run in runs.values()])
     done = np.column_stack([counts[:, : len(COUNTED)], np.ones(len(counts))])
-    each, off = fit(done, times)
+    nodes = np.array([setting.nodes for setting in SETTINGS])
+    each, off, in_parts = {}, np.zeros(len(times)), np.zeros(done.shape)
+    for count in np.unique(nodes):
+        alike = nodes == count
+        each[int(count)], off[alike] = fit(done[alike], times[alike])
+        in_parts[alike] = done[alike] * each[int(count)]
     names, rows = (*COUNTED, ALL_RUNS), []
-    for setting, found, parts, wrong in zip(SETTINGS, counts, done * each, off, strict=True):
+    for setting, found, parts, wrong in zip(SETTINGS, counts, in_parts, off, strict=True):
         rows.append({
             **setting._asdict(),
+            "nodes": setting.nodes,
             **dict(zip((*COUNTED, REFUSED), found.tolist(), strict=True)),
             "error": runs[setting].error,
             "ns": ns(runs[setting]),
@@ -252,7 +249,10 @@ def main() -> None:
         **conditions(),
         **CONDITIONS,
         "repeats": asked.repeats,
-        "each_ns": dict(zip(names, each.tolist(), strict=True)),
+        "each_ns": {
+            count: dict(zip(names, ns_each.tolist(), strict=True))
+            for count, ns_each in each.items()
+        },
         "rows": rows,
         "heyoka": heyoka,
         "batch": many,
@@ -264,7 +264,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--count"]:
-        count()
-    else:
-        main()
+    main()

@@ -8,23 +8,24 @@ from page_parts import conditions, table
 def span_part(report: dict[str, Any]) -> dict[str, Any]:
     """Where collocation's time goes, and a batch's."""
     duration, each = report["duration"], report["each_ns"]
-    rest = each["what all runs have alike"] / duration
+    names = list(next(iter(each.values())))
     chosen = [row for row in report["rows"] if row["steps"] == 0]
     rows = []
     for row in chosen:
         took = row["ns"]["median"]
         rows.append([
             f"{row['tolerance']:g} rad",
+            str(row["nodes"]),
             f"{row['error']:.1e}",
             f"{row['spans'] / duration:.0f}",
             f"{row['refused'] / duration:.1f}",
             f"{row['iterations'] / row['spans']:.2f}",
             f"{took / duration / 1e3:.1f}",
-            *(f"{row['parts'][name] / took:.0%}" for name in each),
+            *(f"{row['parts'][name] / took:.0%}" for name in names),
             f"{1.0 - sum(row['parts'].values()) / took:.0%}",
         ])  # fmt: skip
-    head = ["tolerance", "error over the run [rad]", "spans per s", "of them refused",
-            "iterations in each", "us per simulated s", *(f"of it {name}" for name in each),
+    head = ["tolerance", "nodes", "error over the run [rad]", "spans per s", "of them refused",
+            "iterations in each", "us per simulated s", *(f"of it {name}" for name in names),
             "not explained"]  # fmt: skip
     parts = [key for key in report["batch"][0] if key != "tolerance"]
     many = [
@@ -34,9 +35,14 @@ def span_part(report: dict[str, Any]) -> dict[str, Any]:
     return {
         "span_table": table(head, rows),
         "span_each": (
-            f"{each['spans']:.0f} ns for a span with the samples in it, {each['iterations']:.0f} "
-            f"for each of its iterations, and {rest / 1e3:.1f} us per simulated s for what all "
-            "runs have alike; the run that is furthest from that takes "
+            "; ".join(
+                f"with {count} nodes {ns['spans']:.0f} ns for a span with the samples in it, "
+                f"{ns['iterations']:.0f} for each of its iterations, and "
+                f"{ns['what all runs have alike'] / duration / 1e3:.1f} us per simulated s for "
+                "what all runs have alike"
+                for count, ns in each.items()
+            )
+            + "; the run that is furthest from that takes "
             f"{max(abs(row['fit_is_off']) for row in report['rows']):.1%} more or less"
         ),
         "span_heyoka": _heyoka(report),
@@ -70,9 +76,9 @@ def _heyoka(report: dict[str, Any]) -> str:
 def _reason(report: dict[str, Any], chosen: list[dict[str, Any]]) -> str:
     loose, tight = chosen[0], chosen[-1]
     said = (
-        f"From {loose['tolerance']:g} to {tight['tolerance']:g} rad our spans get "
-        f"{tight['spans'] / loose['spans']:.1f} times as many, of the lengths that they may have: "
-        "the order is that of eight nodes, whatever is asked for"
+        f"From {loose['tolerance']:g} rad with {loose['nodes']} nodes to {tight['tolerance']:g} "
+        f"with {tight['nodes']} we take {tight['spans'] / loose['spans']:.2f} times as many spans, "
+        "of the lengths that they may have"
     )
     if len(report["heyoka"]) < len(chosen):
         return f"{said}."

@@ -20,12 +20,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
 from c_kernels import CDrive, build, compiler  # noqa: E402
-from first_run import run  # noqa: E402
+from first_run import (
+    FIRST_STEP,  # noqa: E402
+    run_scene,
+)
 from package_kernel import PackageKernel, ns_per_step  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.integrate.explicit import Weights  # noqa: E402
+from ab_sim.integrate.explicit import Tableau  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
 
@@ -49,7 +52,7 @@ class InC:
     def __init__(self, package: PackageKernel) -> None:
         drive, scene = package.drive, package.drive.scene
         tableau = drive.stepper.weights
-        assert isinstance(tableau, Weights)
+        assert isinstance(tableau, Tableau)
         carrier, effects, segment = drive.system.carrier, scene.effects, package.piece.segment
         self._constants = CDrive(
             carrier.total_mass,
@@ -122,12 +125,11 @@ def measure(repeats: int) -> dict[str, Any]:
 
 
 def start_seconds(scene: str, changes: list[str], processes: int = 5) -> dict[str, Any]:
-    """From a scene to the first step, in new processes: the first has to compile [s]."""
+    """From a scene to the first step, in new processes, which make its machine code [s]."""
     with tempfile.TemporaryDirectory() as cache:
-        runs = [run(cache, scene, *changes) for _ in range(1 + processes)]
-    times = [one["whole"] - one["imports"] for one in runs]
-    cached = Spread.of(np.array(times[1:]))._asdict()
-    return {"scene": scene, "changes": changes, "cold": times[0], "cached": cached}
+        runs = [run_scene(cache, scene, *changes) for _ in range(processes)]
+    times = np.array([one[FIRST_STEP] for one in runs])
+    return {"scene": scene, "changes": changes, "seconds": Spread.of(times)._asdict()}
 
 
 def _growth(medians: list[Any]) -> dict[str, float]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.compiling import compiled
-from ab_sim.compiling.kinds import Floats, Table, call
+from ab_sim.compiling.kinds import Floats, Table, call, fma
 from ab_sim.dynamics.system import System, has_events
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.vector_field import Field, VectorField
@@ -123,15 +123,15 @@ def fly(
             for j in range(size):
                 change = 0.0
                 for q in range(i):
-                    change += steps.a[i, q] * room.slopes[q, j]
-                room.at[i, j] = states[s, j] + length * change
-            field.time[0] = begin + steps.c[i] * length
+                    change = fma(steps.a[i, q], room.slopes[q, j], change)
+                room.at[i, j] = fma(length, change, states[s, j])
+            field.time[0] = fma(steps.c[i], length, begin)
             call(field.slope, field.c, field.b, room.at[i], room.slopes[i], field.time[0])
         for j in range(size):
             change = 0.0
             for q in range(stages):
-                change += steps.b[q] * room.slopes[q, j]
-            states[s + 1, j] = states[s, j] + length * change
+                change = fma(steps.b[q], room.slopes[q, j], change)
+            states[s + 1, j] = fma(length, change, states[s, j])
         for block in range(blocks):
             own = tangents[block * size : (block + 1) * size]
             for i in range(stages):
@@ -139,17 +139,17 @@ def fly(
                     for lane in range(lanes):
                         change = 0.0
                         for q in range(i):
-                            change += steps.a[i, q] * room.rates[q * size + j, lane]
-                        along[j, lane] = own[j, lane] + length * change
-                field.time[0] = begin + steps.c[i] * length
+                            change = fma(steps.a[i, q], room.rates[q * size + j, lane], change)
+                        along[j, lane] = fma(length, change, own[j, lane])
+                field.time[0] = fma(steps.c[i], length, begin)
                 rates = room.rates[i * size : (i + 1) * size]
                 call(field.tangent, field.c, field.b, field.time, room.at[i], along, rates)
             for j in range(size):
                 for lane in range(lanes):
                     change = 0.0
                     for q in range(stages):
-                        change += steps.b[q] * room.rates[q * size + j, lane]
-                    own[j, lane] += length * change
+                        change = fma(steps.b[q], room.rates[q * size + j, lane], change)
+                    own[j, lane] = fma(length, change, own[j, lane])
     for k in range(columns):
         for j in range(size):
             matrix[j, k] = tangents[(k // lanes) * size + j, k % lanes]

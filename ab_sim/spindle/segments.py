@@ -1,7 +1,7 @@
 """Pieces of a speed profile: speed, acceleration and angle as exact functions of local time.
 
-Named tuples with plain methods: numba compiles the methods of the kind that a kernel is given,
-and in Python they take arrays of times as well.
+Named tuples with plain methods: formulas, of which machine code is made, and which take arrays of
+times as well.
 """
 
 from typing import Any, NamedTuple
