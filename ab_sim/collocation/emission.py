@@ -61,7 +61,7 @@ class CollocationEmission:
     ) -> None:
         self.emission, self.model, self.nodes = emission, emission.model, nodes
         self.balls_alike = balls_alike
-        self.formulas = Formulas(self.model, coordinates, nodes)
+        self.formulas = Formulas(self.model, coordinates, nodes, balls_alike)
         self.steps = StepFormulas(self.formulas)
         equations = coordinates.count + self.model.count + self.model.has_motor
         self.rows = equations + len(self.formulas.integrals)
@@ -90,18 +90,14 @@ class CollocationEmission:
             at += 1
 
     def _table_of(self) -> dict[str, tuple[str, int, int]]:
-        """Of each equation: which pointer its table is behind, the which, and from ball to ball."""
+        """Of each left-hand side: which pointer its table is behind, the which, from ball to ball."""
         found, at = {}, 0
-        for q, each in enumerate(self.formulas.deck):
-            found[each.name] = TABLES, 0 if self.formulas.coordinates.are_alike else q, 1
-        at = 1 if self.formulas.coordinates.are_alike else len(self.formulas.deck)
-        if self.formulas.balls is not None:
-            found[self.formulas.balls.name] = TABLES, at, int(not self.balls_alike)
-            at += 1 if self.balls_alike else self.model.count
-        if self.formulas.spindle is not None:
-            found[self.formulas.spindle.name] = OPEN, 0, 1
-            at += 1
-        found[self.formulas.integral.name] = TABLES, at, 1
+        for each in self.formulas.equations:
+            if each.side in found:
+                continue
+            is_open = each is self.formulas.spindle
+            found[each.side] = OPEN if is_open else TABLES, 0 if is_open else at, 1
+            at += self.model.count if each.side_each else 1
         return found
 
     @property
@@ -110,7 +106,7 @@ class CollocationEmission:
 
         That is of what is only integrated.
         """
-        return self._table_of()[self.formulas.integral.name][1]
+        return self._table_of()[self.formulas.integral.side][1]
 
     def table_places(self) -> dict[str, Place]:
         """Where the tables' lines are; that of a motor's spindle behind a pointer of its own."""

@@ -48,6 +48,10 @@ class Equation(NamedTuple):
     """Of its inputs, in brackets behind what they are."""
     each: bool
     """Whether it is one for each ball."""
+    side: str
+    """The same of its left-hand side, which several may have in common."""
+    side_each: bool
+    """Whether there is a left-hand side for each ball."""
     response: Response
 
     def __str__(self) -> str:
@@ -61,14 +65,22 @@ class Formulas:
         model: its equations.
         coordinates: of its deck.
         nodes: how many nodes a step has.
+        balls_alike: whether drag slows down all balls alike.
     """
 
-    def __init__(self, model: Model, coordinates: Coordinates, nodes: int) -> None:
+    def __init__(
+        self, model: Model, coordinates: Coordinates, nodes: int, balls_alike: bool
+    ) -> None:
         self.model, self.coordinates, self.nodes = model, coordinates, nodes
-        self.deck = [self._equation(f"deck.{q}", False) for q in range(coordinates.count)]
-        self.balls = self._equation("balls", True) if model.count else None
-        self.spindle = self._equation("spindle", False) if model.has_motor else None
-        self.integral = self._equation("integral", False)
+        deck = [f"deck.{q}" for q in range(coordinates.count)]
+        alike = coordinates.are_alike
+        self.deck = [self._equation(name, False, "deck" if alike else name) for name in deck]
+        self.balls = None
+        if model.count:
+            side = "all balls" if balls_alike else "balls"
+            self.balls = self._equation("balls", True, side, not balls_alike)
+        self.spindle = self._equation("spindle", False, "spindle") if model.has_motor else None
+        self.integral = self._equation("integral", False, "integral")
         """What is only integrated: v is the integral of f."""
         self.own = self._modes()
         self.hangs_freely = not (
@@ -95,14 +107,17 @@ class Formulas:
         each = isinstance(of, Equation) and of.each
         return self.model.graph.input(f"{name}[{of}]" if of else name, level, each)
 
-    def _equation(self, name: str, each: bool) -> Equation:
-        def columns(what: str) -> list[Expression]:
-            inputs = (f"{what}.{k}[{name}]" for k in range(self.nodes))
-            return [self.model.graph.input(one, Level.TIME, each) for one in inputs]
+    def known(self, name: str, of: Equation) -> Expression:
+        """What is known of an equation's left-hand side, as an input."""
+        return self.model.graph.input(f"{name}[{of.side}]", Level.TIME, of.side_each)
 
-        return Equation(
-            name, each, Response(columns("into_x"), columns("into_v"), columns("into_pull"))
-        )
+    def _equation(self, name: str, each: bool, side: str, side_each: bool = False) -> Equation:
+        def columns(what: str) -> list[Expression]:
+            inputs = (f"{what}.{k}[{side}]" for k in range(self.nodes))
+            return [self.model.graph.input(one, Level.TIME, side_each) for one in inputs]
+
+        response = Response(columns("into_x"), columns("into_v"), columns("into_pull"))
+        return Equation(name, each, side, side_each, response)
 
     def _modes(self) -> Modes | None:
         if not self.coordinates.has_modes:
@@ -129,15 +144,15 @@ class Formulas:
         lagged: Number = 0.0
         if self.balls is not None:
             f = self.given("f", self.balls, Level.STATE)
-            lagged = path_acceleration(on, f - self.given("damping", self.balls) * rate)
+            lagged = path_acceleration(on, f - self.known("damping", self.balls) * rate)
         prescribed = None if model.has_motor else spindle.acceleration
         a = list(self._give_way(arrow, lagged, prescribed))
         changes = self._deck_anew(at, axes, spindle, a, roots)
         spun = self._spindle_anew(a, spindle, roots)
         if self.balls is not None:
             path = self._follow(arrow, a, model.has_motor)
-            new = rate_change(on, path) + self.given("damping", self.balls) * rate
-            unit = self.given("unit", self.balls)
+            new = rate_change(on, path) + self.known("damping", self.balls) * rate
+            unit = self.known("unit", self.balls)
             f = self.given("f", self.balls, Level.STATE)
             spun.append(total(self._lifted(abs(new - f) * unit)))
             roots[f"f[{self.balls}]"] = self._lifted(new)
@@ -226,7 +241,7 @@ class Formulas:
             else:
                 x, v = self.moved(each, new)
                 roots[f"x[{each}]"], roots[f"v[{each}]"] = x, v
-                pull = self.given("damping", each) * v + self.given("stiffness", each) * x
+                pull = self.known("damping", each) * v + self.known("stiffness", each) * x
             size = size + (abs(new) + abs(pull))
             pulls.append(linear - pull)
         for r, more in enumerate(self.coordinates.change(self.own, axes, at.deck, pulls)):
@@ -238,7 +253,7 @@ class Formulas:
         if self.hangs_freely:
             return 0.0
         x, v = (self.given(name, equation, Level.STATE) for name in "xv")
-        return self.given("damping", equation) * v + self.given("stiffness", equation) * x
+        return self.known("damping", equation) * v + self.known("stiffness", equation) * x
 
     def _spindle_anew(self, a: list[Number], spindle: Spindle, roots: Roots) -> list[Number]:
         """The same of a motor's spindle, and of its loop's integral.
@@ -249,7 +264,7 @@ class Formulas:
         each = self.spindle
         if each is None:
             return []
-        damping, f = self.given("damping", each), self.given("f", each, Level.STATE)
+        damping, f = self.known("damping", each), self.given("f", each, Level.STATE)
         linear = damping * self.given("v", each, Level.STATE)
         new = self._lifted(a[-1] + linear)
         x, v = self.moved(each, new)
@@ -264,7 +279,7 @@ class Formulas:
 
     def _unit(self, equation: Equation) -> Number:
         """What f = 1 makes of x at most; 1 without balls, where errors are shares of f."""
-        return self.given("unit", equation) if self.balls is not None else 1.0
+        return self.known("unit", equation) if self.balls is not None else 1.0
 
     def _follow(self, arrow: Arrow, a: Vector, driven: bool) -> Number:
         """Path accelerations of the balls, all others being given."""

@@ -43,10 +43,10 @@ class StepFormulas:
                 roots[f"f[{other}]"] = product(carry, of.given("old", other))
         for each, begun in self._begun(at):
             for name in ("damping", "stiffness", "unit"):
-                roots[f"{name}[{each}]"] = of.given(name, each)
+                roots[f"{name}[{each.side}]"] = of.known(name, each)
             x, v = self._freely(each, *begun)
             if each in of.deck and of.hangs_freely:
-                damping, stiffness = (of.given(name, each) for name in ("damping", "stiffness"))
+                damping, stiffness = (of.known(name, each) for name in ("damping", "stiffness"))
                 roots[f"free_pull[{each}]"] = damping * v + stiffness * x
                 continue
             roots |= {f"free_x[{each}]": x, f"free_v[{each}]": v}
@@ -88,11 +88,11 @@ class StepFormulas:
     def _freely(self, each: Equation, x: Expression, v: Expression) -> list[Expression]:
         """What x and v become without f."""
         of = self.of
-        g, r = of.given("impulse", each), of.given("impulse_rate", each)
+        g, r = of.known("impulse", each), of.known("impulse_rate", each)
         if each not in of.deck:
             return [x + g * v, r * v]
-        k = of.given("stiffness", each)
-        return [x + (g * v - of.given("response_to_one", each) * (k * x)), r * v - g * (k * x)]
+        k = of.known("stiffness", each)
+        return [x + (g * v - of.known("response_to_one", each) * (k * x)), r * v - g * (k * x)]
 
     def judge(self) -> Roots:
         """What f leaves out by being a polynomial, as errors of the samples and within the step.
@@ -109,7 +109,7 @@ class StepFormulas:
             if each is not of.balls:
                 last = last * of.given("result.3" if each is of.spindle else "result.2")
             for k, name in enumerate(("beyond_samples", "beyond")):
-                error = last * of.given(name, each) if of.balls is not None else last
+                error = last * of.known(name, each) if of.balls is not None else last
                 sums[k] = sums[k] + (total(error) if each.each else error)
         errors = [_continued(lifted(self.model.graph, each)) for each in sums]
         speed = (
@@ -146,7 +146,7 @@ class StepFormulas:
             known = "integral" if name == "loop" else name
             roots[known] = product(into, f, model.graph.input(known))
         begin = model.graph.input("begin", Level.TIME)
-        roots["time"] = lifted(model.graph, begin + of.given("impulse", of.integral))
+        roots["time"] = lifted(model.graph, begin + of.known("impulse", of.integral))
         inside: Number = 1.0
         for name, one in roots.items():
             if name != "time":
@@ -174,9 +174,9 @@ class StepFormulas:
         changes += [slope[own + 1]] if of.balls is not None else []
         changes += [slope[own + 3]] if of.spindle is not None else []
         for (each, (x, v)), change in zip(self._begun(at), changes, strict=True):
-            f = change + of.given("damping", each) * v
+            f = change + of.known("damping", each) * v
             if each in of.deck:
-                f = f + of.given("stiffness", each) * x
+                f = f + of.known("stiffness", each) * x
             if each is of.spindle:
                 limited = abs(model.graph.input("limit", Level.TIME)) > 0.5
                 f = where(limited, change, f)
