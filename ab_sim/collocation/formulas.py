@@ -23,7 +23,9 @@ from ab_sim.tracing.expression import fma, lifted
 from ab_sim.tracing.functions import across, lane
 
 CHAINS = 4
-"""Sums of a product's terms that are made side by side: each term waits for the one before."""
+"""Sums of a product's terms that are made side by side, where it is made alone."""
+ACCUMULATORS = 16
+"""Vectors of eight numbers in which sums are made at the same time: half of those of AVX-512."""
 TINY = 1e-300
 """What is added to what may be 0, and is divided by."""
 SMALL = 1.0 / 16.0
@@ -39,6 +41,14 @@ class Response(NamedTuple):
     into_x: Sequence[Expression]
     into_v: Sequence[Expression]
     into_pull: Sequence[Expression]
+
+
+class Term(NamedTuple):
+    """A matrix, column by column in lanes, times values at the nodes, and what it is added to."""
+
+    columns: Sequence[Expression]
+    f: Expression
+    onto: Expression | None
 
 
 class Equation(NamedTuple):
@@ -231,22 +241,33 @@ class Formulas:
         accelerations = self.coordinates.accelerations(
             model.deck, model.effects, spindle, self.own, axes, at.deck, a
         )
-        for each, acceleration in zip(self.deck, accelerations, strict=True):
-            f, linear = self.given("f", each, Level.STATE), self.pull(each)
-            new = self._lifted(acceleration + linear)
-            change = change + abs(new - f) * self._unit(each)
-            roots[f"f[{each}]"] = new
-            if self.hangs_freely:
-                pull = product(each.response.into_pull, new, self.given("free_pull", each))
-            else:
-                x, v = self.moved(each, new)
-                roots[f"x[{each}]"], roots[f"v[{each}]"] = x, v
-                pull = self.known("damping", each) * v + self.known("stiffness", each) * x
-            size = size + (abs(new) + abs(pull))
-            pulls.append(linear - pull)
+        linear = [self.pull(each) for each in self.deck]
+        new = [self._lifted(a + b) for a, b in zip(accelerations, linear, strict=True)]
+        for each, own, now in zip(self.deck, new, self._pulled(new, roots), strict=True):
+            roots[f"f[{each}]"] = own
+            f = self.given("f", each, Level.STATE)
+            change = change + abs(own - f) * self._unit(each)
+            size = size + (abs(own) + abs(now))
+            pulls.append(now)
+        pulls = [before - now for before, now in zip(linear, pulls, strict=True)]
         for r, more in enumerate(self.coordinates.change(self.own, axes, at.deck, pulls)):
             a[r] = a[r] + more
         return change, size
+
+    def _pulled(self, f: Sequence[Expression], roots: Roots) -> list[Number]:
+        """c v + k x of the deck's coordinates, from their f."""
+        if self.hangs_freely:
+            terms = [
+                Term(each.response.into_pull, own, self.given("free_pull", each))
+                for each, own in zip(self.deck, f, strict=True)
+            ]
+            return list(self.together(terms))
+        found = []
+        for each, own in zip(self.deck, f, strict=True):
+            x, v = self.moved(each, own)
+            roots[f"x[{each}]"], roots[f"v[{each}]"] = x, v
+            found.append(self.known("damping", each) * v + self.known("stiffness", each) * x)
+        return found
 
     def pull(self, equation: Equation) -> Number:
         """c v + k x as the last iteration left it; at rest in its middle a deck feels none."""
@@ -317,7 +338,15 @@ class Formulas:
         """x and v at the nodes."""
         free_x, free_v = (self.given(name, equation) for name in ("free_x", "free_v"))
         response = equation.response
-        return product(response.into_x, f, free_x), product(response.into_v, f, free_v)
+        terms = Term(response.into_x, f, free_x), Term(response.into_v, f, free_v)
+        x, v = self.together(terms)
+        return x, v
+
+    def together(self, terms: Sequence[Term]) -> list[Expression]:
+        """Products at the same time, in as many chains as there are vectors for."""
+        count = sum(self.model.count if term.f.each else 1 for term in terms)
+        made = count * max(self.nodes // 8, 1)
+        return products(terms, max(1, min(CHAINS, ACCUMULATORS // made)))
 
     def _lifted(self, x: Number) -> Expression:
         return lifted(self.model.graph, x)
@@ -327,10 +356,26 @@ def product(
     columns: Sequence[Expression], f: Expression, onto: Expression | None = None
 ) -> Expression:
     """A matrix, column by column in lanes, times values at the nodes; added to ``onto``."""
-    sums: list[Expression | None] = [onto] + [None] * (CHAINS - 1)
-    for k, column in enumerate(columns):
-        one, chain = lane(f, k), sums[k % CHAINS]
-        sums[k % CHAINS] = column * one if chain is None else fma(column, one, chain)
+    return products([Term(columns, f, onto)], CHAINS)[0]
+
+
+def products(terms: Sequence[Term], chains: int) -> list[Expression]:
+    """Several of these at the same time, column by column of all of them.
+
+    Args:
+        terms: the matrices, and what they are multiplied by.
+        chains: sums of a product's terms that are made side by side: each term waits for the one
+            before.
+    """
+    sums: list[list[Expression | None]] = [[term.onto] + [None] * (chains - 1) for term in terms]
+    for k in range(len(terms[0].columns)):
+        for own, (columns, f, _) in zip(sums, terms, strict=True):
+            one, before = lane(f, k), own[k % chains]
+            own[k % chains] = columns[k] * one if before is None else fma(columns[k], one, before)
+    return [_added(own) for own in sums]
+
+
+def _added(sums: Sequence[Expression | None]) -> Expression:
     left = [each for each in sums if each is not None]
     while len(left) > 1:
         half = (len(left) + 1) // 2
