@@ -5,6 +5,7 @@ N is the number of nodes, a line is N doubles, E the number of equations, of whi
 first, then each ball, then a motor's spindle; R is E and the number of integrals behind them.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from ab_sim.collocation.coordinates import Coordinates
@@ -27,6 +28,7 @@ from ab_sim.kernels.emission import BRANCHES, CONSTANTS, Emission
 from ab_sim.tracing import Expression, Level, lowered
 from ab_sim.tracing.expression import reached, rebuilt
 from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, border
+from ab_sim.tracing.unrolled import name_of, unrolled
 
 OWN, TABLES, OPEN, NUMBERS, OPEN_NUMBERS = "own", "tables", "spindle", "numbers", "spindle_numbers"
 WORK, RESULT, WEIGHTS, CARRY = "work", "result", "weights", "carry"
@@ -34,6 +36,10 @@ STATE, STATES, OLD, FORCES, BOUNDS = "y", "states", "old", "f", "bounds"
 """Names of pointers."""
 
 
+AT_ONCE = 128
+"""Nodes times balls up to which all balls' numbers are held at the same time."""
+OF_BALL = re.compile(r"(.+)\[(\d+)\]")
+"""What an input of one ball is called, see ``unrolled.name_of``."""
 MATRICES = ("into_x", "into_v", "into_pull")
 AT_INSTANTS = ("response_to_one", "impulse", "impulse_rate")
 """Parts of a table: N lines each, and one line each."""
@@ -44,6 +50,17 @@ def line_of(what: str, nodes: int) -> int:
     names = {"into_x": 0, "into_v": nodes, "into_pull": 2 * nodes}
     names |= {"response_to_one": 3 * nodes, "impulse": 3 * nodes + 1, "impulse_rate": 3 * nodes + 2}
     return names[what]
+
+
+class Places(dict[str, Place]):
+    """Where inputs are, by their names; those of balls one by one, too."""
+
+    def __missing__(self, name: str) -> Place:
+        found = OF_BALL.fullmatch(name)
+        if found is None:
+            raise KeyError(name)
+        first = self[found[1]]
+        return first._replace(at=first.at + int(found[2]) * first.stride)
 
 
 class CollocationEmission:
@@ -61,7 +78,7 @@ class CollocationEmission:
     ) -> None:
         self.emission, self.model, self.nodes = emission, emission.model, nodes
         self.balls_alike = balls_alike
-        self.formulas = Formulas(self.model, coordinates, nodes)
+        self.formulas = Formulas(self.model, coordinates, nodes, balls_alike)
         self.steps = StepFormulas(self.formulas)
         equations = coordinates.count + self.model.count + self.model.has_motor
         self.rows = equations + len(self.formulas.integrals)
@@ -69,7 +86,7 @@ class CollocationEmission:
         """Where quantities are in the work, by their names: numbers of lines."""
         self.work = 0
         """Lines of the work."""
-        self._own: dict[str, Place] = dict(self.row_places(WORK, "f"))
+        self._own = Places(self.row_places(WORK, "f"))
         for name, place in self._own.items():
             self.lines[name] = place.at
         self.work = self.rows
@@ -90,18 +107,14 @@ class CollocationEmission:
             at += 1
 
     def _table_of(self) -> dict[str, tuple[str, int, int]]:
-        """Of each equation: which pointer its table is behind, the which, and from ball to ball."""
+        """Of each left-hand side: its table's pointer, the which it is, and steps ball by ball."""
         found, at = {}, 0
-        for q, each in enumerate(self.formulas.deck):
-            found[each.name] = TABLES, 0 if self.formulas.coordinates.are_alike else q, 1
-        at = 1 if self.formulas.coordinates.are_alike else len(self.formulas.deck)
-        if self.formulas.balls is not None:
-            found[self.formulas.balls.name] = TABLES, at, int(not self.balls_alike)
-            at += 1 if self.balls_alike else self.model.count
-        if self.formulas.spindle is not None:
-            found[self.formulas.spindle.name] = OPEN, 0, 1
-            at += 1
-        found[self.formulas.integral.name] = TABLES, at, 1
+        for each in self.formulas.equations:
+            if each.side in found:
+                continue
+            is_open = each is self.formulas.spindle
+            found[each.side] = OPEN if is_open else TABLES, 0 if is_open else at, 1
+            at += self.model.count if each.side_each else 1
         return found
 
     @property
@@ -110,7 +123,7 @@ class CollocationEmission:
 
         That is of what is only integrated.
         """
-        return self._table_of()[self.formulas.integral.name][1]
+        return self._table_of()[self.formulas.integral.side][1]
 
     def table_places(self) -> dict[str, Place]:
         """Where the tables' lines are; that of a motor's spindle behind a pointer of its own."""
@@ -178,34 +191,39 @@ class CollocationEmission:
 
     # What is computed.
 
+    def ball_by_ball(self, roots: Roots) -> Roots:
+        """Roots without the balls' axis: in lanes, what is of one ball is computed in one go."""
+        columns = unrolled(roots.values(), self.model.count)
+        found = Roots()
+        for (name, root), column in zip(roots.items(), columns, strict=True):
+            names = [name_of(name, k) for k in range(len(column))] if root.each else [name]
+            found |= dict(zip(names, column, strict=True))
+        return found
+
     def lowered(self, roots: Roots) -> Roots:
-        """Roots as a machine computes them."""
-        return dict(zip(roots, lowered(roots.values()), strict=True))
+        """The same as a machine computes them."""
+        flat = self.ball_by_ball(roots)
+        return dict(zip(flat, lowered(flat.values()), strict=True))
 
     def _known_before(self) -> dict[int, Place]:
         """What an iteration needs that no iteration changes: put into the work by ``start``."""
         found: dict[int, Place] = {}
-        elsewhere = {
-            **self.emission.places,
-            **self.table_places(),
-            **self._modes(),
-            **self._scale(),
-        }
+        elsewhere = {**self.emission.places, **self.table_places()}
+        elsewhere |= {**self._modes(), **self._scale()}
         self._before: list[tuple[Expression, Place]] = []
         for roots in self._iterate.values():
-            for name, root in roots.items():
-                if not name.startswith("result"):
-                    self._line(name, root.each)
+            inputs = [x.payload for x in reached(roots.values()) if x.op == "input"]
+            for name in [*roots, *inputs]:
+                of_ball = OF_BALL.fullmatch(name)
+                base = of_ball[1] if of_ball else name
+                # Whatever is nowhere else.
+                if base not in elsewhere and not base.startswith("result"):
+                    self._line(base, of_ball is not None)
             for x in border([*roots.values()], Level.TIME):
                 if x.number not in self.emission.known and x.number not in found:
-                    place = Place(WORK, self.work)
-                    self.work += self.model.count if x.each else 1
-                    found[x.number] = place
-                    self._before.append((x, place))
-            for x in reached(roots.values()):
-                # Whatever is nowhere else.
-                if x.op == "input" and x.payload not in elsewhere:
-                    self._line(x.payload, x.each)
+                    found[x.number] = Place(WORK, self.work)
+                    self.work += 1
+                    self._before.append((x, found[x.number]))
         return found
 
     def _scale(self) -> dict[str, Place]:
@@ -238,8 +256,8 @@ class CollocationEmission:
         always = [CONSTANTS, BRANCHES, OWN, NUMBERS, OPEN_NUMBERS, STATE, RESULT]
         into = Function(name, [CONSTANTS, BRANCHES, *pointers], shape, numbers, [*always, *uniform])
         bound = {each: [into.widened(f"%{each}", self.nodes)] for each in numbers}
-        places = {**self.emission.places, **self._scale(), **places}
-        return into, Body(into, places, {**self.emission.known, **(known or {})}, bound)
+        own = Places({**self.emission.places, **self._scale(), **places})
+        return into, Body(into, own, {**self.emission.known, **(known or {})}, bound)
 
     def iterate(self, near: bool = False) -> Function:
         """``iterate(c, b, own, tables, spindle, work, result)``; ``near``: see ``Formulas``."""
@@ -247,22 +265,47 @@ class CollocationEmission:
         name = "iterate_near" if near else "iterate"
         pointers = [OWN, TABLES, OPEN, WORK, RESULT]
         into, body = self.function(name, pointers, [], places, known=self._hoisted)
-        self._store(body, self._iterate[near])
+        self._store(body, self._iterate[near], self._hoisted)
         return into
 
-    def _store(self, body: Body, roots: Roots) -> None:
+    def compute(self, body: Body, roots: Iterable[Expression], known: Mapping[int, Place]) -> None:
+        """Emit expressions in the order in which they are written.
+
+        Matrices column by column, then: what is known of all balls is held at the same time, if
+        they are few.
+        """
+        if self.model.count * self.nodes <= AT_ONCE:
+            for x in self._in_order(roots, known):
+                body.values(x)
+
+    def _in_order(
+        self, roots: Iterable[Expression], known: Mapping[int, Place]
+    ) -> list[Expression]:
+        """What has to be computed, without what is at hand."""
+        found: dict[int, Expression] = {}
+        ahead = list(roots)
+        while ahead:
+            x = ahead.pop()
+            at_hand = x.number in known or x.number in self.emission.known
+            if x.number in found or at_hand or x.op in ("input", "const"):
+                continue
+            found[x.number] = x
+            ahead += x.args
+        return [found[number] for number in sorted(found) if found[number].op != "lane"]
+
+    def _store(self, body: Body, roots: Roots, known: Mapping[int, Place] | None = None) -> None:
+        self.compute(body, roots.values(), known or {})
         for x in roots.values():
             body.values(x)
         for name, x in roots.items():
             if name.startswith("result."):
                 body.store(x, Place(RESULT, int(name[7:])))
-            elif name in self._own:
+            else:
                 body.store(x, self._own[name])
 
     def start(self) -> Function:
         """``start(c, b, own, ..., begin, length, moved)``: see ``ab_sim.collocation``."""
-        roots = self.steps.start()
-        graph = self.model.graph
+        roots = self.ball_by_ball(self.steps.start())
         inputs = {x.payload: x for x in reached(x for x, _ in self._before) if x.op == "input"}
         by = {inputs[name]: root for name, root in roots.items() if name in inputs}
         own = lowered([*roots.values(), *substituted([x for x, _ in self._before], by)])
@@ -276,11 +319,16 @@ class CollocationEmission:
         places |= {**self.state_places(), **dict(self.row_places(OLD, "old"))}
         pointers = [OWN, NUMBERS, OPEN_NUMBERS, TABLES, OPEN, WEIGHTS, CARRY, STATE, OLD, WORK]
         into, body = self.function("start", pointers, ["begin", "length", "moved"], places)
-        assert graph is self.model.graph
-        self._store(body, dict(zip(roots, own[:count], strict=True)))
-        for x, (of, place) in zip(own[count:], self._before, strict=True):
-            body.store(x, place, each=of.each)
+        named = dict(zip(roots, own[:count], strict=True))
+        self._store(body, {name: x for name, x in named.items() if self._is_used(name)})
+        for x, (_, place) in zip(own[count:], self._before, strict=True):
+            body.store(x, place)
         return into
+
+    def _is_used(self, name: str) -> bool:
+        """Whether the work has a place for a quantity."""
+        of_ball = OF_BALL.fullmatch(name)
+        return name in self._own or (of_ball is not None and of_ball[1] in self._own)
 
     def judge(self) -> Function:
         """``judge(c, b, numbers, spindle_numbers, weights, work, result, begin, length)``."""
@@ -303,7 +351,8 @@ class CollocationEmission:
         model = self.model
         at = model.motion()
         found = model.evaluated(at)
-        roots = self.lowered(self.steps.begin(found, model.slope(at, found)))
+        begun = self.steps.begin(found, model.slope(at, found))
+        roots = dict(zip(begun, lowered(begun.values()), strict=True))
         into = Function(
             "begin", [CONSTANTS, BRANCHES, OWN, STATE, FORCES], Shape(model.count), ["time"]
         )

@@ -23,7 +23,9 @@ from ab_sim.tracing.expression import fma, lifted
 from ab_sim.tracing.functions import across, lane
 
 CHAINS = 4
-"""Sums of a product's terms that are made side by side: each term waits for the one before."""
+"""Sums of a product's terms that are made side by side, where it is made alone."""
+ACCUMULATORS = 16
+"""Vectors of eight numbers in which sums are made at the same time: half of those of AVX-512."""
 TINY = 1e-300
 """What is added to what may be 0, and is divided by."""
 SMALL = 1.0 / 16.0
@@ -41,6 +43,14 @@ class Response(NamedTuple):
     into_pull: Sequence[Expression]
 
 
+class Term(NamedTuple):
+    """A matrix, column by column in lanes, times values at the nodes, and what it is added to."""
+
+    columns: Sequence[Expression]
+    f: Expression
+    onto: Expression | None
+
+
 class Equation(NamedTuple):
     """One equation of second order, or one for each ball, as inputs."""
 
@@ -48,6 +58,10 @@ class Equation(NamedTuple):
     """Of its inputs, in brackets behind what they are."""
     each: bool
     """Whether it is one for each ball."""
+    side: str
+    """The same of its left-hand side, which several may have in common."""
+    side_each: bool
+    """Whether there is a left-hand side for each ball."""
     response: Response
 
     def __str__(self) -> str:
@@ -61,14 +75,22 @@ class Formulas:
         model: its equations.
         coordinates: of its deck.
         nodes: how many nodes a step has.
+        balls_alike: whether drag slows down all balls alike.
     """
 
-    def __init__(self, model: Model, coordinates: Coordinates, nodes: int) -> None:
+    def __init__(
+        self, model: Model, coordinates: Coordinates, nodes: int, balls_alike: bool
+    ) -> None:
         self.model, self.coordinates, self.nodes = model, coordinates, nodes
-        self.deck = [self._equation(f"deck.{q}", False) for q in range(coordinates.count)]
-        self.balls = self._equation("balls", True) if model.count else None
-        self.spindle = self._equation("spindle", False) if model.has_motor else None
-        self.integral = self._equation("integral", False)
+        deck = [f"deck.{q}" for q in range(coordinates.count)]
+        alike = coordinates.are_alike
+        self.deck = [self._equation(name, False, "deck" if alike else name) for name in deck]
+        self.balls = None
+        if model.count:
+            side = "all balls" if balls_alike else "balls"
+            self.balls = self._equation("balls", True, side, not balls_alike)
+        self.spindle = self._equation("spindle", False, "spindle") if model.has_motor else None
+        self.integral = self._equation("integral", False, "integral")
         """What is only integrated: v is the integral of f."""
         self.own = self._modes()
         self.hangs_freely = not (
@@ -95,14 +117,17 @@ class Formulas:
         each = isinstance(of, Equation) and of.each
         return self.model.graph.input(f"{name}[{of}]" if of else name, level, each)
 
-    def _equation(self, name: str, each: bool) -> Equation:
-        def columns(what: str) -> list[Expression]:
-            inputs = (f"{what}.{k}[{name}]" for k in range(self.nodes))
-            return [self.model.graph.input(one, Level.TIME, each) for one in inputs]
+    def known(self, name: str, of: Equation) -> Expression:
+        """What is known of an equation's left-hand side, as an input."""
+        return self.model.graph.input(f"{name}[{of.side}]", Level.TIME, of.side_each)
 
-        return Equation(
-            name, each, Response(columns("into_x"), columns("into_v"), columns("into_pull"))
-        )
+    def _equation(self, name: str, each: bool, side: str, side_each: bool = False) -> Equation:
+        def columns(what: str) -> list[Expression]:
+            inputs = (f"{what}.{k}[{side}]" for k in range(self.nodes))
+            return [self.model.graph.input(one, Level.TIME, side_each) for one in inputs]
+
+        response = Response(columns("into_x"), columns("into_v"), columns("into_pull"))
+        return Equation(name, each, side, side_each, response)
 
     def _modes(self) -> Modes | None:
         if not self.coordinates.has_modes:
@@ -129,15 +154,15 @@ class Formulas:
         lagged: Number = 0.0
         if self.balls is not None:
             f = self.given("f", self.balls, Level.STATE)
-            lagged = path_acceleration(on, f - self.given("damping", self.balls) * rate)
+            lagged = path_acceleration(on, f - self.known("damping", self.balls) * rate)
         prescribed = None if model.has_motor else spindle.acceleration
         a = list(self._give_way(arrow, lagged, prescribed))
         changes = self._deck_anew(at, axes, spindle, a, roots)
         spun = self._spindle_anew(a, spindle, roots)
         if self.balls is not None:
             path = self._follow(arrow, a, model.has_motor)
-            new = rate_change(on, path) + self.given("damping", self.balls) * rate
-            unit = self.given("unit", self.balls)
+            new = rate_change(on, path) + self.known("damping", self.balls) * rate
+            unit = self.known("unit", self.balls)
             f = self.given("f", self.balls, Level.STATE)
             spun.append(total(self._lifted(abs(new - f) * unit)))
             roots[f"f[{self.balls}]"] = self._lifted(new)
@@ -216,29 +241,40 @@ class Formulas:
         accelerations = self.coordinates.accelerations(
             model.deck, model.effects, spindle, self.own, axes, at.deck, a
         )
-        for each, acceleration in zip(self.deck, accelerations, strict=True):
-            f, linear = self.given("f", each, Level.STATE), self.pull(each)
-            new = self._lifted(acceleration + linear)
-            change = change + abs(new - f) * self._unit(each)
-            roots[f"f[{each}]"] = new
-            if self.hangs_freely:
-                pull = product(each.response.into_pull, new, self.given("free_pull", each))
-            else:
-                x, v = self.moved(each, new)
-                roots[f"x[{each}]"], roots[f"v[{each}]"] = x, v
-                pull = self.given("damping", each) * v + self.given("stiffness", each) * x
-            size = size + (abs(new) + abs(pull))
-            pulls.append(linear - pull)
+        linear = [self.pull(each) for each in self.deck]
+        new = [self._lifted(a + b) for a, b in zip(accelerations, linear, strict=True)]
+        for each, own, now in zip(self.deck, new, self._pulled(new, roots), strict=True):
+            roots[f"f[{each}]"] = own
+            f = self.given("f", each, Level.STATE)
+            change = change + abs(own - f) * self._unit(each)
+            size = size + (abs(own) + abs(now))
+            pulls.append(now)
+        pulls = [before - now for before, now in zip(linear, pulls, strict=True)]
         for r, more in enumerate(self.coordinates.change(self.own, axes, at.deck, pulls)):
             a[r] = a[r] + more
         return change, size
+
+    def _pulled(self, f: Sequence[Expression], roots: Roots) -> list[Number]:
+        """c v + k x of the deck's coordinates, from their f."""
+        if self.hangs_freely:
+            terms = [
+                Term(each.response.into_pull, own, self.given("free_pull", each))
+                for each, own in zip(self.deck, f, strict=True)
+            ]
+            return list(self.together(terms))
+        found = []
+        for each, own in zip(self.deck, f, strict=True):
+            x, v = self.moved(each, own)
+            roots[f"x[{each}]"], roots[f"v[{each}]"] = x, v
+            found.append(self.known("damping", each) * v + self.known("stiffness", each) * x)
+        return found
 
     def pull(self, equation: Equation) -> Number:
         """c v + k x as the last iteration left it; at rest in its middle a deck feels none."""
         if self.hangs_freely:
             return 0.0
         x, v = (self.given(name, equation, Level.STATE) for name in "xv")
-        return self.given("damping", equation) * v + self.given("stiffness", equation) * x
+        return self.known("damping", equation) * v + self.known("stiffness", equation) * x
 
     def _spindle_anew(self, a: list[Number], spindle: Spindle, roots: Roots) -> list[Number]:
         """The same of a motor's spindle, and of its loop's integral.
@@ -249,7 +285,7 @@ class Formulas:
         each = self.spindle
         if each is None:
             return []
-        damping, f = self.given("damping", each), self.given("f", each, Level.STATE)
+        damping, f = self.known("damping", each), self.given("f", each, Level.STATE)
         linear = damping * self.given("v", each, Level.STATE)
         new = self._lifted(a[-1] + linear)
         x, v = self.moved(each, new)
@@ -264,7 +300,7 @@ class Formulas:
 
     def _unit(self, equation: Equation) -> Number:
         """What f = 1 makes of x at most; 1 without balls, where errors are shares of f."""
-        return self.given("unit", equation) if self.balls is not None else 1.0
+        return self.known("unit", equation) if self.balls is not None else 1.0
 
     def _follow(self, arrow: Arrow, a: Vector, driven: bool) -> Number:
         """Path accelerations of the balls, all others being given."""
@@ -302,7 +338,15 @@ class Formulas:
         """x and v at the nodes."""
         free_x, free_v = (self.given(name, equation) for name in ("free_x", "free_v"))
         response = equation.response
-        return product(response.into_x, f, free_x), product(response.into_v, f, free_v)
+        terms = Term(response.into_x, f, free_x), Term(response.into_v, f, free_v)
+        x, v = self.together(terms)
+        return x, v
+
+    def together(self, terms: Sequence[Term]) -> list[Expression]:
+        """Products at the same time, in as many chains as there are vectors for."""
+        count = sum(self.model.count if term.f.each else 1 for term in terms)
+        made = count * max(self.nodes // 8, 1)
+        return products(terms, max(1, min(CHAINS, ACCUMULATORS // made)))
 
     def _lifted(self, x: Number) -> Expression:
         return lifted(self.model.graph, x)
@@ -312,10 +356,26 @@ def product(
     columns: Sequence[Expression], f: Expression, onto: Expression | None = None
 ) -> Expression:
     """A matrix, column by column in lanes, times values at the nodes; added to ``onto``."""
-    sums: list[Expression | None] = [onto] + [None] * (CHAINS - 1)
-    for k, column in enumerate(columns):
-        one, chain = lane(f, k), sums[k % CHAINS]
-        sums[k % CHAINS] = column * one if chain is None else fma(column, one, chain)
+    return products([Term(columns, f, onto)], CHAINS)[0]
+
+
+def products(terms: Sequence[Term], chains: int) -> list[Expression]:
+    """Several of these at the same time, column by column of all of them.
+
+    Args:
+        terms: the matrices, and what they are multiplied by.
+        chains: sums of a product's terms that are made side by side: each term waits for the one
+            before.
+    """
+    sums: list[list[Expression | None]] = [[term.onto] + [None] * (chains - 1) for term in terms]
+    for k in range(len(terms[0].columns)):
+        for own, (columns, f, _) in zip(sums, terms, strict=True):
+            one, before = lane(f, k), own[k % chains]
+            own[k % chains] = columns[k] * one if before is None else fma(columns[k], one, before)
+    return [_added(own) for own in sums]
+
+
+def _added(sums: Sequence[Expression | None]) -> Expression:
     left = [each for each in sums if each is not None]
     while len(left) > 1:
         half = (len(left) + 1) // 2

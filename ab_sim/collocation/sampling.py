@@ -13,6 +13,7 @@ from ab_sim.collocation.emission import (
     TABLES,
     WEIGHTS,
     CollocationEmission,
+    Places,
 )
 from ab_sim.collocation.run import INSIDE, PROFILE_TIME, STRIDE, TIME
 from ab_sim.collocation.transposed import lines_of, store_line
@@ -49,26 +50,26 @@ class Sampling:
         pointers = [OWN, TABLES, OPEN, WEIGHTS, BOUNDS, STATE, FORCES, STATES]
         into, body = of.function("sample", pointers, ["begin", "length"], places, [BOUNDS])
         targets = self._lines_of_states()
-        for name, x in of.lowered(of.steps.sample()).items():
+        roots = of.lowered(of.steps.sample())
+        of.compute(body, roots.values(), {})
+        for name, x in roots.items():
             body.store(x, targets[name])
         return into
 
-    def _lines_of_states(self) -> dict[str, Place]:
+    def _lines_of_states(self) -> Places:
         """See ``run.Buffers.states``."""
-        found = {
-            name: Place(STATES, STRIDE * place.at, STRIDE)
-            for name, place in self.of.state_places().items()
-        }
-        lines = {"time": TIME, "profile_time": PROFILE_TIME, "inside": INSIDE}
-        return found | {
-            name: Place(STATES, STRIDE * (self.of.states + line)) for name, line in lines.items()
-        }
+        found = Places()
+        for name, place in self.of.state_places().items():
+            found[name] = Place(STATES, STRIDE * place.at, STRIDE)
+        for name, line in (("time", TIME), ("profile_time", PROFILE_TIME), ("inside", INSIDE)):
+            found[name] = Place(STATES, STRIDE * (self.of.states + line))
+        return found
 
     def _of_states(
         self, name: str, pointers: Sequence[str], numbers: Sequence[str], times: Sequence[str]
     ) -> tuple[Function, Body]:
         """A function of states in lanes."""
-        places = self._lines_of_states()
+        places: dict[str, Place] = self._lines_of_states()
         places |= {each: Place(TIMES, STRIDE * k) for k, each in enumerate(times)}
         places["whole turns"] = Place(TURNS, 0)
         if self.model.has_motor:

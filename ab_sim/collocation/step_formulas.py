@@ -1,6 +1,8 @@
 """Formulas of a collocation step beside its iterations: its start, its error, states in it."""
 
-from ab_sim.collocation.formulas import TINY, Equation, Formulas, Roots, product
+from itertools import groupby
+
+from ab_sim.collocation.formulas import TINY, Equation, Formulas, Roots, Term, product
 from ab_sim.equations.sums import Number
 from ab_sim.kernels.model import Evaluated, Motion
 from ab_sim.tracing import Expression, Level, cos, sin, total, where
@@ -33,33 +35,32 @@ class StepFormulas:
         carry = self._columns("carry")
         time = self._time()
         roots["time"] = time
-        f = [product(carry, of.given("old", each)) for each in of.deck]
-        moved = model.graph.input("moved", Level.TIME)
-        on_next = of.coordinates.on_next_axes(cos(moved), sin(moved), f)
-        for each, own in zip(of.deck, on_next, strict=True):
+        names: list[object] = [*of.equations[:-1], *of.integrals[: model.has_motor]]
+        terms = [Term(carry, of.given("old", each), None) for each in names]
+        for each, own in zip(names, of.together(terms), strict=True):
             roots[f"f[{each}]"] = own
-        for other in (of.balls, of.spindle):
-            if other is not None:
-                roots[f"f[{other}]"] = product(carry, of.given("old", other))
+        moved, ways = model.graph.input("moved", Level.TIME), [f"f[{each}]" for each in of.deck]
+        deck = [roots[name] for name in ways]
+        on_next = of.coordinates.on_next_axes(cos(moved), sin(moved), deck)
+        roots |= dict(zip(ways, on_next, strict=True))
         for each, begun in self._begun(at):
             for name in ("damping", "stiffness", "unit"):
-                roots[f"{name}[{each}]"] = of.given(name, each)
+                roots[f"{name}[{each.side}]"] = of.known(name, each)
             x, v = self._freely(each, *begun)
             if each in of.deck and of.hangs_freely:
-                damping, stiffness = (of.given(name, each) for name in ("damping", "stiffness"))
+                damping, stiffness = (of.known(name, each) for name in ("damping", "stiffness"))
                 roots[f"free_pull[{each}]"] = damping * v + stiffness * x
                 continue
             roots |= {f"free_x[{each}]": x, f"free_v[{each}]": v}
             if each is not of.balls:
-                own = roots[f"f[{each}]"]
-                roots[f"x[{each}]"] = product(each.response.into_x, own, x)
-                roots[f"v[{each}]"] = product(each.response.into_v, own, v)
+                own, (into_x, into_v, _) = roots[f"f[{each}]"], each.response
+                now = of.together([Term(into_x, own, x), Term(into_v, own, v)])
+                roots[f"x[{each}]"], roots[f"v[{each}]"] = now
         if at.spindle is None:
             roots["axis_c"], roots["axis_s"] = self._axes(time)
         else:
             roots["psi_at_begin"], roots["begin[loop]"] = at.spindle.psi, at.spindle.integral
-            rate = product(carry, of.given("old", "loop"))
-            into = of.integral.response.into_v
+            into, rate = of.integral.response.into_v, roots.pop("f[loop]")
             roots["value[loop]"] = product(into, rate, at.spindle.integral)
         return roots
 
@@ -85,14 +86,27 @@ class StepFormulas:
             found.append((of.spindle, (at.spindle.psi, at.spindle.speed)))
         return found
 
+    def _moved(self, at: Motion) -> tuple[list[Expression], list[Expression]]:
+        """x and v of each equation at the instants of the tables; alike ones at the same time."""
+        of, x, v = self.of, list[Expression](), list[Expression]()
+        for _, group in groupby(self._begun(at), lambda pair: pair[0].side):
+            terms = []
+            for each, begun in group:
+                f = of.given("f", each, Level.STATE)
+                for columns, free in zip(each.response, self._freely(each, *begun), strict=False):
+                    terms.append(Term(columns, f, free))
+            found = of.together(terms)
+            x, v = x + found[::2], v + found[1::2]
+        return x, v
+
     def _freely(self, each: Equation, x: Expression, v: Expression) -> list[Expression]:
         """What x and v become without f."""
         of = self.of
-        g, r = of.given("impulse", each), of.given("impulse_rate", each)
+        g, r = of.known("impulse", each), of.known("impulse_rate", each)
         if each not in of.deck:
             return [x + g * v, r * v]
-        k = of.given("stiffness", each)
-        return [x + (g * v - of.given("response_to_one", each) * (k * x)), r * v - g * (k * x)]
+        k = of.known("stiffness", each)
+        return [x + (g * v - of.known("response_to_one", each) * (k * x)), r * v - g * (k * x)]
 
     def judge(self) -> Roots:
         """What f leaves out by being a polynomial, as errors of the samples and within the step.
@@ -104,12 +118,13 @@ class StepFormulas:
         """
         of, columns = self.of, self._columns("coefficient")
         sums: list[Number] = [0.0, 0.0]
-        for each in of.equations[:-1]:
-            last = abs(product(columns, of.given("f", each, Level.STATE)))
+        own = [Term(columns, of.given("f", x, Level.STATE), None) for x in of.equations[:-1]]
+        for each, coefficients in zip(of.equations[:-1], of.together(own), strict=True):
+            last = abs(coefficients)
             if each is not of.balls:
                 last = last * of.given("result.3" if each is of.spindle else "result.2")
             for k, name in enumerate(("beyond_samples", "beyond")):
-                error = last * of.given(name, each) if of.balls is not None else last
+                error = last * of.known(name, each) if of.balls is not None else last
                 sums[k] = sums[k] + (total(error) if each.each else error)
         errors = [_continued(lifted(self.model.graph, each)) for each in sums]
         speed = (
@@ -124,11 +139,8 @@ class StepFormulas:
     def sample(self) -> Roots:
         """States at as many samples as there are nodes, and their times."""
         of, model, roots = self.of, self.model, Roots()
-        at, x, v = model.motion(), [], []
-        for each, begun in self._begun(at):
-            f, free = of.given("f", each, Level.STATE), self._freely(each, *begun)
-            x.append(product(each.response.into_x, f, free[0]))
-            v.append(product(each.response.into_v, f, free[1]))
+        at = model.motion()
+        x, v = self._moved(at)
         into, ways = of.integral.response.into_v, len(of.deck)
         if at.spindle is None:
             axes = self._axes(self._time())
@@ -146,7 +158,7 @@ class StepFormulas:
             known = "integral" if name == "loop" else name
             roots[known] = product(into, f, model.graph.input(known))
         begin = model.graph.input("begin", Level.TIME)
-        roots["time"] = lifted(model.graph, begin + of.given("impulse", of.integral))
+        roots["time"] = lifted(model.graph, begin + of.known("impulse", of.integral))
         inside: Number = 1.0
         for name, one in roots.items():
             if name != "time":
@@ -174,9 +186,9 @@ class StepFormulas:
         changes += [slope[own + 1]] if of.balls is not None else []
         changes += [slope[own + 3]] if of.spindle is not None else []
         for (each, (x, v)), change in zip(self._begun(at), changes, strict=True):
-            f = change + of.given("damping", each) * v
+            f = change + of.known("damping", each) * v
             if each in of.deck:
-                f = f + of.given("stiffness", each) * x
+                f = f + of.known("stiffness", each) * x
             if each is of.spindle:
                 limited = abs(model.graph.input("limit", Level.TIME)) > 0.5
                 f = where(limited, change, f)
