@@ -149,12 +149,12 @@ class Body:
     def __init__(
         self,
         into: Function,
-        places: Mapping[str, Place],
+        places: dict[str, Place],
         known: Mapping[int, Place] | None = None,
         bound: Mapping[str, list[str]] | None = None,
     ) -> None:
         self._into, self._known = into, known or {}
-        self.places = dict(places)
+        self.places = places
         """Where inputs are, by name."""
         self._bound = bound or {}
         self._values: dict[int, list[str]] = {}

@@ -42,12 +42,12 @@ class Leg(NamedTuple):
     def f(self, t: float, y: np.ndarray) -> np.ndarray:
         """The slope, a new array."""
         out = np.empty(len(y))
-        self.field.fill(t, y, out)
+        self.fill(t, y, out)
         return out
 
     def fill(self, t: float, y: np.ndarray, out: np.ndarray) -> None:
-        """The slope into ``out``."""
-        self.field.fill(t, y, out)
+        """The slope into ``out``; y may be a column of an array."""
+        self.field.fill(t, np.ascontiguousarray(y), out)
 
 
 class RightHandSide:
