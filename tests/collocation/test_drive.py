@@ -1,5 +1,6 @@
 """Collocation along speed profiles: the same bits however it is run, and as exact as is asked."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -155,8 +156,8 @@ def test_the_same_bits_without_wide_vectors(name: str, monkeypatch: pytest.Monke
     found = []
     for features in (None, "+avx2,+fma"):
         if features is not None:
-            machine = machine_code._machine
-            monkeypatch.setattr(machine_code, "_machine", lambda _: machine(features))
+            made = partial(machine_code._machine, features)
+            monkeypatch.setattr(machine_code, "_machine", lambda _, made=made: made())
         monkeypatch.setattr(assemble, "_codes", {})
         monkeypatch.setattr(code, "_codes", {})
         run = Collocated(MADE[name](1e-3), setting=SIXTEEN, ledger=True)
