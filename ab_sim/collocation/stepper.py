@@ -3,17 +3,18 @@
 import cmath
 from typing import NamedTuple
 
-from ab_sim.collocation.assemble import Setting, method_of
+from ab_sim.collocation.assemble import COORDINATES, Setting, method_of
 from ab_sim.collocation.lengths import PARTS
 from ab_sim.collocation.run import Method
 from ab_sim.integrate.registry import Parameter
+from ab_sim.kernels.model import Model
 
 NAME = "collocation"
 SOURCE = "Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339, on Gauss nodes"
 FEW, MANY = 8, 16
 """Nodes of a step."""
-FINE = 5e-11
-"""Tolerance [rad] below which ``MANY`` nodes take less time."""
+FINE = 3e-10
+"""Tolerance [rad] below which ``MANY`` nodes take less time, as far as they ever do."""
 SAMPLES = {FEW: (1, 2, 3, 4, 6, 8, 12, 16), MANY: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)}
 """How many samples a step may have, by its nodes."""
 POWERS = {FEW: 8, MANY: 10}
@@ -35,8 +36,8 @@ PARAMETERS = {
         float(SAMPLES[FEW][-1]),
     ),
     "nodes": Parameter(
-        f"how many nodes each of its steps has: {FEW} or {MANY}; 0 for {MANY} where the tolerance "
-        f"is below {FINE:g} rad, else {FEW}",
+        f"how many nodes each of its steps has: {FEW} or {MANY}; 0 for {MANY} in the plane, without "
+        f"friction and contact, if the tolerance is below {FINE:g} rad, else {FEW}",
         0.0,
         0.0,
         float(MANY),
@@ -55,13 +56,28 @@ class CollocationStepper(NamedTuple):
     """The finest parts of a step of the scene."""
 
 
-def collocation(tolerance: float, steps: float, nodes: float = 0.0) -> CollocationStepper:
+def nodes_for(tolerance: float, model: Model) -> int:
+    """How many nodes make the run of a scene fastest.
+
+    Long steps are worth little where events cut them; in space, they take many iterations.
+
+    Args:
+        tolerance: of a step [rad].
+        model: the scene's equations.
+    """
+    in_space = COORDINATES[type(model.deck).__name__].has_modes
+    smooth = not (in_space or model.has_friction or model.has_contact)
+    return MANY if smooth and tolerance < FINE else FEW
+
+
+def collocation(tolerance: float, steps: float, nodes: float, model: Model) -> CollocationStepper:
     """The method.
 
     Args:
         tolerance, steps, nodes: see ``PARAMETERS``.
+        model: the scene's equations, which say how many nodes there are, if nobody does.
     """
-    count = int(nodes) or (MANY if tolerance < FINE else FEW)
+    count = int(nodes) or nodes_for(tolerance, model)
     setting = Setting(count, SAMPLES[count], POWERS[count])
     return CollocationStepper(count, 2 * count, method_of(setting, tolerance, steps))
 

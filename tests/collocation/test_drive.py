@@ -9,10 +9,13 @@ import pytest
 from ab_sim.collocation import assemble
 from ab_sim.collocation.assemble import Setting
 from ab_sim.collocation.run import SAMPLES, head_of
-from ab_sim.collocation.stepper import FINE, MANY, collocation
+from ab_sim.collocation.stepper import FEW, FINE, MANY, collocation, nodes_for
 from ab_sim.compiling import Compiled
+from ab_sim.dynamics.assemble import system_of
 from ab_sim.kernels import code
+from ab_sim.kernels.model import Model
 from ab_sim.scene import Scene, load_scene
+from ab_sim.spindle import Ramp
 from ab_sim.tracing import machine_code
 from tests.collocation import driven
 from tests.collocation.driven import Collocated
@@ -129,9 +132,14 @@ def test_more_nodes_make_longer_steps() -> None:
     assert lengths[1] > lengths[0] >= 4
 
 
-def test_nodes_follow_from_the_tolerance() -> None:
-    assert [collocation(t, 0.0).nodes for t in (1e-3, FINE, 1e-12)] == [8, 8, MANY]
-    assert collocation(1e-3, 0.0, 16.0).order == 32
+def test_nodes_follow_from_the_tolerance_and_the_scene() -> None:
+    smooth, jumpy, spatial = (
+        Model(system_of(made(1e-3)), Ramp) for made in (hold, stick_slip, in_space)
+    )
+    counts = [collocation(t, 0.0, 0.0, smooth).nodes for t in (1e-3, FINE, 1e-12)]
+    assert counts == [FEW, FEW, MANY]
+    assert [nodes_for(1e-12, other) for other in (jumpy, spatial)] == [FEW, FEW]
+    assert collocation(1e-3, 0.0, 16.0, smooth).order == 32
 
 
 def test_a_run_that_diverges_keeps_its_last_good_sample() -> None:
