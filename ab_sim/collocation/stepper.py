@@ -36,8 +36,8 @@ PARAMETERS = {
         float(SAMPLES[FEW][-1]),
     ),
     "nodes": Parameter(
-        f"how many nodes each of its steps has: {FEW} or {MANY}; 0 for {MANY} in the plane, without "
-        f"friction and contact, if the tolerance is below {FINE:g} rad, else {FEW}",
+        f"how many nodes each of its steps has: {FEW} or {MANY}; 0 for {MANY} in the plane and "
+        f"without friction and contact, if the tolerance is below {FINE:g} rad, else {FEW}",
         0.0,
         0.0,
         float(MANY),
