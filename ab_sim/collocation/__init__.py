@@ -18,7 +18,9 @@ collocation.
     coordinates       of the two deck models: formulas
     formulas          one iteration: formulas
     step_formulas     a step's start, its error, states in it: formulas
-    emission          these as machine code, a lane for each node
+    emission          the first two as machine code, a lane for each node
+    sampling          states in a step, and what is made of them, likewise
+    transposed        numbers in lanes written line by line
     assemble          from a system and its code to a ``run.Collocation``
 
 From ``nodes`` to ``drive``, but for what is said to be for Python, all is in the subset that
@@ -49,11 +51,16 @@ without a motor). ``own`` is ``Collocation.linear``, ``weights`` are ``Method.li
     keep(c, b, work, f)
         copies f out of ``work``
     sample(c, b, own, tables, spindle, weights, bounds, y, f, states, begin, length)
-        states at the N instants up to which the tables reach, in lines as of ``Buffers.states``
-    rows(c, b, times, states, rows)
-        of such states the samples, a line for each column
-    evaluate(c, b, times, states, slope, x, motor, table)
-        ``Scene.evaluate`` in lanes; where there are events
+        states at the N instants up to which the tables reach, in lines as of ``Buffers.states``;
+        ``bounds`` are magnitudes that no sound run reaches
+    rows(c, b, times, states, turns, samples, width, count)
+        rows of the first ``count`` of such states, ``width`` numbers apart; ``times`` are their
+        lines TIME and PROFILE_TIME, ``turns`` the whole turns of each ball and of the spindle
+    evaluate(c, b, times, states, nodes)
+        with events: of each state a line of what ``Scene.evaluate`` says: state, slope,
+        accelerations, motor, table of the balls
+    take_node(node, x, motor, table)
+        copies the last three out of such a line
 
 In plain Python an address may be any callable of these arguments: that is how tests count calls.
 """

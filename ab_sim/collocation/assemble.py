@@ -73,7 +73,6 @@ class CollocationCode:
         """Numbers that are known of a node."""
         self._code = MachineCode(module_text(made), effort=0)
         names = {function.name: function.name for function in made}
-        # Of a deck in space, cosines and sines are the least.
         names.setdefault("iterate_near", "iterate")
         self.functions = Functions(
             *(self._code.address(names[x]) if x in names else 0 for x in Functions._fields)

@@ -38,6 +38,8 @@ STATE, STATES, OLD, FORCES, BOUNDS = "y", "states", "old", "f", "bounds"
 
 AT_ONCE = 128
 """Nodes times balls up to which all balls' numbers are held at the same time."""
+MANY_BALLS = 16
+"""Balls beyond which there is one kind of iteration only."""
 OF_BALL = re.compile(r"(.+)\[(\d+)\]")
 """What an input of one ball is called, see ``unrolled.name_of``."""
 MATRICES = ("into_x", "into_v", "into_pull")
@@ -90,7 +92,9 @@ class CollocationEmission:
         for name, place in self._own.items():
             self.lines[name] = place.at
         self.work = self.rows
-        ways = (False,) if coordinates.has_modes else (False, True)
+        # Of a deck in space, cosines and sines are the least; many balls take long to compile.
+        once = coordinates.has_modes or self.model.count > MANY_BALLS
+        ways = (False,) if once else (False, True)
         self._iterate = {near: self.lowered(self.formulas.iterate(near)) for near in ways}
         self._hoisted = self._known_before()
 

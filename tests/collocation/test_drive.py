@@ -1,14 +1,20 @@
 """Collocation along speed profiles: the same bits however it is run, and as exact as is asked."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
+from ab_sim.collocation import assemble
 from ab_sim.collocation.assemble import Setting
 from ab_sim.collocation.run import SAMPLES, head_of
+from ab_sim.compiling import Compiled
 from ab_sim.integrate.steppers.collocation import FINE, MANY, collocation
+from ab_sim.kernels import code
 from ab_sim.scene import Scene, load_scene
+from ab_sim.tracing import machine_code
+from tests.collocation import driven
 from tests.collocation.driven import Collocated
 from tests.deck.scenes import odd
 from tests.effects.parts import Changes, scene_of
@@ -142,3 +148,20 @@ def test_a_run_that_diverges_keeps_its_last_good_sample() -> None:
         found.append((run.taken, run.state.tobytes()))
     assert found[0] == found[1]
     assert found[0][0] > 0
+
+
+@pytest.mark.parametrize("name", ["hold", "packed", "motor"])
+def test_the_same_bits_without_wide_vectors(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a processor that has no AVX-512, control and all."""
+    found = []
+    for features in (None, "+avx2,+fma"):
+        if features is not None:
+            made = partial(machine_code._machine, features)
+            monkeypatch.setattr(machine_code, "_machine", lambda _, made=made: made())
+        monkeypatch.setattr(assemble, "_codes", {})
+        monkeypatch.setattr(code, "_codes", {})
+        run = Collocated(MADE[name](1e-3), setting=SIXTEEN, ledger=True)
+        monkeypatch.setattr(driven, "compiled", Compiled)
+        run.advance(0)
+        found.append(run.advance(200).tobytes())
+    assert found[0] == found[1]

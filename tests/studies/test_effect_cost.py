@@ -4,8 +4,6 @@ Nothing here asserts a time: machines that run tests are busy.
 """
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +11,7 @@ import pytest
 
 from ab_sim.errors import InputError, SceneError
 from ab_sim.figures.effect_cost import cost_figure
-from ab_sim.scene import load_scene, scene_names
+from ab_sim.scene import load_scene
 from ab_sim.studies.effect_cost import ALL, BASE, measure, off_axis, variants
 
 MOTOR = {"rotor_inertia": 2.9e-5, "torque_limit": 5e-3, "proportional_gain": 1e-3}
@@ -111,39 +109,6 @@ def test_bad_input_is_refused(scene: Any) -> None:
         measure(scene(), repeats=0)
     with pytest.raises(SceneError, match="beyond the stability limit"):
         measure(scene(solver={"step": 0.1}))
-
-
-def test_a_second_process_loads_the_kernels_of_all_scenes_and_compiles_none() -> None:
-    program = """
-import sys
-from ab_sim.drive import Drive
-from ab_sim.integrate.events import go_on
-from ab_sim.integrate.fixed_step import advance
-from ab_sim.scene import load_scene
-for name in sys.argv[1:]:
-    drive = Drive(load_scene(name))
-    drive.advance(2)
-    drive.observe()
-for kernel in (advance, go_on):
-    stats = kernel.stats
-    print(len(kernel.signatures), sum(stats.cache_hits.values()), len(stats.cache_misses))
-"""
-
-    def run() -> list[str]:
-        done = subprocess.run(
-            [sys.executable, "-c", program, *scene_names()],
-            capture_output=True,
-            text=True,
-            check=True,
-            cwd=Path(__file__).resolve().parents[2],
-        )
-        return done.stdout.splitlines()
-
-    run()
-    again = run()
-    kinds, hits, misses = zip(*(map(int, line.split()) for line in again), strict=True)
-    assert kinds[0] > 5 and kinds[1] == 1, "events are compiled once for all scenes"
-    assert hits == kinds and not any(misses)
 
 
 def test_everything_names_every_effect_that_can_be_together() -> None:

@@ -15,8 +15,8 @@ from ab_sim.integrate.steppers.rk8 import RK8
 
 FEW, MANY = 8, 16
 """Nodes of a step."""
-FINE = 5e-11
-"""Tolerance [rad] below which ``MANY`` nodes take less time."""
+FINE = 1e-11
+"""Tolerance [rad] below which ``MANY`` nodes take less time, but for scenes with many events."""
 SAMPLES = {FEW: (1, 2, 3, 4, 6, 8, 12, 16), MANY: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)}
 """How many of the scene's steps one of its own may go over, by its nodes."""
 POWERS = {FEW: 8, MANY: 10}
@@ -50,10 +50,11 @@ TOLERANCE = Parameter(
 )
 STEPS = Parameter(
     "how many of the scene's steps each of its spans goes over, rounded down to 1, 2, 3, 4, 6, 8, "
-    "12 or 16, whatever error that leaves; 0 for as many as the tolerance allows",
+    "12 or 16, with 16 nodes 24 or 32, whatever error that leaves; 0 for as many as the tolerance "
+    "allows",
     0.0,
     0.0,
-    float(SAMPLES[FEW][-1]),
+    float(SAMPLES[MANY][-1]),
 )
 NODES = Parameter(
     f"how many nodes each of its steps has: {FEW} or {MANY}; 0 for {MANY} where the tolerance is "
