@@ -16,9 +16,9 @@ from std_srvs.srv import Trigger
 
 from ab_msgs_py import ENDED, Block, JointSample, Level, services, topics
 from ab_msgs_py.samples import description_of
-from ab_sim.cache_folder import cache_folder
 from ab_sim.scene import find_scene
 from tests.nodes.fleet import Fleet
+from tests.nodes.slow_to_compile import COMPILES, MODULE
 
 pytestmark = pytest.mark.ros
 
@@ -182,20 +182,27 @@ def test_a_life(fleet: Fleet, tmp_path: Path) -> None:
     assert "Traceback" not in fleet.log(DRIVE)
 
 
-def test_it_answers_while_it_configures(fleet: Fleet, tmp_path: Path) -> None:
-    """With an empty cache, it compiles for long."""
-    settings = ("autostart:=false", "scene:=no-ball")
+def compiling(fleet: Fleet, *settings: str) -> None:
+    """Start `drive_sim` with parameters, on a machine that takes long to compile."""
     arguments = [part for setting in settings for part in ("-p", setting)]
     fleet.start_process(
-        "drive_sim", "env", f"XDG_CACHE_HOME={tmp_path}",
-        sys.executable, "-m", "ab_sim.nodes.drive_sim", "--ros-args", *arguments,
+        "drive_sim", sys.executable, "-m", MODULE, "1", "--ros-args", *arguments
     )  # fmt: skip
+
+
+def compiles(fleet: Fleet) -> int:
+    """How often it has compiled."""
+    return fleet.log("drive_sim").count(COMPILES)
+
+
+def test_it_answers_while_it_configures(fleet: Fleet) -> None:
+    compiling(fleet, "autostart:=false", "scene:=no-ball")
     client = fleet.node.create_client(ChangeState, "drive_sim/change_state")
     assert fleet.state("drive_sim") == "unconfigured"
     fleet.until(client.service_is_ready, "transitions")
     request = ChangeState.Request(transition=Transition(label="configure"))
     configured = client.call_async(request)
-    fleet.until(lambda: list(tmp_path.rglob("*.lock")), "it compiles")
+    fleet.until(lambda: compiles(fleet), "it compiles")
     assert fleet.state("drive_sim") == "configuring"
     assert fleet.set("drive_sim", speed_limit=50.0)[0]
     assert not fleet.change("drive_sim", "shutdown")
@@ -207,23 +214,15 @@ def test_it_answers_while_it_configures(fleet: Fleet, tmp_path: Path) -> None:
     assert "Traceback" not in fleet.log("drive_sim")
 
 
-def test_it_leaves_while_a_request_compiles(fleet: Fleet, tmp_path: Path) -> None:
-    """The first scene's kernel is in the cache of all tests; for the second one there is none."""
-    known, cache = cache_folder(), tmp_path / "cache"
-    assert known is not None
-    cache.symlink_to(known.parent)
-    fleet.start_process(
-        "drive_sim", "env", f"XDG_CACHE_HOME={cache}",
-        sys.executable, "-m", "ab_sim.nodes.drive_sim", "--ros-args", "-p", "scene:=no-ball",
-    )  # fmt: skip
+def test_it_leaves_while_a_request_compiles(fleet: Fleet) -> None:
+    compiling(fleet, "scene:=no-ball")
     fleet.until(lambda: fleet.value("drive_sim", "scene"), "it runs")
-    cache.unlink()
-    cache.mkdir()
-    assert fleet.set("drive_sim", scene="thesis-hold")[0]
+    before = compiles(fleet)
+    assert before and fleet.set("drive_sim", scene="thesis-hold")[0]
     client = fleet.node.create_client(Trigger, "drive_sim/load_scene")
     fleet.until(client.service_is_ready, "the service")
     client.call_async(Trigger.Request())
-    fleet.until(lambda: list(cache.rglob("*.lock")), "it compiles")
+    fleet.until(lambda: compiles(fleet) > before, "it compiles")
     assert fleet.stop("drive_sim", signal.SIGTERM) == 0
     gone(fleet, "drive_sim")
     assert "Traceback" not in fleet.log("drive_sim")

@@ -1,0 +1,34 @@
+"""`drive_sim` on a machine that takes long to compile, and says when it does.
+
+    python -m tests.nodes.slow_to_compile SECONDS --ros-args ...
+
+Each text that goes to LLVM takes so many seconds longer.
+"""
+
+import sys
+import time
+from typing import Any
+
+from ab_sim.tracing.machine_code import MachineCode
+
+MODULE = "tests.nodes.slow_to_compile"
+COMPILES = "[compiles]"
+
+
+def slow_down(seconds: float) -> None:
+    """Let machine code be made slowly, from now on."""
+    make = MachineCode.__init__
+
+    def slowly(made: MachineCode, *arguments: Any, **options: Any) -> None:
+        print(COMPILES, flush=True)
+        time.sleep(seconds)
+        make(made, *arguments, **options)
+
+    MachineCode.__init__ = slowly  # type: ignore[method-assign]
+
+
+if __name__ == "__main__":
+    from ab_sim.nodes.drive_sim import main
+
+    slow_down(float(sys.argv.pop(1)))
+    main()
