@@ -12,7 +12,7 @@
 namespace {
 
 // Up to this order all sums are written out: beyond it the code is too large for the caches.
-constexpr int WRITTEN_OUT = RUNS > 1 ? 12 : 32;
+constexpr int WRITTEN_OUT = RUNS > 1 || 2 * BALLS > WIDTH ? 12 : 32;
 
 template <class Kind, int K>
 struct Series {
