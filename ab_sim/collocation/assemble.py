@@ -1,5 +1,6 @@
 """From a system and its machine code to a Collocation."""
 
+import functools
 import threading
 from typing import NamedTuple
 
@@ -120,8 +121,9 @@ def linear_part(system: System, emission: CollocationEmission) -> np.ndarray:
     return found
 
 
+@functools.lru_cache
 def method_of(setting: Setting, tolerance: float, steps: float) -> Method:
-    """A method, for any number of runs.
+    """A method, made once for any number of runs.
 
     Args:
         setting: nodes, and samples in a step.

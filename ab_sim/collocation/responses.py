@@ -38,8 +38,6 @@ REACH = 20.0
 """Rate times length of a panel: there the quadrature is right to rounding."""
 GONE = 40.0
 """Decay rate times time after which a response is nothing any more."""
-HYPERBOLIC = 9
-"""Terms of sinh(x) / x for x up to 1."""
 
 
 def lines_of_table(count: int) -> int:

@@ -32,7 +32,6 @@ from ab_sim.equations.planar import Planar
 from ab_sim.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Piece
-from ab_sim.spindle.profile import Segment
 
 
 def system_of(scene: Scene, ledger: bool = False) -> System:
@@ -181,11 +180,6 @@ _SCENES: dict[type, Any] = {Planar: planar_scene, InSpace: space_scene}
 def _of(scene: Scene) -> Any:
     """What makes the carrier of a scene."""
     return planar_scene if scene.deck is None else space_scene
-
-
-def place_along(kind: type[Segment]) -> Place:
-    """A pattern of places on segments of a kind."""
-    return place_on(Piece(0.0, 0.0, 0.0, kind(*[0.0] * len(kind._fields))))
 
 
 def place_on(piece: Piece) -> Place:

@@ -52,9 +52,3 @@ def _layout(own: tuple[str, ...], n: int, motor: bool, ledger: bool) -> Layout:
     return Layout(
         tuple(names), slice(0, len(own)), angles, rates, spindle, slice(spindle.stop, len(names))
     )
-
-
-def equation_count(system: System) -> int:
-    """Equations of second order: of the deck's coordinates, each ball, and a motor's spindle."""
-    driven = 1 if has_motor(system.effects) else 0
-    return int(type(system.carrier).COORDINATES + ball_count(system) + driven)

@@ -112,11 +112,6 @@ def has_stiffening(effects: tuple[Any, ...]) -> bool:
     return any_has(effects, "mount_stiffening")
 
 
-def has_space_force(effects: tuple[Any, ...]) -> bool:
-    """Whether a force on the deck has axes fixed in space."""
-    return any_has(effects, "space_force")
-
-
 def rotor_moment(effects: tuple[Any, ...]) -> float:
     """I_r of the motor's rotor [kg m^2]; 0 without a motor."""
     return float(over_effects(effects, "rotor_moment", 0.0))
