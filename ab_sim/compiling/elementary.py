@@ -7,15 +7,10 @@ cosine and sine; the exponential's is Taylor's.
 import math
 
 from ab_sim.compiling.kinds import float_from_bits, fma
+from ab_sim.tracing.lowering import PI_2A, PI_2B, PI_2C, QUARTERS, ROUND
 
-_ROUND = 6755399441055744.0
-"""1.5 * 2^52: what is added to it is rounded to a whole number."""
 _WHOLE = 4503599627370496.0
 """2^52: from here on all numbers are whole."""
-_QUARTERS = 0.6366197723675814
-"""2/pi."""
-_PI_2A, _PI_2B, _PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
-"""pi/2 in pieces, see tracing/lowering.py."""
 _LOG2_E = 1.4426950408889634
 _LN2_HIGH, _LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
 """ln 2 in two pieces, the first of 32 bits, whose products with whole numbers are exact."""
@@ -30,9 +25,9 @@ def cos_sin(x: float) -> tuple[float, float]:
 
     The same bits as emitted formulas have, from ``tracing.lowering.cos_sin``.
     """
-    quarters = fma(x, _QUARTERS, _ROUND) - _ROUND
-    r = fma(quarters, -_PI_2A, x)
-    r = fma(quarters, -_PI_2C, fma(quarters, -_PI_2B, r))
+    quarters = fma(x, QUARTERS, ROUND) - ROUND
+    r = fma(quarters, -PI_2A, x)
+    r = fma(quarters, -PI_2C, fma(quarters, -PI_2B, r))
     z = r * r
     zz = z * z
     s = fma(z, 1.58969099521155e-10, -2.5050760253406863e-08)
@@ -46,7 +41,7 @@ def cos_sin(x: float) -> tuple[float, float]:
     near = 1.0 - half
     c = near + fma(zz, c, (1.0 - near) - half)
     # Turn by the quarters left over, -2 .. 2: their cosine and sine are whole numbers.
-    left = fma(-4.0, fma(quarters, 0.25, _ROUND) - _ROUND, quarters)
+    left = fma(-4.0, fma(quarters, 0.25, ROUND) - ROUND, quarters)
     turn_c = 1.0 - abs(left)
     turn_s = left * (2.0 - abs(left))
     return fma(c, turn_c, -(s * turn_s)), fma(s, turn_c, c * turn_s)
@@ -88,7 +83,7 @@ def power_of_two(n: int) -> float:
 
 def _reduced(x: float) -> tuple[float, float, float]:
     """x = n ln 2 + r + low: n whole, abs(r) no more than ln(2)/2, low what r lost by rounding."""
-    twos = fma(x, _LOG2_E, _ROUND) - _ROUND
+    twos = fma(x, _LOG2_E, ROUND) - ROUND
     high = fma(twos, -_LN2_HIGH, x)
     r = fma(twos, -_LN2_LOW, high)
     return twos, r, fma(twos, -_LN2_LOW, high - r)

@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterable, Sequence
 
 from ab_sim.tracing.expression import Expression, fma, neg, reached, rebuilt
 
-_QUARTERS = 0.6366197723675814
+QUARTERS = 0.6366197723675814
 """2/pi."""
-_ROUND = 6755399441055744.0
+ROUND = 6755399441055744.0
 """1.5 * 2^52: what is added to it is rounded to a whole number."""
-_PI_2A, _PI_2B, _PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
+PI_2A, PI_2B, PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
 """pi/2 in pieces of 33 bits, whose products with up to 2^20 quarters are exact; with more, what is
 left by the first is, and the others are small."""
 
@@ -87,10 +87,10 @@ def cos_sin(x: Expression) -> tuple[Expression, Expression]:
     def polynomial(variable: Expression, one: float, zero: float) -> Expression:
         return fma(variable, constant(one), constant(zero))
 
-    rounder = constant(_ROUND)
-    quarters = fma(x, constant(_QUARTERS), rounder) - rounder
-    r = fma(quarters, constant(-_PI_2A), x)
-    r = fma(quarters, constant(-_PI_2C), fma(quarters, constant(-_PI_2B), r))
+    rounder = constant(ROUND)
+    quarters = fma(x, constant(QUARTERS), rounder) - rounder
+    r = fma(quarters, constant(-PI_2A), x)
+    r = fma(quarters, constant(-PI_2C), fma(quarters, constant(-PI_2B), r))
     z = r * r
     zz = z * z
     s = polynomial(z, 1.58969099521155e-10, -2.5050760253406863e-08)
