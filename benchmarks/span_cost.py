@@ -34,7 +34,7 @@ from ab_sim.batch import simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.collocation.assemble import ByCollocation  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
-from ab_sim.integrate.steppers.collocation import collocation  # noqa: E402
+from ab_sim.integrate.steppers.collocation import collocation, setting_for  # noqa: E402
 from ab_sim.kernels.code import caller  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
@@ -62,7 +62,7 @@ class Setting(NamedTuple):
     @property
     def nodes(self) -> int:
         """Of its spans."""
-        return int(collocation(self.tolerance, self.steps, 0.0).weights.nodes)
+        return setting_for(collocation(self.tolerance, self.steps, 0.0).weights, True).nodes
 
     @property
     def scene(self) -> Scene:

@@ -2,7 +2,6 @@
 
 import functools
 import threading
-from typing import NamedTuple
 
 import numpy as np
 
@@ -33,6 +32,8 @@ from ab_sim.equations.motion import Ball
 from ab_sim.equations.sums import over_effects
 from ab_sim.events.prepared import aligned
 from ab_sim.events.run import Run
+from ab_sim.integrate.steppers import collocation as stepper
+from ab_sim.integrate.steppers.collocation import Setting, setting_for
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.spindle.segments import Ramp
 from ab_sim.tracing.llvm_text import module_text
@@ -43,17 +44,6 @@ COORDINATES: dict[str, Coordinates] = {
     "InSpace": CoordinatesInSpace(),
 }
 """By the name of a deck model's class."""
-
-
-class Setting(NamedTuple):
-    """Of the method."""
-
-    nodes: int = 8
-    """N, a power of two."""
-    samples: tuple[int, ...] = (1, 2, 3, 4, 6, 8, 12, 16)
-    """How many samples a step may have."""
-    powers: int = 8
-    """How many of Legendre's polynomials are carried on into the next step."""
 
 
 class CollocationCode:
@@ -186,29 +176,27 @@ class ByCollocation:
 
     Args:
         system: what moves.
-        nodes, samples, powers: see ``Setting``.
-        tolerance, steps: see ``method_of``.
+        told: what the method is told.
+
+    Attributes:
+        nodes: N of a step.
     """
 
-    def __init__(
-        self,
-        system: System,
-        nodes: int,
-        samples: tuple[int, ...],
-        powers: int,
-        tolerance: float,
-        steps: float,
-    ) -> None:
-        self._nodes, self._alike = nodes, have_one_drag_rate(system)
-        self._method = method_of(Setting(nodes, samples, powers), tolerance, steps)
-        # Which kind of segment changes nothing of the memory.
+    def __init__(self, system: System, told: stepper.Collocation) -> None:
+        self._alike = have_one_drag_rate(system)
         kind = code_of(system, Ramp)
+        in_space = COORDINATES[type(kind.model.deck).__name__].has_modes
+        is_smooth = not (in_space or kind.model.has_events)
+        setting = setting_for(told, is_smooth)
+        self.nodes = setting.nodes
+        self._method = method_of(setting, told.tolerance, told.steps)
+        # Which kind of segment changes nothing of the memory.
         self._made: list[tuple[Collocation, CollocationCode]] = []
-        self.memory = collocation_code(kind, nodes, self._alike).memory
+        self.memory = collocation_code(kind, self.nodes, self._alike).memory
 
     def along(self, run: Run, code: Code, system: System) -> Collocation:
         """What takes steps with a Run."""
-        own = collocation_code(code, self._nodes, self._alike)
+        own = collocation_code(code, self.nodes, self._alike)
         made = collocation_of(run, system, own, self._method)
         self._made.append((made, own))
         return made

@@ -22,7 +22,6 @@ from ab_sim.collocation.event_fallback import (
     steps_due,
     take_steps,
 )
-from ab_sim.collocation.lengths import PARTS
 from ab_sim.collocation.nodes import PIECES
 from ab_sim.collocation.run import (
     GOOD,
@@ -38,6 +37,7 @@ from ab_sim.collocation.step import first_step_size, go_to_end, next_after, put_
 from ab_sim.compiling.kinds import Table, call
 from ab_sim.events.balls import put_branches
 from ab_sim.events.run import TURNS
+from ab_sim.integrate.steppers.collocation import PARTS
 from ab_sim.stepping.fixed_step import (
     ANGLE,
     END,

@@ -13,7 +13,6 @@ share of the time is lost, however crowded events are.
 
 import math
 
-from ab_sim.collocation.lengths import PARTS
 from ab_sim.collocation.nodes import PIECES
 from ab_sim.collocation.run import (
     AT_ONCE,
@@ -32,6 +31,7 @@ from ab_sim.collocation.step import put_states
 from ab_sim.compiling.kinds import Floats, Table, call, fma, scratch
 from ab_sim.events.event_functions import event_functions
 from ab_sim.events.run import SPEED, evaluate
+from ab_sim.integrate.steppers.collocation import PARTS
 from ab_sim.stepping.fixed_step import Stretch, local_time, step_by_step
 
 FAR = 4.0

@@ -4,9 +4,8 @@ import math
 
 from ab_sim.collocation.run import LENGTH, MOVED, WAIT, Collocation, head_of
 from ab_sim.compiling.kinds import Floats, Integers
+from ab_sim.integrate.steppers.collocation import PARTS
 
-PARTS = 1024
-"""The finest parts of a step of the scene, whichever stepper goes over it."""
 FIRST_TURN = 0.5
 """How far the spindle turns at most in a first step, or the deck goes in its cycle, or what drag
 makes of a jump decays [rad]: no estimate by later coefficients sees what is over before the first

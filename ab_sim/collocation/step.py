@@ -9,7 +9,6 @@ import math
 
 from ab_sim.collocation.formulas import SMALL
 from ab_sim.collocation.lengths import (
-    PARTS,
     PATIENCE,
     after_refusal,
     first_size,
@@ -40,6 +39,7 @@ from ab_sim.collocation.run import (
 )
 from ab_sim.collocation.tables import carrying, spindle_table, tables_for
 from ab_sim.compiling.kinds import Floats, call, scratch
+from ab_sim.integrate.steppers.collocation import PARTS
 
 MOST = 16
 """Iterations after which a step is given up."""

@@ -45,7 +45,7 @@ class Steps:
         bounds = state_bounds(system, step / stepper.parts)
         weights, self._by_collocation = stepper.weights, None
         if isinstance(weights, Collocation):
-            self._by_collocation = ByCollocation(system, *weights)
+            self._by_collocation = ByCollocation(system, weights)
         self._system, self._stepper, self._step = system, stepper, step
         self.modes, self.state = modes, aligned(bounds.shape)
         self._balls = balls_of(system, modes)
@@ -74,7 +74,7 @@ class Steps:
             run.scene.c[: len(numbers)] = numbers
         own, weights = self._by_collocation, self._stepper.weights
         if own is not None and not own.take(system):
-            self._by_collocation = ByCollocation(system, *weights)
+            self._by_collocation = ByCollocation(system, weights)
             self._made.clear()
 
     def _memory(self, states: int) -> tuple[int, int]:

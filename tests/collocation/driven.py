@@ -7,14 +7,12 @@ import numpy as np
 
 from ab_sim.collocation.assemble import (
     CollocationCode,
-    Setting,
     collocation_code,
     collocation_of,
     drag_rates,
     method_of,
 )
 from ab_sim.collocation.drive import advance_by_collocation
-from ab_sim.collocation.lengths import PARTS
 from ab_sim.collocation.run import Collocation
 from ab_sim.compiling import compiled
 from ab_sim.drive import Drive
@@ -22,13 +20,12 @@ from ab_sim.drive.way import Way
 from ab_sim.dynamics.assemble import place_on, start_modes, start_state, state_bounds, system_of
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.registry import stepper_named
+from ab_sim.integrate.steppers.collocation import EIGHT, PARTS, Setting
 from ab_sim.kernels.code import Code, called, code_of
 from ab_sim.scene import Scene
 from ab_sim.spindle.profile import SpeedProfile
 from ab_sim.spindle.stretches import Grid
 from ab_sim.stepping.assemble import run_of
-
-EIGHT = Setting()
 
 
 class Collocated:

@@ -7,10 +7,19 @@ import numpy as np
 import pytest
 
 from ab_sim.collocation import assemble
-from ab_sim.collocation.assemble import Setting
+from ab_sim.collocation.assemble import ByCollocation
 from ab_sim.collocation.run import SAMPLES, head_of
 from ab_sim.compiling import Compiled
-from ab_sim.integrate.steppers.collocation import FINE, MANY, collocation
+from ab_sim.drive import Drive
+from ab_sim.dynamics.assemble import system_of
+from ab_sim.integrate.steppers.collocation import (
+    EIGHT,
+    FINE,
+    SIXTEEN,
+    Setting,
+    collocation,
+    setting_for,
+)
 from ab_sim.kernels import code
 from ab_sim.scene import Scene, load_scene
 from ab_sim.tracing import machine_code
@@ -22,7 +31,6 @@ from tests.hard_cases.extremes import RUBBING
 from tests.hard_cases.extremes import scene_of as extreme
 from tests.integrate.test_collocation_of_carriers import IN_SPACE
 
-SIXTEEN = Setting(16, (1, 2, 3, 4, 6, 8, 12, 16, 24, 32), 10)
 SAFETY = {4: 60.0, 8: 3.0, 16: 2.0}
 """Errors of whole runs beside what each step may leave, by its nodes: four are too few for what
 decays behind a kink of the speed."""
@@ -88,7 +96,7 @@ def test_machine_code_has_the_bits_of_python(name: str) -> None:
     assert found[0] == found[1]
 
 
-@pytest.mark.parametrize("setting", [Setting(), SIXTEEN])
+@pytest.mark.parametrize("setting", [EIGHT, SIXTEEN])
 @pytest.mark.parametrize("name", MADE)
 def test_to_the_bit_however_it_is_cut_up(name: str, setting: Setting) -> None:
     """In groups, with looks at the present in between, memory and all."""
@@ -122,16 +130,32 @@ def test_errors_are_what_was_asked_for(nodes: int) -> None:
 
 def test_more_nodes_make_longer_steps() -> None:
     lengths = []
-    for setting in (Setting(), SIXTEEN):
+    for setting in (EIGHT, SIXTEEN):
         run = Collocated(hold(1e-3), tolerance=1e-12, setting=setting)
         run.advance(5900)
         lengths.append(head_of(run.of(next(iter(run.way.kinds))))[SAMPLES])
     assert lengths[1] > lengths[0] >= 4
 
 
-def test_nodes_follow_from_the_tolerance() -> None:
-    assert [collocation(t, 0.0, 0.0).weights.nodes for t in (1e-3, FINE, 1e-12)] == [8, 8, MANY]
-    assert collocation(1e-3, 0.0, 16.0).order == 32
+def test_nodes_follow_from_tolerance_and_scene() -> None:
+    found = [setting_for(collocation(t, 0.0, 0.0).weights, True) for t in (1e-3, FINE, 1e-12)]
+    assert found == [EIGHT, EIGHT, SIXTEEN]
+    assert setting_for(collocation(1e-12, 0.0, 0.0).weights, False) == EIGHT
+    named = collocation(1e-3, 0.0, 16.0)
+    assert (setting_for(named.weights, False), named.order) == (SIXTEEN, 32)
+
+
+@pytest.mark.parametrize(
+    ("name", "nodes"), [("hold", 16), ("motor", 8), ("stick-slip", 8), ("in space", 8)]
+)
+def test_events_and_a_deck_in_space_call_for_fewer_nodes(name: str, nodes: int) -> None:
+    scene = MADE[name](1e-3)
+    changed = {"stepper": "collocation", "parameters": {"tolerance": 1e-12}}
+    solver = scene.solver.model_copy(update=changed)
+    drive = Drive(scene.model_copy(update={"solver": solver}))
+    assert drive.stepper.weights.setting is None
+    made = ByCollocation(system_of(scene), drive.stepper.weights)
+    assert made.nodes == nodes
 
 
 def test_a_run_that_diverges_keeps_its_last_good_sample() -> None:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.collocation.assemble import Setting, method_of
+from ab_sim.collocation.assemble import method_of
 from ab_sim.collocation.event_fallback import (
     before_events,
     parts_of_step,
@@ -15,6 +15,7 @@ from ab_sim.collocation.event_fallback import (
 )
 from ab_sim.collocation.nodes import PIECES, bounds_within_pieces, gauss
 from ab_sim.compiling import compiled
+from ab_sim.integrate.steppers.collocation import Setting
 from ab_sim.scene import load_scene
 from ab_sim.stepping.fixed_step import Stretch
 from tests.collocation.driven import Collocated

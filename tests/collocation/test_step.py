@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.collocation.assemble import Setting
 from ab_sim.collocation.run import LENGTH, STRIDE, WITHIN, Collocation, head_of
 from ab_sim.collocation.step import begin_anew, put_states, solve_step
+from ab_sim.integrate.steppers.collocation import EIGHT, Setting
 from ab_sim.scene import load_scene
 from tests.collocation.driven import Collocated, Runge
 
@@ -79,7 +79,7 @@ def test_errors_within_a_step_are_no_more_than_said(nodes: int, turn: float) -> 
 
 
 def test_a_step_that_is_refused_leaves_no_trace() -> None:
-    setting: Any = Setting()
+    setting: Any = EIGHT
     step = begun(0.02, setting)
     own = step.own
     before = own.run.work.memory.copy()

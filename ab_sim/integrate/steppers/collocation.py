@@ -13,28 +13,34 @@ from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.rk8 import RK8
 
-FEW, MANY = 8, 16
-"""Nodes of a step."""
-FINE = 1e-11
-"""Tolerance [rad] below which ``MANY`` nodes take less time, but for scenes with many events."""
-SAMPLES = {FEW: (1, 2, 3, 4, 6, 8, 12, 16), MANY: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)}
-"""How many of the scene's steps one of its own may go over, by its nodes."""
-POWERS = {FEW: 8, MANY: 10}
-"""How many of Legendre's polynomials are carried on into the next step: more than these grow more
-than they say."""
+FINE = 3e-10
+"""Tolerance [rad] below which sixteen nodes take less time, where nothing cuts the steps."""
 PARTS = 1024
 """Into how many parts a step of the scene may be cut."""
+
+
+class Setting(NamedTuple):
+    """A number of nodes, and what goes with it."""
+
+    nodes: int
+    """N, a power of two."""
+    samples: tuple[int, ...]
+    """How many of the scene's steps one of its own may go over, rising."""
+    powers: int
+    """How many of Legendre's polynomials are carried on into the next step: more than these grow
+    more than they say."""
+
+
+EIGHT = Setting(8, (1, 2, 3, 4, 6, 8, 12, 16), 8)
+SIXTEEN = Setting(16, (*EIGHT.samples, 24, 32), 10)
+SETTINGS = {setting.nodes: setting for setting in (EIGHT, SIXTEEN)}
 
 
 class Collocation(NamedTuple):
     """What the method is told."""
 
-    nodes: int
-    """N of a step."""
-    samples: tuple[int, ...]
-    """How many of the scene's steps one of its own may go over."""
-    powers: int
-    """How many polynomials are carried on into the next step."""
+    setting: Setting | None
+    """None: as the scene calls for, see ``setting_for``."""
     tolerance: float
     """rad."""
     steps: float
@@ -54,14 +60,14 @@ STEPS = Parameter(
     "allows",
     0.0,
     0.0,
-    float(SAMPLES[MANY][-1]),
+    float(SIXTEEN.samples[-1]),
 )
 NODES = Parameter(
-    f"how many nodes each of its steps has: {FEW} or {MANY}; 0 for {MANY} where the tolerance is "
-    f"below {FINE:g} rad, else {FEW}",
+    f"how many nodes each of its steps has: 8 or 16; 0 for 16 where the tolerance is below "
+    f"{FINE:g} rad, and the deck moves in the plane without friction, contact or a motor, else 8",
     0.0,
     0.0,
-    float(MANY),
+    float(SIXTEEN.nodes),
 )
 
 
@@ -77,17 +83,17 @@ def collocation(tolerance: float, steps: float, nodes: float) -> Stepper:
     Raises:
         SceneError: there is no such number of nodes.
     """
-    count = int(nodes) or (MANY if tolerance < FINE else FEW)
-    if count not in SAMPLES or (nodes and count != nodes):
+    if nodes and nodes not in SETTINGS:
         raise SceneError(
-            f"solver.parameters.nodes = {nodes:g}: must be 0, {FEW} or {MANY}; {NODES.meaning}"
+            f"solver.parameters.nodes = {nodes:g}: must be 0, 8 or 16; {NODES.meaning}"
         )
-    own = Collocation(count, SAMPLES[count], POWERS[count], tolerance, steps)
+    setting = SETTINGS[int(nodes)] if nodes else None
+    count = int(nodes) or EIGHT.nodes  # at least
     return Stepper(
         "collocation",
         2 * count,
         "Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339, on Gauss nodes",
-        own,
+        Collocation(setting, tolerance, steps),
         evaluations=5 * count,
         growth=growth_of,
         spans=True,
@@ -97,3 +103,15 @@ def collocation(tolerance: float, steps: float, nodes: float) -> Stepper:
         over_events=RK8,
         keeps_tolerance=True,
     )
+
+
+def setting_for(own: Collocation, is_smooth: bool) -> Setting:
+    """The setting that makes runs of a scene fastest, if none is named.
+
+    Long steps are worth little where events cut them; in space they take many iterations.
+
+    Args:
+        own: what the method is told.
+        is_smooth: whether the deck moves in the plane, and no law takes another branch.
+    """
+    return own.setting or (SIXTEEN if is_smooth and own.tolerance < FINE else EIGHT)
