@@ -27,6 +27,7 @@ from ab_sim.papers.thesis.rotation_ranges import (
     eccentricity_claims,
     steadier_claims,
 )
+from ab_sim.papers.thesis.rotation_settled import place_claims, settled_claims, trend_claim
 from ab_sim.scene import load_scene
 
 PAIRS = {"5.1": (1e-3, 1.0), "5.2": (2e-3, 1.0), "5.3": (2e-3, 2.0)}
@@ -90,6 +91,7 @@ def without_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> 
               _list(masses) + " deg", bool(at_odd(np.array(masses)).all()),
               f"not within 2.5 s; after 15 s, held at 200 rad/s: {_list(last)} deg"),
         *drag_claims("5.5", drag, 0),
+        *settled_claims(("5.5", "5.6"), drag, 0),
         *eccentricity_claims("5.6", eccentricity, 0),
     ]  # fmt: skip
 
@@ -154,7 +156,10 @@ def hold_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> lis
         Claim("5.10", "m = 1 g: nearly -180 deg; m = 1.5 g: an unbalanced position",
               _list(masses[1:3]) + " deg",
               bool(at_odd(np.array(masses[1]))) and not bool(at_odd(np.array(masses[2])))),
+        *place_claims(),
         *drag_claims("5.11", drag, 1),
+        *settled_claims(("5.11", "5.12"), drag, 1),
+        trend_claim(drag),
         *eccentricity_claims("5.12", eccentricity, 1),
         *steadier_claims(eccentricity),
         Claim("5.7, chapter 7", "settled sooner at the stable position without an extreme lag",

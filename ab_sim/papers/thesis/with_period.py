@@ -5,7 +5,12 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
-from ab_sim.papers.page import Cell, Section, Table
+from ab_sim.papers.page import Section
+from ab_sim.papers.thesis.causes import (
+    alike_claim,
+    joined_claim,
+    sooner_claim,
+)
 from ab_sim.papers.thesis.claims import (
     ABOUT,
     BALANCED,
@@ -26,7 +31,7 @@ from ab_sim.papers.thesis.drive import (
     Tell,
     start_ups,
 )
-from ab_sim.papers.thesis.many import ends
+from ab_sim.papers.thesis.matched import matched_table, suppresses
 from ab_sim.papers.thesis.measures import (
     at_time,
     course_apart,
@@ -60,8 +65,6 @@ SLOW = 2.0
 """"Not immediately": so many times as late after the critical speed as in 4.7; ours."""
 ACCELERATIONS = (-20.0, -10.0, 0.0, 5.0, 10.0, 20.0, 30.0, 40.0)
 """In the period [rad/s^2]."""
-SETTLED_AFTER = 14.0
-"""A start-up to 200 rad/s has come to rest [s]."""
 NOT_GONE = (
     f"with this set two balls at -180 deg leave {THESIS.carried - 1:.2f} of the disc's unbalance, "
     f"because 2 m R is {THESIS.carried:.2f} times M0 e; balance is at "
@@ -82,7 +85,10 @@ def period_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
     held = Section(
         "4.2 A period at constant speed: figures 4.7 to 4.14",
         (),
-        (table_of("Constant speed in the period", hold_claims(runs)), matched_table(tell)),
+        (
+            table_of("Constant speed in the period", [*hold_claims(runs), suppresses(tell)]),
+            matched_table(tell),
+        ),
         (
             histories(
                 folder, "4.7", {n: runs[n] for n in ("4.7", "4.9", "4.11")}, FORCES,
@@ -158,6 +164,7 @@ def hold_claims(runs: dict[str, StartUp]) -> list[Claim]:
             "of 3 s)",
             3.0 < (entered(split)[0] or np.inf) < 3.0 * (1.0 + ABOUT),
         ),
+        joined_claim(split),
         _balance("4.9, 4.10", split, runs["4.3"]),
         Claim(
             "4.11 (a)", "W/e at about 3.3 s larger than in 4.7",
@@ -179,6 +186,7 @@ def hold_claims(runs: dict[str, StartUp]) -> list[Claim]:
             f"differ by {_apart(other, slice(2500, 5000)):.0%} of the largest at most from 2.5 s "
             f"on (ours: {ABOUT:.0%})", _apart(other, slice(2500, 5000)) < ABOUT,
         ),
+        _as_first(other, hold),
         _both("4.11 (c), 4.12", other),
         Claim(
             "4.11 (c)", "they move there smoothly",
@@ -191,6 +199,7 @@ def hold_claims(runs: dict[str, StartUp]) -> list[Claim]:
             f"they end {abs(np.diff(other.angles)[0]):.0f} deg apart, 45 deg at the start (ours: "
             f"{OPPOSITE:g} deg)", abs(np.diff(other.angles)[0]) <= OPPOSITE,
         ),
+        alike_claim(other, hold),
         _balance("4.11, 4.12", other, runs["4.5"]),
     ]  # fmt: skip
     for number in ("4.13", "4.14"):
@@ -245,6 +254,7 @@ def acceleration_claims(runs: dict[str, StartUp]) -> list[Claim]:
             half.settling is not None and hold.settling is not None
             and half.settling < hold.settling,
         ),
+        sooner_claim(half, hold),
         _both("4.15 (c), as 4.8", half),
         _balance("4.15, as 4.8", half, runs["4.1"]),
         Claim(
@@ -287,6 +297,19 @@ def acceleration_claims(runs: dict[str, StartUp]) -> list[Claim]:
     ]  # fmt: skip
 
 
+def _as_first(other: StartUp, hold: StartUp) -> Claim:
+    """That 4.11 (b) is as 4.7 (b): the text may mean that, or its two balls."""
+    (size, when), (size_7, when_7) = other.forward_peak, hold.forward_peak
+    apart = float(np.sqrt(np.mean((other.forces - hold.forces) ** 2)) / size_7)
+    return Claim(
+        "4.11 (b)", "the force almost as in 4.7 (b), too, if that is meant",
+        f"{size:.4f} N at {when:.2f} s, in 4.7 {size_7:.4f} N at {when_7:.2f} s; courses "
+        f"{apart:.1%} of the peak apart {ALIKE}",
+        bool(abs(size / size_7 - 1) < ABOUT and abs(when - when_7) < SAME_TIME and apart < ABOUT),
+        "size and time of the peak are, the course just is not",
+    )  # fmt: skip
+
+
 def _why_farther(slower: list[StartUp]) -> Claim:
     """That the balls go farther because the force peaks later, not because it is larger.
 
@@ -323,31 +346,6 @@ def _both(figure: str, run: StartUp) -> Claim:
     return Claim(
         figure, "both balls move to the vicinity of -180 deg", f"{degrees(run.angles)} at 5 s",
         bool(opposite(run.angles).all()),
-    )  # fmt: skip
-
-
-def matched_table(tell: Tell) -> Table:
-    """Balls of which two at -180 deg do balance, beside the thesis' own; not its statement."""
-    own = 0.5 * THESIS.M * THESIS.e / (THESIS.R + THESIS.e)
-    light = THESIS._replace(m=own, c_b=own / THESIS.m * THESIS.c_b)
-    cases = [(p, period) for p in (THESIS, light) for period in (None, HOLD)]
-    settled = ends("balls that match", cases, tell, 200.0, SETTLED_AFTER)
-    rows: list[tuple[Cell, ...]] = [
-        (
-            f"{1e3 * run.parameters.m:.3g} g, {run.parameters.c_b:.2g} N s/m",
-            "none" if run.period is None else "hold of 0.5 s", degrees(run.angles),
-            run.residual, end.final_whirl,
-        )
-        for run, end in zip(start_ups(cases), settled, strict=True)
-    ]  # fmt: skip
-    return Table(
-        "Ours: balls that match the disc, 2 m R = M0 e, with c_b in proportion to m",
-        (
-            "m, c_b", "period", "at 5 s", "residual unbalance at 5 s [of the disc's]",
-            f"W/e at 200 rad/s, {SETTLED_AFTER:g} s",
-        ),
-        tuple(rows),
-        3,
     )  # fmt: skip
 
 

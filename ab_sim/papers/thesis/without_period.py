@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from ab_sim.papers.page import Cell, Section, Table
+from ab_sim.papers.thesis.causes import parted_claim
 from ab_sim.papers.thesis.claims import (
     ABOUT,
     BALANCED,
@@ -62,7 +63,8 @@ def without_period_section(folder: Path, tell: Tell) -> Section:
         f"0.07, 0.08 N. What is almost the same, alike, in proportion is so within {ABOUT:.0%}, "
         "too. Courses are apart by the root mean square of their difference, over the peak of the "
         "figure that is referred to, or the largest force. A criterion of ours is in brackets, "
-        '"(ours: ...)".',
+        '"(ours: ...)". How far a force alone moves a ball is its integral over time, over c_b R. '
+        "Where the balls would end with the mean of both forces is reckoned so, too, not run.",
     )
     return Section(
         "4.1 Without a variable-speed period: figures 4.1 to 4.6", text, tables, (picture,)
@@ -147,6 +149,7 @@ def without_claims(runs: dict[str, StartUp]) -> list[Claim]:
                 "one ball in the vicinity of -180 deg, the other not",
                 degrees(run.angles), near == 1, _why_not(run),
             ),
+            parted_claim(number, run),
             Claim(
                 f"{number[:2]}{int(number[2]) + 1}", "residual unbalance remains",
                 f"{run.residual:.2f} of the disc's unbalance (ours: more than {BALANCED:g})",
