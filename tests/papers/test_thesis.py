@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from ab_sim.papers.thesis import rotation as chapter_5
+from ab_sim.papers.thesis.accelerated import acceleration_claims
 from ab_sim.papers.thesis.claims import (
     BY_CONSTRUCTION,
     OWN,
@@ -49,7 +50,6 @@ from ab_sim.papers.thesis.rules import (
 from ab_sim.papers.thesis.settling import lateness, ready_claim, settling_claims
 from ab_sim.papers.thesis.settling import starts_claims as settling_starts_claims
 from ab_sim.papers.thesis.with_period import (
-    acceleration_claims,
     all_runs,
     hold_claims,
 )
@@ -76,6 +76,7 @@ def test_section_4_1() -> None:
         f"4.3 (b), (c): {parted}",
         "4.5 (c), 4.6: one ball in the vicinity of -180 deg, the other not",
         f"4.5 (b), (c): {parted}",
+        "4.2, 4.4, 4.6: it remains because not both balls are opposite",
     ]
     np.testing.assert_allclose(runs[2].angles, [-138.8, 50.2], atol=0.3)
     # The thesis' own example of balls that are not in the vicinity is none to us, either.

@@ -14,6 +14,7 @@ from ab_sim.papers.thesis.causes import (
     joined_claim,
     moved,
     parted_claim,
+    remains_claim,
     sooner_claim,
     with_mean_force,
 )
@@ -58,6 +59,12 @@ def test_different_forces_do_not_make_one_ball_stay(runs: dict[str, StartUp]) ->
     first, second = (parted_claim(number, runs[number]) for number in ("4.3", "4.5"))
     assert (first.holds, second.holds) == (False, False)
     assert "start at different places" in first.verdict and "45 to 189 deg" in second.verdict
+
+
+def test_what_remains_would_with_both_balls_there(runs: dict[str, StartUp]) -> None:
+    claim = remains_claim([runs[number] for number in ("4.1", "4.3", "4.5")])
+    assert claim.holds is False and claim.ours.startswith("1.23, 0.89, 0.89 of")
+    assert "1.04 if both were" in claim.ours
 
 
 def test_like_forces_bring_both_balls_there(runs: dict[str, StartUp]) -> None:

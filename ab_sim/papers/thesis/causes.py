@@ -1,9 +1,11 @@
 """What chapter 4 gives as causes: that the balls' ways are "a result" of the driving forces."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ab_sim.papers.thesis.claims import ABOUT, Claim, degrees, opposite
-from ab_sim.papers.thesis.drive import StartUp
+from ab_sim.papers.thesis.claims import ABOUT, BALANCED, Claim, degrees, opposite
+from ab_sim.papers.thesis.drive import THESIS, StartUp
 
 BOTH_MEAN = "with the mean of both forces on each"
 
@@ -50,13 +52,24 @@ def parted_claim(figure: str, run: StartUp) -> Claim:
     )  # fmt: skip
 
 
+def remains_claim(runs: Sequence[StartUp]) -> Claim:
+    """That unbalance is left because not both balls are opposite (4.2, 4.4, 4.6)."""
+    there, left = abs(1.0 - THESIS.carried), [run.residual for run in runs]
+    return Claim(
+        "4.2, 4.4, 4.6", "it remains because not both balls are opposite",
+        f"{', '.join(f'{x:.2f}' for x in left)} of the disc's unbalance, {there:.2f} if both were "
+        f"(ours: {BALANCED:g} at most then)", there <= BALANCED,
+        f"2 m R is {THESIS.carried:.2f} M0 e: both there would leave as much",
+    )  # fmt: skip
+
+
 def joined_claim(run: StartUp) -> Claim:
     """That both balls are opposite because the forces differ first, and are equal then (4.9)."""
     even, way, force = with_mean_force(run), moved(run, 3.0), by_force(run, 3.0)
     apart = [abs(float(x)) for x in (np.diff(run.parameters.starts)[0],
              np.diff(run.angles + way)[0])]  # fmt: skip
     return Claim(
-        "4.9 (b), (c)", "as a result both balls are there",
+        "4.9 (b), (c)", "as a result of forces that differ, then are equal, both balls are there",
         f"the forces bring them from {apart[0]:.0f} to {apart[1]:.0f} deg apart until 3 s, and "
         f"move them by {_and(force)} deg of {_and(way)} then; {BOTH_MEAN} they end at "
         f"{degrees(even)} (ours: there with their own forces alone, alike to {ABOUT:.0%} from 3 s "
@@ -75,7 +88,7 @@ def alike_claim(run: StartUp, hold: StartUp) -> Claim:
     """
     way, force, other = moved(run, 2.5), by_force(run, 2.5), by_force(hold, 2.5)
     return Claim(
-        "4.11 (b), (c)", "as a result both balls are there, with about the same movement",
+        "4.11 (b), (c)", "as a result of like, larger forces both are there, with like movement",
         f"from 2.5 s on the forces move them by {_and(force)} deg of {_and(way)}, in 4.7 by "
         f"{other.mean():.0f} (ours: more, alike to {ABOUT:.0%}, and of the way to {ABOUT:.0%})",
         bool(opposite(run.angles).all()) and _alike(force) and _alike(way)
@@ -89,7 +102,7 @@ def sooner_claim(half: StartUp, hold: StartUp) -> Claim:
     ways = [moved(run, 2.5, until).mean() for run in (half, hold)]
     forces = [by_force(run, 2.5, until).mean() for run in (half, hold)]
     return Claim(
-        "4.15 (b), (c)", "as a result of that they are there sooner",
+        "4.15 (b), (c)", "as a result of one smooth hump they are there sooner",
         f"until {until:.2f} s, when they are, the force moves them by {forces[0]:.0f} deg of "
         f"{ways[0]:.0f}, in 4.7 by {forces[1]:.0f} of {ways[1]:.0f} (ours: {ABOUT:.0%} more, and "
         f"of the way to {ABOUT:.0%})",

@@ -1,12 +1,19 @@
-"""Balls that match the disc beside the thesis' own: what is left once a start-up is at rest."""
+"""What is left of the unbalance: with the thesis' balls, and with those that match the disc."""
+
+import numpy as np
 
 from ab_sim.papers.page import Cell, Table
-from ab_sim.papers.thesis.claims import MUCH, Claim, degrees
-from ab_sim.papers.thesis.drive import HOLD, THESIS, Parameters, Period, Tell, start_ups
+from ab_sim.papers.thesis.claims import BALANCED, MUCH, Claim, degrees, opposite
+from ab_sim.papers.thesis.drive import HOLD, THESIS, Parameters, Period, StartUp, Tell, start_ups
 from ab_sim.papers.thesis.many import End, ends
 
 SETTLED_AFTER = 14.0
 """A start-up to 200 rad/s has come to rest [s]."""
+NOT_GONE = (
+    f"with this set two balls at -180 deg leave {THESIS.carried - 1:.2f} of the disc's unbalance, "
+    f"because 2 m R is {THESIS.carried:.2f} times M0 e; balance is at "
+    f"+-{np.degrees(np.arccos(-1 / THESIS.carried)):.1f} deg"
+)
 
 
 def suppresses(tell: Tell) -> Claim:
@@ -65,3 +72,22 @@ def whirl_without_balls(speed: float) -> float:
     """W/e of the thesis' drive without balls, at a constant speed [rad/s]."""
     p = THESIS
     return speed**2 / abs(p.k / p.M - speed**2 + 1j * p.c / p.M * speed)
+
+
+def both_claim(figure: str, run: StartUp) -> Claim:
+    """That both balls are opposite."""
+    return Claim(
+        figure, "both balls move to the vicinity of -180 deg", f"{degrees(run.angles)} at 5 s",
+        bool(opposite(run.angles).all()),
+    )  # fmt: skip
+
+
+def balance_claim(figure: str, run: StartUp, without: StartUp) -> Claim:
+    """That nothing is left of the unbalance."""
+    ours = (
+        f"{run.residual:.2f} of the disc's unbalance, without a period {without.residual:.2f} "
+        f"(ours: {BALANCED:g} at most)"
+    )
+    return Claim(
+        figure, "residual unbalance is eliminated", ours, run.residual <= BALANCED, NOT_GONE
+    )

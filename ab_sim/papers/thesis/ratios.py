@@ -105,8 +105,9 @@ def _spring_claims(made: Ratios) -> list[Claim]:
     ]  # fmt: skip
     return [
         _given("4.29 (a), 4.30 (a)", "start time 3.54 s, end time 4.24 s", made.runs["4.30"]),
-        *rows,
+        *rows[:2],
         _by_whirl("4.29", "as a result of the whirl the force is quite large", made),
+        *rows[2:],
         farther_claim("4.30", "as a result of the force they go farther than in 4.25",
                       made.runs["4.30"], ("4.25", made.runs["4.25"])),
         angle("4.30 (c)", "end position", -300.0, made.end("4.30"), damping),

@@ -91,6 +91,7 @@ def odd_claims(figure: str, ends: Ends, held: int) -> list[Claim]:
     for odd in FARTHER:
         found = {m: stretch_near(-180.0 * odd, m, ends, held) for m in MASSES}
         widest = max((high / low if low else 0.0) for low, high in found.values())
+        half = 100.0 * (np.sqrt(widest) - 1.0)
         words = "; ".join(
             f"{1e3 * m:g} g: " + (_from_to(np.array(one)) if one[1] else "none")
             for m, one in found.items()
@@ -99,7 +100,8 @@ def odd_claims(figure: str, ends: Ends, held: int) -> list[Claim]:
             Claim(
                 figure, f"... or to another odd multiple: {-180 * odd} deg",
                 f"c_b [N s/m] of {words} (ours: settled, a factor of {WIDE:g} for one m)",
-                bool(widest >= WIDE), f"a factor of {widest:.3f} at most",
+                bool(widest >= WIDE),
+                f"a factor of {widest:.3f} at most: to be met to +-{half:.1f} %",
             )
         )  # fmt: skip
     return claims
