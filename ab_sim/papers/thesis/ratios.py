@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ab_sim.papers.page import Cell, Table
+from ab_sim.papers.thesis.causes import farther_claim, force_by_whirl_claim
 from ab_sim.papers.thesis.claims import (
     ABOUT,
     BALANCED,
@@ -29,6 +30,7 @@ from ab_sim.papers.thesis.drive import (
     start_ups,
 )
 from ab_sim.papers.thesis.measures import at_time
+from ab_sim.papers.thesis.optimum import optimum_claim
 from ab_sim.papers.thesis.other_drives import (
     CASES,
     DURATIONS,
@@ -74,6 +76,7 @@ def _mass_claims(made: Ratios) -> list[Claim]:
         _given("4.26 (a), 4.27 (a)", "start time 1.77 s, end time 2.12 s", made.runs["4.27"]),
         value("4.26 (a)", "peak W/e over that of 4.24", 0.5, peak("4.26", "4.24")),
         value("4.26 (b)", "peak force over that of 4.24", 1 / 3, force("4.26", "4.24"), why=law),
+        _by_whirl("4.26", "as a result of the whirl the force is quite small", made),
         value("4.27 (a)", "peak W/e over that of 4.25", 2 / 3, peak("4.27", "4.25")),
         value("4.27 (b)", "peak force over that of 4.25", 2 / 3, force("4.27", "4.25"), why=law),
         angle("4.27 (c)", "end position", -100.0, made.end("4.27")),
@@ -89,6 +92,8 @@ def _mass_claims(made: Ratios) -> list[Claim]:
         _driven("4.28", "4.27", "m = 2 g increases the driving force", made),
         _effect("4.28", "with m = 2 g the balance effect is there", made),
         _cancels("4.28", made),
+        optimum_claim("4.27", "1/sqrt(M)", CASES["4.27"][0]),
+        optimum_claim("4.28", "1/sqrt(M), m with it", CASES["4.28"][0]),
     ]
 
 
@@ -100,7 +105,11 @@ def _spring_claims(made: Ratios) -> list[Claim]:
     ]  # fmt: skip
     return [
         _given("4.29 (a), 4.30 (a)", "start time 3.54 s, end time 4.24 s", made.runs["4.30"]),
-        *rows,
+        *rows[:2],
+        _by_whirl("4.29", "as a result of the whirl the force is quite large", made),
+        *rows[2:],
+        farther_claim("4.30", "as a result of the force they go farther than in 4.25",
+                      made.runs["4.30"], ("4.25", made.runs["4.25"])),
         angle("4.30 (c)", "end position", -300.0, made.end("4.30"), damping),
         Claim(
             "4.30 (c)",
@@ -112,7 +121,9 @@ def _spring_claims(made: Ratios) -> list[Claim]:
         _nor_farther("4.30", CASES["4.30"][0]),
         _driven("4.31", "4.30", "m = 0.5 g decreases the driving force", made),
         _effect("4.31", "with m = 0.5 g the effect is suppressed to the right one", made),
-    ]
+        optimum_claim("4.30", "sqrt(k)", CASES["4.30"][0]),
+        optimum_claim("4.31", "sqrt(k), m against it", CASES["4.31"][0]),
+    ]  # fmt: skip
 
 
 def spring_values(made: Ratios, kind: str) -> tuple[tuple[str, str, str, float, float, str], ...]:
@@ -156,7 +167,6 @@ def _start_claims(made: Ratios) -> list[Claim]:
 
 
 def _radius_claims(made: Ratios) -> list[Claim]:
-    run, reference = made.runs["4.33"], made.runs["4.25"]
     shares = [1.0 + one.parameters.carried for one in (made.runs["4.24"], made.runs["4.32"])]
     less = (
         "only the balls' share of the unbalance grows with R: "
@@ -167,9 +177,9 @@ def _radius_claims(made: Ratios) -> list[Claim]:
               made.peak("4.32", "4.24"), why=less),
         value("4.32", "force in proportion to R", 2.0,
               made.force("4.32", "4.24"), why=less),
-        Claim("4.33", "the end position does not change much: the end time stays",
-              f"{degrees(run.angles)}, in 4.25 {degrees(reference.angles)} (ours: by "
-              f"{FAR:g} deg)", abs(made.end("4.33") - made.end("4.25")) <= FAR),
+        _not_much("4.32 (c)", "the balls' phase does not change much", made, ("4.32", "4.24")),
+        _not_much("4.33", "the end position does not change much: the end time stays", made,
+                  ("4.33", "4.25")),
         _effect("4.33", "the balance effect stays", made),
     ]  # fmt: skip
 
@@ -212,6 +222,7 @@ def _eccentricity_claims(made: Ratios) -> list[Claim]:
         value("4.36 (a)", "peak W/e", 33.0, made.runs["4.36"].peak[0]),
         value("4.36 (a)", "whirl over that of 4.24", 1.3, 2.0 * made.peak("4.36", "4.24")),
         value("4.36 (b)", "largest force over that of 4.24", 1.3, made.force("4.36", "4.24")),
+        _by_whirl("4.36", "as a result of the whirl the force is larger", made),
         value("4.36 (b)", "largest force", 0.08, made.runs["4.36"].forward_peak[0], " N"),
         Claim("4.36 (c)", "the balls go slightly farther than in 4.24",
               f"by {plain:.0f} deg, to {made.end('4.36'):.0f} deg {slight}",
@@ -240,6 +251,8 @@ def _ball_claims(made: Ratios) -> list[Claim]:
         value("4.40 (b)", "largest force over that of 4.24", 2.0,
               made.force("4.40", "4.24"), why=twice),
         angle("4.40 (c)", "end position", -600.0, made.end("4.40")),
+        farther_claim("4.40", "as a result of the force they go there", runs["4.40"],
+                      ("4.24", runs["4.24"])),
         _not_by_time("4.40", "m = 2 g: difficult by the end time alone", heavy),
         _nor_farther("4.40", heavy),
         _effect("4.41", "with c_b = 4 the same effect at the same times", made),
@@ -254,6 +267,21 @@ def _ball_claims(made: Ratios) -> list[Claim]:
         own("4.45", "does m = 2 g of the caption?", degrees(runs["4.45, m = 2 g"].angles),
             "it does" if opposite(runs["4.45, m = 2 g"].angles).all() else "it does not"),
     ]  # fmt: skip
+
+
+def _by_whirl(figure: str, printed: str, made: Ratios) -> Claim:
+    """Beside 4.24; the whirl itself, which is W/e times e."""
+    whirl = made.peak(figure, "4.24") * CASES[figure][0].e / THESIS.e
+    return force_by_whirl_claim(f"{figure} (b)", printed, made.force(figure, "4.24"), whirl)
+
+
+def _not_much(figure: str, printed: str, made: Ratios, pair: tuple[str, str]) -> Claim:
+    """That the balls end about where they do beside it."""
+    run, reference = (made.runs[number] for number in pair)
+    return Claim(
+        figure, printed, f"{degrees(run.angles)}, in {pair[1]} {degrees(reference.angles)} (ours: "
+        f"by {FAR:g} deg)", abs(made.end(pair[0]) - made.end(pair[1])) <= FAR,
+    )  # fmt: skip
 
 
 def _given(figure: str, printed: str, run: StartUp) -> Claim:

@@ -23,6 +23,7 @@ from ab_sim.papers.thesis.rotation_ranges import (
     width_claim,
     width_table,
 )
+from ab_sim.papers.thesis.rotation_settled import FINE
 
 MOST = 6.0
 """Ball positions that are shown over c_b, times -180 deg, as in the map."""
@@ -62,7 +63,8 @@ def rotation_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
             f"{DRAGS[0]:g} to {DRAGS[-1]:g} N s/m, 5 % apart; the map has {len(MAP_MASSES)} masses "
             f"from {1e3 * MAP_MASSES[0]:g} to {1e3 * MAP_MASSES[-1]:g} g, 10 % apart, and "
             f"{len(MAP_DRAGS)} values of c_b, 15 % apart. A stretch is the widest, its ends the "
-            "last values that serve.",
+            "last values that serve; those at -540 and -900 deg, which are narrow, are run again "
+            f"with {FINE} values between their neighbours.",
         ),
         (
             table_of(

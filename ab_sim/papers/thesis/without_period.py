@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from ab_sim.papers.page import Cell, Section, Table
+from ab_sim.papers.thesis.causes import parted_claim, remains_claim
 from ab_sim.papers.thesis.claims import (
     ABOUT,
     BALANCED,
@@ -62,7 +63,8 @@ def without_period_section(folder: Path, tell: Tell) -> Section:
         f"0.07, 0.08 N. What is almost the same, alike, in proportion is so within {ABOUT:.0%}, "
         "too. Courses are apart by the root mean square of their difference, over the peak of the "
         "figure that is referred to, or the largest force. A criterion of ours is in brackets, "
-        '"(ours: ...)".',
+        '"(ours: ...)". How far a force alone moves a ball is its integral over time, over c_b R. '
+        "Where the balls would end with the mean of both forces is reckoned so, too, not run.",
     )
     return Section(
         "4.1 Without a variable-speed period: figures 4.1 to 4.6", text, tables, (picture,)
@@ -72,6 +74,16 @@ def without_period_section(folder: Path, tell: Tell) -> Section:
 def without_claims(runs: dict[str, StartUp]) -> list[Claim]:
     """What section 4.1 states."""
     first = runs["4.1"]
+    return [
+        *_first_claims(first),
+        *_other_claims("4.3", runs["4.3"], first),
+        *_other_claims("4.5", runs["4.5"], first),
+        remains_claim(list(runs.values())),
+    ]
+
+
+def _first_claims(first: StartUp) -> list[Claim]:
+    """Figure 4.1."""
     peak, when = first.peak
     angle = np.degrees(first.trajectory.ball_angles[:, 0])
     before = at_time(angle, first, 2.5)
@@ -80,7 +92,7 @@ def without_claims(runs: dict[str, StartUp]) -> list[Claim]:
     rise = [float(at_time(size, first, time)) for time in (1.5, 2.0, 2.3, 2.5, 2.8)]
     large = first.whirl > 0.5 * peak
     share = float(size[large].mean() / size[~large].mean())
-    claims = [
+    return [
         value("4.1 (a)", "peak W/e", 55.0, peak),
         Claim(
             "4.1 (a)", "peak immediately after the critical speed at 2.5 s",
@@ -122,38 +134,40 @@ def without_claims(runs: dict[str, StartUp]) -> list[Claim]:
             not opposite(first.angles).any() and first.residual > BALANCED,
         ),
     ]  # fmt: skip
-    for number in ("4.3", "4.5"):
-        run = runs[number]
-        peak_here, when_here = run.peak
-        apart, forces = course_apart(run, first), run.forces.max(axis=0)
-        each = float(np.sqrt(np.mean(np.diff(run.forces, axis=1) ** 2)) / forces.max())
-        near = int(opposite(run.angles).sum())
-        claims += [
-            Claim(
-                f"{number} (a)", "W/e as in 4.1, in size and course",
-                f"peak {peak_here:.1f} at {when_here:.2f} s, in 4.1 {peak:.1f} at {when:.2f} s; "
-                f"courses {apart:.0%} of the peak apart {ALIKE}",
-                abs(peak_here - peak) < ABOUT * peak and abs(when_here - when) < SAME_TIME
-                and apart < ABOUT,
-            ),
-            Claim(
-                f"{number} (b)", "driving forces differ from ball to ball, in size and course",
-                ", ".join(f"{force:.3f}" for force in forces) + f" N at most; courses {each:.0%} "
-                f"of the larger apart (ours: {ABOUT:.0%} above the smaller, {ABOUT:.0%})",
-                bool(forces.max() > (1.0 + ABOUT) * forces.min()) and each > ABOUT,
-            ),
-            Claim(
-                f"{number} (c), {number[:2]}{int(number[2]) + 1}",
-                "one ball in the vicinity of -180 deg, the other not",
-                degrees(run.angles), near == 1, _why_not(run),
-            ),
-            Claim(
-                f"{number[:2]}{int(number[2]) + 1}", "residual unbalance remains",
-                f"{run.residual:.2f} of the disc's unbalance (ours: more than {BALANCED:g})",
-                run.residual > BALANCED,
-            ),
-        ]  # fmt: skip
-    return claims
+
+
+def _other_claims(number: str, run: StartUp, first: StartUp) -> list[Claim]:
+    """Figures 4.3 and 4.5, beside 4.1."""
+    (peak, when), (peak_here, when_here) = first.peak, run.peak
+    apart, forces = course_apart(run, first), run.forces.max(axis=0)
+    each = float(np.sqrt(np.mean(np.diff(run.forces, axis=1) ** 2)) / forces.max())
+    near = int(opposite(run.angles).sum())
+    return [
+        Claim(
+            f"{number} (a)", "W/e as in 4.1, in size and course",
+            f"peak {peak_here:.1f} at {when_here:.2f} s, in 4.1 {peak:.1f} at {when:.2f} s; "
+            f"courses {apart:.0%} of the peak apart {ALIKE}",
+            abs(peak_here - peak) < ABOUT * peak and abs(when_here - when) < SAME_TIME
+            and apart < ABOUT,
+        ),
+        Claim(
+            f"{number} (b)", "driving forces differ from ball to ball, in size and course",
+            ", ".join(f"{force:.3f}" for force in forces) + f" N at most; courses {each:.0%} "
+            f"of the larger apart (ours: {ABOUT:.0%} above the smaller, {ABOUT:.0%})",
+            bool(forces.max() > (1.0 + ABOUT) * forces.min()) and each > ABOUT,
+        ),
+        Claim(
+            f"{number} (c), {number[:2]}{int(number[2]) + 1}",
+            "one ball in the vicinity of -180 deg, the other not",
+            degrees(run.angles), near == 1, _why_not(run),
+        ),
+        parted_claim(number, run),
+        Claim(
+            f"{number[:2]}{int(number[2]) + 1}", "residual unbalance remains",
+            f"{run.residual:.2f} of the disc's unbalance (ours: more than {BALANCED:g})",
+            run.residual > BALANCED,
+        ),
+    ]  # fmt: skip
 
 
 def starts_runs() -> list[tuple[StartUp, StartUp]]:
