@@ -31,6 +31,10 @@ from ab_sim.compiling.source import (
     text_of,
 )
 
+SHORT = 60
+"""Lines of a function that is put in the place of each call of it; with 30 runs with contact take
+15 % longer, with 200 compiling takes twice as long."""
+
 
 class Function(Expressions):
     """Translates one function.
@@ -74,7 +78,8 @@ class Function(Expressions):
             self.end("ret void")
         lines = [*self.entry, "br label %begin", "begin:", *self.lines]
         head = f"define internal {result_type(self.source.result)} {symbol}({', '.join(declared)})"
-        return f"{head} nounwind {{\n" + "\n".join(lines) + "\n}\n"
+        inlined = " alwaysinline" if len(lines) < SHORT else ""
+        return f"{head} nounwind{inlined} {{\n" + "\n".join(lines) + "\n}\n"
 
     def _run(self, statements: Sequence[ast.stmt]) -> None:
         for statement in statements:
