@@ -12,7 +12,7 @@ from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, module_text
 from ab_sim.tracing.machine_code import MachineCode
 from ab_sim.tracing.plain import python_function
 from ab_sim.tracing.unrolled import name_of, unrolled
-from ab_sim.tracing.unrolled_lanes import name_in, unrolled_lanes
+from tests.collocation.unrolled_lanes import name_in, unrolled_lanes
 
 BALLS = 3
 NARROW = "+sse4.2,+avx,+avx2,+fma,-avx512f"
