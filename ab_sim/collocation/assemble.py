@@ -2,6 +2,7 @@
 
 import functools
 import threading
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -76,17 +77,18 @@ class CollocationCode:
         return 1, size_of_memory(own.nodes, own.rows, own.states)
 
 
-_codes: dict[tuple[Code, int, bool], CollocationCode] = {}
+_codes: WeakKeyDictionary[Code, dict[tuple[int, bool], CollocationCode]] = WeakKeyDictionary()
+"""As long as the equations' own code is there."""
 _lock = threading.Lock()
 
 
 def collocation_code(code: Code, nodes: int, balls_alike: bool) -> CollocationCode:
     """Collocation's code for a kind of scene: the same object each time."""
     with _lock:
-        key = code, nodes, balls_alike
-        if key not in _codes:
-            _codes[key] = CollocationCode(code, nodes, balls_alike)
-        return _codes[key]
+        made, key = _codes.setdefault(code, {}), (nodes, balls_alike)
+        if key not in made:
+            made[key] = CollocationCode(code, nodes, balls_alike)
+        return made[key]
 
 
 def drag_rates(system: System) -> np.ndarray:

@@ -50,7 +50,7 @@ class Steps:
         self.modes, self.state = modes, aligned(bounds.shape)
         self._balls = balls_of(system, modes)
         self.work = workspace(self._balls, bounds, self._memory(len(bounds)))
-        self._made: dict[type[Any], tuple[Run, Advance]] = {}
+        self._made: dict[type[Any], tuple[Run, Advance, Code]] = {}
 
     def along(self, kind: type[Any]) -> Advance:
         """What takes steps along segments of a kind."""
@@ -58,10 +58,10 @@ class Steps:
             code = code_of(self._system, kind)
             run = self._run(code)
             if self._by_collocation is None:
-                self._made[kind] = run, compiled(advance).bind(run)
+                self._made[kind] = run, compiled(advance).bind(run), code
             else:
                 own = self._by_collocation.along(run, code, self._system)
-                self._made[kind] = run, compiled(advance_by_collocation).bind(own)
+                self._made[kind] = run, compiled(advance_by_collocation).bind(own), code
         return self._made[kind][1]
 
     def take(self, system: System) -> None:
@@ -70,7 +70,7 @@ class Steps:
         self._balls.constants[:] = system.balls
         self._balls.contacts[:] = system.contacts
         numbers = numbers_of(system)
-        for run, _ in self._made.values():
+        for run, *_ in self._made.values():
             run.scene.c[: len(numbers)] = numbers
         own, weights = self._by_collocation, self._stepper.weights
         if own is not None and not own.take(system):

@@ -3,6 +3,7 @@
 import ctypes
 import functools
 import threading
+from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -79,16 +80,25 @@ class Code:
         called(self.address("prepare"), constants)
 
 
-_codes: dict[Any, Code] = {}
+KINDS = 64
+"""Of scenes whose code is remembered, 5 MB each."""
+_codes: OrderedDict[Any, Code] = OrderedDict()
+"""The latest last."""
 _lock = threading.Lock()
 
 
 def code_of(system: System, segment: type[Any]) -> Code:
-    """The code of a system's kind: the same object for systems that differ in numbers only."""
+    """The code of a system's kind: the same object for systems that differ in numbers only.
+
+    The last ``KINDS`` are remembered. Whoever keeps an address has to keep the Code.
+    """
     key = pattern(system), len(system.balls), bool(system.ledger), segment
     with _lock:
         if key not in _codes:
             _codes[key] = Code(system, segment)
+            if len(_codes) > KINDS:
+                _codes.popitem(last=False)
+        _codes.move_to_end(key)
         return _codes[key]
 
 

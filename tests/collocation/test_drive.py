@@ -1,7 +1,9 @@
 """Collocation along speed profiles: the same bits however it is run, and as exact as is asked."""
 
+from collections import OrderedDict
 from functools import partial
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import pytest
@@ -182,8 +184,8 @@ def test_the_same_bits_without_wide_vectors(name: str, monkeypatch: pytest.Monke
         if features is not None:
             made = partial(machine_code._machine, features)
             monkeypatch.setattr(machine_code, "_machine", lambda _, made=made: made())
-        monkeypatch.setattr(assemble, "_codes", {})
-        monkeypatch.setattr(code, "_codes", {})
+        monkeypatch.setattr(assemble, "_codes", WeakKeyDictionary())
+        monkeypatch.setattr(code, "_codes", OrderedDict())
         run = Collocated(MADE[name](1e-3), setting=SIXTEEN, ledger=True)
         monkeypatch.setattr(driven, "compiled", Compiled)
         run.advance(0)
