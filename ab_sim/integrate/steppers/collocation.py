@@ -13,7 +13,7 @@ from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.rk8 import RK8
 
-FINE = 3e-10
+FINE = 1e-11
 """Tolerance [rad] below which sixteen nodes take less time, where nothing cuts the steps."""
 PARTS = 1024
 """Into how many parts a step of the scene may be cut."""
