@@ -71,6 +71,7 @@ setup(
             "colcon-bash",
             "colcon-ros",
             "hypothesis",
+            "jsonschema",  # says whether scenes fit the schema for editors
             "mcap-ros2-support",  # reads what rosbags wrote
             "mpmath",
             "mypy",
@@ -78,6 +79,7 @@ setup(
             "playwright",  # drives Debian's Chromium
             "pre-commit",
             "pytest",
+            "pytest-cov",
             "pytest-timeout",
             "pytest-xdist",
             "ruff",
