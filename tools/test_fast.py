@@ -142,7 +142,17 @@ def main() -> int:
         "PYTHONPATH": os.pathsep.join(filter(None, (str(ROOT / "tools"), os.getenv("PYTHONPATH")))),
     }
     # In the order of the files: what is nearest to the changes comes first.
-    how = ("-q", "-n", "2", "--dist", "loadfile", "--no-loadscope-reorder", "-m", "not ros", "-rfE")
+    how = (
+        "-q",
+        "-n",
+        "2",
+        "--dist",
+        "loadfile",
+        "--no-loadscope-reorder",
+        "-m",
+        "not ros",
+        "-rfEs",
+    )
     command = [sys.executable, "-m", "pytest", "-p", "test_fast", *how, *files]
     return subprocess.run(command, cwd=ROOT, env=environment).returncode
 
