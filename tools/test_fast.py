@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[1]
 TESTS = ROOT / "tests"
 SECONDS = 85.0
 """No test begins later; the last ones and the summary take some time, too."""
-UNTIL = "AB_SIM_TEST_FAST_UNTIL"
+UNTIL, FILES = "AB_SIM_TEST_FAST_UNTIL", "AB_SIM_TEST_FAST_FILES"
 NO_TIME = "no time left"
 
 CORE = (
@@ -117,7 +117,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say what did not run."""
     skipped = terminalreporter.stats.get("skipped", [])
     late = [report for report in skipped if NO_TIME in str(report.longrepr)]
-    ran = {str(Path(file)) for file in os.environ["AB_SIM_TEST_FAST_FILES"].split()}
+    ran = {str(Path(file)) for file in os.environ[FILES].split()}
     others = [file for file in _test_files(TESTS) if str(file.relative_to(ROOT)) not in ran]
     folders = sorted({file.relative_to(TESTS).parts[0] for file in others})
     write = terminalreporter.write_line
@@ -127,7 +127,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     if late:
         counts = Counter(Path(report.nodeid.partition("::")[0]).parts[1] for report in late)
         shown = ", ".join(f"{folder} {count}" for folder, count in sorted(counts.items()))
-        write(f"for want of time {len(late)} tests beside what you touched: {shown}")
+        write(f"for want of time {len(late)} tests more: {shown}")
 
 
 def main() -> int:
@@ -138,7 +138,7 @@ def main() -> int:
     environment = {
         **os.environ,
         UNTIL: str(time.time() + SECONDS),
-        "AB_SIM_TEST_FAST_FILES": " ".join(files),
+        FILES: " ".join(files),
         "PYTHONPATH": os.pathsep.join(filter(None, (str(ROOT / "tools"), os.getenv("PYTHONPATH")))),
     }
     # In the order of the files: what is nearest to the changes comes first.

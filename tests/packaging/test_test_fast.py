@@ -1,6 +1,9 @@
 """`make test-fast` finds the tests of what was touched."""
 
 import importlib.util
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -50,5 +53,23 @@ def test_names_in_the_script_are_there() -> None:
 
 @pytest.mark.parametrize("room", sorted(path.name for path in (ROOT / "ab_sim").glob("[a-z]*/")))
 def test_every_room_has_tests_to_run(room: str) -> None:
-    for module in (ROOT / "ab_sim" / room).rglob("[a-z]*.py"):
-        assert len(fast.tests_of([str(module.relative_to(ROOT))])) > len(fast.CORE), module
+    assert len(fast.tests_of([f"ab_sim/{room}/__init__.py"])) > len(fast.CORE)
+
+
+def test_what_there_is_no_time_for_is_skipped_and_said() -> None:
+    environment = {**os.environ, fast.UNTIL: "0", fast.FILES: "tests/test_quoting.py"}
+    environment["PYTHONPATH"] = os.pathsep.join([str(ROOT / "tools"), os.getenv("PYTHONPATH", "")])
+    how = ("-p", "test_fast", "-q", "-n", "2", "tests/test_quoting.py")
+    command = [sys.executable, "-m", "pytest", *how]
+    done = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stdout
+    assert " passed" not in done.stdout
+    for words in (
+        "no time left",
+        "for want of time",
+        "test files, in: accuracy, analysis",
+        "marked",
+    ):
+        assert words in done.stdout
