@@ -43,7 +43,6 @@ setup(
         "Environment :: Console",
         "Intended Audience :: Developers",
         "Intended Audience :: Science/Research",
-        "License :: OSI Approved :: Apache Software License",
         "Operating System :: POSIX :: Linux",
         *(f"Programming Language :: Python :: 3{minor}" for minor in ("", *MINORS)),
         "Topic :: Scientific/Engineering :: Physics",

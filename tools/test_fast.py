@@ -30,7 +30,7 @@ CORE = (
     "tests/dynamics/test_planar.py",
     "tests/drive/test_drive.py",
 )
-"""Run whatever was touched."""
+"""Run whatever was touched, and before it."""
 ALSO = {
     "equations": ("effects", "dynamics", "formulas", "tracing"),
     "kernels": ("integrate", "drive"),
@@ -66,7 +66,7 @@ def _git(*arguments: str) -> str | None:
 
 
 def tests_of(changed: Iterable[str]) -> list[str]:
-    """Test files: those that were changed, the core, then what is nearest to the changes first."""
+    """Test files: the core, those that were changed, then what is nearest to the changes first."""
     own, files, folders = [], [], []
     for name in changed:
         path = Path(name)
@@ -81,7 +81,7 @@ def tests_of(changed: Iterable[str]) -> list[str]:
             folders += ELSEWHERE.get(top, ())
     own = [name for name in own if name != "tests"]  # a helper of all tests: they are too many
     found = [
-        file for wanted in (*own, *CORE, *files, *folders) for file in _test_files(ROOT / wanted)
+        file for wanted in (*CORE, *own, *files, *folders) for file in _test_files(ROOT / wanted)
     ]
     return list(dict.fromkeys(str(file.relative_to(ROOT)) for file in found))
 

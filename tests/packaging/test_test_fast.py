@@ -34,9 +34,9 @@ def test_what_was_touched_is_tested(touched: str, wanted: str) -> None:
     assert wanted in fast.tests_of([touched])
 
 
-def test_changed_tests_come_before_the_core_and_the_core_before_neighbours() -> None:
+def test_the_core_comes_first_then_changed_tests_then_neighbours() -> None:
     found = fast.tests_of(["ab_sim/sensing/pickup.py", "tests/spindle/test_servo.py"])
-    assert found[: len(fast.CORE) + 1] == ["tests/spindle/test_servo.py", *fast.CORE]
+    assert found[: len(fast.CORE) + 1] == [*fast.CORE, "tests/spindle/test_servo.py"]
     assert "tests/sensing/test_pickup.py" in found
     assert "tests/nodes/test_pacing.py" not in found
 
