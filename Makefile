@@ -15,13 +15,16 @@ unexport PYTHONDONTWRITEBYTECODE
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	--constraint constraints.txt
 
-.PHONY: help demo test lint clean
+.PHONY: help demo test test-fast coverage lint clean
 
 help:
 	@echo 'make demo    run the demonstration'
 	@echo 'make test    lint, check types, run the tests'
 	@echo 'make test LAUNCH=DIR/launch/launch:DIR/launch_ros/launch_ros   also of launch files: DIR, not'
 	@echo '             relative, holds sources of ros2/launch and ros2/launch_ros, of which PyPI has none'
+	@echo 'make test-fast   below two minutes: tests of what differs from main, and a core; BASE=COMMIT:'
+	@echo '             of what differs from that commit; says what it leaves out'
+	@echo 'make coverage    which lines the tests run, as a figure and in out/coverage; without ROS nodes'
 	@echo 'make lint    ruff and mypy only'
 	@echo 'make clean   remove .venv and what builds and tools leave'
 	@echo 'make ... PYTHON=python3.12   make .venv with another Python'
@@ -45,6 +48,13 @@ lint: $(VENV)/dev.stamp
 
 clean:
 	rm -rf $(VENV) build dist install log *.egg-info .mypy_cache .pytest_cache .ruff_cache
+
+test-fast: $(VENV)/dev.stamp
+	$(BIN)/python tools/test_fast.py $(BASE)
+
+# Nodes run in processes that are killed, which leave no figures.
+coverage: $(VENV)/dev.stamp
+	$(PYTEST) -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
 
 # Stamps: nothing is installed again until one of the files behind them changes. Without build
 # isolation setuptools is pinned like the rest.

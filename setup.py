@@ -14,6 +14,9 @@ from setuptools import find_packages, setup
 
 NAME = "ab_sim"
 PEERS = ["mujoco", "scikit-sundae"]
+MINORS = (".10", ".11", ".12", ".13", ".14")
+LINKS = {"Paper on three balls": "https://doi.org/10.1115/1.2948415"}
+"""Beside the project's own, which are those in package.xml, as soon as there are some."""
 
 # Read, not imported: importing needs numpy and the rest, which a build does not have.
 version = re.search(r'^__version__ = "(.+)"$', Path(NAME, "__init__.py").read_text(), re.MULTILINE)
@@ -32,6 +35,19 @@ setup(
     author=maintainer.text,
     author_email=maintainer.get("email"),
     license=ros.findtext("license"),
+    project_urls=LINKS
+    | {str(url.get("type")).title(): str(url.text) for url in ros.findall("url")},
+    keywords=["automatic balancer", "rotor dynamics", "optical disc drive", "ROS 2", "simulation"],
+    classifiers=[
+        "Development Status :: 4 - Beta",
+        "Environment :: Console",
+        "Intended Audience :: Developers",
+        "Intended Audience :: Science/Research",
+        "Operating System :: POSIX :: Linux",
+        *(f"Programming Language :: Python :: 3{minor}" for minor in ("", *MINORS)),
+        "Topic :: Scientific/Engineering :: Physics",
+        "Typing :: Typed",
+    ],
     python_requires=">=3.10",
     packages=find_packages(include=["ab_sim", "ab_sim.*", "ab_msgs_py"]),
     package_data={"ab_sim": ["py.typed", "nodes/discovery.xml"], "ab_msgs_py": ["py.typed"]},
@@ -71,6 +87,7 @@ setup(
             "colcon-bash",
             "colcon-ros",
             "hypothesis",
+            "jsonschema",  # says whether scenes fit the schema for editors
             "mcap-ros2-support",  # reads what rosbags wrote
             "mpmath",
             "mypy",
@@ -78,6 +95,7 @@ setup(
             "playwright",  # drives Debian's Chromium
             "pre-commit",
             "pytest",
+            "pytest-cov",
             "pytest-timeout",
             "pytest-xdist",
             "ruff",

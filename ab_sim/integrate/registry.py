@@ -21,6 +21,14 @@ class Parameter(NamedTuple):
     default: float
     lowest: float
     highest: float
+    unit: str = "1"
+    values: tuple[float, ...] = ()
+    """The only ones that it may have; empty: all from ``lowest`` to ``highest``."""
+
+    @property
+    def what(self) -> str:
+        """Its meaning, with the unit, if it has one."""
+        return self.meaning if self.unit == "1" else f"{self.meaning} [{self.unit}]"
 
 
 class _Family(NamedTuple):
@@ -88,14 +96,25 @@ def stepper_named(name: str, parameters: Mapping[str, Any] | None = None) -> Ste
                 f"solver.parameters.{key}: {name} has no such parameter"
                 f"{nearest(key, [*family.parameters])}; it takes: {takes}"
             )
-        meaning, _, lowest, highest = family.parameters[key]
-        if not lowest <= value <= highest:
-            raise SceneError(
-                f"solver.parameters.{key} = {exact(value)}: must be within {exact(lowest)} to "
-                f"{exact(highest)}; {meaning}"
-            )
+        _check(key, value, family.parameters[key])
     defaults = {key: parameter.default for key, parameter in family.parameters.items()}
     return family.make(**(defaults | {key: float(value) for key, value in given.items()}))
+
+
+def _check(key: str, value: float, parameter: Parameter) -> None:
+    lowest, highest = parameter.lowest, parameter.highest
+    if parameter.values:
+        if value in parameter.values:
+            return
+        *others, last = map(exact, parameter.values)
+        allowed = f"{', '.join(others)} or {last}"
+    elif lowest <= value <= highest:
+        return
+    else:
+        allowed = f"within {exact(lowest)} to {exact(highest)}"
+    raise SceneError(
+        f"solver.parameters.{key} = {exact(value)}: must be {allowed}; {parameter.what}"
+    )
 
 
 def _family(name: str) -> _Family:

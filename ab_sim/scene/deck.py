@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from ab_sim.errors import exact
-from ab_sim.scene.quantities import Length, Number, PerBall, quantity
+from ab_sim.scene.quantities import InSchema, Length, Number, PerBall, quantity
 from ab_sim.scene.section import Section
 
 if TYPE_CHECKING:
@@ -22,7 +22,11 @@ def _three_or_six(inertia: tuple[float, ...]) -> tuple[float, ...]:
 
 
 Vector = tuple[Number, Number, Number]
-Inertia = Annotated[tuple[Number, ...], AfterValidator(_three_or_six)]
+Inertia = Annotated[
+    tuple[Number, ...],
+    AfterValidator(_three_or_six),
+    InSchema({"minItems": 3, "maxItems": 6, "not": {"minItems": 4, "maxItems": 5}}),
+]
 """xx, yy, zz, and xy, xz, yz where they are not 0; xy is minus the integral of x y dm."""
 Place = tuple[Length, Length, Length]
 Stiffness = Annotated[Number, Field(ge=0, le=1e12)]

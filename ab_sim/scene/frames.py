@@ -24,6 +24,10 @@ def arm_frame(number: int) -> str:
     return f"{ball_frame(number)}_arm"
 
 
+TAKEN = rf"{HOUSING}|{DECK}|{SPINDLE}|race_\d+|ball_\d+(_arm)?"
+"""Names of frames that a drive may have already, as a regular expression."""
+
+
 def is_taken(name: str) -> bool:
     """Whether a drive may have a frame of this name already, so that no sensor's can have it."""
-    return re.fullmatch(rf"{HOUSING}|{DECK}|{SPINDLE}|race_\d+|ball_\d+(_arm)?", name) is not None
+    return re.fullmatch(TAKEN, name) is not None

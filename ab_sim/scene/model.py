@@ -97,7 +97,7 @@ class Race(Section):
 class Balls(Section):
     """The balls, all equal or each with a mass and a radius of its own."""
 
-    count: Count = quantity("n", "1", ge=0, le=MAX_BALLS)
+    count: Count = quantity("n, how many there are", "1", ge=0, le=MAX_BALLS)
     mass: PerBall[Mass] | None = quantity(
         "m, mass of a ball: one number for all, or a list with one per ball", "kg", default=None
     )
@@ -239,17 +239,26 @@ class Accuracy(Section):
 class Scene(Section):
     """One drive, its effects and sensors, its start and its spindle-speed profile."""
 
-    name: Annotated[str, AfterValidator(_one_line)] = ""
-    description: Words = ""
-    source: Words = ""
-    assumed: tuple[Words, ...] = ()
+    name: Annotated[str, AfterValidator(_one_line)] = Field(
+        default="", description="what it is called, one line; default the file's name"
+    )
+    description: Words = Field(default="", description="what it shows, for people")
+    source: Words = Field(default="", description="where its values are from, for people")
+    assumed: tuple[Words, ...] = Field(
+        default=(), description="what had to be assumed, a sentence each"
+    )
     rotor: Rotor
     deck: Deck | None = None
     """Of a deck in space; without, it moves in the plane of the disc."""
-    mounts: tuple[Mount, ...] = ()
+    mounts: tuple[Mount, ...] = Field(
+        default=(), description="what holds a deck in space; any number of them"
+    )
     race: Race
     balls: Balls
-    effects: dict[str, Any]
+    effects: dict[str, Any] = Field(
+        description="what acts on the motion: a list of names, each with its parameters (`ab-sim "
+        "effects` prints them); what is not named is not computed; [] for none"
+    )
     sensors: Sensors = Field(
         default={},
         description="accelerometers, each by a name of its own, with its parameters (`ab-sim "
@@ -257,7 +266,9 @@ class Scene(Section):
     )
     start: Start = Start()
     spindle: Spindle
-    profile: Profile | None = None
+    profile: Profile | None = Field(
+        default=None, description="how the spindle's speed goes; without, as commands say"
+    )
     accuracy: Accuracy | None = None
     solver: Solver = Solver()
     """Without meaning while an accuracy is asked for: ``resolve_accuracy`` finds one."""

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from ab_sim.errors import exact
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
-from ab_sim.scene.segments import Segments
+from ab_sim.scene.segments import KIND, Segments
 
 
 class VariableSpeedPeriod(Section):
@@ -38,7 +38,7 @@ class StartUp(Section):
     that begins below the speed there is has been passed and is left out.
     """
 
-    kind: Literal["start_up"]
+    kind: Literal["start_up"] = KIND
     acceleration: Number = quantity("of the run-up", "rad/s^2", ge=1e-6, le=1e6)
     target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
     variable_speed_period: VariableSpeedPeriod | None = None
@@ -61,9 +61,9 @@ class StartUp(Section):
 class SpeedChange(Section):
     """A raised-cosine change of speed (relative-stability (25), on [t_b, t_b + t_r] only)."""
 
-    kind: Literal["speed_change"]
-    start_time: Number = quantity("t_b", "s", ge=0, le=1e6)
-    duration: Number = quantity("t_r", "s", ge=1e-6, le=1e4)
+    kind: Literal["speed_change"] = KIND
+    start_time: Number = quantity("t_b, time at which the change begins", "s", ge=0, le=1e6)
+    duration: Number = quantity("t_r, how long it takes", "s", ge=1e-6, le=1e4)
     to_speed: Number = quantity("speed after the change", "rad/s", ge=-1e5, le=1e5)
 
 

@@ -1,8 +1,10 @@
 """Checked numbers: finite, of a sane size, with the unit kept beside the field."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, GetJsonSchemaHandler, Tag
+from pydantic_core import CoreSchema
 
 T = TypeVar("T")
 
@@ -31,6 +33,19 @@ PerBall = Annotated[
     Annotated[T, Tag(ONE)] | Annotated[tuple[T, ...], Tag(EACH)], Discriminator(_one_or_each)
 ]
 """One value for all balls, or one for each."""
+
+
+class InSchema:
+    """Says in JSON Schema what a validator of our own checks; stands beside it in ``Annotated``."""
+
+    def __init__(self, keywords: Mapping[str, Any]) -> None:
+        self.keywords = keywords
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """As pydantic's, with these keywords."""
+        return {**handler(core), **self.keywords}
 
 
 def quantity(meaning: str, unit: str, **bounds: Any) -> Any:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -11,6 +11,7 @@ from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
 
 MOST_SEGMENTS = 1000
+KIND: Any = Field(description="which profile it is; the other keys are its own")
 Speeds = tuple[float, float]
 """The lowest and the highest speed that there may be [rad/s]."""
 
@@ -145,7 +146,7 @@ class Segment(Section):
 class Segments(Section):
     """Accelerations and holds one after the other, up and down and through zero."""
 
-    kind: Literal["segments"]
+    kind: Literal["segments"] = KIND
     segments: tuple[Segment, ...] = Field(
         description="each with one of to, hold, duration, until",
         min_length=1,

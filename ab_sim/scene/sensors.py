@@ -7,8 +7,8 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from ab_sim.errors import exact
-from ab_sim.scene.frames import is_taken
-from ab_sim.scene.quantities import Count, Length, Number, quantity
+from ab_sim.scene.frames import TAKEN, is_taken
+from ab_sim.scene.quantities import Count, InSchema, Length, Number, quantity
 from ab_sim.scene.section import Section
 
 RATE_TOLERANCE = 1e-6
@@ -157,9 +157,12 @@ def steps_per_sample(sample_rate: float, step: float) -> int:
     )
 
 
+NAME = "[a-z][a-z0-9_]{0,63}"
+
+
 def _name(value: Any) -> Any:
     # It becomes part of channels' and topics' names, and the frame of messages.
-    if not isinstance(value, str) or not re.fullmatch("[a-z][a-z0-9_]{0,63}", value):
+    if not isinstance(value, str) or not re.fullmatch(NAME, value):
         raise ValueError(
             "the name must be of at most 64 small letters, digits and _, and begin with a letter"
         )
@@ -172,7 +175,11 @@ def _name(value: Any) -> Any:
 
 
 Sensors = dict[
-    Annotated[str, BeforeValidator(_name)],
+    Annotated[
+        str,
+        BeforeValidator(_name),
+        InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({TAKEN})$"}}]}),
+    ],
     Annotated[Accelerometer, BeforeValidator(lambda value: {} if value is None else value)],
 ]
 """By names of the scene's own; all are accelerometers."""

@@ -275,10 +275,10 @@ def test_lists_and_help() -> None:
     described = ab_sim("scenes", "thesis-half-acceleration").stdout
     assert "Both balls start at the unbalance." in described and "Fig. 4.15" in described
     effects = ab_sim("effects").stdout
-    for words in ("viscous_drag", "c_b [N s/m]", "thesis (2-8), (2-11)", "-c v - k u"):
+    for words in ("viscous_drag", "race [N s/m]", "thesis (2-8), (2-11)", "-c v - k u"):
         assert words in effects
     only = ab_sim("effects", "viscous_drag").stdout
-    assert "c_b [N s/m]" in only and "ball_spin" not in only
+    assert "race [N s/m]" in only and "ball_spin" not in only
     assert "is a valid scene" in ab_sim("check", "five-balls-8000-rpm").stdout
     assert __version__ in ab_sim("--version").stdout
     for command in ("run", "scenes", "effects", "check", "demo"):

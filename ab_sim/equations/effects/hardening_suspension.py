@@ -18,7 +18,9 @@ class HardeningSuspension(NamedTuple):
     In each of the mounts of a deck in space.
     """
 
-    cubic_stiffness: Annotated[Number, quantity("k_3", "N/m^3", ge=0, le=1e18)]
+    cubic_stiffness: Annotated[
+        Number, quantity("k_3, force per displacement cubed", "N/m^3", ge=0, le=1e18)
+    ]
 
     def deck_force(self, deck: Deck) -> tuple[float, float]:
         stiffness = self.cubic_stiffness * (deck.x * deck.x + deck.y * deck.y)

@@ -34,8 +34,12 @@ class Motor(NamedTuple):
         ),
     ]
     torque_limit: Annotated[Number, quantity("T_max, at standstill", "N m", ge=0, le=1e6)]
-    proportional_gain: Annotated[Number, quantity("k_p", "N m s/rad", gt=0, le=1e6)]
-    integral_gain: Annotated[Number, quantity("k_i", "N m/rad", ge=0, le=1e6)] = 0.0
+    proportional_gain: Annotated[
+        Number, quantity("k_p, torque per error of the speed", "N m s/rad", gt=0, le=1e6)
+    ]
+    integral_gain: Annotated[
+        Number, quantity("k_i, torque per integral of that error", "N m/rad", ge=0, le=1e6)
+    ] = 0.0
     back_emf_slope: Annotated[
         Number, quantity("b, torque lost per speed", "N m s/rad", ge=0, le=1e6)
     ] = 0.0

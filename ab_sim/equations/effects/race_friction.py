@@ -20,7 +20,9 @@ class RaceFriction(NamedTuple):
     with both adds their coefficients.
     """
 
-    coefficient: Annotated[Number, quantity("mu", "1", ge=0, le=10.0)]
+    coefficient: Annotated[
+        Number, quantity("mu, friction over the normal force of the race", "1", ge=0, le=10.0)
+    ]
 
     def friction_coefficient(self, ball: Ball) -> float:
         return self.coefficient

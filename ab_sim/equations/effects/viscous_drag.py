@@ -15,7 +15,9 @@ from ab_sim.scene.registry import register
 class ViscousDrag(NamedTuple):
     """Drag on each ball against its speed relative to the race."""
 
-    coefficient: Annotated[Number, quantity("c_b", "N s/m", ge=0, le=1e9)]
+    coefficient: Annotated[
+        Number, quantity("c_b, drag per speed relative to the race", "N s/m", ge=0, le=1e9)
+    ]
 
     def ball_drag(self, ball: Ball) -> float:
         return self.coefficient

@@ -8,7 +8,6 @@ II.7; Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339: exponentia
 import cmath
 from typing import NamedTuple
 
-from ab_sim.errors import SceneError
 from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.rk8 import RK8
@@ -49,10 +48,11 @@ class Collocation(NamedTuple):
 
 TOLERANCE = Parameter(
     "what each of its spans may leave of an error, in balls' angles and in the deck's displacement "
-    "over the race's radius [rad]",
+    "over the race's radius",
     1e-11,
     1e-16,
     1e-2,
+    "rad",
 )
 STEPS = Parameter(
     "how many of the scene's steps each of its spans goes over, rounded down to 1, 2, 3, 4, 6, 8, "
@@ -68,6 +68,7 @@ NODES = Parameter(
     0.0,
     0.0,
     float(SIXTEEN.nodes),
+    values=(0.0, *map(float, SETTINGS)),
 )
 
 
@@ -78,15 +79,7 @@ def growth_of(z: complex) -> complex:
 
 @register_family("collocation", {"tolerance": TOLERANCE, "steps": STEPS, "nodes": NODES})
 def collocation(tolerance: float, steps: float, nodes: float) -> Stepper:
-    """The method with a tolerance [rad], a number of the scene's steps in its own, and nodes.
-
-    Raises:
-        SceneError: there is no such number of nodes.
-    """
-    if nodes and nodes not in SETTINGS:
-        raise SceneError(
-            f"solver.parameters.nodes = {nodes:g}: must be 0, 8 or 16; {NODES.meaning}"
-        )
+    """The method with a tolerance [rad], a number of the scene's steps in its own, and nodes."""
     setting = SETTINGS[int(nodes)] if nodes else None
     count = int(nodes) or EIGHT.nodes  # at least
     return Stepper(

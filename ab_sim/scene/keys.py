@@ -1,0 +1,196 @@
+"""The keys of a scene, one row each, read from its JSON Schema: nothing is said twice."""
+
+import difflib
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from ab_sim.errors import InputError, exact
+from ab_sim.quoting import short
+from ab_sim.scene.schema import Schema, bare_schema
+
+ENTRY, NAME = "N", "NAME"
+"""Stand in keys for the number of an entry in a list, and for a name that is the scene's own."""
+NONE, REQUIRED = "-", "required"
+
+
+class SceneKey(NamedTuple):
+    """A key that a scene may have, or a section of them."""
+
+    key: str
+    """Dotted; ``N`` stands for an entry's number, ``NAME`` for a name of the scene's own."""
+    unit: str
+    """SI; "1" of a number without dimension, "-" of what is no number."""
+    range: str
+    """What is allowed; "-" of a section."""
+    default: str
+    """"required" where there is none, "-" where the key may be left out and stands for nothing."""
+    meaning: str
+
+
+def scene_keys(section: str = "") -> list[SceneKey]:
+    """All keys in the order of the models, or those of one section.
+
+    Args:
+        section: a key or the beginning of keys, dotted, e.g. ``rotor``, ``effects.motor``,
+            ``mounts.0.stiffness``; empty for all.
+
+    Raises:
+        InputError: there is none of that name; names the nearest.
+    """
+    schema = bare_schema()
+    rows = _below("", schema, schema["$defs"])
+    wanted = section.split(".") if section else []
+    chosen = [row for row in rows if _begins(row.key.split("."), wanted)]
+    if chosen:
+        return chosen
+    raise InputError(f"{short(section)}: a scene has no such key{_near(section, rows)}")
+
+
+def _begins(key: list[str], wanted: list[str]) -> bool:
+    return len(wanted) <= len(key) and all(
+        part == given or part == NAME or (part == ENTRY and given.isdecimal())
+        for part, given in zip(key, wanted, strict=False)
+    )
+
+
+def _near(section: str, rows: list[SceneKey]) -> str:
+    """What may have been meant: a key that reads alike, or one of that name elsewhere."""
+    keys = list(dict.fromkeys(row.key for row in rows))
+    alike = difflib.get_close_matches(section, keys, n=3, cutoff=0.75)
+    elsewhere = [key for key in keys if key.rpartition(".")[2] == section.rpartition(".")[2]]
+    found = list(dict.fromkeys((*alike, *elsewhere)))[:5]
+    if found:
+        return f"; did you mean {' or '.join(map(repr, found))}?"
+    return f"; its sections are: {', '.join(key for key in keys if '.' not in key)}"
+
+
+def _below(key: str, section: Schema, sections: Schema) -> list[SceneKey]:
+    """Rows of the keys in a section."""
+    needed = section.get("required", ())
+    return [
+        row
+        for name, schema in section["properties"].items()
+        for row in _rows(f"{key}.{name}" if key else name, schema, sections, name in needed)
+    ]
+
+
+def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[SceneKey]:
+    schema, choices = _resolved(schema, sections)
+    kinds = [choice for choice in choices if "kind" in choice.get("properties", ())]
+    if kinds:
+        yield _section_row(key, schema, needed)
+        yield from _of_kinds(key, kinds, sections)
+    elif any("description" in choice for choice in choices):
+        for choice in choices:  # parameters of one name, of several steppers
+            yield from _rows(key, choice, sections, needed)
+    elif "properties" in schema:
+        yield _section_row(key, schema, needed)
+        yield from _below(key, schema, sections)
+    elif isinstance(schema.get("additionalProperties"), dict):
+        yield _section_row(key, schema, needed)
+        yield from _rows(f"{key}.{NAME}", schema["additionalProperties"], sections, False)
+    elif "properties" in (entry := _resolved(schema.get("items", {}), sections)[0]):
+        yield _section_row(key, schema, needed)._replace(range=_range(schema, choices))
+        yield from _below(f"{key}.{ENTRY}", entry, sections)
+    else:
+        said, unit = schema["description"], schema.get("unit", NONE)
+        default = REQUIRED if needed else _default(schema.get("default"))
+        yield SceneKey(key, unit, _range(schema, choices), default, said)
+
+
+def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:
+    """A schema with what it refers to, and what else it may be instead, if there is a choice."""
+    if "$ref" in schema:
+        own = {keyword: value for keyword, value in schema.items() if keyword != "$ref"}
+        schema = {**sections[schema["$ref"].rpartition("/")[2]], **own}
+    given = schema.get("anyOf") or schema.get("oneOf") or []
+    choices = [each for each in given if each.get("type") != "null"]
+    resolved = [_resolved(choice, sections)[0] for choice in choices]
+    if len(resolved) == 1:
+        inner, choices = _resolved(choices[0], sections)
+        own = {keyword: schema[keyword] for keyword in schema.keys() - {"anyOf", "oneOf"}}
+        return {**inner, **own}, choices
+    # Of a list and a mapping by name the mapping says all.
+    mappings = [each for each in resolved if "properties" in each]
+    if len(mappings) == 1:
+        return {**mappings[0], **schema}, []
+    return schema, resolved
+
+
+def _of_kinds(key: str, kinds: list[Schema], sections: Schema) -> Iterator[SceneKey]:
+    """Rows of a section that is one of several, told apart by ``kind``, which comes once."""
+    rows = [row for kind in kinds for row in _below(key, kind, sections)]
+    own = f"{key}.kind"
+    first = next(row for row in rows if row.key == own)
+    names = [kind["properties"]["kind"]["const"] for kind in kinds]
+    yield first._replace(range=_either(names))
+    for kind, name in zip(kinds, names, strict=True):
+        for row in _below(key, kind, sections):
+            if row.key.count(".") == own.count(".") and row.key != own:
+                row = row._replace(meaning=f"{row.meaning}; of kind {name}")
+            if row.key != own:
+                yield row
+
+
+def _section_row(key: str, schema: Schema, needed: bool) -> SceneKey:
+    meaning = schema["description"].partition("\n\n")[0] if "description" in schema else ""
+    return SceneKey(key, NONE, NONE, REQUIRED if needed else NONE, " ".join(meaning.split()))
+
+
+def _default(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_default, value))}]"
+    if isinstance(value, float):
+        return exact(value)
+    return NONE if value is None or value == "" else str(value)
+
+
+def _range(schema: Schema, choices: list[Schema]) -> str:
+    if len(choices) > 1:  # one number for all, or one for each
+        return f"{_range(choices[0], [])}; one or a list"
+    if "enum" in schema:
+        return _either([_default(value) for value in schema["enum"]])
+    if "const" in schema:
+        return str(schema["const"])
+    if schema["type"] == "array":
+        return _list(schema)
+    if schema["type"] == "string":
+        return "text"
+    interval = _interval(schema)
+    if schema["type"] == "integer":
+        return f"whole, {interval}" if interval else "whole"
+    return interval or "finite"
+
+
+def _list(schema: Schema) -> str:
+    least, most = schema.get("minItems"), schema.get("maxItems")
+    each = schema["prefixItems"][0] if "prefixItems" in schema else schema["items"]
+    count = f"{least} to {most}"
+    if least == most or "not" in schema:
+        count = f"{least}" if least == most else f"{least} or {most}"
+    if "type" not in each:
+        return f"list of {count}" if most else "list"
+    values = _range(each, [])
+    return f"{count} of: {values}" if most else f"list of: {values}"
+
+
+def _interval(schema: Schema) -> str:
+    low: Any = schema.get("exclusiveMinimum", schema.get("minimum", -math.inf))
+    high: Any = schema.get("exclusiveMaximum", schema.get("maximum", math.inf))
+    above = ">" if "exclusiveMinimum" in schema else ">="
+    below = "<" if "exclusiveMaximum" in schema else "<="
+    if math.isinf(low) and math.isinf(high):
+        return ""
+    if math.isinf(high):
+        return f"{above} {exact(low)}"
+    if math.isinf(low):
+        return f"{below} {exact(high)}"
+    if above == ">=" and below == "<=":
+        return f"{exact(low)} to {exact(high)}"
+    return f"{above} {exact(low)}, {below} {exact(high)}"
+
+
+def _either(values: list[str]) -> str:
+    *others, last = values
+    return f"{', '.join(others)} or {last}" if others else last

@@ -1,0 +1,161 @@
+"""test_fast.py [BASE]: tests of what was touched since BASE, and a core, in less than two minutes.
+
+BASE is a commit; without one, what main and this branch have in common, on main itself its last
+commit. What is left out is said at the end. It is also the pytest plugin that keeps the time.
+"""
+
+import os
+import re
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+TESTS = ROOT / "tests"
+SECONDS = 85.0
+"""No test begins later; the last ones and the summary take some time, too."""
+UNTIL, FILES = "AB_SIM_TEST_FAST_UNTIL", "AB_SIM_TEST_FAST_FILES"
+NO_TIME = "no time left"
+
+CORE = (
+    "tests/test_rooms.py",
+    "tests/test_docs.py",
+    "tests/scene/test_load.py",
+    "tests/effects/test_laws.py",
+    "tests/dynamics/test_planar.py",
+    "tests/drive/test_drive.py",
+)
+"""Run whatever was touched, and before it."""
+ALSO = {
+    "equations": ("effects", "dynamics", "formulas", "tracing"),
+    "kernels": ("integrate", "drive"),
+    "stepping": ("integrate",),
+    "collocation": ("integrate",),
+}
+"""Folders of tests for rooms of the package, beside that of the room's name."""
+ELSEWHERE = {
+    "ab_msgs_py": ("tests/msgs",),
+    "config": ("tests/scene", "tests/deck/test_scenes_that_ship.py"),
+    "docs": ("tests/test_docs.py", "tests/formulas/test_page.py", "tests/msgs/test_topics_page.py"),
+    "examples": ("tests/examples",),
+    "launch": ("tests/packaging",),
+    "scripts": ("tests/packaging",),
+    "tools": ("tests/packaging",),
+    "": ("tests/packaging",),
+}
+"""Tests of what is not in the package, by folder; "" is the project's own."""
+
+
+def changed_files(base: str | None) -> list[str]:
+    """What differs from the commit, committed or not, and what git does not know yet."""
+    if base is None:
+        base = _git("merge-base", "HEAD", "main") or "HEAD"
+    changed = _git("diff", "--name-only", base) or ""
+    new = _git("ls-files", "--others", "--exclude-standard") or ""
+    return sorted({*changed.splitlines(), *new.splitlines()})
+
+
+def _git(*arguments: str) -> str | None:
+    done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)
+    return done.stdout.strip() if done.returncode == 0 else None
+
+
+def tests_of(changed: Iterable[str]) -> list[str]:
+    """Test files: the core, those that were changed, then what is nearest to the changes first."""
+    own, files, folders = [], [], []
+    for name in changed:
+        path = Path(name)
+        top = path.parts[0] if len(path.parts) > 1 else ""
+        if top == "tests":
+            own.append(name if path.name.startswith("test_") else str(path.parent))
+        elif top == "ab_sim":
+            files += _importers(path)
+            room = path.parts[1]
+            folders += [f"tests/{folder}" for folder in (room, *ALSO.get(room, ()))]
+        else:
+            folders += ELSEWHERE.get(top, ())
+    own = [name for name in own if name != "tests"]  # a helper of all tests: they are too many
+    found = [
+        file for wanted in (*CORE, *own, *files, *folders) for file in _test_files(ROOT / wanted)
+    ]
+    return list(dict.fromkeys(str(file.relative_to(ROOT)) for file in found))
+
+
+def _importers(path: Path) -> list[str]:
+    """Tests that import a module."""
+    parts = path.with_suffix("").parts
+    module = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+    package, _, name = module.rpartition(".")
+    named = re.compile(rf"from {re.escape(module)} |import {re.escape(module)}\b")
+    # `from package import module`, on one line or several
+    inside = re.compile(rf"from {re.escape(package)} import (\([^)]*|[^\n(]*)\b{name}\b")
+    return [
+        str(file.relative_to(ROOT))
+        for file in _test_files(TESTS)
+        if named.search(text := file.read_text(encoding="utf-8")) or inside.search(text)
+    ]
+
+
+def _test_files(path: Path) -> list[Path]:
+    if path.is_dir():
+        return sorted(path.rglob("test_*.py"))
+    return [path] if path.is_file() else []
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Begin nothing when the time is over; in every process that runs tests."""
+    if time.time() > float(os.environ[UNTIL]):
+        pytest.skip(NO_TIME)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say what did not run."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    late = [report for report in skipped if NO_TIME in str(report.longrepr)]
+    ran = {str(Path(file)) for file in os.environ[FILES].split()}
+    others = [file for file in _test_files(TESTS) if str(file.relative_to(ROOT)) not in ran]
+    folders = sorted({file.relative_to(TESTS).parts[0] for file in others})
+    write = terminalreporter.write_line
+    terminalreporter.section("left out; `make test` runs all")
+    write("lint and types (`make lint`), and tests that start ROS 2 nodes (marked ros)")
+    write(f"{len(others)} of {len(ran) + len(others)} test files, in: {', '.join(folders)}")
+    if late:
+        counts = Counter(Path(report.nodeid.partition("::")[0]).parts[1] for report in late)
+        shown = ", ".join(f"{folder} {count}" for folder, count in sorted(counts.items()))
+        write(f"for want of time {len(late)} tests more: {shown}")
+
+
+def main() -> int:
+    """Run them; the exit code is pytest's."""
+    changed = changed_files(sys.argv[1] if len(sys.argv) > 1 and sys.argv[1] else None)
+    files = tests_of(changed)
+    print(f"{len(changed)} files touched, {len(files)} files of tests", flush=True)
+    environment = {
+        **os.environ,
+        UNTIL: str(time.time() + SECONDS),
+        FILES: " ".join(files),
+        "PYTHONPATH": os.pathsep.join(filter(None, (str(ROOT / "tools"), os.getenv("PYTHONPATH")))),
+    }
+    # In the order of the files: what is nearest to the changes comes first.
+    how = (
+        "-q",
+        "-n",
+        "2",
+        "--dist",
+        "loadfile",
+        "--no-loadscope-reorder",
+        "-m",
+        "not ros",
+        "-rfEs",
+    )
+    command = [sys.executable, "-m", "pytest", "-p", "test_fast", *how, *files]
+    return subprocess.run(command, cwd=ROOT, env=environment).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())
