@@ -20,15 +20,35 @@ from ab_sim.scene_files import find_scene, read_scene_file
 def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
     """Read and check a scene.
 
-    Args:
-        scene: name of a scene that comes with the package, or path of a YAML file.
-        changes: ``key=value`` with a dotted key, e.g. ``balls.mass=0.002`` or
-            ``effects.viscous_drag.coefficient=2``; the value is read as YAML; an empty value
-            removes the key, which has to be there. A change that asks for an ``accuracy`` takes
-            the file's ``solver`` away, which it stands instead of, and the other way round.
+    Parameters
+    ----------
+    scene : str or Path
+        Name of a scene that comes with the package, or path of a YAML file.
+    changes : iterable of str, optional
+        ``key=value`` with a dotted key, e.g. ``balls.mass=0.002`` or
+        ``effects.viscous_drag.coefficient=2``, SI; the value is read as YAML; an empty value
+        removes the key, which has to be there. A change that asks for an ``accuracy`` takes the
+        file's ``solver`` away, which it stands instead of, and the other way round.
 
-    Raises:
-        SceneError: names file, key, value, what is allowed, and the nearest known name.
+    Returns
+    -------
+    Scene
+        Checked; it does not change afterwards.
+
+    Raises
+    ------
+    SceneError
+        Names file, key, value, what is allowed, and the nearest known name.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["balls.mass=0.002"])
+    >>> scene.balls.masses, scene.critical_speed
+    ((0.002, 0.002), 100.0)
+    >>> ab_sim.load_scene("thesis-hold", ["balls.mas=0.002"])
+    Traceback (most recent call last):
+    ab_sim.errors.SceneError: ...balls.mas...
     """
     path = find_scene(scene)
     raw = read_mapping(path)
