@@ -25,7 +25,7 @@ class SceneError(AbSimError):
     >>> import ab_sim
     >>> ab_sim.load_scene("thesis-hol")
     Traceback (most recent call last):
-    ab_sim.errors.SceneError: scene 'thesis-hol' is not known; did you mean 'thesis-hold'? ...
+    ab_sim.errors.SceneError: scene 'thesis-hol' is not known; did you mean 'thesis-hold'?; ...
     """
 
 

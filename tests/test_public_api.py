@@ -150,9 +150,11 @@ def vague(hint: object) -> bool:
     if isinstance(hint, typing.TypeVar):
         return vague(hint.__bound__)
     parts = typing.get_args(hint)
+    if typing.get_origin(hint) is np.dtype:  # what an ArrayLike may hold, as numpy says it
+        return False
     if typing.get_origin(hint) is np.ndarray:  # its shape is always open
         parts = parts[1:]
-    return any(map(vague, [x for part in parts for x in (part if isinstance(part, list) else [part])]))
+    return any(vague(x) for part in parts for x in (part if isinstance(part, list) else [part]))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -185,9 +187,8 @@ def test_docstrings_say_what_is_taken_given_and_raised(name: str) -> None:
     given = inspect.signature(typing.cast(FunctionType, function)).parameters
     assert not given or "\nParameters\n---" in text
     described = text.partition("Parameters\n")[2].partition("\nReturns\n")[0]
-    assert [key for key in given if f"{key} :" not in described and f"{key}, " not in described] == [
-        key for key in given if f", {key} :" in described and f"{key} :" not in described
-    ]
+    named = {key for line in described.splitlines() for key in line.partition(" :")[0].split(", ")}
+    assert {*given} <= named
 
 
 @pytest.mark.parametrize("name", TYPES)
@@ -198,7 +199,7 @@ def test_types_of_results_say_what_they_are(name: str) -> None:
 @pytest.fixture(scope="module")
 def shown() -> dict[str, Presented]:
     """A result of each kind that is soon there."""
-    scene = ab_sim.load_scene("nsc-case-1", ["duration=2.0"])
+    scene = ab_sim.load_scene("nsc-case-1")
     short = ab_sim.load_scene("thesis-hold", ["duration=0.1", "name=a <b> & $c$"])
     run = ab_sim.simulate(short)
     drag = "effects.viscous_drag.coefficient"
@@ -213,7 +214,7 @@ def shown() -> dict[str, Presented]:
         "floquet": ab_sim.floquet("nsc-case-1", 300.0, start="balanced"),
         "followed": ab_sim.follow_floquet("nsc-case-1", "speed", [300.0, 310.0]),
         "modes": ab_sim.modes("couple-unbalance", 500.0),
-        "recovery": ab_sim.recovery(scene, [0.2, 0.4], band=1e-6),
+        "recovery": ab_sim.recovery(scene, [0.2, 0.4]),
         "effect cost": ab_sim.effect_cost(short, repeats=1),
         "accuracy cost": ab_sim.accuracy_cost(
             ab_sim.load_scene("nsc-case-1", ["duration=0.1"]), 1, steps=[1e-3], tolerances=[1e-8]

@@ -11,7 +11,7 @@ Allemang, The Modal Assurance Criterion (2003), of which ``likeness`` is the for
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
@@ -74,7 +74,7 @@ class Mode(NamedTuple):
             return None
         return "forward" if self.whirl > 0.0 else "backward"
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """As JSON-able values; complex numbers are [real, imaginary]."""
         return {
             "frequency": self.frequency,
@@ -98,7 +98,7 @@ class Campbell:
     critical: tuple[tuple[float, Mode], ...]
     """Speeds [rad/s] at which a mode's frequency is the spindle's, rising."""
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """As JSON-able values."""
         return {
             "speeds": self.speeds.tolist(),

@@ -144,7 +144,7 @@ def compare_recording(
     ...     file = pathlib.Path(folder, "run.rrd")
     ...     ab_sim.save_recording(ab_sim.simulate(scene), file)
     ...     ab_sim.compare_recording(file, scene)
-    <Beside: scene thesis-hold, samples 101, channels 12, the same to the bit True>
+    <Beside: scene thesis-hold, samples 101, channels 13, the same to the bit True>
     """
     run = recording if isinstance(recording, StoredRun) else open_recording(recording)
     return compare_with(run, as_scene(scene), progress)

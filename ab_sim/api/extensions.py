@@ -49,7 +49,7 @@ def register_effect(
     ... class AirDrag(NamedTuple):
     ...     coefficient: float
     ...     def deck_force(self, deck):
-    ...         return -self.coefficient * deck.v1, -self.coefficient * deck.v2
+    ...         return -self.coefficient * deck.vx, -self.coefficient * deck.vy
     >>> drive = ab_sim.Drive(ab_sim.load_scene("thesis-hold", ["effects.air_drag.coefficient=0.5"]))
     >>> drive.advance(10).whirl.shape
     (10,)

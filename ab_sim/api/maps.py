@@ -58,12 +58,12 @@ def stability_map(
     Examples
     --------
     >>> import ab_sim
-    >>> drag = "effects.viscous_drag.coefficient"
-    >>> found = ab_sim.stability_map("nsc-case-1", ("speed", 50.0, 300.0, 6), (drag, 0.1, 0.5, 3))
+    >>> across, up = ("speed", 50.0, 300.0, 6), ("effects.suspension.damping", 0.1, 4.0, 3)
+    >>> found = ab_sim.stability_map("thesis-hold", across, up)
     >>> found
-    <StabilityMap: scene nsc-case-1, points 6 x 3, over speed and ..., balanced ... %>
-    >>> found.labels.shape, bool(found.balanced[0, -1])
-    ((3, 6), True)
+    <StabilityMap: scene thesis-hold, points 6 x 3, over speed and ..., balanced ... %>
+    >>> found.balanced.shape, bool(found.balanced[0, 0]), bool(found.balanced[0, -1])
+    ((3, 6), False, True)
     """
     own = as_scene(scene)
     if coarse < 1 or coarse & (coarse - 1):

@@ -306,9 +306,8 @@ def recovery(
     Examples
     --------
     >>> import ab_sim
-    >>> scene = ab_sim.load_scene("nsc-case-1", ["duration=2.0"])
-    >>> found = ab_sim.recovery(scene, drags=[0.2, 0.4], band=1e-6)
-    >>> found.best_drag
-    0.2
+    >>> found = ab_sim.recovery("nsc-case-1", drags=[0.2, 0.4])
+    >>> found.best_drag, round(found.own.settling_time, 2)
+    (0.2, 2.03)
     """
     return recovery_over_drag(as_scene(scene), tuple(drags), progress, band)

@@ -99,7 +99,7 @@ def compare_run(run: OfflineRun) -> Comparison:
     >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.2"]))
     >>> beside = ab_sim.compare_run(run)
     >>> round(beside.relative_whirl(run.merits), 1)  # with balls, in that without
-    2.0
+    3.1
     >>> picture = run.plot(beside)  # what `ab-sim run --plot` draws
     """
     return analysis.compare(run)
@@ -149,7 +149,7 @@ def simulate_batch(
     >>> masses = [{"balls.mass": mass} for mass in (0.9e-3, 1.0e-3, 1.1e-3)]
     >>> batch = ab_sim.simulate_batch(scene, masses, every=10)
     >>> [len(run.trajectory) for run in batch.runs]
-    [10, 10, 10]
+    [20, 20, 20]
     >>> batch
     <Batch: scene ..., runs 3, side by side 3, ...>
     """

@@ -60,7 +60,7 @@ class Drive:
     >>> drive.advance(50)["command"][-1]
     np.float64(150.0)
     >>> drive
-    <Drive thesis-hold: at 0.1 s, 4 rad/s, stepper rk8, step 0.001 s>
+    <Drive thesis-hold: at 0.1 s, 4.5 rad/s, stepper rk8, step 0.001 s>
     >>> drive.observe().theta.shape
     (2,)
     """

@@ -111,7 +111,8 @@ def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
     try:
         if "effects" not in raw:
             raise ValueError("effects: is missing; add it, if empty as []")
-        named = _effects_model().model_validate(_by_name(raw["effects"]))
+        known = _effects_model(tuple(effect_classes().items()))
+        named = known.model_validate(_by_name(raw["effects"]))
         effects = {name: getattr(named, name) for name in named.model_fields_set}
         effects = {name: effects[name] for name in effect_classes() if name in effects}
     except ValidationError as error:
@@ -134,9 +135,10 @@ def _checked(
     return checked
 
 
-@functools.cache
-def _effects_model() -> type[BaseModel]:
-    fields: dict[str, Any] = {name: (effect, None) for name, effect in effect_classes().items()}
+@functools.lru_cache(maxsize=8)
+def _effects_model(known: tuple[tuple[str, type], ...]) -> type[BaseModel]:
+    """Of these effects by name; a program may register more at any time."""
+    fields: dict[str, Any] = {name: (effect, None) for name, effect in known}
     return create_model("Effects", __config__=ConfigDict(extra="forbid"), **fields)
 
 

@@ -246,9 +246,9 @@ class Scene(Section):
     >>> import ab_sim
     >>> scene = ab_sim.load_scene("thesis-hold")
     >>> scene
-    <Scene thesis-hold: balls 2, effects suspension, ..., duration 6 s>
+    <Scene thesis-hold: balls 2, effects ball_spin rolling_friction ..., duration 6 s>
     >>> scene.race.radius, scene.effects["suspension"].stiffness
-    (0.03, 1000.0)
+    (0.01, 1000.0)
     """
 
     name: Annotated[str, AfterValidator(_one_line)] = ""
@@ -323,6 +323,8 @@ class Scene(Section):
             f"<Scene {self.name}: balls {self.balls.count}, effects {effects}, "
             f"duration {self.duration:g} s>"
         )
+
+    __str__ = __repr__
 
     def as_mapping(self) -> dict[str, object]:
         """The scene as nested plain values, which ``check_scene`` reads back to an equal scene."""
