@@ -19,13 +19,23 @@ import pytest
 from matplotlib.figure import Figure
 
 import ab_sim
+from ab_sim.integrate import registry as steppers
 from ab_sim.presentation import Presented
+from ab_sim.scene import registry as effects
 
 NAMES = [name for name in ab_sim.__all__ if name not in ("__version__", "results")]
 TYPES = list(ab_sim.results.__all__)
 SLOW = {"numpy", "pydantic", "llvmlite", "scipy", "matplotlib", "rerun", "pyarrow", "yaml"}
 BELOW = 0.05
 """s; what is measured is a tenth of it."""
+
+
+@pytest.fixture(autouse=True)
+def registries(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What examples register is known while they run, and to no other test."""
+    monkeypatch.setattr(effects, "_effects", effects.effect_classes())
+    steppers.steppers()
+    monkeypatch.setattr(steppers, "_families", dict(steppers._families))
 
 
 def public(name: str) -> object:
@@ -237,6 +247,7 @@ def test_results_print_in_a_line_and_a_small_table(kind: str, shown: dict[str, P
     assert "<b> &" not in page.replace(f"<b>{type(result).__name__}</b>", "")
 
 
+@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("kind", KINDS)
 def test_results_are_drawn(kind: str, shown: dict[str, Presented], tmp_path: Path) -> None:
     figure = shown[kind].plot()
@@ -289,6 +300,22 @@ def test_without_pandas_it_says_how_to_get_it(
     monkeypatch.setattr(builtins, "__import__", importing)
     with pytest.raises(ImportError, match="pip install pandas"):
         shown["trajectory"].to_dataframe()
+
+
+def test_an_effect_may_be_registered_after_scenes_were_checked() -> None:
+    ab_sim.load_scene("thesis-hold")
+
+    @ab_sim.register_effect("pull", equation="f = -c", source="this test")
+    class Pull(typing.NamedTuple):
+        force: float
+
+        def deck_force(self, deck: object) -> tuple[float, float]:
+            return -self.force, 0.0
+
+    scene = ab_sim.load_scene("thesis-hold", ["effects.pull.force=0.1", "duration=0.01"])
+    assert ab_sim.simulate(scene).trajectory["x"][-1] < 0.0
+    with pytest.raises(ValueError, match="registered twice"):
+        ab_sim.register_effect("suspension", equation="", source="")(Pull)
 
 
 def test_calls_take_names_files_and_scenes_alike(tmp_path: Path) -> None:

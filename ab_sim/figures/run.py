@@ -88,7 +88,7 @@ def drawn_run(
     if balls:
         _draw_forces(at["force"], trajectory, scene)
         draw_balls(at["angles"], trajectory, scene, merits)
-    if period_start is not None:
+    if period_start is not None and period_start < time[-1]:
         _mark_period(panels, scene, period_start)
     figure.align_ylabels(panels)
     say_conventions(figure)
