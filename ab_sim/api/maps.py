@@ -33,8 +33,7 @@ def stability_map(
         Key of the parameter, dotted, or ``speed``; its first and last value, SI; how many values,
         from 2 to 2000, by default 200.
     speed : float, optional
-        w, held [rad/s], where it is not on an axis; default: the one that the scene keeps in the
-        end.
+        w, held [rad/s], where it is not on an axis; default: the last one of the scene's profile.
     coarse : int, default 8
         Spacing of the points looked at first, a power of two. Islands of fewer points may be
         missed; with 1 every point is computed.
