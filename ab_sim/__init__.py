@@ -1,12 +1,134 @@
 """ab_sim: an optical disc drive whose spindle carries a ball-type automatic balancer.
 
+This module is the public Python API; each name in ``__all__`` is imported when it is first used.
+All else is private, and may change with any version, but ``ab_sim.results`` (the types of results,
+for annotations) and what own effects are written with: ``cos``, ``sin``, ``sqrt``, ``where`` and
+``total`` of ``ab_sim.tracing``, and the methods that ``ab_sim.equations.effects`` lists.
+
+Examples
+--------
+>>> import ab_sim
+>>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["balls.mass=0.002", "duration=0.1"]))
+>>> run
+<OfflineRun: scene thesis-hold, samples 101, time 0 to 0.1 s, W/e at the end ...>
+>>> figure = run.plot()
+
+Notes
+-----
 The rooms, left to right: ``scene`` (what to simulate), ``spindle`` (speed profiles and the
 servo), ``dynamics`` (equations and effects), ``integrate`` (steppers), ``sensing``
 (accelerometers), ``drive`` (one running drive), ``accuracy`` (what one costs, and what a live
 drive has), ``batch`` (many runs), ``analysis`` (what a run is judged by), ``studies`` (what
 effects and accuracy cost), ``recording``, ``figures``, ``papers`` (published ones computed
-again), and at the end ``nodes`` (live, ROS 2) and ``cli``. A room imports from those before it
-only; ``tests/test_rooms.py`` holds it to that.
+again), ``api`` (calls behind the names here), and at the end ``nodes`` (live, ROS 2) and ``cli``.
+A room imports from those before it only; ``tests/test_rooms.py`` holds it to that.
 """
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ab_sim import results
+    from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
+    from ab_sim.api.extensions import register_effect, register_stepper
+    from ab_sim.api.maps import basin, stability_map
+    from ab_sim.api.resting import branches, equilibria, floquet, follow_floquet, modes, recovery
+    from ab_sim.api.runs import (
+        compare_run,
+        resolve_accuracy,
+        save_recording,
+        simulate,
+        simulate_batch,
+    )
+    from ab_sim.drive.drive import Drive
+    from ab_sim.drive.trajectory import Trajectory
+    from ab_sim.errors import AbSimError, DivergedError, InputError, RecordingError, SceneError
+    from ab_sim.recording import Recording, open_recording
+    from ab_sim.scene.load import load_scene
+    from ab_sim.scene.model import Scene
+    from ab_sim.scene_files import scene_names
+
 __version__ = "0.1.0"
+
+__all__ = [
+    "AbSimError",
+    "DivergedError",
+    "Drive",
+    "InputError",
+    "Recording",
+    "RecordingError",
+    "Scene",
+    "SceneError",
+    "Trajectory",
+    "__version__",
+    "accuracy_cost",
+    "basin",
+    "branches",
+    "compare_recording",
+    "compare_run",
+    "effect_cost",
+    "equilibria",
+    "floquet",
+    "follow_floquet",
+    "load_scene",
+    "modes",
+    "open_recording",
+    "recovery",
+    "register_effect",
+    "register_stepper",
+    "resolve_accuracy",
+    "results",
+    "save_recording",
+    "scene_names",
+    "simulate",
+    "simulate_batch",
+    "stability_map",
+]
+
+# No name of it but `results` may be that of a module beside this one: importing that module would
+# put it in the name's place (`ab_sim.accuracy` is a package). A test looks.
+_MODULES = {
+    "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
+    "api.extensions": ("register_effect", "register_stepper"),
+    "api.maps": ("basin", "stability_map"),
+    "api.resting": ("branches", "equilibria", "floquet", "follow_floquet", "modes", "recovery"),
+    "api.runs": (
+        "compare_run",
+        "resolve_accuracy",
+        "save_recording",
+        "simulate",
+        "simulate_batch",
+    ),
+    "drive.drive": ("Drive",),
+    "drive.trajectory": ("Trajectory",),
+    "errors": ("AbSimError", "DivergedError", "InputError", "RecordingError", "SceneError"),
+    "recording": ("Recording", "open_recording"),
+    "scene.load": ("load_scene",),
+    "scene.model": ("Scene",),
+    "scene_files": ("scene_names",),
+}
+"""Where each name is from."""
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        from importlib import import_module
+
+        if name == "results":
+            return import_module("ab_sim.results")
+        for module, names in _MODULES.items():
+            if name in names:
+                found = getattr(import_module(f"ab_sim.{module}"), name)
+                globals()[name] = found  # asked for once only
+                return found
+        if name.startswith("__"):
+            raise AttributeError(f"module 'ab_sim' has no attribute {name!r}")
+        from difflib import get_close_matches
+
+        near = get_close_matches(name, __all__, cutoff=0.5)
+        hint = f"; did you mean {' or '.join(near)}?" if near else "; dir(ab_sim) lists what it has"
+        raise AttributeError(f"module 'ab_sim' has no attribute {name!r}{hint}")
+
+
+def __dir__() -> list[str]:
+    own = [name for name in globals() if name.startswith("__")]
+    return sorted({*__all__, *own})

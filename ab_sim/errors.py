@@ -5,17 +5,40 @@ from collections.abc import Iterable
 
 
 class AbSimError(Exception):
-    """Base of every error that ab_sim raises on purpose; its text is meant for the user."""
+    """Base of every error that ab_sim raises on purpose; its text is meant for the user.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> issubclass(ab_sim.SceneError, ab_sim.AbSimError)
+    True
+    """
 
     exit_code = 2
 
 
 class SceneError(AbSimError):
-    """A scene cannot be used: names file, key, value, what is allowed and what to do."""
+    """A scene cannot be used: names file, key, value, what is allowed and what to do.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> ab_sim.load_scene("thesis-hol")
+    Traceback (most recent call last):
+    ab_sim.errors.SceneError: scene 'thesis-hol' is not known; did you mean 'thesis-hold'?; ...
+    """
 
 
 class InputError(AbSimError):
-    """An argument of a command cannot be used; nothing has been started or written."""
+    """An argument of a call or command cannot be used; nothing has been started or written.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> ab_sim.simulate("thesis-hold", times=[-1.0])
+    Traceback (most recent call last):
+    ab_sim.errors.InputError: times: -1.0 s: must be a finite number, at least 0
+    """
 
 
 class CommandError(AbSimError):
@@ -29,7 +52,15 @@ class Refused(AbSimError):
 
 
 class RecordingError(AbSimError):
-    """A recording cannot be written or read."""
+    """A recording cannot be written or read.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> ab_sim.open_recording("none.rrd")
+    Traceback (most recent call last):
+    ab_sim.errors.RecordingError: ...
+    """
 
 
 class Interrupted(AbSimError):
@@ -39,7 +70,16 @@ class Interrupted(AbSimError):
 
 
 class DivergedError(AbSimError):
-    """The state went beyond all bounds: names the variable, the time and a likely cause."""
+    """The state went beyond all bounds: names the variable, the time and a likely cause.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["start.ball_rates=[1e6, 0.0]"])
+    >>> ab_sim.Drive(scene).advance(100)
+    Traceback (most recent call last):
+    ab_sim.errors.DivergedError: ...
+    """
 
     exit_code = 3
 

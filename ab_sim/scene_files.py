@@ -23,7 +23,24 @@ def scene_folder() -> Path:
 
 
 def scene_names() -> list[str]:
-    """Names of the scenes that come with the package, sorted."""
+    """Names of the scenes that come with the package, sorted.
+
+    Returns
+    -------
+    list of str
+        As ``load_scene`` takes them.
+
+    Raises
+    ------
+    SceneError
+        They are not installed.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> "thesis-hold" in ab_sim.scene_names()
+    True
+    """
     return sorted(path.stem for path in scene_folder().glob("*.yaml"))
 
 

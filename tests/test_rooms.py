@@ -15,7 +15,15 @@ import ab_sim
 
 ORDER = (
     ("errors", "quoting"),
-    ("cache_folder", "conventions", "interruption", "limited_yaml", "output_file", "palette"),
+    (
+        "cache_folder",
+        "conventions",
+        "interruption",
+        "limited_yaml",
+        "output_file",
+        "palette",
+        "presentation",
+    ),
     ("scene_files", "sources", "tracing"),
     ("scene", "compiling"),
     ("spindle", "equations"),
@@ -33,7 +41,8 @@ ORDER = (
     ("formulas",),
     ("figures",),
     ("reports",),
-    ("papers",),
+    ("papers", "api"),
+    ("results",),
     ("nodes",),
     ("cli",),
     ("__main__",),

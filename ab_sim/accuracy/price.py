@@ -1,7 +1,7 @@
 """The setting that was chosen for an accuracy."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ab_sim.accuracy.deviation import Deviation
 from ab_sim.scene.model import Accuracy
@@ -47,7 +47,7 @@ class Price(NamedTuple):
             f"{1e6 * self.seconds:.0f} us of CPU time per simulated second"
         )
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """The same as JSON-able values, SI units, the whirl in ``whirl_unit``."""
         return {
             "asked": self.asked.model_dump(exclude_none=True),

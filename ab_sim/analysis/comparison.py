@@ -51,7 +51,7 @@ class Comparison(NamedTuple):
             return None
         return merits.final_whirl / alone.merits.final_whirl
 
-    def report(self, merits: Merits, eccentricity: float) -> dict[str, Any]:
+    def report(self, merits: Merits, eccentricity: float) -> dict[str, object]:
         """As JSON-able values, to be added to those of the run that has ``merits``."""
         runs: dict[str, Any] = {
             "without_variable_speed_period": self.without_period,

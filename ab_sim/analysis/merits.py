@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -66,7 +66,7 @@ class Merits(NamedTuple):
     overlaps: tuple[Overlap, ...] | None
     """Balls of a size that were in one place, for want of ball_contact; None where none can be."""
 
-    def report(self, eccentricity: float) -> dict[str, Any]:
+    def report(self, eccentricity: float) -> dict[str, object]:
         """As JSON-able values: whirl in eccentricities (None if ``eccentricity`` [m] is 0)."""
 
         def over_e(whirl: float) -> float | None:

@@ -11,7 +11,7 @@ Allemang, The Modal Assurance Criterion (2003), of which ``likeness`` is the for
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
@@ -19,6 +19,7 @@ from scipy.optimize import brentq, linear_sum_assignment
 import ab_sim
 from ab_sim.dynamics.assemble import linearised, system_of
 from ab_sim.dynamics.linearised import Linearised
+from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.model import Scene
 
 AVERAGE = "rotor and balls averaged over one turn; balls spread evenly, turning with the rotor"
@@ -73,7 +74,7 @@ class Mode(NamedTuple):
             return None
         return "forward" if self.whirl > 0.0 else "backward"
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """As JSON-able values; complex numbers are [real, imaginary]."""
         return {
             "frequency": self.frequency,
@@ -97,7 +98,7 @@ class Campbell:
     critical: tuple[tuple[float, Mode], ...]
     """Speeds [rad/s] at which a mode's frequency is the spindle's, rising."""
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """As JSON-able values."""
         return {
             "speeds": self.speeds.tolist(),
@@ -114,9 +115,11 @@ class Campbell:
         }
 
 
-@dataclass(frozen=True)
-class Vibration:
-    """What there is to know of a scene's natural vibration."""
+@dataclass(frozen=True, repr=False)
+class Vibration(Presented):
+    """What there is to know of a scene's natural vibration; see ``ab_sim.modes``."""
+
+    _picture = "modes"
 
     scene: str
     linearised: Linearised
@@ -126,7 +129,28 @@ class Vibration:
     """By frequency, one for each coordinate."""
     over_speed: Campbell
 
-    def report(self) -> dict[str, Any]:
+    def _facts(self) -> dict[str, str]:
+        frequencies = ", ".join(f"{mode.frequency:.4g}" for mode in self.modes)
+        critical = ", ".join(f"{speed:.4g}" for speed, _ in self.over_speed.critical)
+        return {
+            "scene": self.scene,
+            "speed": number(self.speed, "rad/s"),
+            "frequencies": f"{frequencies} rad/s",
+            "critical speeds": f"{critical} rad/s" if critical else "none",
+        }
+
+    def _columns(self) -> Columns:
+        modes = self.modes
+        return {
+            "frequency": Column("rad/s", [mode.frequency for mode in modes]),
+            "damping_ratio": Column("1", [mode.damping_ratio for mode in modes]),
+            "damped_frequency": Column("rad/s", [mode.damped_frequency for mode in modes]),
+            "whirl": Column("1", [mode.whirl for mode in modes]),
+            "sense": Column(None, [mode.sense for mode in modes]),
+            "moving": Column(None, [", ".join(moving(self.linearised, mode)) for mode in modes]),
+        }
+
+    def report(self) -> dict[str, object]:
         """Everything as JSON-able values, SI units: see ``ab-sim modes --help``."""
         about = self.linearised
         return {

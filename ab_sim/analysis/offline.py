@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import ab_sim
 from ab_sim.accuracy import Price, Tell, resolve_accuracy
@@ -12,13 +12,22 @@ from ab_sim.drive import Drive
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.errors import InputError, exact
+from ab_sim.presentation import Columns, Presented, drawn, ends, number
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedProfile
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-@dataclass(frozen=True)
-class OfflineRun:
-    """A finished run."""
+    from ab_sim.analysis.comparison import Comparison
+
+
+@dataclass(frozen=True, repr=False)
+class OfflineRun(Presented):
+    """A finished run: what moved, and what it is judged by; see ``ab_sim.simulate``."""
+
+    _picture = "run"
+    _rows = 0
 
     scene: Scene
     """With the solver that was found, if an accuracy was asked for."""
@@ -39,7 +48,38 @@ class OfflineRun:
     price: Price | None
     """How the solver was found, if an accuracy was asked for."""
 
-    def report(self) -> dict[str, Any]:
+    def plot(self, comparison: "Comparison | None" = None) -> "Figure":
+        """Draw speed, whirl, driving force and ball angles over time.
+
+        Parameters
+        ----------
+        comparison : Comparison, optional
+            What ``ab_sim.compare`` has found, to be drawn beside it.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            What ``ab-sim run --plot`` draws.
+        """
+        return drawn(self._picture, self, comparison)
+
+    def _facts(self) -> dict[str, str]:
+        length, symbol = self.scene.whirl_unit
+        time = self.trajectory["time"]
+        changing = " and changing" if self.merits.changing else ""
+        return {
+            "scene": self.scene.name,
+            "samples": str(len(self.trajectory)),
+            "time": ends(time[0], time[-1], "s"),
+            f"W/{symbol} at the end": number(self.merits.final_whirl / length) + changing,
+            "residual unbalance": number(self.merits.residual_unbalance),
+            "stepper": self.stepper,
+        }
+
+    def _columns(self) -> Columns:
+        return self.trajectory._columns()
+
+    def report(self) -> dict[str, object]:
         """Everything as JSON-able values, SI units: see ``ab-sim run --help``."""
         duration = float(self.trajectory["time"][-1])
         return {

@@ -2,9 +2,11 @@
 
 import functools
 import itertools
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +22,7 @@ from ab_sim.dynamics.system import TURNS
 from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.side_by_side import LANES, Plan, Runs, advance_side_by_side, stacked
 from ab_sim.kernels.code import code_of
+from ab_sim.presentation import Column, Columns, Presented, ends, number
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 
@@ -27,8 +30,11 @@ MOST_VALUES = 500_000_000
 """4 GB of samples; more are refused before anything runs, but for accuracies to be measured."""
 
 
-class Batch(NamedTuple):
-    """Runs in the order of their variations."""
+@dataclass(frozen=True, repr=False)
+class Batch(Presented):
+    """Runs in the order of their variations; see ``ab_sim.simulate_batch``."""
+
+    _picture = "batch"
 
     runs: tuple[BatchRun, ...]
     side_by_side: int
@@ -36,11 +42,47 @@ class Batch(NamedTuple):
     integration_seconds: float
     """CPU time of this thread for taking the steps, all runs together [s]. Of runs that go one by
     one, a kernel for a further kind of the profile's segments is made in it, too."""
+    variations: tuple[Mapping[str, object], ...] = ()
+    """What is varied, values by dotted key for each run."""
+
+    def _facts(self) -> dict[str, str]:
+        failed = sum(bool(run.failure) for run in self.runs)
+        facts = {
+            "scene": self.runs[0].scene.name,
+            "runs": str(len(self.runs)),
+            "side by side": str(self.side_by_side),
+        }
+        kept = [run.trajectory for run in self.runs if len(run.trajectory)]
+        if kept:
+            last = [float(path.whirl[-1]) for path in kept]
+            facts["until"] = number(max(path["time"][-1] for path in kept), "s")
+            facts["W at the end"] = ends(min(last), max(last), "m")
+        return facts | ({"diverged": str(failed)} if failed else {})
+
+    def _columns(self) -> Columns:
+        keys = dict.fromkeys(key for variation in self.variations for key in variation)
+        varied = {
+            key: Column(None, [variation.get(key) for variation in self.variations]) for key in keys
+        }
+        paths = [run.trajectory for run in self.runs]
+        whirls = [path.whirl for path in paths]
+        return varied | {
+            "samples": Column("1", [len(path) for path in paths]),
+            "end": Column("s", [_last(path["time"]) for path in paths]),
+            "speed": Column("rad/s", [_last(path["speed"]) for path in paths]),
+            "peak_whirl": Column("m", [float(whirl.max(initial=0.0)) for whirl in whirls]),
+            "whirl": Column("m", [_last(whirl) for whirl in whirls]),
+            "failure": Column(None, [run.failure for run in self.runs]),
+        }
+
+
+def _last(values: np.ndarray) -> float:
+    return float(values[-1]) if len(values) else math.nan
 
 
 def simulate_batch(
     scene: Scene,
-    variations: Sequence[Mapping[str, Any]],
+    variations: Sequence[Mapping[str, object]],
     every: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Batch:
@@ -98,10 +140,11 @@ def simulate_batch(
             seconds, done = seconds + spent, done + len(chosen)
             if progress is not None:
                 progress(done, len(scenes))
-    return Batch(tuple(run for run in runs if run is not None), lanes_used, seconds)
+    done_runs = tuple(run for run in runs if run is not None)
+    return Batch(done_runs, lanes_used, seconds, tuple(dict(each) for each in variations))
 
 
-def varied(scene: Scene, variations: Sequence[Mapping[str, Any]]) -> list[Scene]:
+def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Scene]:
     """The scenes of a batch.
 
     Raises:

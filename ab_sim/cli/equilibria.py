@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 from rich.table import Table
 
 import ab_sim
@@ -22,6 +21,7 @@ from ab_sim.analysis.equilibria import (
 from ab_sim.analysis.equilibria.extremes import ALL
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.held import last_speed
+from ab_sim.api.resting import speeds_of_branches
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.speed import check_speed
@@ -30,8 +30,6 @@ from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
 
-SPEEDS = 120
-"""At which stability is looked at, besides those near folds."""
 MOST_PLACES = 6
 """In a line of the table."""
 
@@ -49,14 +47,14 @@ def equilibria_command(
         update("at one speed", 0, 1)
         found = equilibria_of(scene, at)
         top = max(abs(at), scene.spindle.max_speed)
-        over_speed = kept_branches(scene, _speeds(scene, top), update)
+        over_speed = kept_branches(scene, speeds_of_branches(scene, top), update)
         beside = []
         for k, state in enumerate(found.branches):
             update(f"beside {state.label}", k, len(found.branches))
             beside.append(_beside(scene, at, state))
     if json is not None:
         report = found.report()
-        branches = [a | b for a, b in zip(report["branches"], beside, strict=True)]
+        branches = [a.report() | b for a, b in zip(found.branches, beside, strict=True)]
         report |= {"branches": branches, "over_speed": over_speed.report()}
         report["other_motions"] = _other_motions(scene)
         write_json({**report, "version": ab_sim.__version__}, json)
@@ -108,15 +106,6 @@ def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
         except SceneError:
             pass  # Not known for a race with a runout.
     return {"comes_back": comes_back, "held_by_friction": held}
-
-
-def _speeds(scene: Scene, top: float) -> np.ndarray:
-    """Evenly spaced, and more about the critical speed, where branches bend."""
-    speeds = np.linspace(top / SPEEDS, top, SPEEDS)
-    critical = scene.critical_speed or top
-    near = np.geomspace(1e-3, 0.2, 16)
-    speeds = np.concatenate([speeds, critical * (1.0 - near), critical * (1.0 + near)])
-    return np.unique(speeds[(speeds > 0.0) & (speeds <= top)])
 
 
 def equilibria_table(scene: Scene, found: Equilibria) -> Table:

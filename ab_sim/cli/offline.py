@@ -10,7 +10,6 @@ from ab_sim.cli.merits import merits_table
 from ab_sim.cli.outputs import check_outputs, people, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.drive import Drive
-from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError, exact
 from ab_sim.scene import load_scene
@@ -54,7 +53,9 @@ def run_command(
 
         run_figure(result.trajectory, result.scene, plot, comparison, result.variable_speed_period)
     if rrd is not None:
-        _record(result, rrd, every)
+        from ab_sim.api.runs import save_recording
+
+        save_recording(result, rrd, every=every)
     title = f"{result.scene.name}, {report['duration']:g} s"
     people.print(merits_table(title, result.scene, {"this run": result.merits}, comparison))
     people.print(_summary(result, report))
@@ -80,16 +81,6 @@ def parse_times(text: str | None) -> list[float]:
         raise InputError(
             f"--times {text}: must be numbers separated by commas, e.g. 2.5,3,6"
         ) from error
-
-
-def _record(result: OfflineRun, path: Path, every: int) -> None:
-    from ab_sim.recording import Recording
-
-    accuracy = None if result.price is None else result.price.report()
-    with Recording(path, description=describe(result.scene, accuracy), every=every) as recording:
-        samples = result.trajectory.samples
-        for first in range(0, len(samples), 10_000):
-            recording.block(result.trajectory.channels, samples[first : first + 10_000])
 
 
 def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:

@@ -27,21 +27,42 @@ AT_ONCE = 10_000
 
 
 class Drive:
-    """A drive in motion.
+    """A drive in motion: to be commanded, advanced step by step, and looked at.
 
     It follows the scene's profile from t = 0 until a command takes over. The same scene and the
     same commands at the same steps give bit-identical outputs, however the steps are grouped.
 
-    Args:
-        scene: what to simulate, with its solver.
-        commanded: hold the scene's start speed until commanded, instead of its profile.
-        ledger: also integrate motor work and losses, for ``energy()``.
-        faults: what of it is broken; see ``drive.faults``.
+    Parameters
+    ----------
+    scene : Scene
+        What to simulate, with its solver.
+    commanded : bool, default False
+        Hold the scene's start speed until commanded, instead of its profile.
+    ledger : bool, default False
+        Also integrate motor work and losses, for ``energy()``.
+    faults : tuple of Fault, optional
+        What of it is broken; see ``drive.faults``.
 
-    Raises:
-        InputError: the scene has nothing that could be broken so.
-        SceneError: unknown stepper, a step beyond the stability limit, or the scene still asks
-            for an accuracy: see ``ab_sim.accuracy.resolve_accuracy``.
+    Raises
+    ------
+    InputError
+        The scene has nothing that could be broken so.
+    SceneError
+        Unknown stepper, a step beyond the stability limit, or the scene still asks for an accuracy:
+        see ``ab_sim.resolve_accuracy``.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> drive = ab_sim.Drive(ab_sim.load_scene("thesis-hold"))
+    >>> run = drive.advance(50)
+    >>> drive.command(150.0)
+    >>> drive.advance(50)["command"][-1]
+    np.float64(150.0)
+    >>> drive
+    <Drive thesis-hold: at 0.1 s, 4.5 rad/s, stepper rk8, step 0.001 s>
+    >>> drive.observe().theta.shape
+    (2,)
     """
 
     def __init__(
@@ -86,6 +107,13 @@ class Drive:
         self._work, self._state = self._steps.work, self._steps.state
         self._first_way = Way.along(self._first_profile, self._grid(), 0)
         self.reset()
+
+    def __repr__(self) -> str:
+        speed = self._spindle(self._state, self.time)[1]
+        return (
+            f"<Drive {self.scene.name}: at {self.time:.6g} s, {speed:.4g} rad/s, "
+            f"stepper {self.stepper.name}, step {self.step:g} s>"
+        )
 
     @property
     def time(self) -> float:

@@ -7,7 +7,9 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from ab_sim.drive.turns import NONE, matrix_of, tilt_of
+from ab_sim.drive.units import unit_of
 from ab_sim.errors import nearest
+from ab_sim.presentation import Column, Columns, Presented, ends, number
 
 MAX_VALUES = 250_000_000
 """2 GB of samples; who asks for more in one piece is refused before anything runs."""
@@ -66,9 +68,9 @@ def balls_in(channels: tuple[str, ...]) -> int:
     return sum(name.startswith("ball_") and name.endswith("_angle") for name in channels)
 
 
-@dataclass(frozen=True)
-class Trajectory:
-    """Consecutive samples, in SI units.
+@dataclass(frozen=True, repr=False)
+class Trajectory(Presented):
+    """Consecutive samples of a run, one row per integration step, in SI units.
 
     ``step`` counts integration steps; ``time`` [s]; ``angle`` and ``speed`` of the spindle [rad,
     rad/s]; ``command`` [rad/s], the speed asked for; ``x``, ``y``, ``vx``, ``vy``, ``ax``, ``ay``
@@ -80,7 +82,21 @@ class Trajectory:
     ``qy``, ``qz`` that turns its axes to the ground's; its angular velocity ``wx``, ``wy``, ``wz``
     [rad/s] and the rates of these ``wx_rate`` ... [rad/s^2], on its own axes; and sensors a third
     axis, ``NAME_3``.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> run = ab_sim.Drive(ab_sim.load_scene("thesis-hold")).advance(100)
+    >>> run
+    <Trajectory: samples 100, time 0.001 to 0.1 s, balls 2, W at the end 2.129e-06 m>
+    >>> run["speed"].shape, run.whirl.shape, run.ball_angles.shape
+    ((100,), (100,), (100, 2))
+    >>> run.plot().savefig("run.png")  # doctest: +SKIP
+    >>> run.to_dataframe()["x"]  # doctest: +SKIP
     """
+
+    _picture = "trajectory"
+    _rows = 0
 
     channels: tuple[str, ...]
     samples: np.ndarray
@@ -184,6 +200,21 @@ class Trajectory:
     def ball_rates(self) -> np.ndarray:
         """theta_i' [rad/s], shape (samples, balls)."""
         return self._of_balls("rate")
+
+    def _facts(self) -> dict[str, str]:
+        facts = {"samples": str(len(self))}
+        if len(self):
+            names = {"time", "x", "y"} & {*self.channels}
+            if "time" in names:
+                facts["time"] = ends(self["time"][0], self["time"][-1], "s")
+            facts["balls"] = str(self.balls)
+            if len(names) == 3:
+                whirl = float(np.hypot(self["x"][-1], self["y"][-1]))
+                facts["W at the end"] = number(whirl, "m")
+        return facts
+
+    def _columns(self) -> Columns:
+        return {name: Column(unit_of(name), self[name]) for name in self.channels}
 
     @property
     def _ways(self) -> int:

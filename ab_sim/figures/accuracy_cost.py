@@ -3,11 +3,10 @@
 from pathlib import Path
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from ab_sim.figures.colours import distinct_colours
-from ab_sim.figures.saved import save
+from ab_sim.figures.saved import Picture, save
 from ab_sim.studies.accuracy_cost import AccuracyCost, Bound, SettingCost
 
 OURS = ("tab:red", "tab:orange", "tab:purple", "tab:brown", "tab:pink", "tab:olive")
@@ -27,12 +26,17 @@ def accuracy_figure(cost: AccuracyCost, path: Path) -> None:
         cost: what was measured.
         path: file to write; its ending says the format (png, svg, pdf).
     """
+    save(drawn_accuracy(cost), path, 120)
+
+
+def drawn_accuracy(cost: AccuracyCost) -> Picture:
+    """What ``accuracy_figure`` writes, not written yet; arguments as there."""
     unit = cost.unit
     panels = [("whirl", f"largest error in whirl [{unit}]", cost.uncertainty.whirl)]
     if cost.balls:
         text = "largest error in ball angle [rad]"
         panels.insert(0, ("angle", text, cost.uncertainty.angle))
-    figure = Figure(figsize=(6.2 * len(panels) + 1.8, 6), layout="constrained")
+    figure = Picture(figsize=(6.2 * len(panels) + 1.8, 6), layout="constrained")
     axes = figure.subplots(1, len(panels), squeeze=False, sharex=True)
     for panel, (key, text, uncertainty) in zip(axes[0], panels, strict=True):
         _panel(panel, cost, key, text, uncertainty)
@@ -44,7 +48,7 @@ def accuracy_figure(cost: AccuracyCost, path: Path) -> None:
         f"{cost.scene}: {balls}, {cost.duration:g} s, {effects}\ndown and left is better",
         fontsize=11,
     )
-    save(figure, path, 120)
+    return figure
 
 
 def _panel(axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: float) -> None:

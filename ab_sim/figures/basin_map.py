@@ -4,11 +4,10 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from ab_sim.figures.curves import say_conventions
-from ab_sim.figures.saved import save
+from ab_sim.figures.saved import Picture, save
 from ab_sim.studies.basin import (
     BALANCED,
     CHANGING,
@@ -37,7 +36,12 @@ def basin_figure(found: Basin, path: Path) -> None:
         found: a basin.
         path: file to write; its ending says the format (png, svg, pdf).
     """
-    figure = Figure(figsize=(13, 6.6), layout="constrained")
+    save(drawn_basin(found), path, 110)
+
+
+def drawn_basin(found: Basin) -> Picture:
+    """What ``basin_figure`` writes, not written yet; arguments as there."""
+    figure = Picture(figsize=(13, 6.6), layout="constrained")
     figure.suptitle(f"Where runs of {found.scene.name} end, by where two balls start", fontsize=14)
     ends, left = figure.subplots(1, 2, sharex=True, sharey=True)
     degrees = np.degrees(found.angles)
@@ -75,4 +79,4 @@ def basin_figure(found: Basin, path: Path) -> None:
         axes.set_ylim(*edges)
     ends.set_ylabel("second ball starts at [deg]")
     say_conventions(figure)
-    save(figure, path, 110)
+    return figure

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch
 from ab_sim.figures.colours import distinct_colours
 from ab_sim.figures.curves import say_conventions
-from ab_sim.figures.saved import save
+from ab_sim.figures.saved import Picture, save
 from ab_sim.scene.model import Scene
 
 COLOURS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown", "tab:cyan", "tab:olive")
@@ -33,7 +32,12 @@ def branches_figure(scene: Scene, found: Equilibria, over_speed: OverSpeed, path
         over_speed: branches.
         path: file to write; its ending says the format (png, svg, pdf).
     """
-    figure = Figure(figsize=(10, 7.5), layout="constrained")
+    save(drawn_branches(scene, found, over_speed), path, 110)
+
+
+def drawn_branches(scene: Scene, found: Equilibria, over_speed: OverSpeed) -> Picture:
+    """What ``branches_figure`` writes, not written yet; arguments as there."""
+    figure = Picture(figsize=(10, 7.5), layout="constrained")
     figure.suptitle(f"Where the balls of {scene.name} can rest", fontsize=14)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.9))
     length, symbol = scene.whirl_unit
@@ -71,7 +75,7 @@ def branches_figure(scene: Scene, found: Equilibria, over_speed: OverSpeed, path
     below.set_xlim(0.0, over_speed.speeds[1])
     figure.legend(handles=_legend(colours), loc="outside right upper", fontsize=8)
     say_conventions(figure)
-    save(figure, path, 110)
+    return figure
 
 
 def _pattern(label: str) -> str:

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ab_sim.analysis.modes import AVERAGE, Mode, Vibration, moving
 from ab_sim.figures.labels import Label, label_at_right
-from ab_sim.figures.saved import save
+from ab_sim.figures.saved import Picture, save
 
 STYLES: dict[str | None, dict[str, Any]] = {
     "forward": {"color": "tab:red", "ls": "-", "lw": 1.6, "zorder": 2.1},
@@ -31,7 +30,12 @@ def campbell_figure(found: Vibration, path: Path) -> None:
         found: a scene's vibration.
         path: file to write; its ending says the format (png, svg, pdf).
     """
-    figure = Figure(figsize=(9, 6.5), layout="constrained")
+    save(drawn_campbell(found), path, 110)
+
+
+def drawn_campbell(found: Vibration) -> Picture:
+    """What ``campbell_figure`` writes, not written yet; arguments as there."""
+    figure = Picture(figsize=(9, 6.5), layout="constrained")
     figure.suptitle(f"Natural frequencies of {found.scene}", fontsize=14)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.4))
     speeds, branches = found.over_speed.speeds, found.over_speed.branches
@@ -60,7 +64,7 @@ def campbell_figure(found: Vibration, path: Path) -> None:
     label_at_right(above, [_label(found, mode) for mode in last], away=50.0)
     above.legend(handles=_legend(found), loc="lower right", fontsize=8)
     figure.supxlabel(AVERAGE, fontsize=8, color="0.4")
-    save(figure, path, 110)
+    return figure
 
 
 def _draw(axes: Axes, speeds: np.ndarray, branch: tuple[Mode, ...], values: list[float]) -> None:

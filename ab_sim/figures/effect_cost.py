@@ -3,9 +3,8 @@
 from pathlib import Path
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from ab_sim.figures.saved import save
+from ab_sim.figures.saved import Picture, save
 from ab_sim.studies.effect_cost import ALL, BASE, EffectCost
 
 COLOURS = {BASE: "tab:gray", ALL: "tab:red"}
@@ -18,13 +17,18 @@ def cost_figure(costs: list[EffectCost], path: Path) -> None:
         costs: what was measured.
         path: file to write; its ending says the format (png, svg, pdf).
     """
+    save(drawn_cost(costs), path, 120)
+
+
+def drawn_cost(costs: list[EffectCost]) -> Picture:
+    """What ``cost_figure`` writes, not written yet; arguments as there."""
     heights = [1.2 + 0.34 * len(cost.rows) for cost in costs]
-    figure = Figure(figsize=(9, sum(heights)), layout="constrained")
+    figure = Picture(figsize=(9, sum(heights)), layout="constrained")
     panels = figure.subplots(len(costs), 1, squeeze=False, height_ratios=heights)
     for axes, cost in zip(panels[:, 0], costs, strict=True):
         _panel(axes, cost)
     panels[-1, 0].set_xlabel("time per step [µs]: median, and quartiles of interleaved repeats")
-    save(figure, path, 120)
+    return figure
 
 
 def _panel(axes: Axes, cost: EffectCost) -> None:

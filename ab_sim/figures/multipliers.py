@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ab_sim.analysis.floquet import Followed, Stability
-from ab_sim.figures.saved import save
+from ab_sim.figures.saved import Picture, save
 
 COLORS = {"stable": "tab:blue", "unstable": "tab:red", "undecided": "0.45"}
 MARKERS = ("o", "s", "D")
@@ -27,7 +26,12 @@ def multipliers_figure(solutions: Sequence[Stability], path: Path) -> None:
         solutions: of one scene at one speed, at least one.
         path: file to write; its ending says the format (png, svg, pdf).
     """
-    figure = Figure(figsize=(11.0, 6.8), layout="constrained")
+    save(drawn_multipliers(solutions), path, 110)
+
+
+def drawn_multipliers(solutions: Sequence[Stability]) -> Picture:
+    """What ``multipliers_figure`` writes, not written yet; arguments as there."""
+    figure = Picture(figsize=(11.0, 6.8), layout="constrained")
     first = solutions[0]
     figure.suptitle(f"Multipliers of {first.scene} at {first.speed:g} rad/s", fontsize=13)
     whole, near = figure.subplots(1, 2)
@@ -43,7 +47,7 @@ def multipliers_figure(solutions: Sequence[Stability], path: Path) -> None:
         title="over one turn of the spindle; inside the circle what is near comes back",
         title_fontsize=8,
     )  # fmt: skip
-    save(figure, path, 110)
+    return figure
 
 
 def _draw_plane(axes: Axes, solutions: Sequence[Stability]) -> None:
@@ -90,7 +94,12 @@ def modulus_figure(scene: str, followed: Followed, path: Path) -> None:
         followed: at least one of its points has a solution.
         path: file to write; its ending says the format (png, svg, pdf).
     """
-    figure = Figure(figsize=(9.0, 6.5), layout="constrained")
+    save(drawn_modulus(scene, followed), path, 110)
+
+
+def drawn_modulus(scene: str, followed: Followed) -> Picture:
+    """What ``modulus_figure`` writes, not written yet; arguments as there."""
+    figure = Picture(figsize=(9.0, 6.5), layout="constrained")
     figure.suptitle(f"Stability of {scene} over {followed.over}", fontsize=13)
     found = [point.found for point in followed.points]
     values = [point.value for point in followed.points]
@@ -109,7 +118,7 @@ def modulus_figure(scene: str, followed: Followed, path: Path) -> None:
         below.grid(alpha=0.3)
     below.set_xlabel(followed.over + (" [rad/s]" if followed.over == "speed" else ""))
     below.set_xlim(min(values), max(values))
-    save(figure, path, 110)
+    return figure
 
 
 def draw_modulus(axes: Axes, followed: Followed) -> None:

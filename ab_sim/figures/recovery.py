@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag, composite_of
-from ab_sim.figures.saved import save
+from ab_sim.figures.saved import Picture, save
 
 COLOURS = ("tab:blue", "tab:orange")
 """Of the scene, and of one ball in its balls' place."""
@@ -21,7 +20,12 @@ def recovery_figure(found: RecoveryOverDrag, path: Path) -> None:
         found: a scene's recovery.
         path: file to write; its ending says the format (png, svg, pdf).
     """
-    figure = Figure(figsize=(9, 7), layout="constrained")
+    save(drawn_recovery(found), path, 110)
+
+
+def drawn_recovery(found: RecoveryOverDrag) -> Picture:
+    """What ``recovery_figure`` writes, not written yet; arguments as there."""
+    figure = Picture(figsize=(9, 7), layout="constrained")
     figure.suptitle(
         f"{found.scene}: recovery from {found.from_speed:g} to {found.to_speed:g} rad/s",
         fontsize=13,
@@ -51,7 +55,7 @@ def recovery_figure(found: RecoveryOverDrag, path: Path) -> None:
     for axes in (times, amplitudes, index):
         axes.set_xlim(left=0.0)
     times.legend(fontsize=9)
-    save(figure, path, 110)
+    return figure
 
 
 def _numbers(values: Sequence[float | None]) -> np.ndarray:

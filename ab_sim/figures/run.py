@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ab_sim.analysis.comparison import Compared, Comparison
 from ab_sim.analysis.merits import Merits, merits_of
@@ -16,7 +15,7 @@ from ab_sim.equations.effects.motor import Motor
 from ab_sim.figures.balls import ball_styles, draw_balls
 from ab_sim.figures.curves import draw_curve, say_conventions
 from ab_sim.figures.labels import Label, label_at_right
-from ab_sim.figures.saved import save
+from ab_sim.figures.saved import Picture, save
 from ab_sim.scene.model import Scene
 
 RUN, BESIDE, LIMIT = "tab:red", ("tab:blue", "0.35"), "0.45"
@@ -48,6 +47,17 @@ def run_figure(
         period_start: when the variable-speed period starts [s], if there is one.
         title: default: the profile's kind and the scene's name.
     """
+    save(drawn_run(trajectory, scene, comparison, period_start, title), path, 120)
+
+
+def drawn_run(
+    trajectory: Trajectory,
+    scene: Scene,
+    comparison: Comparison,
+    period_start: float | None = None,
+    title: str | None = None,
+) -> Picture:
+    """What ``run_figure`` writes, not written yet; arguments as there."""
     merits = merits_of(trajectory, scene)
     trajectory = from_rest(trajectory, scene)
     motor, balls = scene.effects.get("motor"), trajectory.balls
@@ -56,7 +66,7 @@ def run_figure(
     heights |= {"tilt": 0.7} if trajectory.tilts else {}
     heights |= {} if motor is None else {"torque": 0.6}
     heights |= {"force": 0.7, "angles": 1.0} if balls else {}
-    figure = Figure(figsize=(10, 0.8 + 2.9 * sum(heights.values())), layout="constrained")
+    figure = Picture(figsize=(10, 0.8 + 2.9 * sum(heights.values())), layout="constrained")
     panels = figure.subplots(len(heights), 1, sharex=True, height_ratios=[*heights.values()])
     at = dict(zip(heights, panels, strict=True))
     kind = "Run" if scene.profile is None else KINDS[scene.profile.kind]
@@ -78,11 +88,11 @@ def run_figure(
     if balls:
         _draw_forces(at["force"], trajectory, scene)
         draw_balls(at["angles"], trajectory, scene, merits)
-    if period_start is not None:
+    if period_start is not None and period_start < time[-1]:
         _mark_period(panels, scene, period_start)
     figure.align_ylabels(panels)
     say_conventions(figure)
-    save(figure, path, 120)
+    return figure
 
 
 def _summary(merits: Merits, scene: Scene, comparison: Comparison) -> str:

@@ -25,7 +25,7 @@ from ab_sim.analysis.maps.verdicts import (
     name_of,
 )
 from ab_sim.figures.colours import distinct_colours
-from ab_sim.figures.saved import save
+from ab_sim.figures.saved import Picture, save
 
 COLOURS = {
     EVERYWHERE: "#2c9a55",
@@ -53,8 +53,13 @@ def map_figure(found: StabilityMap, path: Path, beside: StabilityMap | None = No
         path: file to write; its ending says the format (png, svg, pdf).
         beside: another one on the same axes, drawn at its right.
     """
+    save(drawn_map(found, beside), path, 110)
+
+
+def drawn_map(found: StabilityMap, beside: StabilityMap | None = None) -> Picture:
+    """What ``map_figure`` writes, not written yet; arguments as there."""
     maps = [found] if beside is None else [found, beside]
-    figure = Figure(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
+    figure = Picture(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
     labels = sorted({label for each in maps for label in each.shares})
     colours = colours_of(labels)
@@ -75,7 +80,7 @@ def map_figure(found: StabilityMap, path: Path, beside: StabilityMap | None = No
             fontsize=9,
         )
     panels[0].set_ylabel(found.plane.titles[1])
-    save(figure, path, 110)
+    return figure
 
 
 def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int, str]) -> None:

@@ -15,7 +15,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 from rerun.chunk import Chunk, RrdReader
 
-from ab_sim.drive.trajectory import column_of
+from ab_sim.drive.trajectory import Trajectory, column_of
 from ab_sim.errors import RecordingError
 from ab_sim.recording.layout import CHANNELS, CLOSED, LEFT_OUT, SAMPLES, THINNED, Array, layout_of
 from ab_sim.recording.torn_file import whole_part
@@ -110,6 +110,19 @@ class StoredRun:
                 yield joined[:rows]
         if sum(map(len, kept)):
             yield np.concatenate(kept)
+
+    def trajectory(self) -> Trajectory:
+        """All samples, read into memory.
+
+        :raises RecordingError: it cannot be read.
+        """
+        blocks = list(self.blocks()) if self.channels else []
+        return Trajectory(
+            self.channels, np.concatenate([np.empty((0, len(self.channels))), *blocks])
+        )
+
+    def __repr__(self) -> str:
+        return f"<StoredRun: {self.path.name}, channels {len(self.channels)}>"
 
     @cached_property
     def extent(self) -> Extent:
@@ -218,7 +231,30 @@ def open_recording(path: Path | str) -> StoredRun:
 
     Of one that was killed while it wrote, all is read but the batch that is torn.
 
-    :raises RecordingError: no such file, not a Rerun file, or not ours; reading may raise it, too.
+    Parameters
+    ----------
+    path : Path or str
+        An .rrd file.
+
+    Returns
+    -------
+    StoredRun
+        ``trajectory()`` reads all samples into memory, ``blocks()`` yields them in arrays of shape
+        (rows, channels); ``extent``: how many there are; ``notes.events``; ``description``.
+
+    Raises
+    ------
+    RecordingError
+        No such file, not a Rerun file, or not ours; reading may raise it, too.
+
+    Examples
+    --------
+    >>> import ab_sim, tempfile, pathlib
+    >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.1"]))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ab_sim.save_recording(run, pathlib.Path(folder, "run.rrd"))
+    ...     ab_sim.open_recording(pathlib.Path(folder, "run.rrd")).extent.rows
+    101
     """
     return StoredRun(path)
 

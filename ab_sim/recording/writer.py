@@ -64,13 +64,23 @@ class Recording:
     :param around: what is kept at full rate before and after an event [s], if not all is.
     :param thinned: ``every`` and ``around`` were already applied by somebody else, and `block` is
         told what that has left out.
+
+    Examples
+    --------
+    >>> import ab_sim, tempfile, pathlib
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder, "mine.rrd")
+    ...     with ab_sim.Recording(file, description={}, drawn=False) as recording:
+    ...         recording.block(["step", "time", "temperature"], [[0, 0.0, 20.0], [1, 0.1, 20.5]])
+    ...     ab_sim.open_recording(file).trajectory()["temperature"]
+    array([20. , 20.5])
     """
 
     def __init__(
         self,
         path: Path | str,
         *,
-        description: Mapping[str, Any],
+        description: Mapping[str, object],
         index: bool = True,
         drawn: bool = True,
         every: int = 1,

@@ -11,6 +11,7 @@ from ab_sim.analysis.replay import Replay, scene_from
 from ab_sim.drive import Drive
 from ab_sim.drive.units import unit_of
 from ab_sim.errors import InputError, exact
+from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.recording import StoredRun
 from ab_sim.reports.envelope import Envelope
 from ab_sim.scene.load import with_solver
@@ -84,9 +85,11 @@ class Deviation:
         }
 
 
-@dataclass(frozen=True)
-class Beside:
-    """A recording beside a simulation."""
+@dataclass(frozen=True, repr=False)
+class Beside(Presented):
+    """A recording beside a simulation; see ``ab_sim.compare_recording``."""
+
+    _picture = "ab_sim.reports.compare_picture:drawn_comparison"
 
     scene: Scene
     deviations: tuple[Deviation, ...]
@@ -110,7 +113,26 @@ class Beside:
         """Whether every channel that was compared is, to the bit."""
         return all(deviation.same for deviation in self.deviations)
 
-    def report(self) -> dict[str, Any]:
+    def _facts(self) -> dict[str, str]:
+        return {
+            "scene": self.scene.name,
+            "samples": str(self.rows),
+            "channels": str(len(self.deviations)),
+            "the same to the bit": str(self.same),
+        }
+
+    def _columns(self) -> Columns:
+        found = self.deviations
+        return {
+            "channel": Column(None, [each.channel for each in found]),
+            "unit": Column(None, [each.unit for each in found]),
+            "largest": Column(None, [each.largest for each in found]),
+            "at": Column("s", [each.at for each in found]),
+            "rms": Column(None, [each.rms for each in found]),
+            "same_to_the_bit": Column(None, [each.same for each in found]),
+        }
+
+    def report(self) -> dict[str, object]:
         """As JSON-able values: see ``ab-sim compare --help``."""
         return {
             "scene": self.scene.name,

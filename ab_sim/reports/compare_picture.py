@@ -4,10 +4,9 @@ import textwrap
 from pathlib import Path
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ab_sim.figures.curves import say_conventions
-from ab_sim.figures.saved import save
+from ab_sim.figures.saved import Picture, save, with_plain_texts
 from ab_sim.reports.colours import BLACK, BLUE, ORANGE
 from ab_sim.reports.compare import Beside, Deviation
 
@@ -24,10 +23,19 @@ def compare_picture(found: Beside, recording: str, path: Path) -> None:
         recording: its name, for the title.
         path: file to write; its ending says the format (png, svg, pdf).
     """
+    save(_drawn(found, recording), path, 110)
+
+
+def drawn_comparison(found: Beside) -> Picture:
+    """The same, not written: what ``plot()`` of a comparison draws."""
+    return with_plain_texts(_drawn(found, "the recording"))
+
+
+def _drawn(found: Beside, recording: str) -> Picture:
     shown = sorted(found.deviations, key=_place)[:MOST]
     left_out = _left_out(found, shown)
     lines = 1 + left_out.count("\n")
-    figure = Figure(figsize=(13, 1.2 + 0.17 * lines + 2.1 * len(shown)), layout="constrained")
+    figure = Picture(figsize=(13, 1.2 + 0.17 * lines + 2.1 * len(shown)), layout="constrained")
     panels = figure.subplots(len(shown), 2, sharex=True, squeeze=False)
     verdict = "the same to the bit" if found.same else f"driven by {found.driven_by}"
     figure.suptitle(f"{recording} beside {found.scene.name}: {verdict}", fontsize=13)
@@ -44,7 +52,7 @@ def compare_picture(found: Beside, recording: str, path: Path) -> None:
     )  # fmt: skip
     figure.align_ylabels(panels[:, 0])
     say_conventions(figure)
-    save(figure, path, 110)
+    return figure
 
 
 def _left_out(found: Beside, shown: list[Deviation]) -> str:

@@ -20,15 +20,35 @@ from ab_sim.scene_files import find_scene, read_scene_file
 def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
     """Read and check a scene.
 
-    Args:
-        scene: name of a scene that comes with the package, or path of a YAML file.
-        changes: ``key=value`` with a dotted key, e.g. ``balls.mass=0.002`` or
-            ``effects.viscous_drag.coefficient=2``; the value is read as YAML; an empty value
-            removes the key, which has to be there. A change that asks for an ``accuracy`` takes
-            the file's ``solver`` away, which it stands instead of, and the other way round.
+    Parameters
+    ----------
+    scene : str or Path
+        Name of a scene that comes with the package, or path of a YAML file.
+    changes : iterable of str, optional
+        ``key=value`` with a dotted key, e.g. ``balls.mass=0.002`` or
+        ``effects.viscous_drag.coefficient=2``, SI; the value is read as YAML; an empty value
+        removes the key, which has to be there. A change that asks for an ``accuracy`` takes the
+        file's ``solver`` away, which it stands instead of, and the other way round.
 
-    Raises:
-        SceneError: names file, key, value, what is allowed, and the nearest known name.
+    Returns
+    -------
+    Scene
+        Checked; it does not change afterwards.
+
+    Raises
+    ------
+    SceneError
+        Names file, key, value, what is allowed, and the nearest known name.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["balls.mass=0.002"])
+    >>> scene.balls.masses, scene.critical_speed
+    ((0.002, 0.002), 100.0)
+    >>> ab_sim.load_scene("thesis-hold", ["balls.mas=0.002"])
+    Traceback (most recent call last):
+    ab_sim.errors.SceneError: ...balls.mas...
     """
     path = find_scene(scene)
     raw = read_mapping(path)
@@ -91,7 +111,8 @@ def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
     try:
         if "effects" not in raw:
             raise ValueError("effects: is missing; add it, if empty as []")
-        named = _effects_model().model_validate(_by_name(raw["effects"]))
+        known = _effects_model(tuple(effect_classes().items()))
+        named = known.model_validate(_by_name(raw["effects"]))
         effects = {name: getattr(named, name) for name in named.model_fields_set}
         effects = {name: effects[name] for name in effect_classes() if name in effects}
     except ValidationError as error:
@@ -114,9 +135,10 @@ def _checked(
     return checked
 
 
-@functools.cache
-def _effects_model() -> type[BaseModel]:
-    fields: dict[str, Any] = {name: (effect, None) for name, effect in effect_classes().items()}
+@functools.lru_cache(maxsize=8)
+def _effects_model(known: tuple[tuple[str, type], ...]) -> type[BaseModel]:
+    """Of these effects by name; a program may register more at any time."""
+    fields: dict[str, Any] = {name: (effect, None) for name, effect in known}
     return create_model("Effects", __config__=ConfigDict(extra="forbid"), **fields)
 
 

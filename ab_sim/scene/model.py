@@ -237,7 +237,19 @@ class Accuracy(Section):
 
 
 class Scene(Section):
-    """One drive, its effects and sensors, its start and its spindle-speed profile."""
+    """One drive, its effects and sensors, its start and its spindle-speed profile.
+
+    Made by ``ab_sim.load_scene``; values are SI, and do not change afterwards.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold")
+    >>> scene
+    <Scene thesis-hold: balls 2, effects ball_spin rolling_friction ..., duration 6 s>
+    >>> scene.race.radius, scene.effects["suspension"].stiffness
+    (0.01, 1000.0)
+    """
 
     name: Annotated[str, AfterValidator(_one_line)] = Field(
         default="", description="what it is called, one line; default the file's name"
@@ -316,11 +328,20 @@ class Scene(Section):
         e = self.rotor.eccentricity
         return (e, "e") if e > 0 else (self.race.radius, "R")
 
-    def as_mapping(self) -> dict[str, Any]:
+    def __repr__(self) -> str:
+        effects = " ".join(self.effects) or "none"
+        return (
+            f"<Scene {self.name}: balls {self.balls.count}, effects {effects}, "
+            f"duration {self.duration:g} s>"
+        )
+
+    __str__ = __repr__
+
+    def as_mapping(self) -> dict[str, object]:
         """The scene as nested plain values, which ``check_scene`` reads back to an equal scene."""
         return self.with_plain(type(self).model_fields)
 
-    def with_plain(self, keys: Iterable[str]) -> dict[str, Any]:
+    def with_plain(self, keys: Iterable[str]) -> dict[str, object]:
         """What is given in the scene, by key: plain values of these keys, the rest as it is."""
         given = {
             key: value

@@ -22,6 +22,7 @@ from ab_sim.analysis.merits import merits_of
 from ab_sim.batch import simulate_batch
 from ab_sim.equations.neighbours import start_angles
 from ab_sim.errors import InputError, SceneError, exact
+from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
@@ -63,9 +64,11 @@ class End(NamedTuple):
     """m, root mean square over the last tenth; None without a run."""
 
 
-@dataclass(frozen=True)
-class Basin:
-    """Ends of a scene's run over the start angles of its first two balls."""
+@dataclass(frozen=True, repr=False)
+class Basin(Presented):
+    """Ends of a scene's run over the start angles of its first two balls; see ``ab_sim.basin``."""
+
+    _picture = "basin"
 
     scene: Scene
     angles: tuple[float, ...]
@@ -88,7 +91,26 @@ class Basin:
         order = np.argsort(-counts, kind="stable")
         return {int(found[k]): float(counts[k] / labels.size) for k in order}
 
-    def report(self) -> dict[str, Any]:
+    def _facts(self) -> dict[str, str]:
+        return {
+            "scene": self.scene.name,
+            "starts": f"{len(self.angles)} x {len(self.angles)}",
+            "balanced": f"{100.0 * self.shares.get(BALANCED, 0.0):.3g} %",
+            "to within": number(self.limit, "of M0 e"),
+        }
+
+    def _columns(self) -> Columns:
+        """A row for each start, those of the second ball's first angle before the others."""
+        ends = [end for row in self.ends for end in row]
+        return {
+            "ball_0_angle": Column("rad", np.tile(self.angles, len(self.angles))),
+            "ball_1_angle": Column("rad", np.repeat(self.angles, len(self.angles))),
+            "end": Column(None, [NAMES[end.label] for end in ends]),
+            "residual_unbalance": Column("1", [end.residual_unbalance for end in ends]),
+            "whirl": Column("m", [end.whirl for end in ends]),
+        }
+
+    def report(self) -> dict[str, object]:
         """Everything as JSON-able values, SI units: see ``ab-sim stability --help``."""
         return {
             "scene": self.scene.name,

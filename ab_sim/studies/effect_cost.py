@@ -22,6 +22,7 @@ from ab_sim.dynamics.assemble import system_of
 from ab_sim.equations.neighbours import start_angles
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.integrate.choose import choose_stepper
+from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
@@ -80,9 +81,11 @@ class VariantCost:
     failure: str = ""
 
 
-@dataclass(frozen=True)
-class EffectCost:
-    """The table for one scene."""
+@dataclass(frozen=True, repr=False)
+class EffectCost(Presented):
+    """What each effect of a scene costs; see ``ab_sim.effect_cost``."""
+
+    _picture = "effect_cost"
 
     scene: str
     balls: int
@@ -94,16 +97,36 @@ class EffectCost:
     repeats: int
     rows: tuple[VariantCost, ...]
 
-    def table(self) -> dict[str, Any]:
+    def _facts(self) -> dict[str, str]:
+        times = [row.ns_per_step.median for row in self.rows if row.ns_per_step is not None]
+        return {
+            "scene": self.scene,
+            "balls": str(self.balls),
+            "stepper": f"{self.stepper} at {self.step:g} s",
+            "ns per step": f"{min(times):.4g} to {max(times):.4g}" if times else "-",
+        }
+
+    def _columns(self) -> Columns:
+        times, ratios = ([r.ns_per_step for r in self.rows], [r.ratio for r in self.rows])
+        return {
+            "effects": Column(None, [row.name for row in self.rows]),
+            "ns_per_step": Column("ns", [None if t is None else t.median for t in times]),
+            "of_base": Column("1", [None if ratio is None else ratio.median for ratio in ratios]),
+            "events_per_1000_steps": Column("1", [row.events_per_1000_steps for row in self.rows]),
+            "first_step": Column("s", [row.first_seconds for row in self.rows]),
+            "failure": Column(None, [row.failure for row in self.rows]),
+        }
+
+    def table(self) -> dict[str, object]:
         """As JSON-able values."""
-        table = asdict(self)
+        table: dict[str, Any] = asdict(self)
         for row, made in zip(table["rows"], self.rows, strict=True):
             for key in ("ns_per_step", "ratio"):
                 spread = getattr(made, key)
                 row[key] = None if spread is None else spread._asdict()
         return table
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """The same, with where and when it was measured."""
         return {**conditions(), **self.table()}
 
@@ -142,7 +165,7 @@ def off_axis(scene: Scene) -> tuple[Scene, float]:
     starts = start_angles(scene)
     if all(starts):
         return scene, 0.0
-    raw = scene.as_mapping()
+    raw: dict[str, Any] = scene.as_mapping()
     angles = [angle + OFF_AXIS for angle in starts]
     raw["start"] = {**raw["start"], "ball_angles": angles}
     try:
@@ -193,7 +216,7 @@ def _alone(scene: Scene, name: str, stepper: str) -> Variant:
 
 
 def _with(scene: Scene, effects: Sequence[str], sensors: Sequence[str], stepper: str) -> Scene:
-    raw = scene.as_mapping()
+    raw: dict[str, Any] = scene.as_mapping()
     for section, names in (("effects", effects), ("sensors", sensors)):
         raw[section] = {name: raw[section][name] for name in raw[section] if name in names}
     raw["solver"] = {**raw["solver"], "stepper": stepper}

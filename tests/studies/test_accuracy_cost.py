@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -280,7 +281,7 @@ def test_what_is_not_independent_is_said_to_be_so() -> None:
     """In JSON and in print; the numbers are another study's."""
     scene = made(**merge(FRICTION, {"duration": 0.1}))
     reference = event_reference(scene, sampling_of(scene))
-    ours = study()._replace(reference=reference.text, reference_shares=reference.shares)
+    ours = replace(study(), reference=reference.text, reference_shares=reference.shares)
     assert ours.report()["reference_independent"] is False
     for accuracy, words in (
         (study(), "it is independent: what it shares with ab_sim's steppers is the equations"),

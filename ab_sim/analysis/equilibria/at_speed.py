@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -12,12 +11,15 @@ from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, phase, rad
 from ab_sim.analysis.equilibria.resting import LEFT_OUT, Rotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState, resting_state
 from ab_sim.dynamics.system import System
+from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.model import Scene
 
 
-@dataclass(frozen=True)
-class Equilibria:
-    """Where deck and balls can rest at a speed, and how firmly."""
+@dataclass(frozen=True, repr=False)
+class Equilibria(Presented):
+    """Where deck and balls can rest at a speed, and how firmly; see ``ab_sim.equilibria``."""
+
+    _picture = "equilibria"
 
     scene: str
     speed: float
@@ -40,7 +42,26 @@ class Equilibria:
         """Those that small disturbances leave."""
         return tuple(state for state in self.branches if state.stable)
 
-    def report(self) -> dict[str, Any]:
+    def _facts(self) -> dict[str, str]:
+        return {
+            "scene": self.scene,
+            "speed": number(self.speed, "rad/s"),
+            "states": str(len(self.branches)),
+            "stable": " and ".join(state.label for state in self.stable) or "none",
+        }
+
+    def _columns(self) -> Columns:
+        states = self.branches
+        return {
+            "label": Column(None, [state.label for state in states]),
+            "W": Column("m", [state.W for state in states]),
+            "lambda_max": Column("1/s", [state.lambda_max for state in states]),
+            "verdict": Column(None, [state.verdict for state in states]),
+            "ways": Column("1", [state.assignments for state in states]),
+            "theta": Column("rad", [tuple(state.theta.tolist()) for state in states]),
+        }
+
+    def report(self) -> dict[str, object]:
         """Everything as JSON-able values, SI units: see ``ab-sim equilibria --help``."""
         return {
             "scene": self.scene,

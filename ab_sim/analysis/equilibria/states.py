@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -62,7 +61,7 @@ class RestingState:
         """The same by another name."""
         return replace(self, label=label)
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """As JSON-able values; complex numbers are [real, imaginary]."""
         return {
             "label": self.label,

@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from ab_sim.analysis.floquet.solution import Search, Solution, solution
 from ab_sim.analysis.floquet.starts import STARTS
 from ab_sim.errors import SceneError
+from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.scene.model import Scene
 
 DIGITS = 1e-10
@@ -68,13 +69,40 @@ class Border(NamedTuple):
         }
 
 
-@dataclass(frozen=True)
-class Followed:
-    """A solution over a parameter."""
+@dataclass(frozen=True, repr=False)
+class Followed(Presented):
+    """A solution over a parameter; see ``ab_sim.follow_floquet``."""
+
+    _picture = "followed"
 
     over: str
     points: tuple[Point, ...]
     borders: tuple[Border, ...]
+    scene: str = ""
+    """Its name, where it was said."""
+
+    def _facts(self) -> dict[str, str]:
+        values = [point.value for point in self.points]
+        borders = ", ".join(f"{border.value:.6g}" for border in self.borders)
+        return {
+            "scene": self.scene,
+            "over": f"{self.over}, {len(values)} values",
+            "from": f"{values[0]:.4g} to {values[-1]:.4g}",
+            "borders": borders or "none",
+        }
+
+    def _columns(self) -> Columns:
+        found = [point.found for point in self.points]
+        return {
+            self.over: Column(
+                "rad/s" if self.over == "speed" else None, [point.value for point in self.points]
+            ),
+            "held_speed": Column("rad/s", [point.speed for point in self.points]),
+            "largest": Column("1", [None if one is None else one.largest for one in found]),
+            "verdict": Column(None, [None if one is None else one.verdict for one in found]),
+            "whirl_max": Column("m", [None if one is None else one.whirl_max for one in found]),
+            "new": Column(None, [point.new for point in self.points]),
+        }
 
     @property
     def unlocated(self) -> list[tuple[Point, Point]]:
@@ -90,7 +118,7 @@ class Followed:
             )
         ]
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """As JSON-able values."""
         return {
             "over": self.over,

@@ -77,7 +77,7 @@ class Stability:
         """stable, unstable or undecided."""
         return {True: "stable", False: "unstable", None: "undecided"}[self.stable]
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """Everything as JSON-able values, SI units: see ``ab-sim floquet --help``."""
         return {
             "scene": self.scene,

@@ -105,6 +105,12 @@ class Plane(NamedTuple):
         return across, up
 
     @property
+    def units(self) -> tuple[str | None, str | None]:
+        """Of the axes, across and up; None where a value has none."""
+        across, up = (_unit_of(self.scene, axis.key) for axis in (self.across, self.up))
+        return across, up
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Rows, columns: values up, and across."""
         return len(self.up.values), len(self.across.values)
@@ -145,6 +151,13 @@ class Plane(NamedTuple):
 def _titled(scene: Scene, key: str) -> str:
     if key == SPEED:
         return "spindle speed [rad/s]"
+    unit = _unit_of(scene, key)
+    return key if unit is None else f"{key} [{unit}]"
+
+
+def _unit_of(scene: Scene, key: str) -> str | None:
+    if key == SPEED:
+        return "rad/s"
     *sections, last = key.split(".")
     about: Any
     if sections[:1] == ["effects"]:
@@ -155,7 +168,7 @@ def _titled(scene: Scene, key: str) -> str:
             holder = getattr(holder, name, None)
         field = getattr(type(holder), "model_fields", {}).get(last)
         about = (field and field.json_schema_extra) or {}
-    return f"{key} [{about['unit']}]" if "unit" in about else key
+    return about.get("unit")
 
 
 def _plain(value: float) -> float | int:

@@ -17,15 +17,18 @@ from ab_sim.analysis.maps.plane import SPEED, Axis, Plane
 from ab_sim.analysis.maps.refine import Point, refined
 from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
 from ab_sim.analysis.maps.workers import Workers
+from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.scene.model import Scene
 
 COARSE = 8
 """Spacing of the points that a map begins with."""
 
 
-@dataclass(frozen=True)
-class StabilityMap:
-    """Verdicts over a plane of two parameters."""
+@dataclass(frozen=True, repr=False)
+class StabilityMap(Presented):
+    """Verdicts over a plane of two parameters; see ``ab_sim.stability_map``."""
+
+    _picture = "stability_map"
 
     plane: Plane
     coarse: int
@@ -61,7 +64,30 @@ class StabilityMap:
             known.add(known_positions(rotor_of(system), len(system.balls)))
         return next((each for each in (SAMPLED, ALL) if each in known), None)
 
-    def report(self) -> dict[str, Any]:
+    def _facts(self) -> dict[str, str]:
+        rows, columns = self.plane.shape
+        return {
+            "scene": self.plane.scene.name,
+            "points": f"{columns} x {rows}",
+            "over": f"{self.plane.across.key} and {self.plane.up.key}",
+            "balanced": f"{100.0 * self.balanced.mean():.3g} %",
+        }
+
+    def _columns(self) -> Columns:
+        """A row for each point, those of the first value up before those of the second one."""
+        across, up = self.plane.across, self.plane.up
+        labels = self.labels.ravel().tolist()
+        names = {label: name_of(label) for label in {*labels}}
+        units = self.plane.units
+        return {
+            across.key: Column(units[0], np.tile(across.values, len(up.values))),
+            up.key: Column(units[1], np.repeat(up.values, len(across.values))),
+            "stable": Column(None, [names[label] for label in labels]),
+            "label": Column("1", labels),
+            "computed": Column(None, self.computed.ravel()),
+        }
+
+    def report(self) -> dict[str, object]:
         """Everything as JSON-able values, SI units: see ``ab-sim stability --help``."""
         across, up = (
             {"key": axis.key, "values": list(axis.values)}

@@ -15,6 +15,7 @@ import ab_sim
 from ab_sim.analysis.recovery.response import BAND, Recovery, recover, speed_change_of
 from ab_sim.analysis.results import Results
 from ab_sim.errors import SceneError
+from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
@@ -36,9 +37,14 @@ class Composite:
     """At which of the drags it is smallest."""
 
 
-@dataclass(frozen=True)
-class RecoveryOverDrag:
-    """A scene's recovery, at its own drag and over others; the same with all balls in one."""
+@dataclass(frozen=True, repr=False)
+class RecoveryOverDrag(Presented):
+    """A scene's recovery, at its own drag and over others; the same with all balls in one.
+
+    See ``ab_sim.recovery``.
+    """
+
+    _picture = "recovery"
 
     scene: str
     from_speed: float
@@ -70,7 +76,31 @@ class RecoveryOverDrag:
         """The one of the drags at which the composite index is smallest [N s/m]."""
         return _best(self.drags, self.over)
 
-    def report(self) -> dict[str, Any]:
+    def _facts(self) -> dict[str, str]:
+        return {
+            "scene": self.scene,
+            "speed": f"{self.from_speed:g} to {self.to_speed:g} rad/s",
+            "settling time": number(self.own.settling_time, "s"),
+            "amplitude": number(self.own.maximum_amplitude, "m"),
+            "best drag": number(self.best_drag, "N s/m"),
+        }
+
+    def _columns(self) -> Columns:
+        """The scene's own drag first, then the others; with all balls, then with one."""
+        drags = (self.drag, *self.drags)
+        runs = (self.own, *self.over, *(self.one_ball or ()))
+        ways = len(runs) // len(drags)
+        return {
+            "balls": Column("1", [n for n in (self.balls, 1)[:ways] for _ in drags]),
+            "drag": Column("N s/m", [*drags] * ways),
+            "settling_time": Column("s", [run.settling_time for run in runs]),
+            "maximum_amplitude": Column("m", [run.maximum_amplitude for run in runs]),
+            "lambda_max": Column("1/s", [run.lambda_max for run in runs]),
+            "label": Column(None, [run.label for run in runs]),
+            "verdict": Column(None, [run.verdict for run in runs]),
+        }
+
+    def report(self) -> dict[str, object]:
         """Everything as JSON-able values, SI units: see ``ab-sim recovery --help``."""
         one = self.one_ball
         return {

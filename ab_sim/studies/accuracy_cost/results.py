@@ -1,9 +1,11 @@
 """What a study found."""
 
 import importlib.metadata
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 from ab_sim.accuracy.deviation import Deviation
+from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.studies.accuracy_cost.reference import EQUATIONS
 from ab_sim.studies.effect_cost import Spread, conditions
 
@@ -91,8 +93,11 @@ class LeftOut(NamedTuple):
     reason: str
 
 
-class AccuracyCost(NamedTuple):
-    """The study of one scene."""
+@dataclass(frozen=True, repr=False)
+class AccuracyCost(Presented):
+    """The study of one scene; see ``ab_sim.accuracy_cost``."""
+
+    _picture = "accuracy_cost"
 
     scene: str
     effects: tuple[str, ...]
@@ -158,13 +163,38 @@ class AccuracyCost(NamedTuple):
         ]
         return min(good, key=_median, default=None)
 
-    def report(self) -> dict[str, Any]:
+    def _facts(self) -> dict[str, str]:
+        front = self.front()
+        facts = {"scene": self.scene, "settings": str(len(self.by_error()))}
+        if front:
+            unit = "rad" if self.balls else self.unit
+            facts["least error"] = f"{self.error_of(front[0]):.2g} {unit}"
+            facts["by"] = f"{front[0].method} at {front[0].setting}"
+        return facts
+
+    def _columns(self) -> Columns:
+        rows = [
+            (row, row.errors, row.cpu)
+            for row in self.by_error()
+            if row.errors is not None and row.cpu is not None
+        ]
+        return {
+            "method": Column(None, [row.method for row, _, _ in rows]),
+            "peer": Column(None, [row.peer for row, _, _ in rows]),
+            "step": Column("s", [row.step for row, _, _ in rows]),
+            "tolerance": Column("1", [row.tolerance for row, _, _ in rows]),
+            "cpu": Column("s/s", [cpu.median for _, _, cpu in rows]),
+            "angle_error": Column("rad", [errors.angle.value for _, errors, _ in rows]),
+            "whirl_error": Column(self.unit, [errors.whirl.value for _, errors, _ in rows]),
+        }
+
+    def report(self) -> dict[str, object]:
         """As JSON-able values, with where and when it was measured."""
         where = conditions()
         where["versions"].update(peer_versions())
         return {
             **where,
-            **self._asdict(),
+            **{each.name: getattr(self, each.name) for each in fields(self)},
             "reference_independent": self.independent,
             "uncertainty": self.uncertainty._asdict(),
             "rows": [row.report() for row in self.rows],

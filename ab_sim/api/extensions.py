@@ -1,0 +1,102 @@
+"""Calls by which a program adds what scenes may name."""
+
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from ab_sim.integrate import registry as steppers
+from ab_sim.integrate.explicit import explicit
+from ab_sim.scene import registry as effects
+
+Effect = TypeVar("Effect", bound=type[tuple[object, ...]])
+"""A NamedTuple class."""
+
+
+def register_effect(
+    name: str, *, equation: str, source: str, uses_ball_radius: bool = False
+) -> Callable[[Effect], Effect]:
+    """Class decorator: make an effect known to scenes, in this process.
+
+    An effect is a ``NamedTuple`` whose fields are its parameters and whose methods are its physics,
+    plain Python on numbers: ``deck_force``, ``ball_drag`` and others, which
+    ``ab_sim.equations.effects`` lists. Machine code, derivatives, text and LaTeX are made of them.
+
+    Parameters
+    ----------
+    name : str
+        What scenes call it.
+    equation : str
+        Its equation, one line, symbols as in docs/equations.md.
+    source : str
+        Where that is from, with the equation's number there.
+    uses_ball_radius : bool, default False
+        Whether a scene with it has to give ``balls.radius``.
+
+    Returns
+    -------
+    callable
+        Takes the class and returns it.
+
+    Raises
+    ------
+    ValueError
+        Another effect has the name, or a class of the same name.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> from typing import NamedTuple
+    >>> @ab_sim.register_effect("air_drag", equation="f = -c v", source="this page")
+    ... class AirDrag(NamedTuple):
+    ...     coefficient: float
+    ...     def deck_force(self, deck):
+    ...         return -self.coefficient * deck.vx, -self.coefficient * deck.vy
+    >>> drive = ab_sim.Drive(ab_sim.load_scene("thesis-hold", ["effects.air_drag.coefficient=0.5"]))
+    >>> drive.advance(10).whirl.shape
+    (10,)
+    """
+    effects.effect_classes()  # those of the package come first, and have their names
+    return effects.register(
+        name, equation=equation, source=source, uses_ball_radius=uses_ball_radius
+    )
+
+
+def register_stepper(
+    name: str, order: int, source: str, rows: Sequence[Sequence[float]], weights: Sequence[float]
+) -> None:
+    """Make an explicit Runge-Kutta method known to scenes, in this process.
+
+    Its step is emitted as machine code for each scene, for single runs and for eight side by side.
+
+    Parameters
+    ----------
+    name : str
+        What a scene's ``solver.stepper`` calls it.
+    order : int
+        That it is declared to have.
+    source : str
+        Where it is from.
+    rows : sequence of sequences of float
+        Of Butcher's tableau below the diagonal, for all stages but the first; row i has at most i
+        numbers. Stage times are their sums.
+    weights : sequence of float, shape (stages,)
+        Of the stages in the step.
+
+    Raises
+    ------
+    ValueError
+        The name is taken.
+
+    Notes
+    -----
+    Where a scene asks for an accuracy, it is among the methods that are tried.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> ab_sim.register_stepper("midpoint", 2, "Runge (1895)", rows=[[0.5]], weights=[0.0, 1.0])
+    >>> changes = ["solver.stepper=midpoint", "solver.step=1e-4"]
+    >>> ab_sim.Drive(ab_sim.load_scene("nsc-case-1", changes)).advance(10).whirl.shape
+    (10,)
+    """
+    steppers.steppers()  # those of the package have their names
+    steppers.register(explicit(name, order, source, rows, weights))

@@ -1,0 +1,129 @@
+"""Calls that ask the same over many values of two parameters."""
+
+from ab_sim.analysis.maps import stability
+from ab_sim.analysis.maps.plane import COUNT, Axis, Plane, axis
+from ab_sim.analysis.maps.stability import COARSE, StabilityMap
+from ab_sim.api.common import Progress, SceneLike, as_scene, as_speed
+from ab_sim.errors import InputError
+from ab_sim.studies import basin as basins
+from ab_sim.studies.basin import BALANCED_TO, Basin
+
+Range = tuple[str, float, float] | tuple[str, float, float, int]
+"""Dotted key of a scene or ``speed``, first value, last value, and how many (default 200)."""
+
+
+def stability_map(
+    scene: SceneLike,
+    across: Range,
+    up: Range,
+    *,
+    speed: float | None = None,
+    coarse: int = COARSE,
+    progress: Progress | None = None,
+) -> StabilityMap:
+    """Which kinds of resting states are stable, over two parameters: ``ab-sim stability --map``.
+
+    Points near borders only are computed, and what is computed is kept on disk.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        As of ``equilibria``.
+    across, up : (str, float, float) or (str, float, float, int)
+        Key of the parameter, dotted, or ``speed``; its first and last value, SI; how many values,
+        from 2 to 2000, by default 200.
+    speed : float, optional
+        w, held [rad/s], where it is not on an axis; default: the last one of the scene's profile.
+    coarse : int, default 8
+        Spacing of the points looked at first, a power of two. Islands of fewer points may be
+        missed; with 1 every point is computed.
+    progress : callable, optional
+        Called with what is done now, how many points are done, and of how many so far.
+
+    Returns
+    -------
+    StabilityMap
+        ``labels``, integers of shape (values up, values across), ``balanced``, booleans of that
+        shape, and ``shares`` of the plane by label.
+
+    Raises
+    ------
+    SceneError
+        A corner, or a point, is no scene, or nothing rests there; names key and value.
+    InputError
+        A parameter says nothing about where balls rest, a range cannot be used, ``coarse`` is no
+        power of two, or both axes have one key.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> across, up = ("speed", 50.0, 300.0, 6), ("effects.suspension.damping", 0.1, 4.0, 3)
+    >>> found = ab_sim.stability_map("thesis-hold", across, up)
+    >>> found
+    <StabilityMap: scene thesis-hold, points 6 x 3, over speed and ..., balanced ... %>
+    >>> found.balanced.shape, bool(found.balanced[0, 0]), bool(found.balanced[0, -1])
+    ((3, 6), False, True)
+    """
+    own = as_scene(scene)
+    if coarse < 1 or coarse & (coarse - 1):
+        raise InputError(f"coarse = {coarse!r}: must be a power of two: 1, 2, 4, 8, ...")
+    first, second = _axis(across), _axis(up)
+    if first.key == second.key:
+        raise InputError(f"{first.key}: is on both axes; a map needs two parameters")
+    plane = Plane(own, as_speed(speed, own), first, second)
+    return stability.stability_map(plane, coarse, tell=progress)
+
+
+def basin(
+    scene: SceneLike,
+    count: int = 12,
+    limit: float = BALANCED_TO,
+    *,
+    progress: Progress | None = None,
+) -> Basin:
+    """From which start angles of two balls a run ends balanced: ``ab-sim stability --basin``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        With an unbalance and at least two balls; it is run as it is but for their start angles.
+    count : int, default 12
+        Of angles of either ball, from -pi on over a turn; from 2 to 1000.
+    limit : float, default 0.05
+        Largest residual unbalance, as a share of M0 e, that is called balance.
+    progress : callable, optional
+        Called with what is done now, how many runs are done, and of how many.
+
+    Returns
+    -------
+    Basin
+        ``labels``, integers of shape (count, count), rows by the second ball's angle; ``ends`` with
+        residual unbalance and final whirl [m]; ``shares`` of the starts by label.
+
+    Raises
+    ------
+    SceneError
+        Fewer than two balls, no unbalance, or further balls that start together.
+    InputError
+        ``count`` or ``limit`` cannot be used.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> found = ab_sim.basin(ab_sim.load_scene("thesis-hold", ["duration=0.1"]), count=3)
+    >>> found.labels.shape, found.shares
+    ((3, 3), {0: 1.0})
+    """
+    return basins.basin(as_scene(scene), count, limit, tell=progress)
+
+
+def _axis(given: Range) -> Axis:
+    """A range as an axis.
+
+    Raises:
+        InputError: it is none.
+    """
+    if not 3 <= len(given) <= 4:
+        raise InputError(f"{given!r}: must be (key, first, last) or (key, first, last, count)")
+    key, first, last = given[:3]
+    return axis(key, float(first), float(last), given[3] if len(given) == 4 else COUNT)

@@ -1,0 +1,313 @@
+"""Calls that ask where a drive rests, vibrates and recovers, and how firmly, instead of running."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ab_sim.analysis.equilibria import Equilibria, equilibria_of, kept_branches
+from ab_sim.analysis.floquet import STARTS, Followed, follow, held_speed, solutions_of
+from ab_sim.analysis.modes import Vibration, vibration_of
+from ab_sim.analysis.recovery import RecoveryOverDrag, recovery_over_drag
+from ab_sim.analysis.recovery.over_drag import DRAGS
+from ab_sim.analysis.recovery.response import BAND
+from ab_sim.api.common import Progress, SceneLike, as_scene, as_speed
+from ab_sim.api.results import Branches, PeriodicSolutions
+from ab_sim.errors import InputError
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+
+SPEEDS = 120
+"""At which stability of branches is looked at, besides those near folds."""
+SPEED = "speed"
+"""What the spindle's speed is called where other parameters have keys."""
+
+
+def equilibria(scene: SceneLike, speed: float | None = None) -> Equilibria:
+    """All states in which deck and balls rest on the rotor at a speed: ``ab-sim equilibria``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Friction and contact are left out of it, which ``left_out`` of the result says.
+    speed : float, optional
+        w, held [rad/s]; default: the one that the scene keeps in the end.
+
+    Returns
+    -------
+    Equilibria
+        ``branches``: for each state its label (``p+q``: p balls on the side of the displacement, q
+        opposite; ``balanced``), displacement u [m], shape (2,), ball angles theta [rad], shape
+        (balls,), eigenvalues [1/s], complex, shape (4 + 2 balls,), and its verdict.
+
+    Raises
+    ------
+    SceneError
+        The scene is not valid, its equations contain the spindle's angle, or its speed is a state.
+    InputError
+        The speed is no number, or beyond 1e5 rad/s.
+
+    References
+    ----------
+    Lu and Hung (2008), equations (10) to (36), "three-ball"; "relative-stability" (NSC 2007), (15)
+    to (24); both in docs/papers.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> states = ab_sim.equilibria("thesis-hold", speed=300.0)
+    >>> states
+    <Equilibria: scene thesis-hold, speed 300 rad/s, states 4, stable balanced>
+    >>> [(state.label, state.verdict) for state in states.branches][-1]
+    ('balanced', 'stable')
+    """
+    own = as_scene(scene)
+    return equilibria_of(own, as_speed(speed, own))
+
+
+def branches(
+    scene: SceneLike,
+    speed: float | None = None,
+    *,
+    speeds: ArrayLike | None = None,
+    progress: Progress | None = None,
+) -> Branches:
+    """Follow all resting states over the spindle's speed; folds and borders of stability.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        As of ``equilibria``.
+    speed : float, optional
+        Which the picture marks [rad/s]; default: the one that the scene keeps in the end.
+    speeds : array_like of float, shape (n,), optional
+        At which stability is looked at [rad/s], above 0 and rising; default: 120 up to
+        ``spindle.max_speed``, and more about the critical speed.
+    progress : callable, optional
+        Called with what is done now, how much is done, and of how much.
+
+    Returns
+    -------
+    Branches
+        ``over_speed`` with branches, ``folds``, ``crossings`` and ``without_stable_state`` [rad/s].
+
+    Raises
+    ------
+    SceneError
+        As of ``equilibria``.
+    InputError
+        ``speeds`` do not rise.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> found = ab_sim.branches("thesis-hold", speeds=[90.0, 100.0, 110.0, 120.0])
+    >>> [(round(low, 1), round(high, 1)) for low, high in found.over_speed.without_stable_state]
+    [(98.2, 104.9)]
+    """
+    own = as_scene(scene)
+    at = as_speed(speed, own)
+    if speeds is None:
+        values = speeds_of_branches(own, max(abs(at), own.spindle.max_speed))
+    else:
+        values = np.asarray(speeds, float)
+    tell: Progress = progress or (lambda what, done, of: None)
+    return Branches(own, equilibria_of(own, at), kept_branches(own, values, tell))
+
+
+def speeds_of_branches(scene: Scene, top: float) -> np.ndarray:
+    """Evenly spaced up to a speed [rad/s]; more about the critical one, where branches bend."""
+    speeds = np.linspace(top / SPEEDS, top, SPEEDS)
+    critical = scene.critical_speed or top
+    near = np.geomspace(1e-3, 0.2, 16)
+    speeds = np.concatenate([speeds, critical * (1.0 - near), critical * (1.0 + near)])
+    return np.unique(speeds[(speeds > 0.0) & (speeds <= top)])
+
+
+def floquet(scene: SceneLike, speed: float | None = None, start: str = "") -> PeriodicSolutions:
+    """Motions that repeat with every turn, and their multipliers: ``ab-sim floquet``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Without friction, contact and motor.
+    speed : float, optional
+        w, held [rad/s]; default: the one that the scene keeps in the end.
+    start : str, optional
+        Where the search begins: ``start``, ``balanced`` or ``settled``; default: from each.
+
+    Returns
+    -------
+    PeriodicSolutions
+        Different ones; each with its multipliers, complex, shape (states,), the largest first.
+
+    Raises
+    ------
+    SceneError
+        The scene has events, or its speed is a state.
+    InputError
+        The spindle stands, or there is no such start.
+
+    References
+    ----------
+    Nayfeh and Balachandran, Applied Nonlinear Dynamics (1995), 3.2 and 6.5.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> found = ab_sim.floquet("nsc-case-1", 300.0, start="balanced")
+    >>> len(found), found[0].verdict, found[0].largest < 1.0
+    (1, 'stable', True)
+    """
+    own = as_scene(scene)
+    at = held_speed(own) if speed is None else as_speed(speed, own)
+    return PeriodicSolutions(own, at, tuple(solutions_of(own, at, start)))
+
+
+def follow_floquet(
+    scene: SceneLike,
+    key: str,
+    values: Sequence[float],
+    *,
+    speed: float | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Followed:
+    """Follow a periodic solution over a parameter, and locate where it loses stability.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        As of ``floquet``.
+    key : str
+        Dotted key of a scene, e.g. ``race.radius``, or ``speed``.
+    values : sequence of float
+        Of that parameter, SI, at least two, rising or falling.
+    speed : float, optional
+        w, held [rad/s], where it is not what is followed over; default: as of ``floquet``.
+    progress : callable, optional
+        Called with how many values are done.
+
+    Returns
+    -------
+    Followed
+        ``points``, one for each value, and ``borders`` at which the largest modulus is 1.
+
+    Raises
+    ------
+    SceneError
+        A value makes no scene, or as of ``floquet``.
+    InputError
+        There are fewer than two values, or a speed is given twice.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> found = ab_sim.follow_floquet("nsc-case-1", "speed", [300.0, 310.0])
+    >>> [point.found.verdict for point in found.points], found.borders
+    (['stable', 'stable'], ())
+    """
+    own, wanted = as_scene(scene), [float(value) for value in values]
+    if len(wanted) < 2:
+        raise InputError(f"values = {wanted}: must be at least two")
+    if key == SPEED and speed is not None:
+        raise InputError("speed is held, and followed over: give one of them")
+    at = 0.0 if key == SPEED else held_speed(own) if speed is None else as_speed(speed, own)
+    whole = all(value.is_integer() for value in wanted)
+
+    def case(value: float) -> tuple[Scene, float]:
+        if key == SPEED:
+            return own, as_speed(value, own)
+        # A count takes whole numbers only.
+        given = int(value) if whole and value.is_integer() else value
+        return changed_scene(own, {key: given}, f"{key} = {given:g}"), at
+
+    case(wanted[0]), case(wanted[-1])
+    found = follow(key, case, wanted, tuple(STARTS), progress or (lambda done: None))
+    return Followed(found.over, found.points, found.borders, own.name)
+
+
+def modes(scene: SceneLike, speed: float = 0.0) -> Vibration:
+    """Natural frequencies, damping and shapes of the deck in its suspension: ``ab-sim modes``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Rotor and balls are averaged over a turn; the balls spread evenly and turn with the rotor.
+    speed : float, default 0
+        Of the spindle [rad/s].
+
+    Returns
+    -------
+    Vibration
+        ``modes`` by frequency, each with frequency [rad/s], damping ratio and shape, complex, shape
+        (coordinates,); ``over_speed``, a Campbell diagram with the critical speeds [rad/s].
+
+    Raises
+    ------
+    SceneError
+        There is no place where the deck hangs at rest.
+    InputError
+        The speed is no number, or beyond 1e5 rad/s.
+
+    References
+    ----------
+    Genta, Dynamics of Rotating Systems (2005), chapters 2 and 3.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> found = ab_sim.modes("couple-unbalance", 500.0)
+    >>> [f"{mode.frequency:.0f} {mode.sense}" for mode in found.modes][0]
+    '...'
+    """
+    own = as_scene(scene)
+    return vibration_of(own, as_speed(speed, own))
+
+
+def recovery(
+    scene: SceneLike,
+    drags: Sequence[float] = DRAGS,
+    *,
+    band: float = BAND,
+    progress: Progress | None = None,
+) -> RecoveryOverDrag:
+    """How long and how far a change of speed is felt, over drag: ``ab-sim recovery``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Its profile is a ``speed_change``, and it has balls.
+    drags : sequence of float, optional
+        Of the race on a ball [N s/m].
+    band : float, default 1e-9
+        Half the width of the band around the steady whirl in which it has settled [m].
+    progress : callable, optional
+        Called with what is done now, how much is done, and of how much.
+
+    Returns
+    -------
+    RecoveryOverDrag
+        ``own``, at the scene's own drag, and ``over``, at each of ``drags``: settling time [s] and
+        largest whirl [m]; ``best_drag`` [N s/m]; ``one_ball``, the same with all balls in one.
+
+    Raises
+    ------
+    SceneError
+        There is no such profile, no ball, or nowhere to rest.
+    InputError
+        The run would not fit into memory.
+    DivergedError
+        The state went beyond all bounds.
+
+    References
+    ----------
+    "relative-stability" (NSC 2007), sections 5.1 and 5.2: docs/papers.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> found = ab_sim.recovery("nsc-case-1", drags=[0.2, 0.4])
+    >>> found.best_drag, round(found.own.settling_time, 2)
+    (0.2, 2.03)
+    """
+    return recovery_over_drag(as_scene(scene), tuple(drags), progress, band)

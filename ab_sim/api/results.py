@@ -1,0 +1,146 @@
+"""Results of calls that put several findings together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ab_sim.analysis.equilibria import Equilibria
+from ab_sim.analysis.equilibria.over_speed import OverSpeed
+from ab_sim.analysis.floquet import Stability
+from ab_sim.errors import InputError
+from ab_sim.presentation import Column, Columns, Presented, ends, number
+from ab_sim.scene.model import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, repr=False)
+class Branches(Presented):
+    """Resting states over the spindle's speed; see ``ab_sim.branches``."""
+
+    scene: Scene
+    at_speed: Equilibria
+    """At the speed that the picture marks."""
+    over_speed: OverSpeed
+    """Branches, folds, crossings of the border of stability, and ranges without stable states."""
+
+    def plot(self) -> Figure:
+        """Draw W and ball angles of all branches over speed.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            What ``ab-sim equilibria --plot`` draws.
+        """
+        from ab_sim.figures.branches import drawn_branches
+        from ab_sim.figures.saved import with_plain_texts
+
+        return with_plain_texts(drawn_branches(self.scene, self.at_speed, self.over_speed))
+
+    def report(self) -> dict[str, object]:
+        """As JSON-able values: ``over_speed`` of ``ab-sim equilibria --json``."""
+        return dict(self.over_speed.report())
+
+    def _facts(self) -> dict[str, str]:
+        found = self.over_speed
+        unstable = ", ".join(f"{low:.4g} to {high:.4g}" for low, high in found.without_stable_state)
+        return {
+            "scene": self.scene.name,
+            "speeds": ends(*found.speeds, "rad/s"),
+            "branches": str(len(found.stretches)),
+            "folds": str(len(found.folds)),
+            "nothing stable": f"{unstable} rad/s" if unstable else "nowhere",
+        }
+
+    def _columns(self) -> Columns:
+        """A row for each speed at which a branch was looked at."""
+        rows = [
+            (each.label, float(speed), state)
+            for each in self.over_speed.stretches
+            for speed, state in zip(each.speeds, each.states, strict=True)
+        ]
+        return {
+            "label": Column(None, [label for label, _, _ in rows]),
+            "speed": Column("rad/s", [speed for _, speed, _ in rows]),
+            "W": Column("m", [state.W for _, _, state in rows]),
+            "lambda_max": Column("1/s", [state.lambda_max for _, _, state in rows]),
+            "stable": Column(None, [state.stable for _, _, state in rows]),
+            "theta": Column("rad", [tuple(state.theta) for _, _, state in rows]),
+        }
+
+
+@dataclass(frozen=True, repr=False)
+class PeriodicSolutions(Presented):
+    """Motions that repeat with every turn of the spindle; see ``ab_sim.floquet``.
+
+    A sequence of them, each with its ``multipliers``, its ``verdict`` and its ``orbit``.
+    """
+
+    scene: Scene
+    speed: float
+    """Of the spindle, held [rad/s]."""
+    solutions: tuple[Stability, ...]
+    """Different ones; none where none was found, which does not say that there is none."""
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    def __iter__(self) -> Iterator[Stability]:
+        return iter(self.solutions)
+
+    def __getitem__(self, index: int) -> Stability:
+        return self.solutions[index]
+
+    @property
+    def stable(self) -> tuple[Stability, ...]:
+        """Those to which what is near comes back."""
+        return tuple(one for one in self.solutions if one.stable)
+
+    def plot(self) -> Figure:
+        """Draw the multipliers in the complex plane, and the unit circle.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            What ``ab-sim floquet --plot`` draws.
+
+        Raises
+        ------
+        InputError
+            There is no solution to draw.
+        """
+        from ab_sim.figures.multipliers import drawn_multipliers
+        from ab_sim.figures.saved import with_plain_texts
+
+        if not self.solutions:
+            raise InputError(f"{self.scene.name}: no periodic solution was found; none to draw")
+        return with_plain_texts(drawn_multipliers(self.solutions))
+
+    def report(self) -> list[dict[str, object]]:
+        """As JSON-able values, one mapping for each: see ``ab-sim floquet --help``."""
+        return [dict(one.report()) for one in self.solutions]
+
+    def _facts(self) -> dict[str, str]:
+        return {
+            "scene": self.scene.name,
+            "speed": number(self.speed, "rad/s"),
+            "solutions": "; ".join(
+                f"{one.found_from}: {one.verdict}, largest {one.largest:.6g}" for one in self
+            )
+            or "none found",
+        }
+
+    def _columns(self) -> Columns:
+        found: Sequence[Stability] = self.solutions
+        return {
+            "found_from": Column(None, [one.found_from for one in found]),
+            "verdict": Column(None, [one.verdict for one in found]),
+            "largest": Column("1", [one.largest for one in found]),
+            "balanced": Column(None, [one.balanced for one in found]),
+            "whirl_min": Column("m", [one.whirl[0] for one in found]),
+            "whirl_max": Column("m", [one.whirl[1] for one in found]),
+            "ball_angles": Column("rad", [tuple(one.angles.tolist()) for one in found]),
+        }

@@ -1,0 +1,236 @@
+"""Calls that run scenes."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from ab_sim import accuracy, analysis, batch
+from ab_sim.accuracy import Price
+from ab_sim.analysis import Comparison, OfflineRun
+from ab_sim.api.common import Progress, SceneLike, as_scene
+from ab_sim.batch import Batch
+from ab_sim.drive import Drive
+from ab_sim.drive.description import describe
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError
+from ab_sim.scene import Scene
+
+ROWS = 10_000
+"""Of a block that is recorded."""
+
+
+def simulate(
+    scene: SceneLike,
+    times: Sequence[float] = (),
+    *,
+    progress: Callable[[float, float], None] | None = None,
+) -> OfflineRun:
+    """Run a scene's profile from its start to its end: ``ab-sim run``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        What to run, or its name, or its file. An accuracy that it asks for is resolved first, which
+        may take minutes.
+    times : sequence of float, optional
+        When to look at the drive [s]; they need not lie on the grid of steps. A run lasts until
+        ``scene.duration``, or to the last of these.
+    progress : callable, optional
+        Called with the time that is simulated and that of the end [s], some hundred times.
+
+    Returns
+    -------
+    OfflineRun
+        ``trajectory`` with every step, the start included; ``samples``, one Observation for each of
+        ``times``; ``merits``: final and peak whirl [m], residual unbalance, settling.
+
+    Raises
+    ------
+    SceneError
+        The scene is not valid, or cannot be run with its solver.
+    InputError
+        A time is negative or not finite, or the run would not fit into memory.
+    DivergedError
+        The state went beyond all bounds.
+
+    Notes
+    -----
+    The same scene gives the same bits on any x86-64 machine. Equations: docs/equations.md.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.2"])
+    >>> run = ab_sim.simulate(scene, times=[0.05, 0.2])
+    >>> run
+    <OfflineRun: scene thesis-hold, ...>
+    >>> run.trajectory.ball_angles.shape, len(run.samples)
+    ((201, 2), 2)
+    >>> run.merits.peak_whirl < 1e-4
+    True
+    """
+    own = as_scene(scene)
+    end = max([own.duration, *times])
+
+    def tell(drive: Drive, newest: Trajectory) -> None:
+        if progress is not None:
+            progress(drive.time, end)
+
+    return analysis.run_scene(own, times, tell)
+
+
+def compare_run(run: OfflineRun) -> Comparison:
+    """Run again without the balls, and without the variable-speed period.
+
+    Parameters
+    ----------
+    run : OfflineRun
+        What to compare with. The others last as long, with its stepper and step.
+
+    Returns
+    -------
+    Comparison
+        ``without_balls`` (they and their mass are taken out) and ``without_period``: time [s],
+        whirl [m], speed [rad/s], each of shape (samples,), and merits; a text that says why one
+        could not run; None where the scene has nothing to leave out.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.2"]))
+    >>> beside = ab_sim.compare_run(run)
+    >>> round(beside.relative_whirl(run.merits), 1)  # with balls, in that without
+    3.1
+    >>> picture = run.plot(beside)  # what `ab-sim run --plot` draws
+    """
+    return analysis.compare(run)
+
+
+def simulate_batch(
+    scene: SceneLike,
+    variations: Sequence[Mapping[str, object]],
+    *,
+    every: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> Batch:
+    """Run a scene once for each variation, eight side by side where that is possible.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        What the runs have in common; an accuracy that it asks for is measured with it as it is.
+    variations : sequence of mappings
+        For each run values by dotted key, SI; None removes a key. Any key may vary.
+    every : int, default 1
+        Keep each so-many-th step.
+    progress : callable, optional
+        Called with runs done, and runs.
+
+    Returns
+    -------
+    Batch
+        ``runs`` in the order of the variations, each with its scene, its Trajectory and, if it
+        ended early, the reason.
+
+    Raises
+    ------
+    SceneError
+        A variation is not a valid scene; named by its number, from 0.
+    InputError
+        There is no variation, ``every`` is no number of steps, or there is no room for all samples.
+
+    Notes
+    -----
+    Runs of a batch are those of a ``Drive`` to the bit.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("nsc-case-1", ["duration=0.1"])
+    >>> masses = [{"balls.mass": mass} for mass in (0.9e-3, 1.0e-3, 1.1e-3)]
+    >>> batch = ab_sim.simulate_batch(scene, masses, every=10)
+    >>> [len(run.trajectory) for run in batch.runs]
+    [20, 20, 20]
+    >>> batch
+    <Batch: scene ..., runs 3, side by side 3, ...>
+    """
+    return batch.simulate_batch(as_scene(scene), variations, every, progress)
+
+
+def resolve_accuracy(
+    scene: SceneLike, *, progress: Progress | None = None
+) -> tuple[Scene, Price | None]:
+    """Find the cheapest solver that delivers the accuracy which a scene asks for.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        With ``accuracy``: the largest error of any ball's angle [rad], of the whirl [e], or both.
+    progress : callable, optional
+        Called before each run with the setting, and CPU time spent and allowed.
+
+    Returns
+    -------
+    scene : Scene
+        With that stepper and step; as it is if it asks for no accuracy.
+    price : Price or None
+        Error measured and time taken; None if the scene asks for no accuracy.
+
+    Raises
+    ------
+    SceneError
+        What is asked for cannot be had; says what can.
+    DivergedError
+        The scene's run diverges with every step.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> asked = ab_sim.load_scene("nsc-case-1", ["accuracy.angle=1e-4", "duration=0.2"])
+    >>> scene, price = ab_sim.resolve_accuracy(asked)
+    >>> price.measured.angle < 1e-4
+    True
+    >>> scene.solver.step == price.step
+    True
+    """
+    return accuracy.resolve_accuracy(as_scene(scene), tell=progress)
+
+
+def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None:
+    """Record a finished run into a Rerun file: ``ab-sim run --rrd``.
+
+    Parameters
+    ----------
+    run : OfflineRun
+        What ``simulate`` has returned.
+    path : Path or str
+        An .rrd file; one that is there is replaced.
+    every : int, default 1
+        Keep one step of so many, and all of them around what happens.
+
+    Raises
+    ------
+    RecordingError
+        It cannot be written.
+    InputError
+        ``every`` is less than 1.
+
+    Examples
+    --------
+    >>> import ab_sim, tempfile, pathlib
+    >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.1"]))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ab_sim.save_recording(run, pathlib.Path(folder, "run.rrd"))
+    ...     recorded = ab_sim.open_recording(pathlib.Path(folder, "run.rrd"))
+    ...     same = (recorded.trajectory().samples == run.trajectory.samples).all()
+    >>> bool(same)
+    True
+    """
+    from ab_sim.recording import Recording
+
+    if every < 1:
+        raise InputError(f"every = {every}: must be at least 1")
+    found = None if run.price is None else run.price.report()
+    with Recording(path, description=describe(run.scene, found), every=every) as recording:
+        samples = run.trajectory.samples
+        for first in range(0, len(samples), ROWS):
+            recording.block(run.trajectory.channels, samples[first : first + ROWS])

@@ -1,0 +1,75 @@
+"""Samples without more: speed, whirl and ball angles of one trajectory; the whirl of many."""
+
+import numpy as np
+from matplotlib import colormaps
+
+from ab_sim.batch import Batch
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.figures.balls import ball_styles
+from ab_sim.figures.curves import draw_curve, say_conventions
+from ab_sim.figures.saved import Picture
+
+RUN = "tab:red"
+MOST_NAMED = 10
+"""Runs of a batch, beyond which none is named in a legend."""
+
+
+def drawn_trajectory(path: Trajectory) -> Picture:
+    """Speed, whirl and ball angles over time, as far as there are; nothing is known of the scene.
+
+    Args:
+        path: consecutive samples, from anywhere in a run.
+    """
+    known = {*path.channels}
+    panels = {
+        "speed [rad/s]": path["speed"] if "speed" in known else None,
+        "whirl W [m]": path.whirl if {"x", "y"} <= known else None,
+        "ball angles [deg],\nfrom the unbalance": np.degrees(path.ball_angles)
+        if path.balls
+        else None,
+    }
+    there = {name: values for name, values in panels.items() if values is not None}
+    figure = Picture(figsize=(9, 1.2 + 2.2 * max(1, len(there))), layout="constrained")
+    axes = figure.subplots(max(1, len(there)), 1, sharex=True, squeeze=False)[:, 0]
+    for panel, (name, values) in zip(axes, there.items(), strict=False):
+        if values.ndim == 1:
+            draw_curve(panel, path["time"], values, color=RUN, lw=1.3)
+        else:
+            for ball, style in enumerate(ball_styles(path.balls)):
+                draw_curve(panel, path["time"], values[:, ball], **style)
+        panel.set_ylabel(name)
+        panel.grid(alpha=0.3)
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    say_conventions(figure)
+    return figure
+
+
+def drawn_batch(found: Batch) -> Picture:
+    """The whirl of every run over time, in the colours of their order.
+
+    Args:
+        found: at least one run.
+    """
+    figure = Picture(figsize=(9, 5), layout="constrained")
+    axes = figure.subplots()
+    shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.runs)))
+    for number, (run, shade) in enumerate(zip(found.runs, shades, strict=True)):
+        path = run.trajectory
+        if not len(path):
+            continue
+        name = _name(found, number) + (", diverged" if run.failure else "")
+        axes.plot(path["time"], path.whirl, color=shade, lw=1.0, label=name)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("whirl W [m]")
+    axes.set_title(f"{found.runs[0].scene.name}: {len(found.runs)} runs", fontsize=13)
+    axes.grid(alpha=0.3)
+    if len(found.runs) <= MOST_NAMED:
+        figure.legend(loc="outside right upper", fontsize=8)
+    say_conventions(figure)
+    return figure
+
+
+def _name(found: Batch, number: int) -> str:
+    varied = found.variations[number] if found.variations else {}
+    return ", ".join(f"{key} = {value}" for key, value in varied.items()) or f"run {number}"

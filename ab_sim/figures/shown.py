@@ -1,0 +1,89 @@
+"""What ``plot()`` of a result draws: a function for each ``_picture`` that a result names."""
+
+from ab_sim.analysis.comparison import Comparison
+from ab_sim.analysis.equilibria import Equilibria
+from ab_sim.analysis.floquet import Followed
+from ab_sim.analysis.maps.stability import StabilityMap
+from ab_sim.analysis.modes import Vibration
+from ab_sim.analysis.offline import OfflineRun
+from ab_sim.analysis.recovery import RecoveryOverDrag
+from ab_sim.batch import Batch
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError
+from ab_sim.figures.accuracy_cost import drawn_accuracy
+from ab_sim.figures.basin_map import drawn_basin
+from ab_sim.figures.campbell import drawn_campbell
+from ab_sim.figures.effect_cost import drawn_cost
+from ab_sim.figures.eigenvalues import drawn_states
+from ab_sim.figures.multipliers import drawn_modulus
+from ab_sim.figures.paths import drawn_batch, drawn_trajectory
+from ab_sim.figures.recovery import drawn_recovery
+from ab_sim.figures.run import drawn_run
+from ab_sim.figures.saved import Picture, with_plain_texts
+from ab_sim.figures.stability_map import drawn_map
+from ab_sim.studies.accuracy_cost import AccuracyCost
+from ab_sim.studies.basin import Basin
+from ab_sim.studies.effect_cost import EffectCost
+
+
+def trajectory(found: Trajectory) -> Picture:
+    """Speed, whirl and ball angles of samples."""
+    return with_plain_texts(drawn_trajectory(found))
+
+
+def run(found: OfflineRun, comparison: Comparison | None = None) -> Picture:
+    """A run, beside those that it is compared with."""
+    beside = Comparison(None, None) if comparison is None else comparison
+    period = found.variable_speed_period
+    return with_plain_texts(drawn_run(found.trajectory, found.scene, beside, period))
+
+
+def batch(found: Batch) -> Picture:
+    """The whirl of all runs."""
+    return with_plain_texts(drawn_batch(found))
+
+
+def equilibria(found: Equilibria) -> Picture:
+    """Eigenvalues of resting states, and where their balls are."""
+    return with_plain_texts(drawn_states(found))
+
+
+def stability_map(found: StabilityMap) -> Picture:
+    """Labels over the plane."""
+    return with_plain_texts(drawn_map(found))
+
+
+def basin(found: Basin) -> Picture:
+    """How runs end."""
+    return with_plain_texts(drawn_basin(found))
+
+
+def followed(found: Followed) -> Picture:
+    """The largest modulus over a parameter.
+
+    Raises:
+        InputError: no solution was found at any value.
+    """
+    if all(point.found is None for point in found.points):
+        raise InputError(f"{found.over}: no periodic solution was found; there is none to draw")
+    return with_plain_texts(drawn_modulus(found.scene, found))
+
+
+def modes(found: Vibration) -> Picture:
+    """A Campbell diagram."""
+    return with_plain_texts(drawn_campbell(found))
+
+
+def recovery(found: RecoveryOverDrag) -> Picture:
+    """Settling time and amplitude over drag."""
+    return with_plain_texts(drawn_recovery(found))
+
+
+def accuracy_cost(found: AccuracyCost) -> Picture:
+    """Errors over CPU time."""
+    return with_plain_texts(drawn_accuracy(found))
+
+
+def effect_cost(found: EffectCost) -> Picture:
+    """Time per step of each variant."""
+    return with_plain_texts(drawn_cost([found]))
