@@ -1,0 +1,42 @@
+"""How Sphinx makes the documentation site: `make docs` writes it to docs/_build/html."""
+
+import sys
+from pathlib import Path
+
+DOCS = Path(__file__).parent
+sys.path[:0] = [str(DOCS / "extensions"), str(DOCS.parent)]
+
+import ab_sim  # noqa: E402
+
+project = "ab_sim"
+author = "ab_sim maintainers"
+copyright = "ab_sim maintainers, Apache-2.0"
+version = release = ab_sim.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_design",
+    "from_code",  # the three of them are in docs/extensions
+    "mathml",
+    "source_links",
+]
+exclude_patterns = ["_build"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+highlight_language = "text"
+nitpicky = True
+
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+myst_heading_anchors = 4  # links to headings are those that GitHub makes
+myst_url_schemes = {"http": None, "https": None, "mailto": None, "source": "{{path}}"}
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "description"
+
+html_theme = "furo"
+html_title = f"ab_sim {release}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sphinx = False
