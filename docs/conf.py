@@ -18,8 +18,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_design",
-    "from_code",  # the three of them are in docs/extensions
-    "mathml",
+    "from_code",  # in docs/extensions, as the next
     "source_links",
 ]
 exclude_patterns = ["_build"]
@@ -27,7 +26,7 @@ source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 highlight_language = "text"
 nitpicky = True
 
-myst_enable_extensions = ["colon_fence", "dollarmath"]
+myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4  # links to headings are those that GitHub makes
 myst_url_schemes = {"http": None, "https": None, "mailto": None, "source": "{{path}}"}
 

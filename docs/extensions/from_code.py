@@ -1,12 +1,13 @@
 """Parts of pages that are made from the code: a comment `<!-- from code: NAME -->` stands for each."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from inspect import cleandoc
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import yaml
+from pydantic import BaseModel
 from sphinx.application import Sphinx
 
 ROOT = Path(__file__).parents[2]
@@ -68,9 +69,49 @@ def _elements(leaf: Schema) -> Schema:
     return items if isinstance(items, dict) else {}
 
 
+def _bounds(annotation: Any) -> Schema:
+    """Of the first number in a type that has any; the JSON schema forgets those around a union."""
+    found: Schema = {}
+    for extra in getattr(annotation, "__metadata__", ()):
+        for bound in getattr(extra, "metadata", (extra,)):
+            found |= _bound(bound)
+    for inner in get_args(annotation):
+        found = found or _bounds(inner)
+    return found
+
+
+def _bound(metadata: Any) -> Schema:
+    names = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum"}
+    return {
+        word: value
+        for name, word in names.items()
+        if (value := getattr(metadata, name, None)) is not None
+    }
+
+
+def _with_bounds(schema: Schema, models: Iterable[type[BaseModel]]) -> None:
+    """Put into the schemas of these models, and of those in them, what they forget."""
+    for model in models:
+        of = schema["$defs"].get(model.__name__, schema)
+        inner = []
+        for name, field in model.model_fields.items():
+            found: Schema = {}
+            for metadata in field.metadata:
+                found |= _bound(metadata)
+            of["properties"][name] |= found or _bounds(field.annotation)
+            inner += _models(field.annotation)
+        _with_bounds(schema, inner)
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for inner in get_args(annotation) for model in _models(inner)]
+
+
 def _range(field: Schema, definitions: Schema) -> str:
-    for leaf in map(_elements, _leaves(field, definitions)):
-        for known in _leaves(leaf, definitions):
+    for leaf in (field, *map(_elements, _leaves(field, definitions))):
+        for known in [leaf] if leaf is field else _leaves(leaf, definitions):
             if "enum" in known:
                 return " or ".join(f"`{value}`" for value in known["enum"])
             if "const" in known:
@@ -92,11 +133,13 @@ def _kind(field: Schema, definitions: Schema) -> str:
     for leaf in _leaves(field, definitions):
         kind = leaf.get("type", "")
         if kind == "array":
-            inner = _elements(leaf)
+            inner = next(_leaves(_elements(leaf), definitions), {})
             what = {"string": "texts", "object": "sections"}.get(inner.get("type", ""), "numbers")
             count = leaf.get("minItems")
             fixed = count is not None and count == leaf.get("maxItems")
             word = f"list of {count} {what}" if fixed else f"list of {what}"
+        elif "additionalProperties" in leaf and "properties" not in leaf:
+            word = "numbers by name" if leaf["additionalProperties"] is not True else "by name"
         else:
             word = {"number": "number", "integer": "whole number", "string": "text"}.get(
                 kind, "section"
@@ -118,7 +161,7 @@ def _rows(section: Schema, definitions: Schema, at: str) -> list[list[str]]:
         default = field.get("default")
         shown = "**required**" if name in required else ""
         if default is not None and not isinstance(default, dict):
-            shown = _number(default)
+            shown = _number(default) if default not in ("", []) else "empty"
         rows.append(
             [
                 f"`{at}{name}`",
@@ -159,6 +202,7 @@ def scene_keys() -> Iterator[str]:
     from ab_sim.scene import Scene
 
     schema = Scene.model_json_schema()
+    _with_bounds(schema, [Scene])
     definitions = schema["$defs"]
     top = {key: field for key, field in schema["properties"].items() if key not in SECTIONS}
     yield from ["## The top level", ""]
@@ -188,7 +232,11 @@ def effects() -> Iterator[str]:
 
     for name, effect in effect_classes().items():
         yield from [f"## {name}", "", _plain(cleandoc(effect.__doc__ or "")), ""]
-        yield from _parameters(effect, effect_parameters(effect), f"effects.{name}.")
+        types = get_type_hints(effect, include_extras=True)
+        fields = {
+            key: {**field, **_bounds(types[key])} for key, field in effect_parameters(effect).items()
+        }
+        yield from _parameters(effect, fields, f"effects.{name}.")
         if effect.uses_ball_radius:
             yield from ["It also uses `balls.radius`.", ""]
         yield from ["```{dropdown} What its code computes", "", "~~~text"]
@@ -288,6 +336,12 @@ def guide() -> Iterator[str]:
         yield "How to set up, test and hand in a change: [CONTRIBUTING.md](../CONTRIBUTING.md)."
 
 
+def glossary() -> Iterator[str]:
+    """The page of words for a list of pages, if there is one."""
+    if (ROOT / "docs" / "glossary.md").exists():
+        yield "glossary"
+
+
 MAKERS: dict[str, Callable[[], Iterator[str]]] = {
     "scene-keys": scene_keys,
     "effects": effects,
@@ -296,6 +350,7 @@ MAKERS: dict[str, Callable[[], Iterator[str]]] = {
     "node-parameters": node_parameters,
     "scenes": scenes,
     "guide": guide,
+    "glossary": glossary,
 }
 
 
