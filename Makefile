@@ -15,7 +15,7 @@ unexport PYTHONDONTWRITEBYTECODE
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	--constraint constraints.txt
 
-.PHONY: help demo test lint clean
+.PHONY: help demo test lint docs clean
 
 help:
 	@echo 'make demo    run the demonstration'
@@ -23,6 +23,7 @@ help:
 	@echo 'make test LAUNCH=DIR/launch/launch:DIR/launch_ros/launch_ros   also of launch files: DIR, not'
 	@echo '             relative, holds sources of ros2/launch and ros2/launch_ros, of which PyPI has none'
 	@echo 'make lint    ruff and mypy only'
+	@echo 'make docs    build the documentation site: docs/_build/html/index.html'
 	@echo 'make clean   remove .venv and what builds and tools leave'
 	@echo 'make ... PYTHON=python3.12   make .venv with another Python'
 
@@ -43,8 +44,13 @@ lint: $(VENV)/dev.stamp
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
+# From scratch: a page that is gone, or code that changed behind an unchanged page, is noticed.
+docs: $(VENV)/docs.stamp
+	$(BIN)/python -m sphinx -W --keep-going --fresh-env --quiet docs docs/_build/html
+	@echo 'docs/_build/html/index.html'
+
 clean:
-	rm -rf $(VENV) build dist install log *.egg-info .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) docs/_build build dist install log *.egg-info .mypy_cache .pytest_cache .ruff_cache
 
 # Stamps: nothing is installed again until one of the files behind them changes. Without build
 # isolation setuptools is pinned like the rest.
@@ -59,6 +65,12 @@ $(VENV)/dev.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
 	@$(PIP_INSTALL) setuptools
 	@$(PIP_INSTALL) --no-build-isolation --editable '.[ros,dev]'
 	@touch $(VENV)/run.stamp $@
+
+$(VENV)/docs.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
+	@echo 'Installing what builds the site into $(VENV) ...'
+	@$(PIP_INSTALL) setuptools
+	@$(PIP_INSTALL) --no-build-isolation --editable '.[docs]'
+	@touch $@
 
 $(VENV)/browser.stamp: | $(VENV)/venv.stamp
 	@tools/install-browser

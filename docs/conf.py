@@ -24,6 +24,7 @@ extensions = [
 exclude_patterns = ["_build"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 highlight_language = "text"
+smartquotes = False  # psi'' is a derivative
 nitpicky = True
 
 myst_enable_extensions = ["colon_fence"]

@@ -1,4 +1,7 @@
-"""Parts of pages that are made from the code: a comment `<!-- from code: NAME -->` stands for each."""
+"""Parts of pages that are made from the code: a comment `<!-- from code: NAME -->` stands for each.
+
+What follows it up to a comment `<!-- to here -->` is for who reads the page itself, and left out.
+"""
 
 import re
 from collections.abc import Callable, Iterable, Iterator
@@ -11,7 +14,10 @@ from pydantic import BaseModel
 from sphinx.application import Sphinx
 
 ROOT = Path(__file__).parents[2]
-_MARK = re.compile(r"^<!-- from code: ([a-z-]+) -->$", re.MULTILINE)
+_MARK = re.compile(
+    r"^<!-- from code: ([a-z-]+) -->$(?:(?:\n(?!<!-- from code).*)*?\n<!-- to here -->$)?",
+    re.MULTILINE,
+)
 
 Schema = dict[str, Any]
 
@@ -139,7 +145,9 @@ def _kind(field: Schema, definitions: Schema) -> str:
             fixed = count is not None and count == leaf.get("maxItems")
             word = f"list of {count} {what}" if fixed else f"list of {what}"
         elif "additionalProperties" in leaf and "properties" not in leaf:
-            word = "numbers by name" if leaf["additionalProperties"] is not True else "by name"
+            each = leaf["additionalProperties"]
+            plain = isinstance(each, dict) and each.get("type") == "number"
+            word = "numbers by name" if plain else "sections by name"
         else:
             word = {"number": "number", "integer": "whole number", "string": "text"}.get(
                 kind, "section"
@@ -194,7 +202,8 @@ def _section(head: str, at: str, schema: Schema, definitions: Schema, depth: int
 
 def _plain(text: str) -> str:
     """A docstring as Markdown: its marks for code are those of reStructuredText."""
-    return text.replace("``", "`").replace("<", "\\<")
+    text = text.replace("``", "`").replace("<", "\\<")
+    return re.sub(r"(?<![`\w/])docs/([a-z-]+)\.md", r"[docs/\1.md](../\1.md)", text)
 
 
 def scene_keys() -> Iterator[str]:
