@@ -39,4 +39,5 @@ html_title = f"ab_sim {release}"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_copy_source = False
+html_show_search_summary = False  # a page that is a file may not read others
 html_show_sphinx = False
