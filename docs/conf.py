@@ -1,7 +1,9 @@
 """How Sphinx makes the documentation site: `make docs` writes it to docs/_build/html."""
 
+import re
 import sys
 from pathlib import Path
+from typing import Any
 
 DOCS = Path(__file__).parent
 sys.path[:0] = [str(DOCS / "extensions"), str(DOCS.parent)]
@@ -25,7 +27,6 @@ exclude_patterns = ["_build"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 highlight_language = "text"
 smartquotes = False  # psi'' is a derivative
-nitpicky = True
 
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4  # links to headings are those that GitHub makes
@@ -41,3 +42,13 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_search_summary = False  # a page that is a file may not read others
 html_show_sphinx = False
+
+
+def _bars(app: Any, what: str, name: str, it: Any, options: Any, lines: list[str]) -> None:
+    """Docstrings write |u|, which reStructuredText takes for the name of something else."""
+    lines[:] = [re.sub(r"(?<!`)\|(?=\S)([^|`]*)(?<=\S)\|", r"\\|\1\\|", line) for line in lines]
+
+
+def setup(app: Any) -> None:
+    """As Sphinx calls it."""
+    app.connect("autodoc-process-docstring", _bars)
