@@ -1,15 +1,11 @@
-"""Code that pages show runs; files and commands that they name are there; the site can be built."""
+"""Code that pages show runs; files and commands that they name are there."""
 
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from functools import cache
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote, urlsplit
 
 import pytest
 import yaml
@@ -17,6 +13,7 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from ab_sim.cli.app import app
+from ab_sim.errors import SceneError
 from ab_sim.scene import check_scene, load_scene
 from ab_sim.scene.profile_file import load_profile
 
@@ -29,8 +26,8 @@ RUN = {
     "check", "compare", "effects", "equilibria", "export", "import", "modes", "report", "run",
     "scenes", "sensors", "state", "urdf",
 }  # fmt: skip
-"""Commands of ab-sim that are run; of the others, which take long, show something, or ask nodes, the
-words are parsed, and tests of their own run them."""
+"""Commands of ab-sim that are run. Of the others, which take long, show something, or ask nodes,
+the words are parsed, and tests of their own run them."""
 
 
 def blocks(page: str, language: str) -> list[str]:
@@ -91,6 +88,15 @@ def test_readme_has_the_drive_of_the_tutorial() -> None:
         for page in ("README.md", "docs/tutorials/own-drive.md")
     )
     assert ours == tutorials
+
+
+def test_the_error_of_the_tutorial_is_what_is_said(tmp_path: Path) -> None:
+    page = "docs/tutorials/own-drive.md"
+    (tmp_path / "my-drive.yaml").write_text(blocks(page, "yaml")[0].replace("mass: 5", "mas: 5"))
+    with pytest.raises(SceneError) as raised:
+        load_scene(tmp_path / "my-drive.yaml")
+    said = str(raised.value).replace(f"{tmp_path}/", "")
+    assert blocks(page, "text")[0] == f"ab-sim: {said}\n"
 
 
 @pytest.mark.parametrize("page", with_blocks("bash"))
@@ -195,70 +201,3 @@ def test_readme_is_short_and_leads_to_every_part() -> None:
     for page in (*DOCS.glob("howto/*.md"), *DOCS.glob("tutorials/*.md")):
         if page.stem not in ("index", "effect-cost"):
             assert f"]({page.relative_to(ROOT)}" in text, page
-
-
-class Links(HTMLParser):
-    """Files that a page of the site needs or leads to."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.found: set[str] = set()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        for name, value in attrs:
-            if name in ("href", "src") and value:
-                self.found.add(value)
-
-
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The documentation as `make docs` builds it: a warning is an error."""
-    for package in ("sphinx", "myst_parser", "sphinx_design", "furo"):
-        pytest.importorskip(package, reason="the site needs ab_sim[docs], for Python 3.11 or newer")
-    folder = tmp_path_factory.mktemp("site")
-    options = ("-W", "--keep-going", "--quiet", "-b", "html", "-d", f"{folder}/.doctrees")
-    done = subprocess.run(
-        [sys.executable, "-m", "sphinx", *options, str(DOCS), str(folder)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stderr
-    return folder
-
-
-def test_the_site_is_whole(site: Path) -> None:
-    """It needs no network and no server: all that its pages load lies in it, and links end."""
-    for page in site.rglob("*.html"):
-        links = Links()
-        links.feed(page.read_text(encoding="utf-8"))
-        for link in links.found:
-            parts = urlsplit(link)
-            if parts.scheme in ("http", "https", "data", "mailto") or not parts.path:
-                continue
-            assert (page.parent / unquote(parts.path)).exists(), f"{page}: {link}"
-        loaded = re.findall(r"<(?:script|link|img)[^>]*(?:src|href)=\"(https?://[^\"]+)", page.read_text())
-        assert loaded == [], page
-
-
-def test_the_site_has_what_follows_from_the_code(site: Path) -> None:
-    keys = (site / "reference/scene.html").read_text(encoding="utf-8")
-    for section in ("rotor", "race", "balls", "start", "spindle", "solver", "accuracy", "deck"):
-        model = type(load_scene("everything")).model_fields[section].annotation
-        (model,) = [m for m in (model, *getattr(model, "__args__", ())) if hasattr(m, "model_fields")]
-        for name in model.model_fields:
-            assert f"{section}.{name}<" in keys
-    commands = (site / "reference/commands.html").read_text(encoding="utf-8")
-    for name in parser().commands:
-        assert f"ab-sim {name}<" in commands
-    assert "effects.motor.torque_limit<" in (site / "reference/effects.html").read_text()
-    assert "command_age_limit<" in (site / "reference/nodes.html").read_text()
-    assert not any("to here" in page.read_text() for page in site.rglob("*.html"))
-
-
-def test_a_newcomers_words_are_in_the_index_of_the_search(site: Path) -> None:
-    index = (site / "searchindex.js").read_text(encoding="utf-8")
-    for title in ("What is W/e?", "What does -180 deg mean?", "Is a speed in rpm or rad/s?"):
-        assert title in index
-    assert "Which of M0 e and M e is the unbalance?" in index

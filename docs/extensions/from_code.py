@@ -243,7 +243,8 @@ def effects() -> Iterator[str]:
         yield from [f"## {name}", "", _plain(cleandoc(effect.__doc__ or "")), ""]
         types = get_type_hints(effect, include_extras=True)
         fields = {
-            key: {**field, **_bounds(types[key])} for key, field in effect_parameters(effect).items()
+            key: {**field, **_bounds(types[key])}
+            for key, field in effect_parameters(effect).items()
         }
         yield from _parameters(effect, fields, f"effects.{name}.")
         if effect.uses_ball_radius:

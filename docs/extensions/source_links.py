@@ -13,7 +13,7 @@ _LINK = re.compile(r"\]\((?![a-z]+:|#)([^)#\s]+)((?:#[^)\s]*)?)\)")
 
 
 def lead_out(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Turn each link to a file that is no page into one relative to the page's place in the site."""
+    """Turn each link to a file that is no page into one from the page's place in the site."""
     docs = Path(app.srcdir).resolve()
     page = Path(app.env.doc2path(docname)).resolve().parent
     site = (Path(app.outdir).resolve() / docname).parent
