@@ -173,17 +173,17 @@ def _rows(section: Schema, definitions: Schema, at: str) -> list[list[str]]:
         rows.append(
             [
                 f"`{at}{name}`",
+                _cell(meaning),
                 _kind(field, definitions),
                 field.get("unit", ""),
                 _range(field, definitions),
                 shown,
-                _cell(meaning),
             ]
         )
     return rows
 
 
-KEYS = ["key", "is", "unit", "range", "default", "meaning"]
+KEYS = ["key", "meaning", "is", "unit", "range", "default"]
 
 
 def _section(head: str, at: str, schema: Schema, definitions: Schema, depth: int) -> list[str]:
