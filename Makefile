@@ -15,7 +15,7 @@ unexport PYTHONDONTWRITEBYTECODE
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	--constraint constraints.txt
 
-.PHONY: help demo test test-fast coverage lint clean
+.PHONY: help demo test test-fast coverage lint docs clean
 
 help:
 	@echo 'make demo    run the demonstration'
@@ -26,6 +26,7 @@ help:
 	@echo '             of what differs from that commit; says what it leaves out'
 	@echo 'make coverage    which lines the tests run, as a figure and in out/coverage; without ROS nodes'
 	@echo 'make lint    ruff and mypy only'
+	@echo 'make docs    build the documentation site: docs/_build/html/index.html'
 	@echo 'make clean   remove .venv and what builds and tools leave'
 	@echo 'make ... PYTHON=python3.12   make .venv with another Python'
 
@@ -46,8 +47,13 @@ lint: $(VENV)/dev.stamp
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
+# From scratch: a page that is gone, or code that changed behind an unchanged page, is noticed.
+docs: $(VENV)/docs.stamp
+	$(BIN)/python -m sphinx -W --keep-going --fresh-env --quiet docs docs/_build/html
+	@echo 'docs/_build/html/index.html'
+
 clean:
-	rm -rf $(VENV) build dist install log *.egg-info .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) docs/_build build dist install log *.egg-info .mypy_cache .pytest_cache .ruff_cache
 
 test-fast: $(VENV)/dev.stamp
 	$(BIN)/python tools/test_fast.py $(BASE)
@@ -69,6 +75,12 @@ $(VENV)/dev.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
 	@$(PIP_INSTALL) setuptools
 	@$(PIP_INSTALL) --no-build-isolation --editable '.[ros,dev]'
 	@touch $(VENV)/run.stamp $@
+
+$(VENV)/docs.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
+	@echo 'Installing what builds the site into $(VENV) ...'
+	@$(PIP_INSTALL) setuptools
+	@$(PIP_INSTALL) --no-build-isolation --editable '.[docs]'
+	@touch $@
 
 $(VENV)/browser.stamp: | $(VENV)/venv.stamp
 	@tools/install-browser

@@ -17,6 +17,11 @@ PEERS = ["mujoco", "scikit-sundae"]
 MINORS = (".10", ".11", ".12", ".13", ".14")
 LINKS = {"Paper on three balls": "https://doi.org/10.1115/1.2948415"}
 """Beside the project's own, which are those in package.xml, as soon as there are some."""
+# The last myst-parser for Python 3.10 does not go with rich's markdown-it-py.
+DOCS = [
+    f"{package}; python_version >= '3.11'"
+    for package in ("furo", "myst-parser", "sphinx", "sphinx-design")
+]
 
 # Read, not imported: importing needs numpy and the rest, which a build does not have.
 version = re.search(r'^__version__ = "(.+)"$', Path(NAME, "__init__.py").read_text(), re.MULTILINE)
@@ -81,8 +86,10 @@ setup(
         # What the accuracy study is compared with, which its tests need, too; and what only
         # benchmarks are compared with.
         "peers": [*PEERS, "casadi", "heyoka; python_version >= '3.11'", "symengine"],
+        "docs": DOCS,
         "dev": [
             *PEERS,
+            *DOCS,
             "build",
             "colcon-bash",
             "colcon-ros",

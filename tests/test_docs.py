@@ -1,21 +1,203 @@
-"""Code that pages show runs."""
+"""Code that pages show runs; files and commands that they name are there."""
 
 import re
+import shlex
+import shutil
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
+from typer.main import get_command
+from typer.testing import CliRunner
 
-DOCS = Path(__file__).parents[1] / "docs"
+from ab_sim.cli.app import app
+from ab_sim.errors import SceneError
+from ab_sim.scene import check_scene, load_scene
+from ab_sim.scene.profile_file import load_profile
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(set(DOCS.rglob("*.md")) - set(DOCS.glob("_build/**/*.md")))]
+NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
+
+RUN = {
+    "check", "compare", "effects", "equilibria", "export", "import", "modes", "report", "run",
+    "scenes", "sensors", "state", "urdf",
+}  # fmt: skip
+"""Commands of ab-sim that are run. Of the others, which take long, show something, or ask nodes,
+the words are parsed, and tests of their own run them."""
 
 
-def test_the_example_of_the_core_runs() -> None:
-    page = (DOCS / "core.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
-    assert len(blocks) == 3
-    exec(compile("\n".join(blocks), "docs/core.md", "exec"), {"__name__": "core"})
+def blocks(page: str, language: str) -> list[str]:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
 
 
-@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: str(page.name))
-def test_pages_name_files_that_are_there(page: Path) -> None:
-    links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", page.read_text(encoding="utf-8"))
-    assert [link for link in links if not (page.parent / link).exists()] == []
+def with_blocks(language: str) -> list[str]:
+    return [page for page in NAMES if blocks(page, language)]
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What pages say that the reader has by then."""
+    folder = tmp_path_factory.mktemp("files")
+    (folder / "my-drive.yaml").write_text(blocks("docs/tutorials/own-drive.md", "yaml")[0])
+    (folder / "my-scene.yaml").write_text(blocks("docs/howto/scene.md", "yaml")[0])
+    ran = invoke("run", "thesis-hold", "--rrd", str(folder / "run.rrd"))
+    assert ran.exit_code == 0, ran.output
+    shutil.copy(folder / "run.rrd", folder / "other.rrd")
+    return folder
+
+
+@pytest.fixture
+def there(files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of them, as the working directory."""
+    folder = tmp_path / "reader"
+    shutil.copytree(files, folder)
+    monkeypatch.chdir(folder)
+    return folder
+
+
+def invoke(*words: str) -> Any:
+    return CliRunner().invoke(app, words, catch_exceptions=False)
+
+
+@pytest.mark.parametrize("page", with_blocks("python"))
+def test_python_runs(page: str, there: Path) -> None:
+    exec(compile("\n".join(blocks(page, "python")), page, "exec"), {"__name__": "page"})
+
+
+@pytest.mark.parametrize("page", with_blocks("yaml"))
+def test_yaml_is_a_scene_or_a_part_of_one(page: str, tmp_path: Path) -> None:
+    for block in blocks(page, "yaml"):
+        part = yaml.safe_load(block)
+        if "rotor" in part:
+            check_scene(part, origin=page)
+        elif "kind" in part:
+            (tmp_path / "profile.yaml").write_text(block)
+            load_profile(str(tmp_path / "profile.yaml"))
+        else:
+            check_scene({**load_scene("no-ball").as_mapping(), **part}, origin=page)
+
+
+def test_readme_has_the_drive_of_the_tutorial() -> None:
+    ours, tutorials = (
+        yaml.safe_load(blocks(page, "yaml")[0])
+        for page in ("README.md", "docs/tutorials/own-drive.md")
+    )
+    assert ours == tutorials
+
+
+def test_the_error_of_the_tutorial_is_what_is_said(tmp_path: Path) -> None:
+    page = "docs/tutorials/own-drive.md"
+    (tmp_path / "my-drive.yaml").write_text(blocks(page, "yaml")[0].replace("mass: 5", "mas: 5"))
+    with pytest.raises(SceneError) as raised:
+        load_scene(tmp_path / "my-drive.yaml")
+    said = str(raised.value).replace(f"{tmp_path}/", "")
+    assert blocks(page, "text")[0] == f"ab-sim: {said}\n"
+
+
+@pytest.mark.parametrize("page", with_blocks("bash"))
+def test_commands_run_or_are_such(page: str, there: Path) -> None:
+    for block in blocks(page, "bash"):
+        for line in block.splitlines():
+            try:
+                command(line)
+            except (AssertionError, Exception) as error:
+                raise AssertionError(f"{page}: {line}: {error}") from error
+
+
+def command(line: str) -> str:
+    """Run a line, or see that it can be; returns what was printed."""
+    inner = re.search(r"\$\((.*?)\)", line)
+    if inner:
+        line = line.replace(inner[0], command(inner[1]).strip())
+    words = shlex.split(line, comments=True)
+    match words:
+        case [".venv/bin/ab-sim", *arguments]:
+            return ab_sim_command(arguments)
+        case ["make", target]:
+            assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
+        case ["ros2", "run", "ab_sim", node, *arguments]:
+            assert (ROOT / "scripts" / node).exists()
+            check_node(node, arguments)
+        case [".venv/bin/python", "-m", module, *arguments]:
+            assert (ROOT / module.replace(".", "/")).with_suffix(".py").exists()
+            check_node(module.rpartition(".")[2], arguments)
+        case [".venv/bin/python", file]:
+            assert (ROOT / file).exists()
+        case ["ros2", "launch", "ab_sim", file, *arguments]:
+            launch = (ROOT / "launch" / file).read_text()
+            assert all(f'"{argument.partition(":=")[0]}"' in launch for argument in arguments)
+        case ["ros2", "param", "set", node, parameter, value]:
+            check_parameter(node.strip("/"), parameter, value)
+        case ["ros2", "service", "call", service, kind]:
+            node, name = service.strip("/").split("/")
+            assert re.search(rf"^\| `~/{name}` \| {kind} \| {node} \|", topics(), re.MULTILINE)
+        case _:
+            raise AssertionError("nothing that this test knows")
+    return ""
+
+
+def topics() -> str:
+    return (DOCS / "topics.md").read_text(encoding="utf-8")
+
+
+def check_node(node: str, arguments: list[str]) -> None:
+    assert arguments[0] == "--ros-args" and len(arguments) % 2
+    for flag, value in zip(arguments[1::2], arguments[2::2], strict=True):
+        name, sign, given = value.partition(":=")
+        assert sign and flag in ("-p", "-r")
+        if flag == "-p" and name != "use_sim_time":
+            check_parameter(node, name, given)
+
+
+def check_parameter(node: str, name: str, given: str) -> None:
+    values = yaml.safe_load((ROOT / f"config/nodes/{node}.yaml").read_text())
+    default = values["/**"]["ros__parameters"][name]
+    assert isinstance(yaml.safe_load(given), type(default))
+
+
+@cache
+def parser() -> Any:
+    return get_command(app)
+
+
+def ab_sim_command(words: list[str]) -> str:
+    name, *arguments = words
+    parsed, rest = parser().commands[name], arguments
+    context = None
+    while hasattr(parsed, "commands"):
+        context = parsed.context_class(parsed, info_name="ab-sim", parent=context)
+        parsed, rest = parsed.commands[rest[0]], rest[1:]
+    parsed.make_context(name, list(rest), parent=context)  # refuses what it does not know
+    if name not in RUN:
+        return ""
+    done = invoke(*words)
+    assert done.exit_code == 0, done.output
+    return str(done.stdout)
+
+
+@pytest.mark.parametrize("page", NAMES)
+def test_pages_name_files_that_are_there(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", text)
+    assert [link for link in links if not ((ROOT / page).parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("page", NAMES)
+def test_benchmarks_that_pages_name_are_there(page: str) -> None:
+    named = re.findall(r"benchmarks/\w+\.py", (ROOT / page).read_text(encoding="utf-8"))
+    assert [file for file in named if not (ROOT / file).exists()] == []
+
+
+def test_readme_is_short_and_leads_to_every_part() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 120
+    for folder in ("tutorials", "howto", "explanation", "reference", "gallery"):
+        assert f"](docs/{folder}/" in text
+    for page in (*DOCS.glob("howto/*.md"), *DOCS.glob("tutorials/*.md")):
+        if page.stem not in ("index", "effect-cost"):
+            assert f"]({page.relative_to(ROOT)}" in text, page

@@ -1,0 +1,54 @@
+"""How Sphinx makes the documentation site: `make docs` writes it to docs/_build/html."""
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).parent
+sys.path[:0] = [str(DOCS / "extensions"), str(DOCS.parent)]
+
+import ab_sim  # noqa: E402
+
+project = "ab_sim"
+author = "ab_sim maintainers"
+copyright = "ab_sim maintainers, Apache-2.0"
+version = release = ab_sim.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_design",
+    "from_code",  # in docs/extensions, as the next
+    "source_links",
+]
+exclude_patterns = ["_build"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+highlight_language = "text"
+smartquotes = False  # psi'' is a derivative
+
+myst_enable_extensions = ["colon_fence"]
+myst_heading_anchors = 4  # links to headings are those that GitHub makes
+myst_url_schemes = {"http": None, "https": None, "mailto": None, "source": "{{path}}"}
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "description"
+
+html_theme = "furo"
+html_title = f"ab_sim {release}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_search_summary = False  # a page that is a file may not read others
+html_show_sphinx = False
+
+
+def _bars(app: Any, what: str, name: str, it: Any, options: Any, lines: list[str]) -> None:
+    """Docstrings write |u|, which reStructuredText takes for the name of something else."""
+    lines[:] = [re.sub(r"(?<!`)\|(?=\S)([^|`]*)(?<=\S)\|", r"\\|\1\\|", line) for line in lines]
+
+
+def setup(app: Any) -> None:
+    """As Sphinx calls it."""
+    app.connect("autodoc-process-docstring", _bars)
