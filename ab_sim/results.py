@@ -1,17 +1,17 @@
 """The types of results, for annotations: what the calls of ``ab_sim`` return, and consist of."""
 
-from ab_sim.accuracy import Price
+from ab_sim.accuracy import WorkPrecision
 from ab_sim.analysis import Comparison, Merits, OfflineRun
 from ab_sim.analysis.equilibria import Equilibria, RestingState
 from ab_sim.analysis.floquet import Followed, Stability
 from ab_sim.analysis.maps.stability import StabilityMap
-from ab_sim.analysis.modes import Mode, Vibration
+from ab_sim.analysis.modes import Mode, NaturalVibration
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag
 from ab_sim.api.results import Branches, PeriodicSolutions
 from ab_sim.batch import Batch
 from ab_sim.drive.observation import Observation
 from ab_sim.recording import StoredRun
-from ab_sim.reports.compare import Beside
+from ab_sim.reports.compare import RecordingComparison
 from ab_sim.studies.accuracy_cost import AccuracyCost
 from ab_sim.studies.basin import Basin
 from ab_sim.studies.effect_cost import EffectCost
@@ -20,7 +20,7 @@ __all__ = [
     "AccuracyCost",
     "Basin",
     "Batch",
-    "Beside",
+    "RecordingComparison",
     "Branches",
     "Comparison",
     "EffectCost",
@@ -31,12 +31,12 @@ __all__ = [
     "Observation",
     "OfflineRun",
     "PeriodicSolutions",
-    "Price",
+    "WorkPrecision",
     "Recovery",
     "RecoveryOverDrag",
     "RestingState",
     "Stability",
     "StabilityMap",
     "StoredRun",
-    "Vibration",
+    "NaturalVibration",
 ]

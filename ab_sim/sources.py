@@ -19,7 +19,7 @@ class NotOfSources(Exception):
     """What a kernel is made of does not follow from files as they are now."""
 
 
-class Source(NamedTuple):
+class ModuleSource(NamedTuple):
     """A module's file."""
 
     path: Path
@@ -28,7 +28,7 @@ class Source(NamedTuple):
     """Names of modules, and of what else stands where one could."""
 
 
-def sources(modules: Iterable[str]) -> dict[str, Source]:
+def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
     """The sources of modules and of all that these import, by the modules' names.
 
     Imports for type checkers only do not count, nor does the standard library. Nor do installed
@@ -38,7 +38,7 @@ def sources(modules: Iterable[str]) -> dict[str, Source]:
         NotOfSources: a module has no source file, or the file was changed after this process began
             and may not be what it has imported.
     """
-    found: dict[str, Source] = {}
+    found: dict[str, ModuleSource] = {}
     own = {module.partition(".")[0] for module in modules}
     ahead = sorted(set(modules))
     while ahead:
@@ -95,7 +95,7 @@ def _file(module: str) -> Path | None:
     return Path(found.origin).resolve()
 
 
-def _source(module: str) -> Source:
+def _source(module: str) -> ModuleSource:
     path = None if module == "__main__" else _file(module)
     if path is None:
         raise NotOfSources(f"{module} has no file to import it from")
@@ -112,10 +112,10 @@ def _source(module: str) -> Source:
 
 
 @functools.cache
-def _read(module: str, path: Path) -> Source:
+def _read(module: str, path: Path) -> ModuleSource:
     content = path.read_bytes()
     imports = _imports(content, module, path) if path.suffix == ".py" else frozenset[str]()
-    return Source(path, hashlib.sha256(content).hexdigest(), imports)
+    return ModuleSource(path, hashlib.sha256(content).hexdigest(), imports)
 
 
 def _imports(content: bytes, module: str, path: Path) -> frozenset[str]:

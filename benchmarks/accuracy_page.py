@@ -2,7 +2,7 @@
 
     python benchmarks/accuracy_page.py [--docs docs]
 
-after accuracy_cost.py, peers.py with and without --avx2, span_cost.py, collocation.py,
+after accuracy_cost.py, peers.py with and without --avx2, collocation_step_cost.py, collocation.py,
 collocation_at_random.py, step_cost.py and batch_throughput.py.
 """
 
@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from beside.page import limited_part, peers_part  # noqa: E402
 from collocation_page import collocation_part  # noqa: E402
 from page_parts import conditions, error, left_out_list, sentence, spread, table  # noqa: E402
-from span_page import span_part  # noqa: E402
+from collocation_step_page import collocation_step_part  # noqa: E402
 
 from ab_sim.accuracy import SAFETY  # noqa: E402
 
@@ -169,7 +169,7 @@ heyoka fills the lanes of its vectors with eight runs. With `collocation` they a
 nodes of one run already: the runs of a batch follow one another, each with tables of its own. `rk8`
 has eight runs in its lanes; what that gives is [below](#many-runs-at-once).
 
-Made by `python benchmarks/span_cost.py`; {span_conditions}.
+Made by `python benchmarks/collocation_step_cost.py`; {span_conditions}.
 
 ## Collocation beside rk8, effect by effect
 
@@ -347,7 +347,7 @@ def main() -> None:
         **accuracy_part(accuracy),
         **peers_part(peers),
         **limited_part(limited),
-        **span_part(spans),
+        **collocation_step_part(spans),
         **collocation_part(collocation, random),
         **step_part(steps),
         **batch_part(batches),

@@ -28,7 +28,7 @@ from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.integrate.side_by_side import LANES  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
-from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
+from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
 
 SCENE, SMOOTH = "thesis-hold", "effects.rolling_friction="
 RUNS = 25 * LANES
@@ -136,8 +136,8 @@ def compare(repeats: int) -> list[dict[str, Any]]:
     rows = []
     for method, measured in found.items():
         numbers = {name: np.array(values) for name, values in measured._asdict().items()}
-        ratio = Spread.of(numbers["kernel"] / numbers["one_by_one"])
-        spreads = {name: Spread.of(values)._asdict() for name, values in numbers.items()}
+        ratio = Quartiles.of(numbers["kernel"] / numbers["one_by_one"])
+        spreads = {name: Quartiles.of(values)._asdict() for name, values in numbers.items()}
         error = errors(method)._asdict()
         rows.append({**method._asdict(), "error": error, **spreads, "ratio": ratio._asdict()})
     return rows

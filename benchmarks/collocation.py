@@ -30,7 +30,7 @@ from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.errors import AbSimError  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
+from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
 
 EVERY = 0.02
 LIVE, WAKES, PER_WAKE = ("thesis-hold", "as shipped", "five balls", "feeding-deck"), 5000, 4
@@ -203,7 +203,7 @@ def measure(case: str, repeats: int, say: Callable[[str], None]) -> list[dict[st
         times.setdefault((method, "loop"), []).append(one)
     for method, row in zip(drives, rows, strict=True):
         for name in ("run", "loop"):
-            row[f"{name}_us"] = Spread.of(np.array(times[method, name]))._asdict()
+            row[f"{name}_us"] = Quartiles.of(np.array(times[method, name]))._asdict()
         row["reference_error"] = float(np.abs(true - check).max())
         say(
             f"{case}: {method.stepper} {1e3 * method.step:g} ms"

@@ -56,13 +56,13 @@ def measure(plant: str, seed: int, repeats: int) -> list[dict[str, Any]]:
 
     def drive_of(stepper: str, step: float, **parameters: float) -> Drive:
         own = {"parameters": parameters} if parameters else {}
-        return Drive(scene_at_random(plant, seed, stepper=stepper, step=step, **own), ledger=True)
+        return Drive(scene_at_random(plant, seed, stepper=stepper, step=step, **own), energy_balance=True)
 
     fine = drive_of("rk8", FINE)
     true = angles(fine)
     speed, layout = fine.scene.start.speed, fine.layout
     sizes = np.zeros(layout.size)
-    sizes[layout.carrier] = fine.system.carrier.scale(fine.scene.race.radius, speed)
+    sizes[layout.deck] = fine.system.deck_model.scale(fine.scene.race.radius, speed)
     sizes[layout.angles], sizes[layout.rates] = 1.0, speed
     grown = max(
         np.abs(angles(fine, OFF * off) - true).max() / OFF for off in np.diag(sizes) if off.any()

@@ -2,7 +2,7 @@
 
     python benchmarks/energy_drift.py [--revolutions 1000000] [--out benchmarks/energy_drift.json]
 
-The thesis' drive at 200 rad/s without damping and drag, rk8 at 1 ms: the ledger's residual relative
+The thesis' drive at 200 rad/s without damping and drag, rk8 at 1 ms: the energy balance's residual relative
 to the energy, at every tenth of the way.
 """
 
@@ -35,7 +35,7 @@ def main() -> None:
     parser.add_argument("--revolutions", type=int, default=1_000_000)
     parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".json"))
     asked = parser.parse_args()
-    drive = Drive(load_scene("thesis-hold", CHANGES), ledger=True)
+    drive = Drive(load_scene("thesis-hold", CHANGES), energy_balance=True)
     begin, rows = time.process_time(), []
     for tenth in range(1, 11):
         while drive.observe().psi < 2 * math.pi * asked.revolutions * tenth / 10:

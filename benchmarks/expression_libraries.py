@@ -28,7 +28,7 @@ from beside.libraries import casadi_c, casadi_vm, heyoka_made, symengine_made  #
 
 from ab_sim.compiling import Floats, call, compiled  # noqa: E402
 from ab_sim.dynamics.assemble import place_on  # noqa: E402
-from ab_sim.events.prepared import branches_of  # noqa: E402
+from ab_sim.events.run_arrays import branches_of  # noqa: E402
 from ab_sim.kernels.code import Code  # noqa: E402
 from ab_sim.kernels.tangent import lanes_for, tangent_address  # noqa: E402
 from ab_sim.tracing.llvm_text import module_text  # noqa: E402
@@ -69,14 +69,14 @@ class Ours:
 
     def __init__(self, case: Case) -> None:
         self.case = case
-        self.code = Code(case.system, type(case.piece.segment))
+        self.code = Code(case.system, type(case.scheduled.segment))
 
     def prepared(self) -> tuple[np.ndarray, np.ndarray]:
         """c and b."""
-        place = place_on(self.case.piece)
+        place = place_on(self.case.scheduled)
         c = self.code.constants(self.case.system)
         self.code.put_place(c, [*place.segment, *place[1:]])
-        return c, branches_of(self.case.system, self.case.modes)
+        return c, branches_of(self.case.system, self.case.discrete_state)
 
     def slope(self, features: str | None = None) -> Made:
         """Of one run."""

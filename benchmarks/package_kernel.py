@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from ab_sim.drive import Drive
-from ab_sim.drive.way import Way
+from ab_sim.drive.step_plan import StepPlan
 from ab_sim.scene import Scene
-from ab_sim.spindle.stretches import Stretch
+from ab_sim.spindle.step_ranges import StepRange
 
 
 class PackageKernel:
@@ -26,11 +26,11 @@ class PackageKernel:
         drive.advance(first)
         self.drive, self.first, self.steps = drive, first, steps
         self.start = drive.snapshot()
-        self.piece = drive.profile.piece_at(drive.time)
-        if self.piece.end < (first + steps) * drive.step:
+        self.scheduled = drive.profile.segment_at(drive.time)
+        if self.scheduled.end < (first + steps) * drive.step:
             raise SystemExit(f"{scene.name}: the steps run across a breakpoint of the profile")
-        way = Way([Stretch(self.piece, first, steps, 0.0, drive.step)])
-        self._leg, self._at = next(way.after(first))
+        step_plan = StepPlan([StepRange(self.scheduled, first, steps, 0.0, drive.step)])
+        self._leg, self._at = next(step_plan.after(first))
         self._advance = drive._steps.along(self._leg.kind)
         self.samples = np.zeros((steps, len(drive.channels)))
 
@@ -42,7 +42,7 @@ class PackageKernel:
     def rewind(self) -> None:
         """Back to before the steps."""
         made = self.drive._steps
-        made.state[:], made.modes[:] = self.start.state, self.start.modes
+        made.state[:], made.discrete_state[:] = self.start.state, self.start.discrete_state
         made.work.smooth[0] = math.nan
 
     def run(self) -> None:

@@ -1,10 +1,10 @@
-"""Random commands to every scene that ships: crowded steps, and balls that overlap.
+"""Random commands to every scene that ships: steps with unresolved events, and balls that overlap.
 
     python benchmarks/random_commands.py [--commands 10000] [--out benchmarks/random_commands.json]
 
 So many commands in all, shared by the scenes: each holds for 10 to 400 ms, forwards or backwards,
 within the scene's ``spindle.max_speed``; every fourth follows within a few steps. Written down for
-each scene: events, crowded steps, and the smallest gap between balls that cannot pass each other,
+each scene: events, steps with unresolved events, and the smallest gap between balls that cannot pass each other,
 as a part of their distance in contact.
 """
 
@@ -36,7 +36,7 @@ def tried(name: str, commands: int, rng: np.random.Generator) -> dict[str, float
         "commands": commands,
         "simulated_seconds": drive.time,
         "events": drive.events,
-        "crowded_steps": drive.crowded_steps,
+        "steps_with_unresolved_events": drive.steps_with_unresolved_events,
         **({"least_gap": least} if np.isfinite(least) else {}),
     }
 

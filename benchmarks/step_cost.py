@@ -30,7 +30,7 @@ from rich.console import Console  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.integrate.explicit import Tableau  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.studies.effect_cost import Spread, conditions  # noqa: E402
+from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.step=0.001"]
 BALLS, BESIDE_C = (0, 1, 2, 5, 16, 64), (2, 5)
@@ -53,10 +53,10 @@ class InC:
         drive, scene = package.drive, package.drive.scene
         tableau = drive.stepper.weights
         assert isinstance(tableau, Tableau)
-        carrier, effects, segment = drive.system.carrier, scene.effects, package.piece.segment
+        deck_model, effects, segment = drive.system.deck_model, scene.effects, package.scheduled.segment
         self._constants = CDrive(
-            carrier.total_mass,
-            carrier.unbalance,
+            deck_model.total_mass,
+            deck_model.unbalance,
             scene.race.radius,
             effects["suspension"].stiffness,
             effects["suspension"].damping,
@@ -74,7 +74,7 @@ class InC:
         """Take the steps."""
         package = self._package
         self.state[:] = package.start.state
-        begin = FIRST * package.drive.step - package.piece.start
+        begin = FIRST * package.drive.step - package.scheduled.start
         self._library.advance(
             ctypes.byref(self._constants),
             begin,
@@ -110,12 +110,12 @@ def measure(repeats: int) -> dict[str, Any]:
     for method in METHODS:
         for n in BALLS:
             own = np.array(times[method, n])
-            row = {"method": method, "balls": n, "ns_per_step": Spread.of(own)._asdict()}
+            row = {"method": method, "balls": n, "ns_per_step": Quartiles.of(own)._asdict()}
             if (method, n) in in_c:
                 c = np.array(times[method, n, "c"])
-                ratio = Spread.of(own / c)
+                ratio = Quartiles.of(own / c)
                 row |= {
-                    "c_ns_per_step": Spread.of(c)._asdict(),
+                    "c_ns_per_step": Quartiles.of(c)._asdict(),
                     "ratio_to_c": ratio._asdict(),
                     "within_goal": ratio.median <= GOAL,
                 }
@@ -129,7 +129,7 @@ def start_seconds(scene: str, changes: list[str], processes: int = 5) -> dict[st
     with tempfile.TemporaryDirectory() as cache:
         runs = [run_scene(cache, scene, *changes) for _ in range(processes)]
     times = np.array([one[FIRST_STEP] for one in runs])
-    return {"scene": scene, "changes": changes, "seconds": Spread.of(times)._asdict()}
+    return {"scene": scene, "changes": changes, "seconds": Quartiles.of(times)._asdict()}
 
 
 def _growth(medians: list[Any]) -> dict[str, float]:

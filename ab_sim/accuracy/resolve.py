@@ -3,7 +3,7 @@
 import time
 
 from ab_sim.accuracy.deviation import Samples
-from ab_sim.accuracy.price import Price
+from ab_sim.accuracy.work_precision import WorkPrecision
 from ab_sim.accuracy.search import cheapest
 from ab_sim.accuracy.trials import Tell, Timed
 from ab_sim.drive import Drive
@@ -15,7 +15,7 @@ def resolve_accuracy(
     period: float | None = None,
     commanded: bool = False,
     tell: Tell | None = None,
-) -> tuple[Scene, Price | None]:
+) -> tuple[Scene, WorkPrecision | None]:
     """The scene with a solver: where it asks for an accuracy, the cheapest that delivers it.
 
     That is measured on the scene's own run, from its start over its profile and duration, which

@@ -28,7 +28,7 @@ import math
 from collections.abc import Mapping
 
 from ab_sim.accuracy.deviation import Deviation, deviation, rounding
-from ab_sim.accuracy.price import SAFETY, Price, setting, share_of
+from ab_sim.accuracy.work_precision import SAFETY, WorkPrecision, setting, share_of
 from ab_sim.accuracy.trials import NO_PARAMETERS, Run, Tell, Trials, Tried
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
 from ab_sim.errors import SceneError, exact
@@ -64,7 +64,7 @@ def cheapest(
     period: float | None = None,
     commanded: bool = False,
     tell: Tell | None = None,
-) -> tuple[Scene, Price]:
+) -> tuple[Scene, WorkPrecision]:
     """The scene with the solver that delivers the accuracy it asks for at the least price.
 
     Args:
@@ -79,7 +79,7 @@ def cheapest(
             what can.
         DivergedError: the scene's run diverges with every step.
     """
-    return _Search(scene, run, period, commanded, tell).settle()
+    return _Search(scene, run, period, commanded, tell).choose()
 
 
 class _Search:
@@ -116,7 +116,7 @@ class _Search:
                 "rate of 50, 100, 125, 200, 250, 500 or 1000 1/s would do, or a solver of your own"
             )
 
-    def settle(self) -> tuple[Scene, Price]:
+    def choose(self) -> tuple[Scene, WorkPrecision]:
         """Find the reference, then what is good enough, then what is cheapest."""
         self._find_reference()
         found = [self._longest_passing(self._first)]
@@ -130,7 +130,7 @@ class _Search:
         least = min(one.seconds for one in found)
         alike = [one for one in found if one.seconds <= ALIKE * least]
         taken = min(alike, key=lambda one: self._share(self._error(one)))
-        return taken.scene, Price(
+        return taken.scene, WorkPrecision(
             self.asked,
             taken.stepper.name,
             taken.step,
@@ -184,8 +184,8 @@ class _Search:
     def _ladder(self, stepper: Stepper) -> list[tuple[int, Mapping[str, float]]]:
         """Of a method's settings, from coarse to fine: rungs, or a rung with tolerances.
 
-        Two rungs by turns for a reference: the smallest tolerances lead to the same spans, and only
-        other ones show what rounding does. Spans go over 2^k or 3 2^k samples, so that those of
+        Two rungs by turns for a reference: the smallest tolerances lead to the same collocation steps, and only
+        other ones show what rounding does. Collocation steps go over 2^k or 3 2^k samples, so that those of
         samples five times as close are others.
         """
         rungs = self._trials.rungs(stepper)
@@ -195,9 +195,9 @@ class _Search:
         if stepper is self._first:
             turns += [rung for rung in rungs if rung % (5 * rungs[0]) == 0][:1]
         unit, radius = self.scene.whirl_unit[0], self.scene.race.radius
-        wishes = (self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius)
+        asked_tolerances = (self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius)
         allowed = parameters_of(stepper.name)["tolerance"]
-        largest = min(*(wish for wish in wishes if wish is not None), allowed.highest)
+        largest = min(*(tolerance for tolerance in asked_tolerances if tolerance is not None), allowed.highest)
         last = math.ceil(math.log10(allowed.lowest))
         powers = range(max(math.floor(math.log10(largest)), last + STALLED), last, -1)
         tolerances = [*(10.0**power for power in powers), allowed.lowest]
@@ -207,7 +207,7 @@ class _Search:
         ]
 
     def _allowed(self, tried: Tried) -> Deviation:
-        """What a run's spans were allowed to leave, which two that are alike do not show."""
+        """What a run's collocation steps were allowed to leave, which two that are alike do not show."""
         angle = tried.parameters.get("tolerance", 0.0)
         whirl = angle * self.scene.race.radius / self.scene.whirl_unit[0]
         return Deviation(angle, whirl, angle, whirl)
@@ -219,14 +219,14 @@ class _Search:
                 return one
         best = min(runs, key=lambda one: self._share(self._error(one)))
         error = self._error(best)
-        wishes = [
-            f"accuracy.{key} = {exact(wish)} {unit}: the best that can be had is about "
+        asked_tolerances = [
+            f"accuracy.{key} = {exact(tolerance)} {unit}: the best that can be had is about "
             f"{_rounded_up(SAFETY * found):g} {unit}"
-            for key, wish, found, unit in (
+            for key, tolerance, found, unit in (
                 ("angle", self.asked.angle, error.angle, "rad"),
                 ("whirl", self.asked.whirl, error.whirl, self.scene.whirl_unit[1]),
             )
-            if wish is not None and SAFETY * found > wish
+            if tolerance is not None and SAFETY * found > tolerance
         ]
         finer = "smaller tolerance" if best.parameters else "shorter step"
         reason = f"a {finer} is not tried"
@@ -236,16 +236,16 @@ class _Search:
                 "rounding and of what the motion makes of it"
             )
         raise SceneError(
-            f"{'; '.join(wishes)}, with {_told(best)} and a safety factor of {SAFETY:g}: {reason}; "
+            f"{'; '.join(asked_tolerances)}, with {_told(best)} and a safety factor of {SAFETY:g}: {reason}; "
             "ask for no more"
         )
 
-    def _cheaper(self, stepper: Stepper, price: float) -> list[Tried]:
+    def _cheaper(self, stepper: Stepper, work_precision: float) -> list[Tried]:
         """The longest step of another method that is accurate enough, if it can be cheaper."""
         rungs = self._trials.rungs(stepper)
         at, failed = 0, -1
         while at < len(rungs):
-            if self._trials.expected(stepper, rungs[at], like=self._usual) > ALIKE * price:
+            if self._trials.expected(stepper, rungs[at], like=self._usual) > ALIKE * work_precision:
                 return []
             tried = self._trials.run(stepper, rungs[at])
             if tried is not None and self._passes(tried):

@@ -109,7 +109,7 @@ def merits_of_pieces(
     """Judge a run that is too long to be held in memory, in two passes over it.
 
     Args:
-        pieces: begins at the run's start each time it is called; trajectories that follow each
+        segments: begins at the run's start each time it is called; trajectories that follow each
             other, none of them empty.
         count: how many samples there are, at least 1.
         scene: what was run.

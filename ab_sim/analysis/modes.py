@@ -116,7 +116,7 @@ class Campbell:
 
 
 @dataclass(frozen=True, repr=False)
-class Vibration(Presented):
+class NaturalVibration(Presented):
     """What there is to know of a scene's natural vibration; see ``ab_sim.modes``."""
 
     _picture = "modes"
@@ -166,7 +166,7 @@ class Vibration(Presented):
         }
 
 
-def vibration_of(scene: Scene, speed: float = 0.0) -> Vibration:
+def vibration_of(scene: Scene, speed: float = 0.0) -> NaturalVibration:
     """A scene's modes at a speed [rad/s], and from 0 to ``spindle.max_speed``.
 
     Raises:
@@ -174,7 +174,7 @@ def vibration_of(scene: Scene, speed: float = 0.0) -> Vibration:
     """
     about = linearised(system_of(scene))
     over_speed = campbell(about, np.linspace(0.0, scene.spindle.max_speed, SPEEDS))
-    return Vibration(scene.name, about, speed, modes_of(about, speed), over_speed)
+    return NaturalVibration(scene.name, about, speed, modes_of(about, speed), over_speed)
 
 
 def campbell(about: Linearised, speeds: np.ndarray) -> Campbell:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import ab_sim
-from ab_sim.accuracy import Price, Tell, resolve_accuracy
+from ab_sim.accuracy import WorkPrecision, Tell, resolve_accuracy
 from ab_sim.analysis.merits import LAST, Merits, merits_of
 from ab_sim.drive import Drive
 from ab_sim.drive.observation import Observation
@@ -14,7 +14,7 @@ from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.errors import InputError, exact
 from ab_sim.presentation import Columns, Presented, drawn, ends, number
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle import SpeedSchedule
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,11 +41,11 @@ class OfflineRun(Presented):
     """Name of the stepper that ran it, which a scene may leave to be chosen."""
     events: int
     """Events located: reversals, sticking, release, impacts, limits of the motor."""
-    crowded_steps: int
+    steps_with_unresolved_events: int
     """Steps with too many events to locate them all."""
     merits: Merits
     """What it is judged by."""
-    price: Price | None
+    work_precision: WorkPrecision | None
     """How the solver was found, if an accuracy was asked for."""
 
     def plot(self, comparison: "Comparison | None" = None) -> "Figure":
@@ -92,9 +92,9 @@ class OfflineRun(Presented):
             "sensors": {name: sensor.model_dump() for name, sensor in self.scene.sensors.items()},
             "stepper": self.stepper,
             "step": self.scene.solver.step,
-            "accuracy": None if self.price is None else self.price.report(),
+            "accuracy": None if self.work_precision is None else self.work_precision.report(),
             "events": self.events,
-            "crowded_steps": self.crowded_steps,
+            "steps_with_unresolved_events": self.steps_with_unresolved_events,
             "duration": duration,
             "version": ab_sim.__version__,
         }
@@ -124,9 +124,9 @@ def run_scene(
     for time in times:
         if not (math.isfinite(time) and time >= 0):
             raise InputError(f"times: {time} s: must be a finite number, at least 0")
-    SpeedProfile.of_scene(scene)  # refuses what it cannot know before minutes of measuring
+    SpeedSchedule.of_scene(scene)  # refuses what it cannot know before minutes of measuring
     end = max([scene.duration, *times])
-    scene, price = resolve_accuracy(scene, tell=tell)
+    scene, work_precision = resolve_accuracy(scene, tell=tell)
     drive = Drive(scene)
     if end / drive.step * len(drive.channels) > MAX_VALUES:
         what = "duration" if end == scene.duration else "times:"
@@ -158,9 +158,9 @@ def run_scene(
         drive.profile.variable_speed_period,
         drive.stepper.name,
         drive.events,
-        drive.crowded_steps,
+        drive.steps_with_unresolved_events,
         merits_of(whole, drive.scene),
-        price,
+        work_precision,
     )
 
 

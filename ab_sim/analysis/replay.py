@@ -25,10 +25,10 @@ def replay(scene: Scene, recorded: Trajectory) -> Trajectory:
     steps, commands = recorded["step"], recorded["command"]
     if len(steps) == 0 or steps[0] != 0 or np.any(np.diff(steps) != 1):
         raise InputError("the recording does not hold every step from 0 on; it cannot be replayed")
-    return Replay(Drive(scene, commanded=True)).at_steps(steps, commands)
+    return ReplayedDrive(Drive(scene, commanded=True)).at_steps(steps, commands)
 
 
-class Replay:
+class ReplayedDrive:
     """A drive that is commanded as a recording says, a part of the recording at a time.
 
     Args:

@@ -56,7 +56,7 @@ def rest_of(scene: Scene) -> Rest:
         update={"start": scene.start.model_copy(update={"deck": StartDeck()})}
     )
     system = system_of(unpushed)
-    place, turn, _ = np.split(start_state(unpushed, system)[layout_of(system).carrier], [3, 7])
+    place, turn, _ = np.split(start_state(unpushed, system)[layout_of(system).deck], [3, 7])
     return Rest(place, turn)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from ab_sim.analysis.held import FASTEST, last_speed
+from ab_sim.analysis.held_speed import FASTEST, last_speed
 from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
 

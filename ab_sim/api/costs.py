@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ab_sim.api.common import Progress, SceneLike, as_scene
 from ab_sim.recording import StoredRun, open_recording
-from ab_sim.reports.compare import Beside, compare_with
+from ab_sim.reports.compare import RecordingComparison, compare_with
 from ab_sim.studies import accuracy_cost as accuracy_study
 from ab_sim.studies import effect_cost as effect_study
 from ab_sim.studies.accuracy_cost import AccuracyCost
@@ -109,7 +109,7 @@ def compare_recording(
     scene: SceneLike,
     *,
     progress: Callable[[int], None] | None = None,
-) -> Beside:
+) -> RecordingComparison:
     """Run a scene under a recording's commands; how far is each channel? ``ab-sim compare``.
 
     Parameters

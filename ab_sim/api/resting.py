@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ab_sim.analysis.equilibria import Equilibria, equilibria_of, kept_branches
 from ab_sim.analysis.floquet import STARTS, Followed, follow, held_speed, solutions_of
-from ab_sim.analysis.modes import Vibration, vibration_of
+from ab_sim.analysis.modes import NaturalVibration, vibration_of
 from ab_sim.analysis.recovery import RecoveryOverDrag, recovery_over_drag
 from ab_sim.analysis.recovery.over_drag import DRAGS
 from ab_sim.analysis.recovery.response import BAND
@@ -226,7 +226,7 @@ def follow_floquet(
     return Followed(found.over, found.points, found.borders, own.name)
 
 
-def modes(scene: SceneLike, speed: float = 0.0) -> Vibration:
+def modes(scene: SceneLike, speed: float = 0.0) -> NaturalVibration:
     """Natural frequencies, damping and shapes of the deck in its suspension: ``ab-sim modes``.
 
     Parameters

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from ab_sim import accuracy, analysis, batch
-from ab_sim.accuracy import Price
+from ab_sim.accuracy import WorkPrecision
 from ab_sim.analysis import Comparison, OfflineRun
 from ab_sim.api.common import Progress, SceneLike, as_scene
 from ab_sim.batch import Batch
@@ -158,7 +158,7 @@ def simulate_batch(
 
 def resolve_accuracy(
     scene: SceneLike, *, progress: Progress | None = None
-) -> tuple[Scene, Price | None]:
+) -> tuple[Scene, WorkPrecision | None]:
     """Find the cheapest solver that delivers the accuracy which a scene asks for.
 
     Parameters

@@ -20,7 +20,7 @@ from rosbags.interfaces import (
 _FOREVER = QosTime(9223372036, 854775807)  # what ROS 2 means by no limit
 
 
-class Kind(NamedTuple):
+class TopicKind(NamedTuple):
     """A topic of the contract; names that begin with a slash are outside of namespaces."""
 
     name: str
@@ -49,22 +49,22 @@ class Kind(NamedTuple):
         return self.name if self.name.startswith("/") else f"{namespace.rstrip('/')}/{self.name}"
 
 
-COMMAND = Kind("spindle/command", "std_msgs/msg/Float64", depth=5000)
-JOINT_STATES = Kind("joint_states", "sensor_msgs/msg/JointState")
-VIBRATION = Kind("vibration", "geometry_msgs/msg/AccelStamped")
-WHIRL = Kind("whirl", "geometry_msgs/msg/PointStamped")
-DECK_POSE = Kind("deck_pose", "geometry_msgs/msg/PoseStamped")
-TF = Kind("/tf", "tf2_msgs/msg/TFMessage", depth=100)
-TF_STATIC = Kind("/tf_static", "tf2_msgs/msg/TFMessage", True, 1)
-BLOCK = Kind("vibration/block", "std_msgs/msg/Float64MultiArray", depth=1000)
-IMU = Kind("imu/data_raw", "sensor_msgs/msg/Imu", depth=1000)
-MODEL = Kind("robot_description", "std_msgs/msg/String", True, 1)
-DESCRIPTION = Kind("drive_description", "std_msgs/msg/String", True, 1)
-FAULTS = Kind("faults", "std_msgs/msg/String", True, 1)
-PROFILE_STATUS = Kind("profile_controller/status", "std_msgs/msg/String", True, 1)
-CLOCK = Kind("/clock", "rosgraph_msgs/msg/Clock")
-DIAGNOSTICS = Kind("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
-EVENTS = Kind("/rosout", "rcl_interfaces/msg/Log", True, 1000)
+COMMAND = TopicKind("spindle/command", "std_msgs/msg/Float64", depth=5000)
+JOINT_STATES = TopicKind("joint_states", "sensor_msgs/msg/JointState")
+VIBRATION = TopicKind("vibration", "geometry_msgs/msg/AccelStamped")
+WHIRL = TopicKind("whirl", "geometry_msgs/msg/PointStamped")
+DECK_POSE = TopicKind("deck_pose", "geometry_msgs/msg/PoseStamped")
+TF = TopicKind("/tf", "tf2_msgs/msg/TFMessage", depth=100)
+TF_STATIC = TopicKind("/tf_static", "tf2_msgs/msg/TFMessage", True, 1)
+BLOCK = TopicKind("vibration/block", "std_msgs/msg/Float64MultiArray", depth=1000)
+IMU = TopicKind("imu/data_raw", "sensor_msgs/msg/Imu", depth=1000)
+MODEL = TopicKind("robot_description", "std_msgs/msg/String", True, 1)
+DESCRIPTION = TopicKind("drive_description", "std_msgs/msg/String", True, 1)
+FAULTS = TopicKind("faults", "std_msgs/msg/String", True, 1)
+PROFILE_STATUS = TopicKind("profile_controller/status", "std_msgs/msg/String", True, 1)
+CLOCK = TopicKind("/clock", "rosgraph_msgs/msg/Clock")
+DIAGNOSTICS = TopicKind("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+EVENTS = TopicKind("/rosout", "rcl_interfaces/msg/Log", True, 1000)
 
 KINDS = {
     kind.name: kind
@@ -93,9 +93,9 @@ OF_A_DRIVE = (DESCRIPTION, BLOCK, JOINT_STATES, VIBRATION, WHIRL)
 TASKS = ("real time", "profile", "recording")
 """What the names of our nodes' diagnostics end with."""
 
-NUMBER = Kind("recording/", "std_msgs/msg/Float64")
+NUMBER = TopicKind("recording/", "std_msgs/msg/Float64")
 """Beside the contract: what `Recording.scalar` was given, each on a topic with its name."""
-THINNED = Kind("recording/thinned", "std_msgs/msg/Float64MultiArray")
+THINNED = TopicKind("recording/thinned", "std_msgs/msg/Float64MultiArray")
 """Beside the contract: of a block of a run of which not every step was kept, just before it, how
 many were left out by intent up to each row, and by which rule. Laid out like a block."""
 THINNED_CHANNELS = ("step", "time", "left_out", "every", "around")

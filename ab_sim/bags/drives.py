@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.bags import contract
-from ab_sim.bags.contract import NOTE, NUMBER, Kind
+from ab_sim.bags.contract import NOTE, NUMBER, TopicKind
 from ab_sim.bags.messages import LEVELS, decoded, nanoseconds_of
 from ab_sim.bags.reader import Message
 from ab_sim.recording import Recording, drawable
@@ -49,7 +49,7 @@ class DriveLog(Ignored):
         RecordingError: a recording cannot be written. So does `write`.
     """
 
-    def __init__(self, namespace: str, kinds: dict[str, Kind], out: Path) -> None:
+    def __init__(self, namespace: str, kinds: dict[str, TopicKind], out: Path) -> None:
         super().__init__()
         self.files: list[Path] = []
         self.rows = self.missing = 0

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.bags import contract, messages
-from ab_sim.bags.contract import NOTE, NUMBER, Kind
+from ab_sim.bags.contract import NOTE, NUMBER, TopicKind
 from ab_sim.bags.writer import BagWriter
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory, balls_in
@@ -26,7 +26,7 @@ _BLOCK = 20  # rows of a block
 _PROFILE = "profile: "  # how the recorder notes the profile controller's state
 _COMMANDS = "commands_received"
 
-Sent = tuple[int, int, Kind, str, bytes]
+Sent = tuple[int, int, TopicKind, str, bytes]
 """A message: time [ns], what goes first at that time, kind, full name of the topic, CDR."""
 
 
@@ -163,7 +163,7 @@ class _Samples:
             for kind, make in made:
                 yield self._clocked(time, 1, kind, make(at, time))
 
-    def _made(self, rows: Trajectory) -> Iterator[tuple[Kind, Callable[[int, int], bytes]]]:
+    def _made(self, rows: Trajectory) -> Iterator[tuple[TopicKind, Callable[[int, int], bytes]]]:
         """How the messages of some rows are made: of the row at a place, stamped with a time."""
         has, housing = set(rows.channels), self._housing
         if {*self._joints, *self._rates} <= has:
@@ -200,7 +200,7 @@ class _Samples:
             efforts[:, 1:] = -driving_forces(rows, self._scene) * self._scene.race.radius
         return efforts
 
-    def _clocked(self, time: int, order: int, kind: Kind, message: bytes) -> Sent:
+    def _clocked(self, time: int, order: int, kind: TopicKind, message: bytes) -> Sent:
         return time, order, kind, kind.within(self._namespace), message
 
 

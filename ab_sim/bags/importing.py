@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ab_sim.bags import contract
-from ab_sim.bags.contract import BLOCK, DESCRIPTION, NUMBER, THINNED, Kind
+from ab_sim.bags.contract import BLOCK, DESCRIPTION, NUMBER, THINNED, TopicKind
 from ab_sim.bags.drives import DriveLog
 from ab_sim.bags.reader import Bag
-from ab_sim.bags.strangers import Stranger
+from ab_sim.bags.foreign_bag import ForeignBag
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.recording import Recording
 
@@ -111,7 +111,7 @@ def _listed(bag: Bag) -> str:
     return ", ".join(topics[:20] + ["..."] * (len(topics) > 20)) or "no topics at all"
 
 
-def _kinds(bag: Bag, namespace: str) -> dict[str, Kind]:
+def _kinds(bag: Bag, namespace: str) -> dict[str, TopicKind]:
     """What to read, by full names.
 
     Raises:
@@ -137,9 +137,9 @@ def _kinds(bag: Bag, namespace: str) -> dict[str, Kind]:
     return found
 
 
-def _strange(bag: Bag, namespace: str, kinds: dict[str, Kind], out: Path) -> Imported:
+def _strange(bag: Bag, namespace: str, kinds: dict[str, TopicKind], out: Path) -> Imported:
     """A recording of a bag that has no blocks."""
-    table = Stranger(bag, namespace, kinds)
+    table = ForeignBag(bag, namespace, kinds)
     if not len(table.samples):
         raise RecordingError(f"{bag.path}: there is no message that can be used{table.why}")
     with Recording(out, description=table.description, drawn=table.drawn, index=False) as recording:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ab_sim.bags.metadata import METADATA, is_of_beginning
 from ab_sim.bags.reader import Bag
-from ab_sim.bags.torn import is_being_written, is_finished, torn_bytes, written_by
+from ab_sim.bags.unfinished_bag import is_being_written, is_finished, torn_bytes, written_by
 from ab_sim.bags.writer import BagWriter
 from ab_sim.errors import RecordingError
 

@@ -11,7 +11,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.rosbag2.storage_mcap import McapReader
 
 from ab_sim.bags.metadata import METADATA
-from ab_sim.bags.torn import MAGIC, Mended, is_finished
+from ab_sim.bags.unfinished_bag import MAGIC, CompletedFile, is_finished
 from ab_sim.errors import RecordingError
 from ab_sim.limited_yaml import read_yaml_file
 from ab_sim.quoting import shortened
@@ -113,7 +113,7 @@ class Bag:
             torn = path.suffix == ".mcap" and not is_finished(path)
             if path.suffix == ".mcap" and path.open("rb").read(len(MAGIC)) != MAGIC:
                 raise ValueError("it does not begin like MCAP")
-            reader: Any = McapReader(Mended(path)) if torn else Reader(path)  # type: ignore[arg-type]
+            reader: Any = McapReader(CompletedFile(path)) if torn else Reader(path)  # type: ignore[arg-type]
             self.complete = self.complete and not torn
             reader.open()
         except Exception as error:  # as above

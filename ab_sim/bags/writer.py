@@ -21,7 +21,7 @@ from rosbags.rosbag2.storage_mcap import McapWriter
 
 from ab_sim.bags.messages import TYPES
 from ab_sim.bags.metadata import METADATA, beginning
-from ab_sim.bags.torn import END
+from ab_sim.bags.unfinished_bag import END
 from ab_sim.errors import RecordingError
 from ab_sim.output_file import write_whole
 

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.batch.in_turn import InTurn, one_by_one
-from ab_sim.batch.plan import merged
-from ab_sim.batch.prepared import BatchRun, Course, Prepared, kept_at_first, room_for, steps_of
+from ab_sim.batch.sequential import SequentialRuns, one_by_one
+from ab_sim.batch.lanes import merged
+from ab_sim.batch.prepared_run import BatchRun, StepPlanKey, PreparedRun, kept_at_first, room_for, steps_of
 from ab_sim.batch.sample_room import SampleRoom
 from ab_sim.compiling import compiled
-from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds
+from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import TURNS
 from ab_sim.errors import InputError, SceneError
-from ab_sim.integrate.side_by_side import LANES, Plan, Runs, advance_side_by_side, stacked
+from ab_sim.integrate.side_by_side import LANES, LanePlan, Runs, advance_side_by_side, stacked
 from ab_sim.kernels.code import code_of
 from ab_sim.presentation import Column, Columns, Presented, ends, number
 from ab_sim.scene import Scene
@@ -127,7 +127,7 @@ def simulate_batch(
         first = prepared[members[0]]
         fit = first.fits_a_lane
         sample_room = room_for([prepared[i] for i in members], every)
-        alone = InTurn(first, sample_room).run if first.has_spans else one_by_one
+        alone = SequentialRuns(first, sample_room).run if first.takes_collocation_steps else one_by_one
         width = LANES if fit else 1
         for begin in range(0, len(members), width):
             chosen = members[begin : begin + width]
@@ -156,9 +156,9 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Sce
     ]
 
 
-def _prepared(scene: Scene, number: int) -> Prepared:
+def _prepared(scene: Scene, number: int) -> PreparedRun:
     try:
-        return Prepared(scene)
+        return PreparedRun(scene)
     except SceneError as error:
         raise SceneError(f"variation {number}: {error}") from error
 
@@ -183,7 +183,7 @@ def _check_room(scenes: list[Scene], every: int) -> None:
         )
 
 
-def _alike(prepared: list[Prepared]) -> dict[Any, list[int]]:
+def _alike(prepared: list[PreparedRun]) -> dict[Any, list[int]]:
     groups: dict[Any, list[int]] = {}
     for i, one in enumerate(prepared):
         groups.setdefault(one.likeness, []).append(i)
@@ -191,7 +191,7 @@ def _alike(prepared: list[Prepared]) -> dict[Any, list[int]]:
 
 
 def _side_by_side(
-    members: list[Prepared],
+    members: list[PreparedRun],
     every: int,
     sample_room: SampleRoom,
 ) -> tuple[list[BatchRun], float]:
@@ -229,19 +229,19 @@ def _side_by_side(
 
 
 @functools.lru_cache(maxsize=8)
-def _plan(courses: tuple[Course, ...], steps: int) -> tuple[type, Plan]:
+def _plan(courses: tuple[StepPlanKey, ...], steps: int) -> tuple[type, LanePlan]:
     """See ``merged``; runs whose profile does not vary have the same."""
-    return merged([course.stretches(steps) for course in courses], courses[0].grid.step)
+    return merged([course.step_ranges(steps) for course in courses], courses[0].grid.step)
 
 
-def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
+def _runs(lanes: list[PreparedRun], kind: type, every: int) -> Runs:
     """What eight runs of a likeness work with, at their start."""
     first = lanes[0]
     code, layout, n = code_of(first.system, kind), layout_of(first.system), len(first.system.balls)
     step, size = first.scene.solver.step, layout.size
     column = len(code.emission.roots["sample"])
     tableau = first.stepper.weights
-    modes = [start_modes(lane.scene, lane.system) for lane in lanes]
+    discrete_state = [start_discrete_state(lane.scene, lane.system) for lane in lanes]
     sound = np.zeros((2, LANES))
     sound[0] = 1.0
     room = np.zeros((size, LANES))
@@ -260,7 +260,7 @@ def _runs(lanes: list[Prepared], kind: type, every: int) -> Runs:
         every=every,
         bounds=stacked([state_bounds(lane.system, step) for lane in lanes]),
         state=stacked([start_state(lane.scene, lane.system) for lane in lanes]),
-        turns=stacked([each[:n, TURNS] for each in modes]),
+        turns=stacked([each[:n, TURNS] for each in discrete_state]),
         sound=sound,
         slopes=room,
         trial=room.copy(),

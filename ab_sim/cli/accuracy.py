@@ -65,7 +65,7 @@ def print_accuracy(cost: AccuracyCost, console: Console) -> None:
         if row.failure:
             console.print(f"unstable: {row.method} at {row.setting}: {row.failure}")
     reasons: dict[str, list[str]] = {}
-    for each in cost.left_out:
+    for each in cost.omitted:
         reasons.setdefault(each.reason, []).append(each.method)
     for reason, methods in reasons.items():
         console.print(f"left out: {', '.join(methods)}: {reason}")

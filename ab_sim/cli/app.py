@@ -12,11 +12,11 @@ from ab_sim.cli.key_commands import key_commands
 from ab_sim.cli.node_commands import node_commands
 from ab_sim.cli.options import JsonOption, SceneArgument, SetOption, ViewOption
 from ab_sim.cli.recording_commands import recording_commands
-from ab_sim.cli.usage import Commands
+from ab_sim.cli.usage import CommandGroup
 
 app = typer.Typer(
     name="ab-sim",
-    cls=Commands,
+    cls=CommandGroup,
     help="Simulate an optical disc drive with a ball-type automatic balancer.",
     no_args_is_help=True,
     add_completion=False,
@@ -92,7 +92,7 @@ def run(
     The JSON has `samples` (one per time, each with t, psi, omega, u, v, x, y, vx, vy, whirl,
     theta, ball_rate, stuck, and where the scene has them motor_torque, readings; of a deck in
     space also z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes), events,
-    crowded_steps, what was run, and what the run is judged by: peak_whirl_over_e, peak_time;
+    steps_with_unresolved_events, what was run, and what the run is judged by: peak_whirl_over_e, peak_time;
     final_whirl_over_e, the root mean square over the last tenth of the run (final_stretch), and
     whether it is still_changing there, by a tenth of itself or more;
     final_whirl_relative_to_no_balls; residual_unbalance, and of a deck in space residual_couple;

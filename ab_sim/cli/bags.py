@@ -106,7 +106,7 @@ def replay_command(bag: Path, rate: float, namespace: str | None, paused: bool) 
     """
     _check_positive(rate, "--rate", "how many times as fast")
     require_ros("to replay")
-    from ab_sim.nodes.replay import replay
+    from ab_sim.nodes.bag_replay import replay
 
     replay(bag, namespace, rate, paused, lambda: _seconds_of(bag))
 

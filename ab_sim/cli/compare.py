@@ -7,7 +7,7 @@ from rich.table import Table
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import interruptible
 from ab_sim.recording import open_recording
-from ab_sim.reports.compare import Beside, Deviation, compare_with
+from ab_sim.reports.compare import RecordingComparison, ChannelDeviation, compare_with
 from ab_sim.scene import load_scene
 
 
@@ -34,7 +34,7 @@ def compare_command(
     say_written(files)
 
 
-def compare_table(found: Beside, recording: str) -> Table:
+def compare_table(found: RecordingComparison, recording: str) -> Table:
     """The table for people."""
     table = Table(title=f"{recording} beside {found.scene.name}, {found.duration:g} s")
     for name in ("channel", "unit", "largest difference", "of the range", "at [s]", "rms"):
@@ -52,7 +52,7 @@ def compare_table(found: Beside, recording: str) -> Table:
     return table
 
 
-def _numbers(deviation: Deviation) -> list[str]:
+def _numbers(deviation: ChannelDeviation) -> list[str]:
     if deviation.same:
         return ["0, to the bit", "", "", "0", ""]
     if deviation.rms is None:

@@ -20,7 +20,7 @@ from ab_sim.analysis.equilibria import (
 )
 from ab_sim.analysis.equilibria.extremes import ALL
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
-from ab_sim.analysis.held import last_speed
+from ab_sim.analysis.held_speed import last_speed
 from ab_sim.api.resting import speeds_of_branches
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar

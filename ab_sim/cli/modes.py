@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from ab_sim.analysis.modes import AVERAGE, ZERO, Mode, Vibration, moving, vibration_of
+from ab_sim.analysis.modes import AVERAGE, ZERO, Mode, NaturalVibration, moving, vibration_of
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.speed import check_speed
 from ab_sim.scene import load_scene
@@ -33,7 +33,7 @@ def modes_command(
     say_written(files)
 
 
-def modes_table(found: Vibration) -> Table:
+def modes_table(found: NaturalVibration) -> Table:
     """The table for people."""
     table = Table(title=f"{found.scene}: modes at {found.speed:g} rad/s")
     for name in ("rad/s", "Hz", "damping ratio", "whirl", "what moves most"):
@@ -60,7 +60,7 @@ def _damping(mode: Mode, rounding: float) -> str:
     return "nothing restores it" if mode.damping_ratio is None else f"{mode.damping_ratio:.4f}"
 
 
-def _notes(found: Vibration) -> Iterator[str]:
+def _notes(found: NaturalVibration) -> Iterator[str]:
     about, over_speed = found.linearised, found.over_speed
     yield f"undamped frequencies; {AVERAGE}"
     if not about.stiffness.any():

@@ -89,10 +89,10 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
         speed, command = (result.trajectory[name][-1] for name in ("speed", "command"))
         table.add_row("motor", f"at {speed:.4g} of {command:.4g} commanded rad/s in the end")
     table.add_row("stepper", f"{report['stepper']}, {report['step']:g} s")
-    if result.price is not None:
-        table.add_row("accuracy", result.price.reason)
+    if result.work_precision is not None:
+        table.add_row("accuracy", result.work_precision.reason)
     if result.events:
-        crowded = result.crowded_steps
+        crowded = result.steps_with_unresolved_events
         lost = f"; too many to locate them all in {crowded} steps" if crowded else ""
         table.add_row("events", f"{result.events} located{lost}")
     table.add_row("effects", ", ".join(report["effects"]) or "none")

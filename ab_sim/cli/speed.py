@@ -1,6 +1,6 @@
 """The option ``--speed``: of the spindle, held."""
 
-from ab_sim.analysis.held import FASTEST
+from ab_sim.analysis.held_speed import FASTEST
 from ab_sim.errors import InputError
 
 

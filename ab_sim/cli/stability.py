@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.table import Table
 
 from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED
-from ab_sim.analysis.held import last_speed
+from ab_sim.analysis.held_speed import last_speed
 from ab_sim.analysis.maps.balls import Against, Shares, plane_with_balls
 from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.plane import Plane, axes_of

@@ -14,7 +14,7 @@ from ab_sim.errors import AbSimError
 from ab_sim.figures.run import run_figure
 from ab_sim.recording import read_recording
 from ab_sim.scene import Scene
-from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle import SpeedSchedule
 
 LOSSES = ("commands lost", "messages dropped by the recorder")
 """Figures of the live run that count, with missing samples, as messages lost."""
@@ -36,7 +36,7 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
     live = _from_profile_start(whole, scene.duration)
     offline = run_scene(scene)
     comparison = compare(offline)
-    profile, begins = SpeedProfile.of_scene(scene), offline.variable_speed_period
+    profile, begins = SpeedSchedule.of_scene(scene), offline.variable_speed_period
     assert begins is not None
     starts = time_of_speed(live, profile.speed(begins))
 

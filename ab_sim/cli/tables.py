@@ -64,10 +64,10 @@ def _short(value: float | list[float] | None) -> str:
 def print_check(name: str, changes: list[str]) -> None:
     """What a scene would simulate."""
     scene = load_scene(name, changes)
-    price = None
+    work_precision = None
     if scene.accuracy is not None:
         with progress_bar(f"accuracy of {scene.name}") as tell:
-            scene, price = resolve_accuracy(scene, tell=tell)
+            scene, work_precision = resolve_accuracy(scene, tell=tell)
     # Not a Drive: making one compiles its kernel, which takes half a minute the first time.
     system = system_of(scene)
     choice = choose_stepper(scene, system)
@@ -87,13 +87,13 @@ def print_check(name: str, changes: list[str]) -> None:
         table.add_row(*row)
     table.add_row("profile", _profile(scene))
     stepper, reason, longest, limited_by, _ = choice
-    if price is not None:
+    if work_precision is not None:
         reason = "the cheapest measured to be accurate enough"
     table.add_row("stepper", f"{stepper.name} (order {stepper.order}), {reason}")
     limit = f", at most {longest:g} s for {limited_by}" if limited_by else ""
     table.add_row("step", f"{scene.solver.step:g} s{limit}")
-    if price is not None:
-        table.add_row("accuracy", price.reason)
+    if work_precision is not None:
+        table.add_row("accuracy", work_precision.reason)
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)
     console.print(table)
@@ -130,7 +130,7 @@ def _deck(scene: Scene, system: System) -> Iterator[tuple[str, str]]:
     if "gravity" not in scene.effects:
         return
     if scene.deck is None:
-        sag = (system.carrier.sag_x, system.carrier.sag_y)
+        sag = (system.deck_model.sag_x, system.deck_model.sag_y)
         yield "deck hangs at rest", _named("xy", sag, "m")
         return
     try:

@@ -13,7 +13,7 @@ _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 """Typer has no name for it."""
 
 
-class Commands(TyperGroup):
+class CommandGroup(TyperGroup):
     """Says what is wrong with a word, such as a file's name, without its control characters."""
 
     def make_context(self, *arguments: Any, **more: Any) -> Any:

@@ -18,25 +18,25 @@ from ab_sim.collocation.run import (
     SHARE,
     STRIDE,
     Buffers,
-    Collocation,
-    Functions,
-    Method,
+    CollocationRun,
+    CollocationFunctions,
+    CollocationMethod,
     ResponseTables,
     size_of_memory,
 )
-from ab_sim.collocation.sampling import Sampling
+from ab_sim.collocation.sampling import LaneSampling
 from ab_sim.collocation.tables import KEPT, RATIOS, doubt_tables
 from ab_sim.dynamics.assemble import own_motion
 from ab_sim.dynamics.own_motion import DAMPINGS, FROM_MODES, STIFFNESSES, TO_MODES
 from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.sums import over_effects
-from ab_sim.events.prepared import aligned
+from ab_sim.events.run_arrays import aligned
 from ab_sim.events.run import Run
 from ab_sim.integrate.steppers import collocation as stepper
 from ab_sim.integrate.steppers.collocation import Setting, setting_for
 from ab_sim.kernels.code import Code, code_of
-from ab_sim.spindle.segments import Ramp
+from ab_sim.spindle.speed_laws import Ramp
 from ab_sim.tracing.llvm_text import module_text
 from ab_sim.tracing.machine_code import MachineCode
 
@@ -59,15 +59,15 @@ class CollocationCode:
     def __init__(self, code: Code, nodes: int, balls_alike: bool) -> None:
         coordinates = COORDINATES[type(code.model.deck).__name__]
         self.emission = CollocationEmission(code.emission, coordinates, nodes, balls_alike)
-        sampling = Sampling(self.emission)
+        sampling = LaneSampling(self.emission)
         made = [*self.emission.functions(), *sampling.functions()]
         self.columns = sum(sampling.columns.values())
         """Numbers that are known of a node."""
         self._code = MachineCode(module_text(made), effort=0)
         names = {function.name: function.name for function in made}
         names.setdefault("iterate_near", "iterate")
-        self.functions = Functions(
-            *(self._code.address(names[x]) if x in names else 0 for x in Functions._fields)
+        self.functions = CollocationFunctions(
+            *(self._code.address(names[x]) if x in names else 0 for x in CollocationFunctions._fields)
         )
 
     @property
@@ -99,8 +99,8 @@ def drag_rates(system: System) -> np.ndarray:
 
 
 def linear_part(system: System, emission: CollocationEmission) -> np.ndarray:
-    """``Collocation.linear``."""
-    table, ways = own_motion(system), type(system.carrier).COORDINATES
+    """``CollocationRun.linear``."""
+    table, ways = own_motion(system), type(system.deck_model).COORDINATES
     drag = drag_rates(system)[: 1 if emission.balls_alike else None]
     own = 1 if emission.formulas.coordinates.are_alike else ways
     spindle = slice(ways, ways + emission.model.has_motor)
@@ -114,7 +114,7 @@ def linear_part(system: System, emission: CollocationEmission) -> np.ndarray:
 
 
 @functools.lru_cache
-def method_of(setting: Setting, tolerance: float, steps: float) -> Method:
+def method_of(setting: Setting, tolerance: float, steps: float) -> CollocationMethod:
     """A method, made once for any number of runs.
 
     Args:
@@ -128,10 +128,10 @@ def method_of(setting: Setting, tolerance: float, steps: float) -> Method:
     lines[COEFFICIENTS:] = last_coefficients(lines[NODE], lines[SHARE])
     bounds = bounds_within_pieces(lines[NODE])
     own = nodes(count, setting.samples, setting.powers)
-    return Method(own, lines, bounds, tolerance, steps, reach_of(tolerance))
+    return CollocationMethod(own, lines, bounds, tolerance, steps, reach_of(tolerance))
 
 
-def collocation_of(run: Run, system: System, code: CollocationCode, method: Method) -> Collocation:
+def collocation_of(run: Run, system: System, code: CollocationCode, method: CollocationMethod) -> CollocationRun:
     """A Collocation.
 
     Args:
@@ -145,7 +145,7 @@ def collocation_of(run: Run, system: System, code: CollocationCode, method: Meth
     groups = -(-most // count)
     tables = KEPT * (1 + groups) * (emission.tables + 1)
     states, balls = run.state.size, run.balls
-    return Collocation(
+    return CollocationRun(
         run=run,
         functions=code.functions,
         method=method,
@@ -184,7 +184,7 @@ class ByCollocation:
         nodes: N of a step.
     """
 
-    def __init__(self, system: System, told: stepper.Collocation) -> None:
+    def __init__(self, system: System, told: stepper.CollocationParameters) -> None:
         self._alike = have_one_drag_rate(system)
         kind = code_of(system, Ramp)
         in_space = COORDINATES[type(kind.model.deck).__name__].has_modes
@@ -193,10 +193,10 @@ class ByCollocation:
         self.nodes = setting.nodes
         self._method = method_of(setting, told.tolerance, told.steps)
         # Which kind of segment changes nothing of the memory.
-        self._made: list[tuple[Collocation, CollocationCode]] = []
+        self._made: list[tuple[CollocationRun, CollocationCode]] = []
         self.memory = collocation_code(kind, self.nodes, self._alike).memory
 
-    def along(self, run: Run, code: Code, system: System) -> Collocation:
+    def along(self, run: Run, code: Code, system: System) -> CollocationRun:
         """What takes steps with a Run."""
         own = collocation_code(code, self.nodes, self._alike)
         made = collocation_of(run, system, own, self._method)

@@ -8,7 +8,7 @@ the ground's. Formulas on numbers, as in ``ab_sim.equations``; a vector of coord
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
-from ab_sim.equations.motion import Spindle
+from ab_sim.equations.motion import SpindleMotion
 from ab_sim.equations.orientation import half_product, to_deck, to_ground, turn_of, turning_of
 from ab_sim.equations.planar import gravity_on_rotating_axes
 from ab_sim.equations.sums import Number, any_has
@@ -18,7 +18,7 @@ Axes = tuple[Number, Number]
 """Cosine and sine of the angle that the rotor's axes have turned since the step's beginning."""
 
 
-class Modes(NamedTuple):
+class DeckModes(NamedTuple):
     """Of a deck in space: its modes in place and turn, and the reverse, line by line."""
 
     from_modes: Sequence[Vector]
@@ -34,32 +34,32 @@ class Coordinates(Protocol):
     count: int
     """How many coordinates there are."""
     has_modes: bool
-    """Whether ``own`` is a ``Modes``, and not None."""
+    """Whether ``own`` is a ``DeckModes``, and not None."""
     are_alike: bool
     """Whether c and k are the same in all of them."""
 
     def only_own_motion(self, effects: Any) -> bool:
         """Whether nothing else that the equations say depends on the deck's states."""
 
-    def of_state(self, own: Modes | None, state: Vector) -> tuple[Vector, Vector]:
+    def of_state(self, own: DeckModes | None, state: Vector) -> tuple[Vector, Vector]:
         """x and v of a state at the step's beginning."""
 
-    def state(self, own: Modes | None, axes: Axes, x: Vector, v: Vector) -> Vector:
+    def state(self, own: DeckModes | None, axes: Axes, x: Vector, v: Vector) -> Vector:
         """The deck's states."""
 
     def accelerations(
         self,
         deck: Any,
         effects: Any,
-        spindle: Spindle,
-        own: Modes | None,
+        spindle: SpindleMotion,
+        own: DeckModes | None,
         axes: Axes,
         state: Vector,
         a: Vector,
     ) -> Vector:
         """x'' of the accelerations that are solved for."""
 
-    def change(self, own: Modes | None, axes: Axes, state: Vector, change: Vector) -> Vector:
+    def change(self, own: DeckModes | None, axes: Axes, state: Vector, change: Vector) -> Vector:
         """What a change of x'' adds to the accelerations that are solved for."""
 
     def on_next_axes(self, c: Number, s: Number, f: Vector) -> Vector:
@@ -77,11 +77,11 @@ class PlanarCoordinates:
         """The linear suspension, the same in every direction, is all there is."""
         return not any_has(effects, "mount_stiffening", "space_force")
 
-    def of_state(self, own: Modes | None, state: Vector) -> tuple[Vector, Vector]:
+    def of_state(self, own: DeckModes | None, state: Vector) -> tuple[Vector, Vector]:
         """See ``Coordinates``."""
         return [state[0], state[1]], [state[2], state[3]]
 
-    def state(self, own: Modes | None, axes: Axes, x: Vector, v: Vector) -> Vector:
+    def state(self, own: DeckModes | None, axes: Axes, x: Vector, v: Vector) -> Vector:
         """See ``Coordinates``."""
         return [*_back(axes, x), *_back(axes, v)]
 
@@ -89,8 +89,8 @@ class PlanarCoordinates:
         self,
         deck: Any,
         effects: Any,
-        spindle: Spindle,
-        own: Modes | None,
+        spindle: SpindleMotion,
+        own: DeckModes | None,
         axes: Axes,
         state: Vector,
         a: Vector,
@@ -100,7 +100,7 @@ class PlanarCoordinates:
         one, two, (c, s) = a[0] + g1, a[1] + g2, axes
         return [c * one - s * two, s * one + c * two]
 
-    def change(self, own: Modes | None, axes: Axes, state: Vector, change: Vector) -> Vector:
+    def change(self, own: DeckModes | None, axes: Axes, state: Vector, change: Vector) -> Vector:
         """See ``Coordinates``."""
         return _back(axes, change)
 
@@ -120,13 +120,13 @@ class CoordinatesInSpace:
         """Its tilt turns what all forces act along."""
         return False
 
-    def of_state(self, own: Modes | None, state: Vector) -> tuple[Vector, Vector]:
+    def of_state(self, own: DeckModes | None, state: Vector) -> tuple[Vector, Vector]:
         """See ``Coordinates``."""
         turn = state[3:7]
         rate = half_product(turn, *state[10:13])
         return into_modes(own, state[0:3], turn), into_modes(own, state[7:10], rate)
 
-    def state(self, own: Modes | None, axes: Axes, x: Vector, v: Vector) -> Vector:
+    def state(self, own: DeckModes | None, axes: Axes, x: Vector, v: Vector) -> Vector:
         """See ``Coordinates``."""
         (place, turn), (velocity, rate) = out_of_modes(own, x), out_of_modes(own, v)
         return [*place, *turn, *velocity, *turning_of(turn, rate)]
@@ -135,8 +135,8 @@ class CoordinatesInSpace:
         self,
         deck: Any,
         effects: Any,
-        spindle: Spindle,
-        own: Modes | None,
+        spindle: SpindleMotion,
+        own: DeckModes | None,
         axes: Axes,
         state: Vector,
         a: Vector,
@@ -149,7 +149,7 @@ class CoordinatesInSpace:
         change = [one + other for one, other in zip(twice, more, strict=True)]
         return into_modes(own, [x + g[0], y + g[1], z + g[2]], change)
 
-    def change(self, own: Modes | None, axes: Axes, state: Vector, change: Vector) -> Vector:
+    def change(self, own: DeckModes | None, axes: Axes, state: Vector, change: Vector) -> Vector:
         """See ``Coordinates``."""
         place, turn = out_of_modes(own, change)
         force = to_deck(turn_of(state[3:7]), place[0], place[1], place[2])
@@ -166,7 +166,7 @@ def _back(axes: Axes, vector: Vector) -> list[Number]:
     return [c * vector[0] + s * vector[1], c * vector[1] - s * vector[0]]
 
 
-def into_modes(own: Modes | None, place: Vector, turn: Vector) -> list[Number]:
+def into_modes(own: DeckModes | None, place: Vector, turn: Vector) -> list[Number]:
     """Coordinates of a place and a quaternion; of their rates those of the coordinates."""
     assert own is not None
     six = [*place, *turn[1:4]]
@@ -174,7 +174,7 @@ def into_modes(own: Modes | None, place: Vector, turn: Vector) -> list[Number]:
     return [*found, own.to_modes[6][6] * turn[0]]
 
 
-def out_of_modes(own: Modes | None, x: Vector) -> tuple[list[Number], list[Number]]:
+def out_of_modes(own: DeckModes | None, x: Vector) -> tuple[list[Number], list[Number]]:
     """The reverse: a place and a quaternion."""
     assert own is not None
     six, of = list(x[:6]), own.from_modes

@@ -30,7 +30,7 @@ from ab_sim.collocation.run import (
     STEP,
     STRIDE,
     TAKEN,
-    Collocation,
+    CollocationRun,
     head_of,
 )
 from ab_sim.collocation.step import first_step_size, go_to_end, next_after, put_states, try_step
@@ -41,8 +41,8 @@ from ab_sim.integrate.steppers.collocation import PARTS
 from ab_sim.stepping.fixed_step import (
     ANGLE,
     END,
-    Stretch,
-    enter_stretch,
+    EqualSteps,
+    enter_step_range,
     has_turns_to_unwind,
     local_time,
     put_labels,
@@ -55,18 +55,18 @@ UNTIL = 2
 
 
 def advance_by_collocation(
-    own: Collocation, way: Table, at: int, first: int, steps: int, command: float, samples: Table
+    own: CollocationRun, step_plan: Table, at: int, first: int, steps: int, command: float, samples: Table
 ) -> int:
     """See ``fixed_step.advance``."""
     only_record = steps == 0 and samples.shape[0] > 0
     done, sound = 0, True
-    while sound and at < way.shape[0]:
-        stretch = enter_stretch(own.run, way[at], first + done, only_record)
-        here = int(min(way[at, END] - (first + done), float(steps - done)))
+    while sound and at < step_plan.shape[0]:
+        step_range = enter_step_range(own.run, step_plan[at], first + done, only_record)
+        here = int(min(step_plan[at, END] - (first + done), float(steps - done)))
         # Part by part of a step makes the same sample, and the last one stays.
         count = max(here, 1) if steps > 0 else 0
-        until = way[at, way.shape[1] - UNTIL]
-        taken = collocate(own, stretch, until, samples[done : samples.shape[0]], count)
+        until = step_plan[at, step_plan.shape[1] - UNTIL]
+        taken = collocate(own, step_range, until, samples[done : samples.shape[0]], count)
         sound = taken == count
         done += here if sound else taken
         if done == steps:
@@ -76,28 +76,28 @@ def advance_by_collocation(
     return done if sound else -1 - done
 
 
-def collocate(own: Collocation, stretch: Stretch, until: float, samples: Table, steps: int) -> int:
+def collocate(own: CollocationRun, step_range: EqualSteps, until: float, samples: Table, steps: int) -> int:
     """See ``fixed_step.step_by_step``; ``until``: local time at which the profile's piece ends."""
     run, head = own.run, head_of(own)
     if steps == 0:
         if samples.shape[0] > 0:
-            step_by_step(run, stretch, samples, 0)
-        elif head[STEP] != stretch.length:
-            look_at_branches(own, stretch, samples)
+            step_by_step(run, step_range, samples, 0)
+        elif head[STEP] != step_range.length:
+            look_at_branches(own, step_range, samples)
         return 0
     put_branches(run.balls)
     done, written = 0, 0
     while written < steps:
         if done == steps:
-            write(own, stretch, samples, written, done)
+            write(own, step_range, samples, written, done)
             written = done
             continue
-        if head[TAKEN] == head[GOOD] or head[STEP] != stretch.length:
-            now = Stretch(stretch.start, stretch.first + done, stretch.offset, stretch.length)
-            due = min(steps_due(own, stretch.length), steps - done)
-            anew = due > 0 or head[STEP] != stretch.length
+        if head[TAKEN] == head[GOOD] or head[STEP] != step_range.length:
+            now = EqualSteps(step_range.start, step_range.first + done, step_range.offset, step_range.length)
+            due = min(steps_due(own, step_range.length), steps - done)
+            anew = due > 0 or head[STEP] != step_range.length
             if written < done and (anew or has_turns_to_unwind(run)):
-                write(own, stretch, samples, written, done)
+                write(own, step_range, samples, written, done)
                 written = done
             if due > 0:
                 taken = take_steps(own, now, samples[done : samples.shape[0]], due)
@@ -111,7 +111,7 @@ def collocate(own: Collocation, stretch: Stretch, until: float, samples: Table, 
                 look_at_branches(own, now, samples)
             if not take_step(own, now, until):
                 if written < done:
-                    write(own, stretch, samples, written, done)
+                    write(own, step_range, samples, written, done)
                     written = done
                 if give_up(own):
                     continue
@@ -122,17 +122,17 @@ def collocate(own: Collocation, stretch: Stretch, until: float, samples: Table, 
                 continue
         more, sound = take_samples(own, steps, done, written)
         if more == 0 and sound:
-            write(own, stretch, samples, written, done)
+            write(own, step_range, samples, written, done)
             written = done
             continue
         done += more
         if not sound:
-            write(own, stretch, samples, written, done)
+            write(own, step_range, samples, written, done)
             return done
     return done
 
 
-def take_samples(own: Collocation, steps: int, done: int, written: int) -> tuple[int, bool]:
+def take_samples(own: CollocationRun, steps: int, done: int, written: int) -> tuple[int, bool]:
     """States at the next samples of the step in memory, behind those that are not written yet.
 
     Args:
@@ -169,13 +169,13 @@ def take_samples(own: Collocation, steps: int, done: int, written: int) -> tuple
     return end - taken, sound
 
 
-def write(own: Collocation, stretch: Stretch, samples: Table, written: int, done: int) -> None:
+def write(own: CollocationRun, step_range: EqualSteps, samples: Table, written: int, done: int) -> None:
     """Rows of the states that have been taken but not written: N cost what one does."""
     run, buffers, count = own.run, own.buffers, own.method.nodes.at.size
     balls, states, line = run.balls, buffers.states, STRIDE * count
     first = run.state.size * line + count
     for k in range(done - written):
-        end = (stretch.first + written + k + 1) * run.step - stretch.start
+        end = (step_range.first + written + k + 1) * run.step - step_range.start
         states[first + PROFILE_TIME * line + k] = end
     for i in range(balls.number + 1):
         buffers.turns[i] = float(balls.discrete[i, TURNS])
@@ -187,19 +187,19 @@ def write(own: Collocation, stretch: Stretch, samples: Table, written: int, done
         call(own.functions.rows, c, b, times, begin, buffers.turns, row, width, new)
 
 
-def take_step(own: Collocation, stretch: Stretch, until: float) -> bool:
+def take_step(own: CollocationRun, step_range: EqualSteps, until: float) -> bool:
     """The next step, or the steps that make up one of the scene's, the last of which stays.
 
     Args:
         own: the Collocation.
-        stretch: from the present on.
+        step_range: from the present on.
         until: local time at which the profile's piece ends [s].
 
     Returns:
         Whether there is such a step.
     """
-    run, length = own.run, stretch.length
-    begin, trial = local_time(run, stretch, 0), run.work.trial
+    run, length = own.run, step_range.length
+    begin, trial = local_time(run, step_range, 0), run.work.trial
     whole = (until - begin) / length + 1e-6 if length == run.step else 1.0
     for j in range(run.state.size):
         trial[j] = run.state[j]

@@ -27,7 +27,7 @@ from ab_sim.collocation.step_formulas import StepFormulas
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, Emission
 from ab_sim.tracing import Expression, Level, lowered
 from ab_sim.tracing.expression import reached, rebuilt
-from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, border
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, border
 from ab_sim.tracing.unrolled import name_of, unrolled
 
 OWN, TABLES, OPEN, NUMBERS, OPEN_NUMBERS = "own", "tables", "spindle", "numbers", "spindle_numbers"
@@ -54,10 +54,10 @@ def line_of(what: str, nodes: int) -> int:
     return names[what]
 
 
-class Places(dict[str, Place]):
+class MemorySlots(dict[str, MemorySlot]):
     """Where inputs are, by their names; those of balls one by one, too."""
 
-    def __missing__(self, name: str) -> Place:
+    def __missing__(self, name: str) -> MemorySlot:
         found = OF_BALL.fullmatch(name)
         if found is None:
             raise KeyError(name)
@@ -88,7 +88,7 @@ class CollocationEmission:
         """Where quantities are in the work, by their names: numbers of lines."""
         self.work = 0
         """Lines of the work."""
-        self._own = Places(self.row_places(WORK, "f"))
+        self._own = MemorySlots(self.row_places(WORK, "f"))
         for name, place in self._own.items():
             self.lines[name] = place.at
         self.work = self.rows
@@ -100,14 +100,14 @@ class CollocationEmission:
 
     # Where things are.
 
-    def row_places(self, pointer: str, what: str) -> Iterable[tuple[str, Place]]:
+    def row_places(self, pointer: str, what: str) -> Iterable[tuple[str, MemorySlot]]:
         """Lines of f: of the equations, then of what is only integrated."""
         at = 0
         for each in self.formulas.equations[:-1]:
-            yield f"{what}[{each}]", Place(pointer, at)
+            yield f"{what}[{each}]", MemorySlot(pointer, at)
             at += self.model.count if each.each else 1
         for name in self.formulas.integrals:
-            yield f"{what}[{name}]", Place(pointer, at)
+            yield f"{what}[{name}]", MemorySlot(pointer, at)
             at += 1
 
     def _table_of(self) -> dict[str, tuple[str, int, int]]:
@@ -129,7 +129,7 @@ class CollocationEmission:
         """
         return self._table_of()[self.formulas.integral.side][1]
 
-    def table_places(self) -> dict[str, Place]:
+    def table_places(self) -> dict[str, MemorySlot]:
         """Where the tables' lines are; that of a motor's spindle behind a pointer of its own."""
         found, nodes, size = {}, self.nodes, lines_of_table(self.nodes)
         for name, (pointer, at, stride) in self._table_of().items():
@@ -137,10 +137,10 @@ class CollocationEmission:
             lines |= {what: (what, 0) for what in AT_INSTANTS}
             for one, (what, k) in lines.items():
                 line = at * size + line_of(what, nodes) + k
-                found[f"{one}[{name}]"] = Place(pointer, line, stride * size)
+                found[f"{one}[{name}]"] = MemorySlot(pointer, line, stride * size)
         return found
 
-    def _numbers(self) -> dict[str, Place]:
+    def _numbers(self) -> dict[str, MemorySlot]:
         """Where the tables' numbers are; those up to the samples behind those up to the nodes."""
         found, samples = {}, (self.tables + 1) * NUMBERS_EACH
         columns = {"damping": DAMPING, "stiffness": STIFFNESS, "unit": MOST_UNIT, "beyond": BEYOND}
@@ -148,47 +148,47 @@ class CollocationEmission:
         for name, (pointer, at, stride) in self._table_of().items():
             behind = NUMBERS if pointer == TABLES else OPEN_NUMBERS
             for what, column in columns.items():
-                place = Place(behind, at * NUMBERS_EACH + column, stride * NUMBERS_EACH)
+                place = MemorySlot(behind, at * NUMBERS_EACH + column, stride * NUMBERS_EACH)
                 found[f"{what}[{name}]"] = place
         return found
 
-    def linear_places(self) -> dict[str, Place]:
+    def linear_places(self) -> dict[str, MemorySlot]:
         """c and k of each table; then what makes coordinates, see ``coordinates.Modes``."""
         found = {}
         for name, (pointer, at, stride) in self._table_of().items():
             at = at if pointer == TABLES else self.tables - 1
-            found[f"damping[{name}]"] = Place(OWN, at, stride)
-            found[f"stiffness[{name}]"] = Place(OWN, self.tables + at, stride)
+            found[f"damping[{name}]"] = MemorySlot(OWN, at, stride)
+            found[f"stiffness[{name}]"] = MemorySlot(OWN, self.tables + at, stride)
         return found | self._modes()
 
-    def _modes(self) -> dict[str, Place]:
+    def _modes(self) -> dict[str, MemorySlot]:
         found, first = {}, 2 * self.tables
         for name in ("from_modes", "to_modes"):
             for r in range(7):
                 for q in range(7):
-                    found[f"{name}[{r},{q}]"] = Place(OWN, first + 7 * r + q)
+                    found[f"{name}[{r},{q}]"] = MemorySlot(OWN, first + 7 * r + q)
             first += 49
         return found
 
-    def weight_places(self) -> dict[str, Place]:
+    def weight_places(self) -> dict[str, MemorySlot]:
         """c_j; the weights of the quadrature; matrices to the last coefficients, and onward."""
         nodes = self.nodes
-        found = {"node": Place(WEIGHTS, NODE), "share": Place(WEIGHTS, SHARE)}
+        found = {"node": MemorySlot(WEIGHTS, NODE), "share": MemorySlot(WEIGHTS, SHARE)}
         for k in range(nodes):
-            found[f"coefficient.{k}"] = Place(WEIGHTS, COEFFICIENTS + k)
-            found[f"carry.{k}"] = Place(CARRY, k)
+            found[f"coefficient.{k}"] = MemorySlot(WEIGHTS, COEFFICIENTS + k)
+            found[f"carry.{k}"] = MemorySlot(CARRY, k)
         return found
 
-    def state_places(self) -> dict[str, Place]:
+    def state_places(self) -> dict[str, MemorySlot]:
         """Where all states are behind the pointer ``STATE``."""
         found, last = dict(self.emission.state_places(STATE)), self.model.states
         last += 2 * self.model.count + 3 * self.model.has_motor
-        return found | {"work": Place(STATE, last), "dissipated": Place(STATE, last + 1)}
+        return found | {"work": MemorySlot(STATE, last), "dissipated": MemorySlot(STATE, last + 1)}
 
-    def _line(self, name: str, each: bool) -> Place:
+    def _line(self, name: str, each: bool) -> MemorySlot:
         """Where a quantity is in the work, which grows if it is new."""
         if name not in self._own:
-            self._own[name] = Place(WORK, self.work)
+            self._own[name] = MemorySlot(WORK, self.work)
             self.lines[name] = self.work
             self.work += self.model.count if each else 1
         return self._own[name]
@@ -209,12 +209,12 @@ class CollocationEmission:
         flat = self.ball_by_ball(roots)
         return dict(zip(flat, lowered(flat.values()), strict=True))
 
-    def _known_before(self) -> dict[int, Place]:
+    def _known_before(self) -> dict[int, MemorySlot]:
         """What an iteration needs that no iteration changes: put into the work by ``start``."""
-        found: dict[int, Place] = {}
+        found: dict[int, MemorySlot] = {}
         elsewhere = {**self.emission.places, **self.table_places()}
         elsewhere |= {**self._modes(), **self._scale()}
-        self._before: list[tuple[Expression, Place]] = []
+        self._before: list[tuple[Expression, MemorySlot]] = []
         for roots in self._iterate.values():
             inputs = [x.payload for x in reached(roots.values()) if x.op == "input"]
             for name in [*roots, *inputs]:
@@ -225,12 +225,12 @@ class CollocationEmission:
                     self._line(base, of_ball is not None)
             for x in border([*roots.values()], Level.TIME):
                 if x.number not in self.emission.known and x.number not in found:
-                    found[x.number] = Place(WORK, self.work)
+                    found[x.number] = MemorySlot(WORK, self.work)
                     self.work += 1
                     self._before.append((x, found[x.number]))
         return found
 
-    def _scale(self) -> dict[str, Place]:
+    def _scale(self) -> dict[str, MemorySlot]:
         """1 / R of the first ball."""
         first = self.emission.places["race_curvature"]
         return {"scale": first}
@@ -242,9 +242,9 @@ class CollocationEmission:
         name: str,
         pointers: Sequence[str],
         numbers: Sequence[str],
-        places: Mapping[str, Place],
+        places: Mapping[str, MemorySlot],
         uniform: Iterable[str] = (),
-        known: Mapping[int, Place] | None = None,
+        known: Mapping[int, MemorySlot] | None = None,
     ) -> tuple[Function, Body]:
         """A function in lanes with the arguments c, b, pointers and numbers; its body is empty.
 
@@ -260,7 +260,7 @@ class CollocationEmission:
         always = [CONSTANTS, BRANCHES, OWN, NUMBERS, OPEN_NUMBERS, STATE, RESULT]
         into = Function(name, [CONSTANTS, BRANCHES, *pointers], shape, numbers, [*always, *uniform])
         bound = {each: [into.widened(f"%{each}", self.nodes)] for each in numbers}
-        own = Places({**self.emission.places, **self._scale(), **places})
+        own = MemorySlots({**self.emission.places, **self._scale(), **places})
         return into, Body(into, own, {**self.emission.known, **(known or {})}, bound)
 
     def iterate(self, near: bool = False) -> Function:
@@ -272,7 +272,7 @@ class CollocationEmission:
         self._store(body, self._iterate[near], self._hoisted)
         return into
 
-    def compute(self, body: Body, roots: Iterable[Expression], known: Mapping[int, Place]) -> None:
+    def compute(self, body: Body, roots: Iterable[Expression], known: Mapping[int, MemorySlot]) -> None:
         """Emit expressions in the order in which they are written.
 
         Matrices column by column, then: what is known of all balls is held at the same time, if
@@ -283,7 +283,7 @@ class CollocationEmission:
                 body.values(x)
 
     def _in_order(
-        self, roots: Iterable[Expression], known: Mapping[int, Place]
+        self, roots: Iterable[Expression], known: Mapping[int, MemorySlot]
     ) -> list[Expression]:
         """What has to be computed, without what is at hand."""
         found: dict[int, Expression] = {}
@@ -297,13 +297,13 @@ class CollocationEmission:
             ahead += x.args
         return [found[number] for number in sorted(found) if found[number].op != "lane"]
 
-    def _store(self, body: Body, roots: Roots, known: Mapping[int, Place] | None = None) -> None:
+    def _store(self, body: Body, roots: Roots, known: Mapping[int, MemorySlot] | None = None) -> None:
         self.compute(body, roots.values(), known or {})
         for x in roots.values():
             body.values(x)
         for name, x in roots.items():
             if name.startswith("result."):
-                body.store(x, Place(RESULT, int(name[7:])))
+                body.store(x, MemorySlot(RESULT, int(name[7:])))
             else:
                 body.store(x, self._own[name])
 
@@ -337,7 +337,7 @@ class CollocationEmission:
     def judge(self) -> Function:
         """``judge(c, b, numbers, spindle_numbers, weights, work, result, begin, length)``."""
         places = {**self._numbers(), **self.weight_places(), **self._own}
-        places |= {f"result.{k}": Place(RESULT, k) for k in (2, 3)}
+        places |= {f"result.{k}": MemorySlot(RESULT, k) for k in (2, 3)}
         pointers = [NUMBERS, OPEN_NUMBERS, WEIGHTS, WORK, RESULT]
         into, body = self.function("judge", pointers, ["begin", "length"], places)
         self._store(body, self.lowered(self.steps.judge()))
@@ -362,7 +362,7 @@ class CollocationEmission:
         )
         places = {**self.emission.places, **self.linear_places(), **self.state_places()}
         body = Body(into, places, self.emission.known, {"time": ["%time"]})
-        targets = dict(self.row_places(FORCES, "f")) | {"speed": Place(FORCES, self.rows)}
+        targets = dict(self.row_places(FORCES, "f")) | {"speed": MemorySlot(FORCES, self.rows)}
         for name, x in roots.items():
             body.store(x, targets[name], each="balls" in name)
         return into

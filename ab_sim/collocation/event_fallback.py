@@ -24,7 +24,7 @@ from ab_sim.collocation.run import (
     STEP,
     STRIDE,
     TAKEN,
-    Collocation,
+    CollocationRun,
     head_of,
 )
 from ab_sim.collocation.step import put_states
@@ -32,7 +32,7 @@ from ab_sim.compiling.kinds import Floats, Table, call, fma, scratch
 from ab_sim.events.event_functions import event_functions
 from ab_sim.events.run import SPEED, evaluate
 from ab_sim.integrate.steppers.collocation import PARTS
-from ab_sim.stepping.fixed_step import Stretch, local_time, step_by_step
+from ab_sim.stepping.fixed_step import EqualSteps, local_time, step_by_step
 
 FAR = 4.0
 """A function whose values at the nodes are apart by this many times less than their mean, in sum,
@@ -52,7 +52,7 @@ def reach_of(tolerance: float) -> float:
     return min(REACH * (tolerance / REACHED) ** (1.0 / ORDER), 2.0)
 
 
-def before_events(own: Collocation) -> int:
+def before_events(own: CollocationRun) -> int:
     """How many PIECES of the step in memory come before any event function may be crossed."""
     if not own.run.has_events:
         return PIECES
@@ -78,7 +78,7 @@ def before_events(own: Collocation) -> int:
     return end
 
 
-def put_event_functions(own: Collocation) -> None:
+def put_event_functions(own: CollocationRun) -> None:
     """Event functions at the nodes of the step in memory, into ``Buffers.values``."""
     run, buffers, count = own.run, own.buffers, own.method.nodes.at.size
     balls, states = run.balls, run.state.size
@@ -94,7 +94,7 @@ def put_event_functions(own: Collocation) -> None:
         event_functions(balls, state, slope, buffers.values[j], rounding, rate)
 
 
-def pieces_above(own: Collocation, values: Floats, most: int) -> int:
+def pieces_above(own: CollocationRun, values: Floats, most: int) -> int:
     """In how many first pieces a polynomial is surely more than its last coefficients.
 
     Args:
@@ -116,7 +116,7 @@ def pieces_above(own: Collocation, values: Floats, most: int) -> int:
     return most
 
 
-def lowest(own: Collocation, values: Floats, piece: int) -> float:
+def lowest(own: CollocationRun, values: Floats, piece: int) -> float:
     """The lowest of Bernstein's coefficients on a piece, or on all of them."""
     count, least = values.size, math.inf
     for line in range(count):
@@ -127,14 +127,14 @@ def lowest(own: Collocation, values: Floats, piece: int) -> float:
     return least
 
 
-def keep_good(own: Collocation, good: int) -> None:
+def keep_good(own: CollocationRun, good: int) -> None:
     """Take so many samples of the step in memory to be good."""
     head = head_of(own)
     head[GOOD] = float(good)
     head[SINCE] += good
 
 
-def steps_due(own: Collocation, length: float) -> int:
+def steps_due(own: CollocationRun, length: float) -> int:
     """How many steps [s] are the other stepper's where a step's good samples have been taken."""
     if not own.run.has_events:
         return 0
@@ -148,7 +148,7 @@ def steps_due(own: Collocation, length: float) -> int:
     return int(head[REST])
 
 
-def give_up(own: Collocation) -> bool:
+def give_up(own: CollocationRun) -> bool:
     """Leave a step for which there is no solution to the other stepper: whether there is one."""
     head = head_of(own)
     if own.run.has_events:
@@ -156,32 +156,32 @@ def give_up(own: Collocation) -> bool:
     return own.run.has_events
 
 
-def look_at_branches(own: Collocation, stretch: Stretch, samples: Table) -> None:
+def look_at_branches(own: CollocationRun, step_range: EqualSteps, samples: Table) -> None:
     """See to the branches where collocation begins anew."""
     if own.run.has_events:
-        step_by_step(own.run, stretch, samples[0:0], 0)
+        step_by_step(own.run, step_range, samples[0:0], 0)
 
 
-def take_steps(own: Collocation, stretch: Stretch, samples: Table, steps: int) -> int:
+def take_steps(own: CollocationRun, step_range: EqualSteps, samples: Table, steps: int) -> int:
     """Steps of the other stepper, all of them due.
 
     Args:
         own: the Collocation.
-        stretch: from the present on.
+        step_range: from the present on.
         samples: of which the rows are recorded.
         steps: how many.
 
     Returns:
         How many were taken; fewer if the state left its bounds.
     """
-    parts, done = parts_of_step(own, stretch), 0
+    parts, done = parts_of_step(own, step_range), 0
     if parts == 1:
-        done = step_by_step(own.run, stretch, samples[0:steps], steps)
-    part = stretch.length / parts
+        done = step_by_step(own.run, step_range, samples[0:steps], steps)
+    part = step_range.length / parts
     while done < steps and parts > 1:
         for p in range(parts):
-            offset = stretch.offset + p * part
-            at = Stretch(stretch.start, stretch.first + done, offset, part)
+            offset = step_range.offset + p * part
+            at = EqualSteps(step_range.start, step_range.first + done, offset, part)
             if step_by_step(own.run, at, samples[done : done + 1], 1) == 0:
                 return done
         done += 1
@@ -189,13 +189,13 @@ def take_steps(own: Collocation, stretch: Stretch, samples: Table, steps: int) -
     return done
 
 
-def parts_of_step(own: Collocation, stretch: Stretch) -> int:
+def parts_of_step(own: CollocationRun, step_range: EqualSteps) -> int:
     """Into how many parts a step of the other stepper is cut: a power of two."""
     run, decay, turns, parts = own.run, 0.0, 0.0, 1
     for q in range(own.sides):
         decay, turns = max(decay, own.linear[q]), max(turns, own.linear[own.sides + q])
-    evaluate(run, local_time(run, stretch, 0), run.state, run.work.slope)
+    evaluate(run, local_time(run, step_range, 0), run.state, run.work.slope)
     rate = max(decay, math.sqrt(turns) + abs(run.balls.motor[SPEED]))
-    while parts < PARTS and rate * stretch.length > own.method.reach * parts:
+    while parts < PARTS and rate * step_range.length > own.method.reach * parts:
         parts *= 2
     return parts

@@ -10,14 +10,14 @@ ball follows the deck: no elimination, no division, and a change shrinks by 1/70
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ab_sim.collocation.coordinates import Axes, Coordinates, Modes, Vector
+from ab_sim.collocation.coordinates import Axes, Coordinates, DeckModes, Vector
 from ab_sim.equations.arrowhead import Arrow, Solved, solve_with_balls
 from ab_sim.equations.energy import powers
-from ab_sim.equations.motion import Spindle
+from ab_sim.equations.motion import SpindleMotion
 from ab_sim.equations.race import path_acceleration, rate_change
-from ab_sim.equations.spindle import Driven
+from ab_sim.equations.spindle import MotorState
 from ab_sim.equations.sums import Number
-from ab_sim.kernels.model import Model, Motion
+from ab_sim.kernels.model import Model, TracedState
 from ab_sim.tracing import Expression, Level, cos, sin, total
 from ab_sim.tracing.expression import fma, lifted
 from ab_sim.tracing.functions import across, lane
@@ -35,7 +35,7 @@ Roots = dict[str, Expression]
 """What is computed, by the names of ``Rows``."""
 
 
-class Response(NamedTuple):
+class ResponseMatrices(NamedTuple):
     """Columns of the matrices from f at the nodes to x, v and c v + k x there, each in lanes."""
 
     into_x: Sequence[Expression]
@@ -51,7 +51,7 @@ class Term(NamedTuple):
     onto: Expression | None
 
 
-class Equation(NamedTuple):
+class SecondOrderEquation(NamedTuple):
     """One equation of second order, or one for each ball, as inputs."""
 
     name: str
@@ -62,7 +62,7 @@ class Equation(NamedTuple):
     """The same of its left-hand side, which several may have in common."""
     side_each: bool
     """Whether there is a left-hand side for each ball."""
-    response: Response
+    response: ResponseMatrices
 
     def __str__(self) -> str:
         return self.name
@@ -100,7 +100,7 @@ class Formulas:
         together with it, and an energy balance asks for all states."""
 
     @property
-    def equations(self) -> list[Equation]:
+    def equations(self) -> list[SecondOrderEquation]:
         """In the order of their tables; the last one is no equation, but ``integral``."""
         others = [each for each in (self.balls, self.spindle) if each is not None]
         return [*self.deck, *others, self.integral]
@@ -114,22 +114,22 @@ class Formulas:
 
     def given(self, name: str, of: object = "", level: Level = Level.TIME) -> Expression:
         """An input; with an equation, that of this one."""
-        each = isinstance(of, Equation) and of.each
+        each = isinstance(of, SecondOrderEquation) and of.each
         return self.model.graph.input(f"{name}[{of}]" if of else name, level, each)
 
-    def known(self, name: str, of: Equation) -> Expression:
+    def known(self, name: str, of: SecondOrderEquation) -> Expression:
         """What is known of an equation's left-hand side, as an input."""
         return self.model.graph.input(f"{name}[{of.side}]", Level.TIME, of.side_each)
 
-    def _equation(self, name: str, each: bool, side: str, side_each: bool = False) -> Equation:
+    def _equation(self, name: str, each: bool, side: str, side_each: bool = False) -> SecondOrderEquation:
         def columns(what: str) -> list[Expression]:
             inputs = (f"{what}.{k}[{side}]" for k in range(self.nodes))
             return [self.model.graph.input(one, Level.TIME, side_each) for one in inputs]
 
-        response = Response(columns("into_x"), columns("into_v"), columns("into_pull"))
-        return Equation(name, each, side, side_each, response)
+        response = ResponseMatrices(columns("into_x"), columns("into_v"), columns("into_pull"))
+        return SecondOrderEquation(name, each, side, side_each, response)
 
-    def _modes(self) -> Modes | None:
+    def _modes(self) -> DeckModes | None:
         if not self.coordinates.has_modes:
             return None
 
@@ -137,7 +137,7 @@ class Formulas:
             make = self.model.graph.input
             return [[make(f"{name}[{r},{q}]", Level.PARAMETER) for q in range(7)] for r in range(7)]
 
-        return Modes(matrix("from_modes"), matrix("to_modes"))
+        return DeckModes(matrix("from_modes"), matrix("to_modes"))
 
     def iterate(self, near: bool) -> Roots:
         """One iteration, from f and what followed from it a moment before.
@@ -194,7 +194,7 @@ class Formulas:
         roots |= {f"{name}[{self.balls}]": x for name, x in (("c", c), ("s", s), ("theta", theta))}
         return theta, rate, (c, s)
 
-    def _motion_now(self, theta: Number, rate: Number) -> tuple[Motion, Axes]:
+    def _motion_now(self, theta: Number, rate: Number) -> tuple[TracedState, Axes]:
         """State at the nodes, the deck's and the spindle's as the last iteration left them."""
         model, driven = self.model, None
         if self.spindle is None:
@@ -203,7 +203,7 @@ class Formulas:
             psi = self.given("x", self.spindle, Level.STATE)
             speed = self.given("v", self.spindle, Level.STATE)
             integral = self.given("value", "loop", Level.STATE)
-            driven = Driven(psi, speed, integral, self.given("limit"))
+            driven = MotorState(psi, speed, integral, self.given("limit"))
             turned_by = psi - self.given("psi_at_begin")
             axes = cos(turned_by), sin(turned_by)
         if self.hangs_freely:
@@ -212,7 +212,7 @@ class Formulas:
             x = [self.given("x", each, Level.STATE) for each in self.deck]
             v = [self.given("v", each, Level.STATE) for each in self.deck]
             deck = self.coordinates.state(self.own, axes, x, v)
-        return Motion(self.given("time"), deck, theta, rate, driven), axes
+        return TracedState(self.given("time"), deck, theta, rate, driven), axes
 
     def _give_way(self, arrow: Arrow, path: Number, prescribed: Number | None) -> Vector:
         """Accelerations of the deck, and of a motor's spindle, the balls' being given."""
@@ -228,7 +228,7 @@ class Formulas:
         return solve_with_balls(arrow, self.model.count, path, prescribed).x
 
     def _deck_anew(
-        self, at: Motion, axes: Axes, spindle: Spindle, a: list[Number], roots: Roots
+        self, at: TracedState, axes: Axes, spindle: SpindleMotion, a: list[Number], roots: Roots
     ) -> tuple[Number, Number]:
         """f of the deck's equations, and what its new place changes of the accelerations.
 
@@ -269,14 +269,14 @@ class Formulas:
             found.append(self.known("damping", each) * v + self.known("stiffness", each) * x)
         return found
 
-    def pull(self, equation: Equation) -> Number:
+    def pull(self, equation: SecondOrderEquation) -> Number:
         """c v + k x as the last iteration left it; at rest in its middle a deck feels none."""
         if self.hangs_freely:
             return 0.0
         x, v = (self.given(name, equation, Level.STATE) for name in "xv")
         return self.known("damping", equation) * v + self.known("stiffness", equation) * x
 
-    def _spindle_anew(self, a: list[Number], spindle: Spindle, roots: Roots) -> list[Number]:
+    def _spindle_anew(self, a: list[Number], spindle: SpindleMotion, roots: Roots) -> list[Number]:
         """The same of a motor's spindle, and of its loop's integral.
 
         Returns:
@@ -298,7 +298,7 @@ class Formulas:
         self._spindle_size = abs(new) + abs(linear)
         return [abs(new - f) * self._unit(each)]
 
-    def _unit(self, equation: Equation) -> Number:
+    def _unit(self, equation: SecondOrderEquation) -> Number:
         """What f = 1 makes of x at most; 1 without balls, where errors are shares of f."""
         return self.known("unit", equation) if self.balls is not None else 1.0
 
@@ -334,7 +334,7 @@ class Formulas:
         found = (carried * scales[0], turned_by * scales[1], *scales)
         roots |= {f"result.{k}": self._lifted(x) for k, x in enumerate(found)}
 
-    def moved(self, equation: Equation, f: Expression) -> tuple[Expression, Expression]:
+    def moved(self, equation: SecondOrderEquation, f: Expression) -> tuple[Expression, Expression]:
         """x and v at the nodes."""
         free_x, free_v = (self.given(name, equation) for name in ("free_x", "free_v"))
         response = equation.response

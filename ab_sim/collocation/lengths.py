@@ -2,7 +2,7 @@
 
 import math
 
-from ab_sim.collocation.run import LENGTH, MOVED, WAIT, Collocation, head_of
+from ab_sim.collocation.run import LENGTH, MOVED, WAIT, CollocationRun, head_of
 from ab_sim.compiling.kinds import Floats, Integers
 from ab_sim.integrate.steppers.collocation import PARTS
 
@@ -19,7 +19,7 @@ PATIENCE = 16.0
 """Steps after one that was not taken before a longer one is tried again."""
 
 
-def turns_too_far(own: Collocation, length: float) -> bool:
+def turns_too_far(own: CollocationRun, length: float) -> bool:
     """Whether the spindle turns too far in a step [s] if it goes on as it has."""
     head, count = head_of(own), own.method.nodes.at.size
     turn = abs(head[MOVED]) * (length / head[LENGTH])
@@ -45,7 +45,7 @@ def shorter(counts: Integers, size: int) -> int:
     return below
 
 
-def power_of(own: Collocation, ratio: float) -> float:
+def power_of(own: CollocationRun, ratio: float) -> float:
     """What a step's error is multiplied with where its length is with this ratio.
 
     Two powers more than there are nodes.
@@ -56,7 +56,7 @@ def power_of(own: Collocation, ratio: float) -> float:
     return found
 
 
-def after_refusal(own: Collocation, size: int, error: float) -> int:
+def after_refusal(own: CollocationRun, size: int, error: float) -> int:
     """How long a step is tried after one that was not taken."""
     less = shorter(own.method.nodes.counts, size)
     if error * power_of(own, less / size) <= own.method.tolerance:
@@ -65,7 +65,7 @@ def after_refusal(own: Collocation, size: int, error: float) -> int:
     return PARTS if PARTS < half < 2 * PARTS else half
 
 
-def next_size(own: Collocation, head: Floats, size: int, error: float, within: float) -> int:
+def next_size(own: CollocationRun, head: Floats, size: int, error: float, within: float) -> int:
     """How long the next step is, after one without a kink behind it, in parts."""
     method, counts = own.method, own.method.nodes.counts
     if method.steps >= 1.0:
@@ -92,7 +92,7 @@ def most_samples(counts: Integers) -> int:
     return counts[counts.size - 1]
 
 
-def first_size(own: Collocation, length: float, speed: float) -> int:
+def first_size(own: CollocationRun, length: float, speed: float) -> int:
     """How long the first step behind a kink is, in parts.
 
     Args:

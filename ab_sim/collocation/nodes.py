@@ -21,7 +21,7 @@ PIECES = 16
 """Of a step, in each of which an event function is told apart from zero or is not."""
 
 
-class Nodes(NamedTuple):
+class CollocationNodes(NamedTuple):
     """What is made of N nodes, and of the sets of instants up to which there are tables.
 
     The instants of a set are reached on a chain of stops, so near each other that a response is
@@ -73,7 +73,7 @@ def gauss(count: int) -> np.ndarray:
 
 
 @functools.cache
-def nodes(count: int, samples: tuple[int, ...], powers: int) -> Nodes:
+def nodes(count: int, samples: tuple[int, ...], powers: int) -> CollocationNodes:
     """The nodes of a step, and the sets of instants of its samples; made once, for all runs.
 
     Args:
@@ -101,7 +101,7 @@ def nodes(count: int, samples: tuple[int, ...], powers: int) -> Nodes:
             moments[s * count + j] = _moments(at, scale, leading, begin, end)
             begin = end
     values = np.array([legendre.legval(2.0 * at - 1.0, np.eye(powers)[p]) for p in range(powers)])
-    return Nodes(
+    return CollocationNodes(
         at,
         scale,
         leading,
@@ -128,7 +128,7 @@ def _chain(number: int, group: int, count: int) -> tuple[list[float], list[int],
 def _moments(
     at: np.ndarray, scale: np.ndarray, leading: float, begin: float, end: float
 ) -> np.ndarray:
-    """See ``Nodes.moments``, of one piece."""
+    """See ``CollocationNodes.moments``, of one piece."""
     long: Any = np.longdouble
     points, weights = (long(each) for each in gauss(32))
     d = long(end) - long(begin)

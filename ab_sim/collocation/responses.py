@@ -20,7 +20,7 @@ nodes has in it, makes of x and v.
 
 import math
 
-from ab_sim.collocation.nodes import TERMS, Nodes
+from ab_sim.collocation.nodes import TERMS, CollocationNodes
 from ab_sim.compiling.elementary import cos_sin, exp, expm1
 from ab_sim.compiling.kinds import Floats, Table, fma, scratch
 
@@ -46,7 +46,7 @@ def lines_of_table(count: int) -> int:
 
 
 def fill(
-    nodes: Nodes, chosen: int, length: float, c: float, k: float, before: Table, table: Table,
+    nodes: CollocationNodes, chosen: int, length: float, c: float, k: float, before: Table, table: Table,
     numbers: Floats,
 ) -> None:  # fmt: skip
     """The table of a step up to a set of instants.
@@ -88,7 +88,7 @@ def fill(
     numbers[BEYOND] = most
 
 
-def begin_chain(nodes: Nodes, chosen: int, before: Table, now: Table, impulse_now: Floats) -> float:
+def begin_chain(nodes: CollocationNodes, chosen: int, before: Table, now: Table, impulse_now: Floats) -> float:
     """What a chain begins with; returns where."""
     count = nodes.at.size
     if nodes.begins[chosen] == 0:
@@ -120,7 +120,7 @@ def put_column(now: Table, impulse_now: Floats, table: Table, column: int) -> No
 
 
 def go_on(
-    nodes: Nodes, piece: int, begin: float, end: float, length: float, c: float, k: float,
+    nodes: CollocationNodes, piece: int, begin: float, end: float, length: float, c: float, k: float,
     now: Table, impulse_now: Floats,
 ) -> None:  # fmt: skip
     """Responses at the end of a piece of the step, from those at its beginning."""
@@ -206,7 +206,7 @@ def response_to_one(end: float, length: float, c: float, k: float) -> float:
     return (expm1(-fast * t) / fast - expm1(-slow * t) / slow) / (fast - slow)
 
 
-def integrate(nodes: Nodes, end: float, length: float, c: float, k: float, now: Table) -> None:
+def integrate(nodes: CollocationNodes, end: float, length: float, c: float, k: float, now: Table) -> None:
     """Responses at an instant, by quadrature in panels as long as a response lasts."""
     count, points = nodes.at.size, nodes.points.shape[1]
     until, ago, polynomials = end * length, 0.0, scratch(count + 1)
@@ -240,7 +240,7 @@ def panel(c: float, k: float, begin: float, end: float) -> float:
     return min(end - begin, REACH / rate) if rate > 0.0 else end - begin
 
 
-def put_polynomials(nodes: Nodes, x: float, out: Floats) -> None:
+def put_polynomials(nodes: CollocationNodes, x: float, out: Floats) -> None:
     """l_k(x), and behind them P_N(x), x as a fraction of the step; ``out`` has shape (N + 1,)."""
     count, before, behind = nodes.at.size, 1.0, 1.0
     for k in range(count):

@@ -6,7 +6,7 @@ equations' left-hand sides x'' + c x' + k x are what tables of responses are mad
 
 from typing import NamedTuple
 
-from ab_sim.collocation.nodes import Nodes
+from ab_sim.collocation.nodes import CollocationNodes
 from ab_sim.compiling.kinds import Cube, Floats, Table
 from ab_sim.events.run import DIRECTION, Run
 
@@ -37,7 +37,7 @@ NODE, SHARE, COEFFICIENTS = 0, 1, 2
 coefficients."""
 
 
-class Functions(NamedTuple):
+class CollocationFunctions(NamedTuple):
     """Emitted functions, by their addresses; see ``ab_sim.collocation``."""
 
     start: int
@@ -52,10 +52,10 @@ class Functions(NamedTuple):
     take_node: int
 
 
-class Method(NamedTuple):
+class CollocationMethod(NamedTuple):
     """What a step is made with, whatever the scene."""
 
-    nodes: Nodes
+    nodes: CollocationNodes
     lines: Table
     """Shape (2 + N, N), lines as above."""
     bounds: Cube
@@ -111,12 +111,12 @@ class Buffers(NamedTuple):
     """Event functions there, shape (N, slots)."""
 
 
-class Collocation(NamedTuple):
+class CollocationRun(NamedTuple):
     """A Run whose steps are collocation steps; ``Run.scene.step`` is the other stepper's."""
 
     run: Run
-    functions: Functions
-    method: Method
+    functions: CollocationFunctions
+    method: CollocationMethod
     tables: ResponseTables
     linear: Floats
     """c [1/s] and k [1/s^2] of each left-hand side; then, of a deck in space, matrices from its
@@ -130,7 +130,7 @@ class Collocation(NamedTuple):
     """R."""
 
 
-def memory_of(own: Collocation) -> Floats:
+def memory_of(own: CollocationRun) -> Floats:
     """What belongs to the state.
 
     f at the nodes of the step at hand, R lines; the state at its beginning; the head.
@@ -143,19 +143,19 @@ def size_of_memory(nodes: int, rows: int, states: int) -> int:
     return nodes * rows + states + HEAD
 
 
-def begun_of(own: Collocation) -> Floats:
+def begun_of(own: CollocationRun) -> Floats:
     """The state at the beginning of the step at hand."""
     first = own.method.nodes.at.size * own.rows
     return own.run.work.memory[0][first : first + own.run.state.size]
 
 
-def head_of(own: Collocation) -> Floats:
+def head_of(own: CollocationRun) -> Floats:
     """The memory's head."""
     first = own.method.nodes.at.size * own.rows + own.run.state.size
     return own.run.work.memory[0][first : first + HEAD]
 
 
-def is_limited(own: Collocation) -> bool:
+def is_limited(own: CollocationRun) -> bool:
     """Whether a motor gives all it can: its speed loop is open then."""
     balls = own.run.balls
     return balls.has_motor and balls.discrete[balls.number, DIRECTION] != 0

@@ -13,19 +13,19 @@ from ab_sim.collocation.emission import (
     TABLES,
     WEIGHTS,
     CollocationEmission,
-    Places,
+    MemorySlots,
 )
 from ab_sim.collocation.run import INSIDE, PROFILE_TIME, STRIDE, TIME
 from ab_sim.collocation.transposed import lines_of, store_line
 from ab_sim.kernels.emission import TIMES
 from ab_sim.tracing import Expression, Level
-from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, literal
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, literal
 
 TURNS, SAMPLES, NODES = "turns", "samples", "nodes"
 """Names of pointers."""
 
 
-class Sampling:
+class LaneSampling:
     """Functions of states in lanes.
 
     Args:
@@ -56,24 +56,24 @@ class Sampling:
             body.store(x, targets[name])
         return into
 
-    def _lines_of_states(self) -> Places:
+    def _lines_of_states(self) -> MemorySlots:
         """See ``run.Buffers.states``."""
-        found = Places()
+        found = MemorySlots()
         for name, place in self.of.state_places().items():
-            found[name] = Place(STATES, STRIDE * place.at, STRIDE)
+            found[name] = MemorySlot(STATES, STRIDE * place.at, STRIDE)
         for name, line in (("time", TIME), ("profile_time", PROFILE_TIME), ("inside", INSIDE)):
-            found[name] = Place(STATES, STRIDE * (self.of.states + line))
+            found[name] = MemorySlot(STATES, STRIDE * (self.of.states + line))
         return found
 
     def _of_states(
         self, name: str, pointers: Sequence[str], numbers: Sequence[str], times: Sequence[str]
     ) -> tuple[Function, Body]:
         """A function of states in lanes."""
-        places: dict[str, Place] = self._lines_of_states()
-        places |= {each: Place(TIMES, STRIDE * k) for k, each in enumerate(times)}
-        places["whole turns"] = Place(TURNS, 0)
+        places: dict[str, MemorySlot] = self._lines_of_states()
+        places |= {each: MemorySlot(TIMES, STRIDE * k) for k, each in enumerate(times)}
+        places["whole turns"] = MemorySlot(TURNS, 0)
         if self.model.has_motor:
-            places["spindle's whole turns"] = Place(TURNS, self.model.count)
+            places["spindle's whole turns"] = MemorySlot(TURNS, self.model.count)
         return self.of.function(name, [TIMES, STATES, *pointers], numbers, places, [TURNS])
 
     def rows(self) -> Function:
@@ -155,8 +155,8 @@ class Sampling:
             count = self.columns[name]
             for k in range(0, count, 8):
                 width = min(8, count - k)
-                value = into.load(Place(NODES, first + k), 0, width)
-                into.store(value, Place(name, k), 0, width)
+                value = into.load(MemorySlot(NODES, first + k), 0, width)
+                into.store(value, MemorySlot(name, k), 0, width)
             first += count
         return into
 

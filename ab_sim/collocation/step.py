@@ -32,7 +32,7 @@ from ab_sim.collocation.run import (
     TURNED,
     WAIT,
     WITHIN,
-    Collocation,
+    CollocationRun,
     begun_of,
     head_of,
     memory_of,
@@ -51,7 +51,7 @@ LARGEST = 1e300
 """An error [rad] that is taken where there is no choice but that of an iteration without end."""
 
 
-def begin_anew(own: Collocation, begin: float, length: float, state: Floats) -> int:
+def begin_anew(own: CollocationRun, begin: float, length: float, state: Floats) -> int:
     """Fill the memory as if f had been so far what it is now, in a step of the first length.
 
     Args:
@@ -76,7 +76,7 @@ def begin_anew(own: Collocation, begin: float, length: float, state: Floats) -> 
 
 
 def solve_step(
-    own: Collocation, begin: float, length: float, samples: int, allowed: float, state: Floats
+    own: CollocationRun, begin: float, length: float, samples: int, allowed: float, state: Floats
 ) -> tuple[float, float]:
     """A step from a state, with so many samples in it, into the memory, which holds the one before.
 
@@ -134,7 +134,7 @@ def remains(change: float, before: float) -> float:
     return change * (change / before) if change < before < math.inf else change
 
 
-def keep(own: Collocation, begin: float, length: float, samples: int, state: Floats) -> None:
+def keep(own: CollocationRun, begin: float, length: float, samples: int, state: Floats) -> None:
     """Take the step that has been solved into the memory."""
     begun, head, scene = begun_of(own), head_of(own), own.run.scene
     # Not number by number: a wide load right after narrow stores would have to wait for them.
@@ -145,7 +145,7 @@ def keep(own: Collocation, begin: float, length: float, samples: int, state: Flo
     head[MOVED] = own.result[TURN]
 
 
-def put_states(own: Collocation, group: int, out: Floats) -> None:
+def put_states(own: CollocationRun, group: int, out: Floats) -> None:
     """States at N samples of the step in memory, and their times.
 
     Args:
@@ -164,7 +164,7 @@ def put_states(own: Collocation, group: int, out: Floats) -> None:
     )  # fmt: skip
 
 
-def first_step_size(own: Collocation, begin: float, length: float, whole: float) -> int:
+def first_step_size(own: CollocationRun, begin: float, length: float, whole: float) -> int:
     """How long the next step is tried, in parts of ``length`` [s]; ``whole``: see ``take_step``."""
     head, counts = head_of(own), own.method.nodes.counts
     if head[STEP] != length:
@@ -177,7 +177,7 @@ def first_step_size(own: Collocation, begin: float, length: float, whole: float)
     return size
 
 
-def try_step(own: Collocation, begin: float, length: float, size: int) -> tuple[int, float, float]:
+def try_step(own: CollocationRun, begin: float, length: float, size: int) -> tuple[int, float, float]:
     """A step from ``trial``, as long as it may be.
 
     Args:
@@ -205,7 +205,7 @@ def try_step(own: Collocation, begin: float, length: float, size: int) -> tuple[
     return 0, math.inf, math.inf
 
 
-def next_after(own: Collocation, size: int, error: float, within: float) -> int:
+def next_after(own: CollocationRun, size: int, error: float, within: float) -> int:
     """How long the step after one is tried, in parts."""
     head = head_of(own)
     after = next_size(own, head, size, error, within)
@@ -213,7 +213,7 @@ def next_after(own: Collocation, size: int, error: float, within: float) -> int:
     return after
 
 
-def go_to_end(own: Collocation) -> None:
+def go_to_end(own: CollocationRun) -> None:
     """The state at the end of a step with one sample into ``trial``."""
     out, trial = own.buffers.at_nodes, own.run.work.trial
     put_states(own, 0, out)

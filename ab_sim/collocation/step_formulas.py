@@ -2,9 +2,9 @@
 
 from itertools import groupby
 
-from ab_sim.collocation.formulas import TINY, Equation, Formulas, Roots, Term, product
+from ab_sim.collocation.formulas import TINY, SecondOrderEquation, Formulas, Roots, Term, product
 from ab_sim.equations.sums import Number
-from ab_sim.kernels.model import Evaluated, Motion
+from ab_sim.kernels.model import Evaluated, TracedState
 from ab_sim.tracing import Expression, Level, cos, sin, total, where
 from ab_sim.tracing.expression import lifted
 from ab_sim.tracing.functions import across, lane
@@ -75,7 +75,7 @@ class StepFormulas:
         turned_by = product(self.of.integral.response.into_v, speed)
         return cos(turned_by), sin(turned_by)
 
-    def _begun(self, at: Motion) -> list[tuple[Equation, tuple[Expression, Expression]]]:
+    def _begun(self, at: TracedState) -> list[tuple[SecondOrderEquation, tuple[Expression, Expression]]]:
         """Of each equation x and v at the step's beginning."""
         of = self.of
         x, v = of.coordinates.of_state(of.own, at.deck)
@@ -86,7 +86,7 @@ class StepFormulas:
             found.append((of.spindle, (at.spindle.psi, at.spindle.speed)))
         return found
 
-    def _moved(self, at: Motion) -> tuple[list[Expression], list[Expression]]:
+    def _moved(self, at: TracedState) -> tuple[list[Expression], list[Expression]]:
         """x and v of each equation at the instants of the tables; alike ones at the same time."""
         of, x, v = self.of, list[Expression](), list[Expression]()
         for _, group in groupby(self._begun(at), lambda pair: pair[0].side):
@@ -99,7 +99,7 @@ class StepFormulas:
             x, v = x + found[::2], v + found[1::2]
         return x, v
 
-    def _freely(self, each: Equation, x: Expression, v: Expression) -> list[Expression]:
+    def _freely(self, each: SecondOrderEquation, x: Expression, v: Expression) -> list[Expression]:
         """What x and v become without f."""
         of = self.of
         g, r = of.known("impulse", each), of.known("impulse_rate", each)

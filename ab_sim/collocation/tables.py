@@ -14,7 +14,7 @@ from ab_sim.collocation.run import (
     LATEST_RATIO,
     NEXT,
     NEXT_RATIO,
-    Collocation,
+    CollocationRun,
     is_limited,
 )
 from ab_sim.compiling.kinds import Floats, Table, fma, scratch
@@ -24,7 +24,7 @@ KEPT, RATIOS = 20, 32
 length of the scene's, and pairs of them."""
 
 
-def tables_for(own: Collocation, length: float, samples: int) -> int:
+def tables_for(own: CollocationRun, length: float, samples: int) -> int:
     """The first table of the set for a step of that length [s] with so many samples."""
     first, numbers = int(own.tables.head[LATEST]), own.tables.numbers
     if numbers[first, LENGTH] == length and numbers[first, COUNT] == samples:
@@ -32,7 +32,7 @@ def tables_for(own: Collocation, length: float, samples: int) -> int:
     return found(own, length, samples)
 
 
-def found(own: Collocation, length: float, samples: int) -> int:
+def found(own: CollocationRun, length: float, samples: int) -> int:
     """The same, where it is not the one asked for last."""
     head, numbers, every = own.tables.head, own.tables.numbers, tables_in_set(own)
     first = -1
@@ -52,12 +52,12 @@ def found(own: Collocation, length: float, samples: int) -> int:
     return first
 
 
-def tables_in_set(own: Collocation) -> int:
+def tables_in_set(own: CollocationRun) -> int:
     """How many tables a set has room for."""
     return (1 + own.tables.groups) * (own.sides + 1)
 
 
-def doubt_tables(own: Collocation) -> None:
+def doubt_tables(own: CollocationRun) -> None:
     """Have tables serve a scene with other numbers: each set is looked at when it is asked for."""
     every = tables_in_set(own)
     for kept in range(own.tables.kept):
@@ -65,7 +65,7 @@ def doubt_tables(own: Collocation) -> None:
         own.tables.numbers[kept * every, COUNT] = -abs(count)
 
 
-def fill_set(own: Collocation, first: int, length: float, samples: int) -> None:
+def fill_set(own: CollocationRun, first: int, length: float, samples: int) -> None:
     """A set from a table on; what is there and serves stays.
 
     BEYOND of the tables up to the first samples is that of all samples.
@@ -105,7 +105,7 @@ def fill_set(own: Collocation, first: int, length: float, samples: int) -> None:
     numbers[first, COUNT] = float(samples)
 
 
-def first_set(own: Collocation, samples: int) -> int:
+def first_set(own: CollocationRun, samples: int) -> int:
     """Which of the Nodes' sets is the first with so many samples."""
     nodes = own.method.nodes
     for k in range(nodes.counts.size):
@@ -120,7 +120,7 @@ def serves(numbers: Floats, length: float, samples: int, damping: float, stiffne
     return same and numbers[DAMPING] == damping and numbers[STIFFNESS] == stiffness
 
 
-def spindle_table(own: Collocation, first: int) -> int:
+def spindle_table(own: CollocationRun, first: int) -> int:
     """The table of a motor's spindle, of those from one on; any without a motor.
 
     While the motor is at its limit, the spindle's acceleration is only integrated.
@@ -130,7 +130,7 @@ def spindle_table(own: Collocation, first: int) -> int:
     return first + own.sides if is_limited(own) else first + own.sides - 1
 
 
-def carrying(own: Collocation, ratio: float) -> int:
+def carrying(own: CollocationRun, ratio: float) -> int:
     """First line of the matrix that carries polynomials on into a step so many times as long."""
     head, ratios = own.tables.head, own.tables.ratios
     count, at = own.method.nodes.at.size, int(head[LATEST_RATIO])
@@ -149,7 +149,7 @@ def carrying(own: Collocation, ratio: float) -> int:
     return at * count
 
 
-def put_carry(own: Collocation, ratio: float, columns: Table) -> None:
+def put_carry(own: CollocationRun, ratio: float, columns: Table) -> None:
     """The matrix column by column, shape (N, N)."""
     nodes = own.method.nodes
     count, powers = nodes.at.size, nodes.legendre.shape[0]

@@ -60,7 +60,7 @@ products are fused only where ``fma`` says so, and no sum is taken in another or
 the same bits on every processor.
 """
 
-from ab_sim.compiling.calling import Bound, Compiled, compiled
+from ab_sim.compiling.calling import BoundFunction, Compiled, compiled
 from ab_sim.compiling.kinds import (
     Cube,
     Floats,
@@ -75,7 +75,7 @@ from ab_sim.compiling.kinds import (
 from ab_sim.compiling.source import Untranslatable
 
 __all__ = [
-    "Bound",
+    "BoundFunction",
     "Compiled",
     "Cube",
     "Floats",

@@ -40,14 +40,14 @@ class Compiled:
 
     def __call__(self, first: Any, *others: Any) -> Any:
         """The function's result."""
-        return Bound(self._entry(), first)(*others)
+        return BoundFunction(self._entry(), first)(*others)
 
-    def bind(self, first: Any) -> "Bound":
+    def bind(self, first: Any) -> "BoundFunction":
         """A function of the other arguments: the first is looked at once.
 
         Its arrays are kept, and what is in them is read at each call; its numbers are copied.
         """
-        return Bound(self._entry(), first)
+        return BoundFunction(self._entry(), first)
 
     def _entry(self) -> "_Entry":
         if self._made is None:
@@ -66,7 +66,7 @@ def compiled(function: Callable[..., Any]) -> Compiled:
     return _compiled.get(function) or _compiled.setdefault(function, Compiled(function))
 
 
-class Bound:
+class BoundFunction:
     """A compiled function with its first argument given; of the others.
 
     It may be called by several threads at once if the function itself allows for it; meanwhile

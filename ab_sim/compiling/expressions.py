@@ -7,7 +7,7 @@ from types import FunctionType
 from typing import Any, Protocol
 
 from ab_sim.compiling import elementary
-from ab_sim.compiling.body import ELEMENT, Fields, Number, Stored, Value, View, constant
+from ab_sim.compiling.blocks import ELEMENT, Fields, Number, StoredRecord, Value, ArrayView, constant
 from ab_sim.compiling.kinds import Array
 from ab_sim.compiling.operations import COMPARED, RANK, Operations
 from ab_sim.compiling.source import (
@@ -17,7 +17,7 @@ from ab_sim.compiling.source import (
     Kind,
     Record,
     Scalar,
-    Source,
+    FunctionSource,
     element_of,
     is_record,
     kind_of,
@@ -32,7 +32,7 @@ MISSING = object()
 class Callees(Protocol):
     """Where functions are found that others call."""
 
-    def symbol(self, function: FunctionType) -> tuple[str, Source]:
+    def symbol(self, function: FunctionType) -> tuple[str, FunctionSource]:
         """LLVM's name of a function, which is translated, too; and its source."""
 
 
@@ -48,7 +48,7 @@ class Expressions(Operations):
 
     def __init__(
         self,
-        source: Source,
+        source: FunctionSource,
         callees: Callees,
         local: set[str],
         intrinsics: dict[Any, Callable[..., Value | None]],
@@ -171,15 +171,15 @@ class Expressions(Operations):
 
     def _Attribute(self, node: ast.Attribute) -> Value:
         owner, name = self.value(node.value), node.attr
-        if isinstance(owner, Fields | Stored):
+        if isinstance(owner, Fields | StoredRecord):
             if name not in owner.kind.names:
                 known = ", ".join(owner.kind.names)
                 self.fail(node, f"{owner.kind} has no {name}", f"its fields are {known}")
             return self.field(owner, owner.kind.names.index(name))
-        if isinstance(owner, View) and name == "shape":
+        if isinstance(owner, ArrayView) and name == "shape":
             lengths = tuple(Number(INT, length) for length in owner.shape)
             return Fields(tuple_of([INT] * len(lengths)), lengths)
-        if isinstance(owner, View) and name == "size":
+        if isinstance(owner, ArrayView) and name == "size":
             size = owner.shape[0]
             for length in owner.shape[1:]:
                 size = self.put(f"mul i64 {size}, {length}")
@@ -188,9 +188,9 @@ class Expressions(Operations):
 
     def _Subscript(self, node: ast.Subscript) -> Value:
         owner = self.value(node.value)
-        if isinstance(owner, View):
+        if isinstance(owner, ArrayView):
             place = self.place(node, owner)
-            if isinstance(place, View):
+            if isinstance(place, ArrayView):
                 return place
             kind = element_of(owner.kind)
             return Number(kind, self.put(f"load {kind.llvm}, ptr {place}, align 8{ELEMENT}"))
@@ -201,7 +201,7 @@ class Expressions(Operations):
             self.fail(node, "index of a tuple", "write a constant within it, or use an array")
         return self.field(owner, int(index.constant))
 
-    def place(self, node: ast.Subscript, owner: View) -> View | str:
+    def place(self, node: ast.Subscript, owner: ArrayView) -> ArrayView | str:
         """What a subscript picks: pointer to a number, or a view if axes are left."""
         parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         if len(parts) > owner.kind.rank:
@@ -219,7 +219,7 @@ class Expressions(Operations):
             index.append(low)
             rest = (high if low == "0" else self.put(f"sub i64 {high}, {low}"), *rest)
         pointer = self.element(owner, index)
-        return View(Array(len(rest), owner.kind.element), pointer, rest) if rest else pointer
+        return ArrayView(Array(len(rest), owner.kind.element), pointer, rest) if rest else pointer
 
     def _whole(self, node: ast.AST) -> str:
         index = self.number(node)
@@ -382,7 +382,7 @@ class Expressions(Operations):
 
     def passed(self, value: Value) -> list[tuple[str, str]]:
         """A value as arguments: records by their place in memory, arrays leaf by leaf."""
-        if isinstance(value, Fields | Stored):
+        if isinstance(value, Fields | StoredRecord):
             return [("ptr", self.pointer_to(value))]
         return list(zip(leaves(value.kind), self.flat(value), strict=True))
 

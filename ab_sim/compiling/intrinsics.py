@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ab_sim.compiling import kinds
-from ab_sim.compiling.body import Fields, Number, Stored, Value, View, constant
+from ab_sim.compiling.blocks import Fields, Number, StoredRecord, Value, ArrayView, constant
 from ab_sim.compiling.expressions import Expressions
 from ab_sim.compiling.kinds import Array
 from ab_sim.compiling.source import BOOL, FLOAT, INT
@@ -77,9 +77,9 @@ def _first_of(op: ast.cmpop) -> Intrinsic:
 
 
 def _len(e: Expressions, node: ast.Call, values: Values) -> Value:
-    if len(values) == 1 and isinstance(values[0], View):
+    if len(values) == 1 and isinstance(values[0], ArrayView):
         return Number(INT, values[0].shape[0])
-    if len(values) == 1 and isinstance(values[0], Fields | Stored):
+    if len(values) == 1 and isinstance(values[0], Fields | StoredRecord):
         return constant(len(values[0].kind.kinds))
     e.fail(node, "len", "pass one array or tuple")
 
@@ -119,13 +119,13 @@ def _scratch(e: Expressions, node: ast.Call, values: Values) -> Value:
     if len(known) == len(shape):
         made = "%" + e.new("scratch")
         e.entry.append(f"{made} = alloca [{math.prod(known)} x double], align 64")
-        return View(kind, made, lengths)
+        return ArrayView(kind, made, lengths)
     if e.loops:
         e.fail(node, "scratch of a run-time size in a loop", "take it out of the loop")
     size = lengths[0]
     for length in lengths[1:]:
         size = e.put(f"mul i64 {size}, {length}")
-    return View(kind, e.put(f"alloca double, i64 {size}, align 64"), lengths)
+    return ArrayView(kind, e.put(f"alloca double, i64 {size}, align 64"), lengths)
 
 
 def _call(e: Expressions, node: ast.Call, values: Values) -> None:
@@ -135,7 +135,7 @@ def _call(e: Expressions, node: ast.Call, values: Values) -> None:
         e.fail(node, "call", "pass an address first, which is an int")
     arguments = []
     for x, value in zip(node.args[1:], others, strict=True):
-        if isinstance(value, View):
+        if isinstance(value, ArrayView):
             arguments.append(f"ptr {value.pointer}")
         elif isinstance(value, Number):
             number = e.converted(value, e.wider(value))

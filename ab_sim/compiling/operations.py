@@ -8,8 +8,8 @@ import operator
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from ab_sim.compiling.body import Body, Number, constant
-from ab_sim.compiling.source import BOOL, FLOAT, INT, Scalar, Source
+from ab_sim.compiling.blocks import BlockWriter, Number, constant
+from ab_sim.compiling.source import BOOL, FLOAT, INT, Scalar, FunctionSource
 
 MOST_POWER = 16
 RANK = {BOOL: 0, INT: 1, FLOAT: 2}
@@ -38,14 +38,14 @@ COMPARED = {
 }
 
 
-class Operations(Body):
+class Operations(BlockWriter):
     """Lines of a function that works on numbers.
 
     Args:
         source: of the function.
     """
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: FunctionSource) -> None:
         super().__init__()
         self.source = source
 

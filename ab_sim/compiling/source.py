@@ -99,7 +99,7 @@ def _record_of(cls: Any) -> Record | None:
     return Record(cls, cls._fields, tuple(k for k in kinds if k)) if all(kinds) else None
 
 
-class Source:
+class FunctionSource:
     """A function as written.
 
     Args:

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Sequence
 from types import FunctionType
 
-from ab_sim.compiling.body import ELEMENT, METADATA, Number, Stored, Value, View, is_known
+from ab_sim.compiling.blocks import ELEMENT, METADATA, Number, StoredRecord, Value, ArrayView, is_known
 from ab_sim.compiling.expressions import MISSING, Callees, Expressions, result_type
 from ab_sim.compiling.intrinsics import INTRINSICS
 from ab_sim.compiling.source import (
@@ -24,7 +24,7 @@ from ab_sim.compiling.source import (
     Kind,
     Record,
     Scalar,
-    Source,
+    FunctionSource,
     element_of,
     kind_of,
     leaves,
@@ -36,7 +36,7 @@ SHORT = 60
 15 % longer, with 200 compiling takes twice as long."""
 
 
-class Function(Expressions):
+class FunctionTranslator(Expressions):
     """Translates one function.
 
     Args:
@@ -44,7 +44,7 @@ class Function(Expressions):
         callees: other functions.
     """
 
-    def __init__(self, source: Source, callees: Callees) -> None:
+    def __init__(self, source: FunctionSource, callees: Callees) -> None:
         names = [n for n in ast.walk(source.tree) if isinstance(n, ast.Name)]
         stored = [n.id for n in names if isinstance(n.ctx, ast.Store)]
         super().__init__(source, callees, {*source.arguments, *stored}, INTRINSICS)
@@ -60,7 +60,7 @@ class Function(Expressions):
         declared: list[str] = []
         for name, kind in zip(self.source.arguments, self.source.kinds, strict=True):
             if isinstance(kind, Record):
-                value: Value = Stored(kind, f'%"{name}.at"', 0, True)
+                value: Value = StoredRecord(kind, f'%"{name}.at"', 0, True)
                 declared.append(f'ptr noalias readonly %"{name}.at"')
             else:
                 given = leaves(kind)
@@ -111,7 +111,7 @@ class Function(Expressions):
         if isinstance(target, ast.Name):
             self._assign_name(target, target.id, value)
         elif isinstance(target, ast.Tuple):
-            if isinstance(value, Number | View) or len(value.kind.kinds) != len(target.elts):
+            if isinstance(value, Number | ArrayView) or len(value.kind.kinds) != len(target.elts):
                 self.fail(target, f"a {text_of(value.kind)} in {ast.unparse(target)}", "count")
             for k, part in enumerate(target.elts):
                 self._assign(part, self.field(value, k))
@@ -122,7 +122,7 @@ class Function(Expressions):
             self.fail(target, f"assignment to {ast.unparse(target)}", instead)
 
     def _assign_name(self, node: ast.AST, name: str, value: Value) -> None:
-        fixed = value.fixed if isinstance(value, Stored) else is_known(value)
+        fixed = value.fixed if isinstance(value, StoredRecord) else is_known(value)
         if fixed and self._stored[name] == 1 and not self._unrolling and name not in self.slots:
             # Another name for what is known, or in memory all along.
             self.bound[name] = value
@@ -144,8 +144,8 @@ class Function(Expressions):
 
     def _target(self, node: ast.Subscript) -> tuple[str, Scalar]:
         owner = self.value(node.value)
-        place = self.place(node, owner) if isinstance(owner, View) else owner
-        if not isinstance(owner, View) or not isinstance(place, str):
+        place = self.place(node, owner) if isinstance(owner, ArrayView) else owner
+        if not isinstance(owner, ArrayView) or not isinstance(place, str):
             self.fail(node, f"assignment to {ast.unparse(node)}", "assign to numbers, in a loop")
         return place, element_of(owner.kind)
 
@@ -207,7 +207,7 @@ class Function(Expressions):
             self._for_range(node, node.iter)
             return
         items = self.loaded(self.value(node.iter))
-        if isinstance(items, Number | View):
+        if isinstance(items, Number | ArrayView):
             instead = "write for i in range(...), or over a tuple"
             self.fail(node, f"loop over a {text_of(items.kind)}", instead)
         done = self.new("endfor")
@@ -321,23 +321,23 @@ class Module:
     """
 
     def __init__(self, function: FunctionType) -> None:
-        self._found: dict[FunctionType, tuple[str, Source]] = {}
+        self._found: dict[FunctionType, tuple[str, FunctionSource]] = {}
         self._texts: list[str] = []
         self._declared: set[str] = set()
         self._ahead: list[FunctionType] = []
         symbol, self.source = self.symbol(function)
         while self._ahead:
             of = self._ahead.pop()
-            own = Function(self._found[of][1], self)
+            own = FunctionTranslator(self._found[of][1], self)
             self._texts.append(own.text(self._found[of][0]))
             self._declared |= own.declared
         self._texts.append(self._entry(symbol))
 
-    def symbol(self, function: FunctionType) -> tuple[str, Source]:
+    def symbol(self, function: FunctionType) -> tuple[str, FunctionSource]:
         """LLVM's name of a function, which is translated, too; and its source."""
         if function not in self._found:
             name = f'@"{function.__module__}.{function.__qualname__}.{len(self._found)}"'
-            self._found[function] = name, Source(function)
+            self._found[function] = name, FunctionSource(function)
             self._ahead.append(function)
         return self._found[function]
 

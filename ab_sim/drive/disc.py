@@ -66,22 +66,22 @@ def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapsh
     layout, balls = layout_of(system), ball_count(system)
 
     def moved(kept: Snapshot) -> Snapshot:
-        state, modes = kept.state.copy(), kept.modes.copy()
-        if type(system.carrier).WAYS == 2:
+        state, discrete_state = kept.state.copy(), kept.discrete_state.copy()
+        if type(system.deck_model).WAYS == 2:
             c, s = math.cos(further), math.sin(further)
-            carrier = state[layout.carrier].reshape(-1, 2)
-            state[layout.carrier] = (carrier @ np.array([[c, -s], [s, c]])).ravel()
+            deck_model = state[layout.deck].reshape(-1, 2)
+            state[layout.deck] = (deck_model @ np.array([[c, -s], [s, c]])).ravel()
         for ball, angle in enumerate(state[layout.angles].tolist()):
             within, turns = reduced(angle - further)
             state[layout.angles][ball] = within
-            modes[ball, TURNS] += int(turns)
+            discrete_state[ball, TURNS] += int(turns)
         if has_motor(system.effects):
             psi, turns = reduced(float(state[layout.spindle][0]) + further)
             state[layout.spindle.start] = psi
-            modes[balls, TURNS] += int(turns)
+            discrete_state[balls, TURNS] += int(turns)
         # What a stepper remembers is on the old axes.
         return kept._replace(
-            state=state, modes=modes, memory=np.empty(0), profile=kept.profile.moved(0.0, further)
+            state=state, discrete_state=discrete_state, memory=np.empty(0), profile=kept.profile.moved(0.0, further)
         )
 
     return moved

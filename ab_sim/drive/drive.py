@@ -6,12 +6,12 @@ import numpy as np
 
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
-from ab_sim.drive.observation import Energy, Observation, Snapshot
+from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
 from ab_sim.drive.steps import Steps
 from ab_sim.drive.trajectory import Trajectory, check_room
-from ab_sim.drive.way import Way
-from ab_sim.dynamics.assemble import start_modes, start_state, system_of
+from ab_sim.drive.step_plan import StepPlan
+from ab_sim.dynamics.assemble import start_discrete_state, start_state, system_of
 from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_friction, has_motor
@@ -19,8 +19,8 @@ from ab_sim.errors import CommandError, DivergedError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import Piece, SpeedProfile, SpeedServo
-from ab_sim.spindle.stretches import Grid, Stretch, parts, piece_after, same_instant
+from ab_sim.spindle import ScheduledSegment, SpeedSchedule, SpeedServo
+from ab_sim.spindle.step_ranges import StepGrid, StepRange, parts, segment_after, same_instant
 
 AT_ONCE = 10_000
 """Steps between two thinnings of what need not all be kept."""
@@ -38,7 +38,7 @@ class Drive:
         What to simulate, with its solver.
     commanded : bool, default False
         Hold the scene's start speed until commanded, instead of its profile.
-    ledger : bool, default False
+    energy balance : bool, default False
         Also integrate motor work and losses, for ``energy()``.
     faults : tuple of Fault, optional
         What of it is broken; see ``drive.faults``.
@@ -70,21 +70,21 @@ class Drive:
         scene: Scene,
         *,
         commanded: bool = False,
-        ledger: bool = False,
+        energy_balance: bool = False,
         faults: tuple[Fault, ...] = (),
     ) -> None:
-        if ledger and "spindle_acceleration" not in scene.effects:
+        if energy_balance and "spindle_acceleration" not in scene.effects:
             raise SceneError(
-                "a ledger needs the effect spindle_acceleration: without it the equations leave "
+                "an energy balance needs the effect spindle_acceleration: without it the equations leave "
                 "out what the motor's torque does, and no energy balance can close"
             )
-        if ledger and faults:
+        if energy_balance and faults:
             raise ValueError(
-                "a drive with faults keeps no ledger: what a shock takes is not booked"
+                "a drive with faults keeps no energy balance: what a shock takes is not booked"
             )
         check_faults(faults, scene)
         self.scene, self.faults = scene, faults
-        sound = system_of(scene, ledger)
+        sound = system_of(scene, energy_balance)
         self.system = faulty_system(sound, scene, faults) if faults else sound
         self._stable_to = top_speed(scene, commanded)
         # Faults make nothing stiffer or lighter that limits a step; the kernel is the same.
@@ -93,19 +93,19 @@ class Drive:
         self.step = scene.solver.step
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
         self._has_motor = bool(has_motor(self.system.effects))
-        self._rubs = bool(has_friction(self.system.effects))
+        self._has_friction = bool(has_friction(self.system.effects))
         self.layout = layout_of(self.system)
         self._reader = RowReader(scene, self.system)
         self.channels = self._reader.channels
         self._first_profile = (
-            SpeedProfile.constant(scene.start.speed, scene.start.angle)
+            SpeedSchedule.constant(scene.start.speed, scene.start.angle)
             if commanded
-            else SpeedProfile.of_scene(scene)
+            else SpeedSchedule.of_scene(scene)
         )
-        self._modes = start_modes(scene, self.system)
-        self._steps = Steps(self.system, self.stepper, self.step, self._modes)
+        self._discrete_state = start_discrete_state(scene, self.system)
+        self._steps = Steps(self.system, self.stepper, self.step, self._discrete_state)
         self._work, self._state = self._steps.work, self._steps.state
-        self._first_way = Way.along(self._first_profile, self._grid(), 0)
+        self._first_step_plan = StepPlan.along(self._first_profile, self._grid(), 0)
         self.reset()
 
     def __repr__(self) -> str:
@@ -126,36 +126,36 @@ class Drive:
         return int(self._work.counts[0])
 
     @property
-    def crowded_steps(self) -> int:
+    def steps_with_unresolved_events(self) -> int:
         """Steps so far with too many events to locate them all; their results are less accurate."""
         return int(self._work.counts[1])
 
     @property
-    def profile(self) -> SpeedProfile:
+    def profile(self) -> SpeedSchedule:
         """The spindle's speed over time, as far as it is known; another one holds from now on."""
         return self._profile
 
     @profile.setter
-    def profile(self, profile: SpeedProfile) -> None:
+    def profile(self, profile: SpeedSchedule) -> None:
         self._profile = profile
-        self._way = Way.along(profile, self._grid(), self.steps)
+        self._step_plan = StepPlan.along(profile, self._grid(), self.steps)
 
     def reset(self) -> None:
         """Back to t = 0 and the scene's start state; commands are forgotten."""
         self._to_start()
-        self._take(self._way, 0, self._room_for(0))
+        self._take(self._step_plan, 0, self._room_for(0))
         self._start_energy = self._stored_energy(self._state, 0.0)
         self._reader.reset()
 
     def _to_start(self) -> None:
         self.steps = 0
-        self._profile, self._way = self._first_profile, self._first_way
+        self._profile, self._step_plan = self._first_profile, self._first_step_plan
         self._command: float | None = None
         self._acceleration = self.servo.max_acceleration
         self._state[:] = start_state(self.scene, self.system)
         if held := held_balls(self.faults):
             self._state[self.layout.rates][held] = 0.0
-        self._modes[:] = start_modes(self.scene, self.system)
+        self._discrete_state[:] = start_discrete_state(self.scene, self.system)
         self._work.counts[:] = 0
         self._work.smooth[0] = math.nan
 
@@ -225,14 +225,14 @@ class Drive:
     def _advance(self, steps: int) -> Trajectory:
         samples = self._room_for(steps)
         if steps:
-            self._take(self._way, steps, samples)
+            self._take(self._step_plan, steps, samples)
             self.steps += steps
         return self._reader.trajectory(samples)
 
     def present(self) -> Trajectory:
         """The present as a trajectory of one sample."""
         sample = self._room_for(1)
-        self._take(self._way, 0, sample)
+        self._take(self._step_plan, 0, sample)
         return self._reader.present(sample)
 
     def observe(self) -> Observation:
@@ -254,35 +254,35 @@ class Drive:
                 f"{self.time} to {self.time + self.step} s"
             )
         work = self._work
-        changed = self._state, self._modes, work.counts, work.memory, work.smooth
+        changed = self._state, self._discrete_state, work.counts, work.memory, work.smooth
         kept = [array.copy() for array in changed]
         try:
             if time - self.time > same_instant(time, self.step):
-                part = Way(parts(self.profile, self._grid(), self.steps, time))
+                part = StepPlan(parts(self.profile, self._grid(), self.steps, time))
                 self._take(part, 1, self._room_for(1))
-            there = Stretch(self._piece_at(time), self.steps, 0, time - self.time, self.step)
+            there = StepRange(self._piece_at(time), self.steps, 0, time - self.time, self.step)
             sample = self._room_for(1)
-            self._take(Way([there]), 0, sample)
+            self._take(StepPlan([there]), 0, sample)
             return self._reader.observation(self._reader.present(sample), time, self._stuck())
         finally:
             for array, values in zip(changed, kept, strict=True):
                 array[:] = values
 
-    def energy(self) -> Energy:
+    def energy(self) -> EnergyBalance:
         """The energy balance since the start.
 
         Raises:
-            ValueError: the drive was made without ``ledger=True``.
+            ValueError: the drive was made without ``energy_balance=True``.
         """
-        if not self.system.ledger:
-            raise ValueError("this drive keeps no ledger: make it with ledger=True")
+        if not self.system.energy_balance:
+            raise ValueError("this drive keeps no energy balance: make it with energy_balance=True")
         stored = self._stored_energy(self._state, self.time)
-        work, dissipated = self._state[self.layout.ledger]
-        return Energy(stored, self._start_energy, float(work), float(dissipated))
+        work, dissipated = self._state[self.layout.energy_balance]
+        return EnergyBalance(stored, self._start_energy, float(work), float(dissipated))
 
     def vector_field(self) -> VectorField:
-        """f of y' = f(t, y) along the present piece of the profile, with the branches in force."""
-        return VectorField(self.system, self._piece_at(self.time), self._modes)
+        """f of y' = f(t, y) along the present segment, with the branches in force."""
+        return VectorField(self.system, self._piece_at(self.time), self._discrete_state)
 
     def snapshot(self) -> Snapshot:
         """The present, to return to with ``restore``."""
@@ -293,7 +293,7 @@ class Drive:
             self.steps,
             self.step,
             self._state.copy(),
-            self._modes.copy(),
+            self._discrete_state.copy(),
             memory,
             self.profile,
             self._command,
@@ -311,7 +311,7 @@ class Drive:
         self.steps, self.profile = snapshot.steps, snapshot.profile
         self._command, self._acceleration = snapshot.command, snapshot.acceleration
         self._state[:] = snapshot.state
-        self._modes[:] = snapshot.modes
+        self._discrete_state[:] = snapshot.discrete_state
         self._work.smooth[0] = math.nan
         if snapshot.memory.shape == self._work.memory.shape:
             self._work.memory[:] = snapshot.memory
@@ -326,28 +326,28 @@ class Drive:
             ValueError: says what does not fit.
         """
         if snapshot.state.shape != self._state.shape or snapshot.step != self.step:
-            raise ValueError("the snapshot is of a drive with other balls, step or ledger")
-        if snapshot.modes.shape != self._modes.shape:
+            raise ValueError("the snapshot is of a drive with other balls, step or energy balance")
+        if snapshot.discrete_state.shape != self._discrete_state.shape:
             raise ValueError("the snapshot is of a drive with other effects")
         own = {name: pickup.state for name, pickup in self._reader.pickups.items()}
         for name, kept in snapshot.pickups.items():
             if name not in own or [a.shape for a in kept] != [a.shape for a in own[name]]:
                 raise ValueError("the snapshot is of a drive with other sensors")
 
-    def _grid(self) -> Grid:
-        return Grid(self.step, self.choice.cycle)
+    def _grid(self) -> StepGrid:
+        return StepGrid(self.step, self.choice.cycle)
 
-    def _piece_at(self, time: float) -> Piece:
-        return piece_after(self.profile, time, self.step)
+    def _piece_at(self, time: float) -> ScheduledSegment:
+        return segment_after(self.profile, time, self.step)
 
     def _room_for(self, steps: int) -> np.ndarray:
         """Samples that are still to be written."""
         return np.empty((steps, len(self.channels)))
 
-    def _take(self, way: Way, steps: int, samples: np.ndarray) -> None:
+    def _take(self, step_plan: StepPlan, steps: int, samples: np.ndarray) -> None:
         """Take steps along a way, from the present on; they do not count yet."""
         command = math.nan if self._command is None else self._command
-        taken = way.walk(self._steps.along, self.steps, steps, command, samples)
+        taken = step_plan.walk(self._steps.along, self.steps, steps, command, samples)
         if taken < 0:
             self.steps += -1 - taken
             self._work.smooth[0] = math.nan
@@ -381,16 +381,16 @@ class Drive:
         """psi [rad], unwrapped, and w [rad/s]."""
         if self._has_motor:
             psi, omega, _ = state[self.layout.spindle].tolist()
-            return psi + 2.0 * math.pi * float(self._modes[-1, TURNS]), omega
-        piece = self._piece_at(time)
-        local = time - piece.start
+            return psi + 2.0 * math.pi * float(self._discrete_state[-1, TURNS]), omega
+        scheduled = self._piece_at(time)
+        local = time - scheduled.start
         return (
-            float(piece.start_angle + piece.segment.angle(local)),
-            float(piece.segment.speed(local)),
+            float(scheduled.start_angle + scheduled.segment.angle(local)),
+            float(scheduled.segment.speed(local)),
         )
 
     def _stuck(self) -> np.ndarray:
         """Whether friction holds a ball on the race, shape (balls,)."""
-        modes = self._modes[: self.scene.balls.count]
-        stuck: np.ndarray = (modes[:, DIRECTION] == 0) & (modes[:, LOADED] == 1) & self._rubs
+        discrete_state = self._discrete_state[: self.scene.balls.count]
+        stuck: np.ndarray = (discrete_state[:, DIRECTION] == 0) & (discrete_state[:, LOADED] == 1) & self._has_friction
         return stuck

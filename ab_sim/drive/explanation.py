@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.drive.alone import Alone
+from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
 from ab_sim.drive.balance import balance_of
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedProfile, top_speed_of
+from ab_sim.spindle import SpeedSchedule, top_speed_of
 
 _PEAK = 0.15
 """A drawing need not show the whirl at the critical speed as large as the usual one."""
@@ -67,7 +67,7 @@ def _peak(scene: Scene) -> float:
     if "left_out" in alone or not alone["damping"] > 0.0:
         return 0.0
     critical = math.sqrt(alone["stiffness"] / alone["mass"])
-    return float(Alone(**alone).whirl(np.array(min(critical, top))))
+    return float(RotorWithoutBalls(**alone).whirl(np.array(min(critical, top))))
 
 
 def _balance(scene: Scene) -> dict[str, Any] | None:
@@ -91,7 +91,7 @@ def _alone(scene: Scene) -> dict[str, Any]:
             return {"left_out": f"the scene has the effect {name}"}
     suspension = scene.effects.get("suspension")
     return _listed(
-        Alone(
+        RotorWithoutBalls(
             scene.total_mass - scene.balls.total_mass,
             _unbalance(scene),
             0.0 if suspension is None else suspension.stiffness,
@@ -104,13 +104,13 @@ def _period(scene: Scene) -> dict[str, float] | None:
     asked = scene.profile
     if asked is None or asked.kind != "start_up" or asked.variable_speed_period is None:
         return None
-    profile = SpeedProfile.of_scene(scene)
+    profile = SpeedSchedule.of_scene(scene)
     begins = profile.variable_speed_period
     if begins is None:  # It lies behind the speed at which the scene begins.
         return None
     middle = begins + 0.5 * asked.variable_speed_period.duration
-    piece = profile.piece_at(middle)
-    start, end = (float(piece.segment.speed(t)) for t in (0.0, piece.end - piece.start))
+    scheduled = profile.segment_at(middle)
+    start, end = (float(scheduled.segment.speed(t)) for t in (0.0, scheduled.end - scheduled.start))
     return {
         "start_speed": start,
         "end_speed": end,

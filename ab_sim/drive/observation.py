@@ -7,7 +7,7 @@ import numpy as np
 
 from ab_sim.drive.turns import tilt_of
 from ab_sim.sensing import PickupState
-from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle import SpeedSchedule
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Observation:
         return self.omega + self.theta_rate
 
 
-class Energy(NamedTuple):
+class EnergyBalance(NamedTuple):
     """The energy balance since the start, all [J]: stored = at start + motor work - dissipated."""
 
     stored: float
@@ -85,10 +85,10 @@ class Snapshot(NamedTuple):
     steps: int
     step: float
     state: np.ndarray
-    modes: np.ndarray
+    discrete_state: np.ndarray
     memory: np.ndarray
     """What the stepper carries from one step to the next."""
-    profile: SpeedProfile
+    profile: SpeedSchedule
     command: float | None
     """rad/s; None before the first."""
     acceleration: float

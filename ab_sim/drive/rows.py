@@ -17,7 +17,7 @@ from ab_sim.stepping.fixed_step import DECK, STEP
 
 def channels_of(scene: Scene, system: System) -> tuple[str, ...]:
     """Names of a scene's channels."""
-    kind, balls = type(system.carrier), scene.balls.count
+    kind, balls = type(system.deck_model), scene.balls.count
     sensors = [f"{name}_{axis + 1}" for name in scene.sensors for axis in range(kind.WAYS)]
     return channels_for(kind.CHANNELS, balls, has_motor(system.effects), sensors)
 
@@ -35,19 +35,19 @@ class RowReader:
         # Nothing drives a ball that is lost.
         masses = tuple(system.balls[:, MASS].tolist())
         self._driven = DrivenBalls.of(scene)._replace(masses=masses)
-        self._carrier, self._layout = system.carrier, layout_of(system)
-        self._motor, self._ways = bool(has_motor(system.effects)), type(system.carrier).WAYS
+        self._deck_model, self._layout = system.deck_model, layout_of(system)
+        self._motor, self._ways = bool(has_motor(system.effects)), type(system.deck_model).WAYS
         self.pickups = {
             name: Pickup(sensor, self._step, self._ways) for name, sensor in scene.sensors.items()
         }
         self.channels = channels_of(scene, system)
-        self._own = slice(DECK, DECK + len(type(system.carrier).CHANNELS))
+        self._own = slice(DECK, DECK + len(type(system.deck_model).CHANNELS))
         self.reset()
 
     def reset(self) -> None:
         """Back to t = 0."""
-        start = start_state(self._scene, self._system)[self._layout.carrier]
-        at_rest = self._carrier.at_rest(start)
+        start = start_state(self._scene, self._system)[self._layout.deck]
+        at_rest = self._deck_model.at_rest(start)
         for name, pickup in self.pickups.items():
             # As if the drive had hung there at rest for ever.
             pickup.reset(self._felt(name, at_rest)[0])
@@ -120,5 +120,5 @@ class RowReader:
     def _felt(self, name: str, shown: np.ndarray) -> np.ndarray:
         """Specific force where a sensor is, on the deck's axes [m/s^2], shape (samples, ways)."""
         point = np.array(self._scene.sensors[name].position)
-        force: np.ndarray = self._carrier.felt(self._system.effects, shown, point)
+        force: np.ndarray = self._deck_model.felt(self._system.effects, shown, point)
         return force

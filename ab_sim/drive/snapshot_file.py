@@ -18,8 +18,8 @@ from ab_sim.quoting import short, shortened
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import PickupState
 from ab_sim.sources import NotOfSources, sources
-from ab_sim.spindle import Piece, SpeedProfile
-from ab_sim.spindle.segments import RaisedCosine, Ramp
+from ab_sim.spindle import ScheduledSegment, SpeedSchedule
+from ab_sim.spindle.speed_laws import RaisedCosine, Ramp
 
 FORMAT, VERSION = "ab_sim snapshot", 1
 MOST_BYTES = 1 << 24
@@ -153,10 +153,10 @@ def _as_values(snapshot: Snapshot) -> dict[str, Any]:
         "steps": snapshot.steps,
         "step": snapshot.step,
         "state": snapshot.state.tolist(),
-        "modes": snapshot.modes.tolist(),
+        "modes": snapshot.discrete_state.tolist(),
         "memory": [snapshot.memory.shape, snapshot.memory.ravel().tolist()],
         "pieces": [
-            [*piece[:3], type(piece.segment).__name__, piece[3]] for piece in profile.pieces
+            [*scheduled[:3], type(scheduled.segment).__name__, scheduled[3]] for scheduled in profile.segments
         ],
         "variable_speed_period": profile.variable_speed_period,
         "command": snapshot.command,
@@ -170,12 +170,12 @@ def _as_values(snapshot: Snapshot) -> dict[str, Any]:
 
 def _from_values(kept: dict[str, Any]) -> Snapshot:
     shape, numbers = kept["memory"]
-    pieces = [
-        Piece(float(start), float(end), float(angle), SEGMENTS[kind](*map(float, parts)))
+    scheduled_segments = [
+        ScheduledSegment(float(start), float(end), float(angle), SEGMENTS[kind](*map(float, parts)))
         for start, end, angle, kind, parts in kept["pieces"]
     ]
-    starts, ends = [piece.start for piece in pieces], [piece.end for piece in pieces]
-    if not pieces or starts[1:] != ends[:-1] or sorted(starts) != starts or ends[-1] != math.inf:
+    starts, ends = [scheduled.start for scheduled in scheduled_segments], [scheduled.end for scheduled in scheduled_segments]
+    if not scheduled_segments or starts[1:] != ends[:-1] or sorted(starts) != starts or ends[-1] != math.inf:
         raise ValueError("its profile is not one piece after the other")
     steps, state = kept["steps"], np.array(kept["state"], float)
     if not isinstance(steps, int) or not abs(steps) * float(kept["step"]) < MOST_TIME:
@@ -186,9 +186,9 @@ def _from_values(kept: dict[str, Any]) -> Snapshot:
         steps=steps,
         step=float(kept["step"]),
         state=state,
-        modes=np.array(kept["modes"], np.int64),
+        discrete_state=np.array(kept["modes"], np.int64),
         memory=np.array(numbers, float).reshape(shape),
-        profile=SpeedProfile.of_pieces(pieces, kept["variable_speed_period"]),
+        profile=SpeedSchedule.of_scheduled(scheduled_segments, kept["variable_speed_period"]),
         command=None if kept["command"] is None else float(kept["command"]),
         acceleration=float(kept["acceleration"]),
         pickups={

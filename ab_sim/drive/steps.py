@@ -10,11 +10,11 @@ from ab_sim.collocation.drive import advance_by_collocation
 from ab_sim.compiling import compiled
 from ab_sim.dynamics.assemble import state_bounds
 from ab_sim.dynamics.system import System
-from ab_sim.events.prepared import aligned, balls_of, workspace
-from ab_sim.events.run import Implicit, Run
+from ab_sim.events.run_arrays import aligned, balls_of, workspace
+from ab_sim.events.run import ImplicitWork, Run
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
-from ab_sim.integrate.steppers.collocation import Collocation
+from ab_sim.integrate.steppers.collocation import CollocationParameters
 from ab_sim.integrate.steppers.generalized_alpha import Alpha
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.constants import numbers_of
@@ -33,22 +33,22 @@ class Steps:
         system: what moves; its kind stays, its numbers may change.
         stepper: how.
         step: s.
-        modes: branches that hold at the start, shape (n + 1, MODES); change at events.
+        discrete_state: branches that hold at the start, shape (n + 1, MODES); change at events.
 
     Attributes:
         state: shape (states,).
-        modes: as given.
+        discrete_state: as given.
         work: what a step writes to.
     """
 
-    def __init__(self, system: System, stepper: Stepper, step: float, modes: np.ndarray) -> None:
+    def __init__(self, system: System, stepper: Stepper, step: float, discrete_state: np.ndarray) -> None:
         bounds = state_bounds(system, step / stepper.parts)
         weights, self._by_collocation = stepper.weights, None
-        if isinstance(weights, Collocation):
+        if isinstance(weights, CollocationParameters):
             self._by_collocation = ByCollocation(system, weights)
         self._system, self._stepper, self._step = system, stepper, step
-        self.modes, self.state = modes, aligned(bounds.shape)
-        self._balls = balls_of(system, modes)
+        self.discrete_state, self.state = discrete_state, aligned(bounds.shape)
+        self._balls = balls_of(system, discrete_state)
         self.work = workspace(self._balls, bounds, self._memory(len(bounds)))
         self._made: dict[type[Any], tuple[Run, Advance, Code]] = {}
 
@@ -95,10 +95,10 @@ class Steps:
         return run
 
 
-def implicit_of(weights: Alpha, code: Code, states: int) -> Implicit:
+def implicit_of(weights: Alpha, code: Code, states: int) -> ImplicitWork:
     """What an implicit step works with."""
     lanes = lanes_for(code.model.count)
-    return Implicit(
+    return ImplicitWork(
         code.address("slope"),
         tangent_address(code),
         *weights,

@@ -18,12 +18,12 @@ SPINDLE_CHANNELS = ("step", "time", "angle", "speed", "command")
 
 
 def channels_for(
-    carrier: Sequence[str], balls: int, motor: bool = False, readings: Iterable[str] = ()
+    deck_model: Sequence[str], balls: int, motor: bool = False, readings: Iterable[str] = ()
 ) -> tuple[str, ...]:
     """Names of the columns: of what carries so many balls, a motor if there is one, readings."""
     each = (f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate"))
     torque = ("motor_torque",) if motor else ()
-    return (*SPINDLE_CHANNELS, *carrier, *each, *torque, *readings)
+    return (*SPINDLE_CHANNELS, *deck_model, *each, *torque, *readings)
 
 
 def check_room(steps: int, every: int, channels: Sequence[str]) -> None:

@@ -14,12 +14,12 @@ from ab_sim.dynamics.system import (
     JOINED,
     LOADED,
     MASS,
-    MODES,
+    DISCRETE_COLUMNS,
     RADIUS,
     ROLLING_MASS,
     SPACING,
     TURNS,
-    Place,
+    ActiveSegment,
     System,
     has_motor,
     has_spin,
@@ -31,20 +31,20 @@ from ab_sim.equations.neighbours import contacts_of, reduced, start_angles, star
 from ab_sim.equations.planar import Planar
 from ab_sim.equations.sums import over_effects
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import Piece
+from ab_sim.spindle import ScheduledSegment
 
 
-def system_of(scene: Scene, ledger: bool = False) -> System:
+def system_of(scene: Scene, energy_balance: bool = False) -> System:
     """The system of a scene: constants, and its effects.
 
     Args:
         scene: a checked scene.
-        ledger: whether motor work and losses are integrated along with the motion.
+        energy_balance: whether motor work and losses are integrated along with the motion.
     """
     effects = tuple(scene.effects.values())
-    carrier = _of(scene).carrier_of(scene, effects)
+    deck_model = _of(scene).deck_model_of(scene, effects)
     balls = _balls(scene, effects)
-    return System(carrier, balls, contacts_of(scene), effects, ledger)
+    return System(deck_model, balls, contacts_of(scene), effects, energy_balance)
 
 
 def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
@@ -64,7 +64,7 @@ def start_state(scene: Scene, system: System) -> np.ndarray:
     """The state at t = 0."""
     layout = layout_of(system)
     state = np.zeros(layout.size)
-    state[layout.carrier] = _of(scene).start_of(scene, system)
+    state[layout.deck] = _of(scene).start_of(scene, system)
     if scene.start.ball_rates is not None:
         state[layout.rates] = scene.start.ball_rates
     state[layout.angles] = [reduced(angle)[0] for angle in start_angles(scene)]
@@ -73,16 +73,16 @@ def start_state(scene: Scene, system: System) -> np.ndarray:
     return state
 
 
-def start_modes(scene: Scene, system: System) -> np.ndarray:
+def start_discrete_state(scene: Scene, system: System) -> np.ndarray:
     """Branches to begin with, before they are settled, and the turns in the start angles."""
     n = system.balls.shape[0]
-    modes = np.zeros((n + 1, MODES), np.int64)
-    modes[:n, LOADED] = 1
-    modes[:n, TURNS] = system.balls[:, FIRST_TURNS]
-    modes[n, TURNS] = reduced(scene.start.angle)[1]
+    discrete_state = np.zeros((n + 1, DISCRETE_COLUMNS), np.int64)
+    discrete_state[:n, LOADED] = 1
+    discrete_state[:n, TURNS] = system.balls[:, FIRST_TURNS]
+    discrete_state[n, TURNS] = reduced(scene.start.angle)[1]
     for k, gap in enumerate(start_gaps(scene, len(system.contacts))):
-        modes[k, JOINED] = gap <= TOUCHING * system.contacts[k, SPACING]
-    return modes
+        discrete_state[k, JOINED] = gap <= TOUCHING * system.contacts[k, SPACING]
+    return discrete_state
 
 
 def state_bounds(system: System, step: float) -> np.ndarray:
@@ -93,7 +93,7 @@ def state_bounds(system: System, step: float) -> np.ndarray:
     """
     layout = layout_of(system)
     bounds = np.full(layout.size, 1e150)
-    bounds[layout.carrier] = 1e6
+    bounds[layout.deck] = 1e6
     bounds[layout.rates] = 3.0 / step
     if has_motor(system.effects):
         bounds[layout.spindle.start + 1] = 3.0 / step
@@ -109,7 +109,7 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
             faster.
     """
     effects = system.effects
-    own = _SCENES[type(system.carrier)].rates_of(system, top_speed)
+    own = _SCENES[type(system.deck_model)].rates_of(system, top_speed)
     rates = {DRAG: complex(-drag_rate(system)), **own}
     if has_motor(effects):
         moment = rotor_moment(effects)
@@ -140,7 +140,7 @@ def drag_rate(system: System) -> float:
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
     drag = [over_effects(system.effects, "ball_drag", 0.0, ball) for ball in balls]
     fastest = 0.0
-    for yields in _SCENES[type(system.carrier)].yields_of(system):
+    for yields in _SCENES[type(system.deck_model)].yields_of(system):
         coupled = np.diag(inertia) - masses[:, None] * masses * yields
         decays = np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag)))
         fastest = max(fastest, float(decays.real.max()))
@@ -153,16 +153,16 @@ def linearised(system: System) -> Linearised:
     Raises:
         SceneError: there is no such place.
     """
-    found: Linearised = _SCENES[type(system.carrier)].linearised(system)
+    found: Linearised = _SCENES[type(system.deck_model)].linearised(system)
     return found
 
 
 def own_motion(system: System) -> np.ndarray:
     """What of the motion of what carries the balls is linear, see ``dynamics.own_motion``."""
-    kind = _SCENES[type(system.carrier)]
+    kind = _SCENES[type(system.deck_model)]
     found: np.ndarray = kind.own_motion(system)
     if has_motor(system.effects):
-        column = type(system.carrier).COORDINATES
+        column = type(system.deck_model).COORDINATES
         found[DAMPINGS, column] = _motor_damping(system) / kind.spindle_inertia(system)
     return found
 
@@ -178,11 +178,11 @@ _SCENES: dict[type, Any] = {Planar: planar_scene, InSpace: space_scene}
 
 
 def _of(scene: Scene) -> Any:
-    """What makes the carrier of a scene."""
+    """What makes the deck model of a scene."""
     return planar_scene if scene.deck is None else space_scene
 
 
-def place_on(piece: Piece) -> Place:
+def place_on(scheduled: ScheduledSegment) -> ActiveSegment:
     """Where a kernel finds itself on a piece of a speed profile."""
-    phase, lasts = reduced(piece.start_angle)[0], float(piece.end - piece.start)
-    return Place(piece.segment, phase, lasts, float(piece.start_angle))
+    phase, lasts = reduced(scheduled.start_angle)[0], float(scheduled.end - scheduled.start)
+    return ActiveSegment(scheduled.segment, phase, lasts, float(scheduled.start_angle))

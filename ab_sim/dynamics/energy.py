@@ -18,4 +18,4 @@ def mechanical_energy(system: System, state: Any, psi: float, speed: float) -> f
     """
     balls = system.equations_of_balls
     at = np.asarray(state, float)
-    return float(system.carrier.energy(system.effects, balls, at, float(psi), float(speed)))
+    return float(system.deck_model.energy(system.effects, balls, at, float(psi), float(speed)))

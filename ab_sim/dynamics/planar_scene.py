@@ -15,7 +15,7 @@ from ab_sim.dynamics.system import (
     has_gravity,
     rotor_moment,
 )
-from ab_sim.equations.motion import Deck
+from ab_sim.equations.motion import DeckMotion
 from ab_sim.equations.planar import Planar
 from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError, exact
@@ -27,7 +27,7 @@ _AWAY, _PASSING = np.array([[1.0], [-1.0], [0.0]]), np.array([[0.0], [0.0], [1.0
 """Displaced, the other way, and passing the place of rest."""
 
 
-def carrier_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
+def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
     """Its constants."""
     eccentricity = scene.rotor.eccentricity
     sag_x, sag_y = _sag(scene.total_mass, effects)
@@ -59,7 +59,7 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
         top_speed: fastest spindle speed [rad/s]: in its frame, the deck's whirl turns that much
             faster.
     """
-    body, effects = system.carrier, system.effects
+    body, effects = system.deck_model, system.effects
     mass = body.total_mass - float(system.balls[:, MASS].sum())
     damping, stiffness = _resistances(effects, body)
     mean, apart = damping / (2.0 * mass), stiffness / mass
@@ -76,7 +76,7 @@ def yields_of(system: System) -> list[np.ndarray]:
     Returns:
         Of shape (balls, balls), all balls side by side; wherever that is, in the plane.
     """
-    return [np.full((len(system.balls),) * 2, 1.0 / system.carrier.total_mass)]
+    return [np.full((len(system.balls),) * 2, 1.0 / system.deck_model.total_mass)]
 
 
 def linearised(system: System) -> Linearised:
@@ -84,12 +84,12 @@ def linearised(system: System) -> Linearised:
 
     A round race with its balls turns about the shaft whatever the deck does: nothing gyroscopic.
     """
-    body, effects = system.carrier, system.effects
+    body, effects = system.deck_model, system.effects
     rest = np.array([body.sag_x, body.sag_y, 0.0, 0.0])
     far = max(float(np.hypot(body.sag_x, body.sag_y)), 1e-6)
 
     def force(moved: np.ndarray) -> np.ndarray:
-        deck = Deck(*(float(x) for x in rest + moved))
+        deck = DeckMotion(*(float(x) for x in rest + moved))
         return np.array(_force(effects, deck), float)
 
     def against(way: np.ndarray) -> np.ndarray:
@@ -117,7 +117,7 @@ def own_motion(system: System) -> np.ndarray:
 
 def spindle_inertia(system: System) -> float:
     """Of all that turns with the spindle, about the shaft [kg m^2]."""
-    body = system.carrier
+    body = system.deck_model
     held = system.balls[:, MASS] @ system.balls[:, RACE_RADIUS] ** 2
     return float(rotor_moment(system.effects) + body.unbalance * body.eccentricity + held)
 
@@ -131,7 +131,7 @@ def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
         return 0.0, 0.0
 
     def unbalanced(place: np.ndarray) -> np.ndarray:
-        deck = Deck(float(place[0]), float(place[1]), 0.0, 0.0)
+        deck = DeckMotion(float(place[0]), float(place[1]), 0.0, 0.0)
         force = np.array(_force(effects, deck), float)
         return np.asarray((force + weight) / np.hypot(*weight))
 
@@ -145,7 +145,7 @@ def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
 
 
 def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
-    deck = Deck(float(place[0]), float(place[1]), 0.0, 0.0)
+    deck = DeckMotion(float(place[0]), float(place[1]), 0.0, 0.0)
     stored = over_effects(effects, "deck_energy", 0.0, deck)
     return float(stored + over_effects(effects, "space_energy", 0.0, deck))
 
@@ -157,16 +157,16 @@ def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray,
     c, s = _DIRECTIONS
     moved = np.concatenate([far * _AWAY * _DIRECTIONS[:, None], _PASSING * _DIRECTIONS[:, None]])
     try:
-        f1, f2 = _force(effects, Deck(*moved))
+        f1, f2 = _force(effects, DeckMotion(*moved))
     except (TypeError, ValueError):
         # An effect that branches on its numbers takes them one by one.
-        each = [_force(effects, Deck(*one)) for one in moved.reshape(4, -1).T.tolist()]
+        each = [_force(effects, DeckMotion(*one)) for one in moved.reshape(4, -1).T.tolist()]
         f1, f2 = np.array(each).T.reshape(2, *moved.shape[1:])
     there, back, passing = np.broadcast_to(-(c * f1 + s * f2), moved.shape[1:])
     return passing, (there - back) / (2.0 * far)
 
 
-def _force(effects: tuple[object, ...], deck: Deck) -> tuple[Any, Any]:
+def _force(effects: tuple[object, ...], deck: DeckMotion) -> tuple[Any, Any]:
     """Of the suspension [N], at a place of the deck or at many."""
     f = over_effects(effects, "deck_force", (0.0, 0.0), deck)
     g = over_effects(effects, "space_force", (0.0, 0.0), deck)

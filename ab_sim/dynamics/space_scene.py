@@ -32,7 +32,7 @@ EULER: Final = "ZXY"
 """gamma, alpha, beta, about the axes as they have turned."""
 
 
-def carrier_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
+def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
     """Its constants."""
     deck, rotor = scene.deck, scene.rotor
     assert deck is not None and rotor.inertia is not None
@@ -66,7 +66,7 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
     """
     start = scene.start.deck
     place, turn = np.zeros(3), Rotation.identity()
-    if any(system.carrier.gravity) and (start.position is None or start.tilt is None):
+    if any(system.deck_model.gravity) and (start.position is None or start.tilt is None):
         hangs = _at_rest(system)
         place, turn = hangs[:3], Rotation.from_rotvec(hangs[3:])
     if start.position is not None:
@@ -110,8 +110,8 @@ def yields_of(system: System) -> list[np.ndarray]:
         Each of shape (balls, balls), all balls side by side, in directions all around.
     """
     weights, found = system.balls[:, MASS], []
-    empty = system.carrier._replace(total_mass=system.carrier.total_mass - float(weights.sum()))
-    bare = linearised(_weightless(system._replace(carrier=empty, balls=system.balls[:0]))).mass
+    empty = system.deck_model._replace(total_mass=system.deck_model.total_mass - float(weights.sum()))
+    bare = linearised(_weightless(system._replace(deck_model=empty, balls=system.balls[:0]))).mass
     for along in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False):
         c, s = math.cos(along), math.sin(along)
         mass, ways = bare.copy(), []
@@ -132,8 +132,8 @@ def linearised(system: System) -> Linearised:
     Raises:
         SceneError: there is no such place.
     """
-    rest = _at_rest(system) if any(system.carrier.gravity) else np.zeros(6)
-    deck, effects = system.carrier, system.effects
+    rest = _at_rest(system) if any(system.deck_model.gravity) else np.zeros(6)
+    deck, effects = system.deck_model, system.effects
     turn = Rotation.from_rotvec(rest[3:]).as_matrix()
     ring, tall, first = _averaged(system)
     gravity = turn.T @ np.array(deck.gravity)
@@ -178,18 +178,18 @@ def own_motion(system: System) -> np.ndarray:
 
 def spindle_inertia(system: System) -> float:
     """Of all that turns with the spindle, about the shaft [kg m^2]."""
-    xx, yy = system.carrier.rotor_second[:2]
+    xx, yy = system.deck_model.rotor_second[:2]
     return float(xx + yy + system.balls[:, MASS] @ system.balls[:, RACE_RADIUS] ** 2)
 
 
 def _weightless(system: System) -> System:
     """The same without gravity: so that its mounts are relaxed at rest."""
-    return system._replace(carrier=system.carrier._replace(gravity=(0.0, 0.0, 0.0)))
+    return system._replace(deck_model=system.deck_model._replace(gravity=(0.0, 0.0, 0.0)))
 
 
 def _hardened(system: System) -> System:
     """Mounts as stiff as they are as far out as the deck hangs, or 10 e: springs may be cubic."""
-    deck, effects = system.carrier, system.effects
+    deck, effects = system.deck_model, system.effects
     if not has_stiffening(effects):
         return system
     place, turn = np.zeros(3), np.eye(3)
@@ -203,7 +203,7 @@ def _hardened(system: System) -> System:
         moved = place + turn @ mount[:3] - mount[:3]
         far = max(float(np.linalg.norm(moved)), 10.0 * deck.eccentricity, 1e-9)
         mount[3:6] += _stiffness_gained(effects, far**2)
-    return system._replace(carrier=deck._replace(mounts=mounts))
+    return system._replace(deck_model=deck._replace(mounts=mounts))
 
 
 def _averaged(system: System) -> tuple[float, float, np.ndarray]:
@@ -211,7 +211,7 @@ def _averaged(system: System) -> tuple[float, float, np.ndarray]:
 
     And the first moment of all that moves [kg m], shape (3,).
     """
-    deck = system.carrier
+    deck = system.deck_model
     xx, yy, tall, _, _, _ = deck.rotor_second
     ring, lift = 0.5 * (xx + yy), deck.rotor_lift
     for i, (m, radius, height) in enumerate(system.balls[:, [MASS, RACE_RADIUS, RACE_HEIGHT]]):
@@ -253,7 +253,7 @@ def _stiffness_gained(effects: tuple[object, ...], square: float) -> float:
 
 def _at_rest(system: System) -> np.ndarray:
     """Where the deck hangs: X, Y, Z of C [m], and its turn as a rotation vector [rad]."""
-    deck, effects = system.carrier, system.effects
+    deck, effects = system.deck_model, system.effects
     mass, (_, _, first) = deck.total_mass, _averaged(system)
     pull, size = np.array(deck.gravity), mass * float(np.linalg.norm(deck.gravity))
 
@@ -280,7 +280,7 @@ def _at_rest(system: System) -> np.ndarray:
 def _stored(system: System, moved: np.ndarray) -> float:
     """In the mounts [J], where the deck is moved and not turned."""
     energy = 0.0
-    for mount in system.carrier.mounts:
+    for mount in system.deck_model.mounts:
         own = mount[9:].reshape(3, 3) @ moved
         energy += 0.5 * float(mount[3:6] @ own**2)
         energy += over_effects(system.effects, "mount_energy", 0.0, float(own @ own))

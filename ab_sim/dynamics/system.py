@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.equations.race import Balls
+from ab_sim.equations.race import BallConstants
 from ab_sim.equations.sums import any_has, over_effects
 
 MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
@@ -26,7 +26,7 @@ others. Of the last row: +1 or -1 while the motor gives all it can in that direc
 LOADED: 1 where the race carries the ball. JOINED: 1 where the two balls at a contact touch and
 stay so: both slide, or both stick. TURNS: whole turns taken out of a ball's angle; of the last
 row, out of the spindle's."""
-MODES = 4
+DISCRETE_COLUMNS = 4
 _COLUMNS = (
     *(MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER),
     *(RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT),
@@ -37,7 +37,7 @@ _COLUMNS = (
 class System(NamedTuple):
     """Constants of a scene. An effect that is not in ``effects`` is not computed."""
 
-    carrier: Any
+    deck_model: Any
     """Deck and rotor: an instance of a deck model, see ``ab_sim.equations.planar``."""
     balls: np.ndarray
     """Shape (n, BALL_CONSTANTS), columns as above."""
@@ -45,16 +45,16 @@ class System(NamedTuple):
     """Neighbours along the race, shape (n, 2), columns as above; contact k lies between the balls
     at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""
     effects: tuple[Any, ...]
-    ledger: bool = False
+    energy_balance: bool = False
     """Whether motor work and losses are integrated along with the motion."""
 
     @property
-    def equations_of_balls(self) -> Balls:
+    def equations_of_balls(self) -> BallConstants:
         """Constants of the balls as formulas take them."""
-        return Balls(len(self.balls), *self.balls.T[list(_COLUMNS)])
+        return BallConstants(len(self.balls), *self.balls.T[list(_COLUMNS)])
 
 
-class Place(NamedTuple):
+class ActiveSegment(NamedTuple):
     """Where a run is along the speed profile."""
 
     segment: Any
@@ -68,7 +68,7 @@ class Place(NamedTuple):
 
 
 def constants_of_balls(system: System) -> np.ndarray:
-    """Those that formulas take, shape (columns of ``Balls``, n)."""
+    """Those that formulas take, shape (columns of ``BallConstants``, n)."""
     return system.balls.T[list(_COLUMNS)]
 
 
@@ -120,4 +120,4 @@ def rotor_moment(effects: tuple[Any, ...]) -> float:
 def has_spindle_angle(system: System) -> bool:
     """Whether the equations contain the spindle's angle."""
     turned = any_has(system.effects, "space_force", "gravity")
-    return bool(type(system.carrier).NEEDS_ANGLE or turned)
+    return bool(type(system.deck_model).NEEDS_ANGLE or turned)

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from ab_sim.equations.arrowhead import Arrow, Solved, normal_force
-from ab_sim.equations.motion import Spindle
-from ab_sim.equations.race import Balls, OnRace
+from ab_sim.equations.motion import SpindleMotion
+from ab_sim.equations.race import BallConstants, OnRace
 from ab_sim.equations.sums import Number, over_balls, over_effects
 
 
@@ -19,9 +19,9 @@ def motor_torque(arrow: Arrow, balls: int, solved: Solved) -> Number:
 
 def powers(
     effects: Any,
-    balls: Balls,
+    balls: BallConstants,
     on: OnRace,
-    spindle: Spindle,
+    spindle: SpindleMotion,
     arrow: Arrow,
     solved: Solved,
     *,

@@ -36,10 +36,10 @@ import numpy as np
 
 from ab_sim.equations.arrowhead import Arrow
 from ab_sim.equations.deck_model import deck_model
-from ab_sim.equations.motion import Spindle
+from ab_sim.equations.motion import SpindleMotion
 from ab_sim.equations.mounts import mount_energy, mount_forces, mount_loss
 from ab_sim.equations.orientation import half_product, to_ground, turn_of
-from ab_sim.equations.race import Balls, OnRace, drag_force, on_race, relative_load
+from ab_sim.equations.race import BallConstants, OnRace, drag_force, on_race, relative_load
 from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
 from ab_sim.tracing.functions import sqrt
 
@@ -86,7 +86,7 @@ class InSpace(NamedTuple):
     """On the ground's axes [m/s^2]."""
 
     def arrow(
-        self, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: State
+        self, effects: Any, balls: BallConstants, on: OnRace, spindle: SpindleMotion, state: State
     ) -> Arrow:
         """The equations of motion."""
         block, force = _deck_and_rotor(self, effects, spindle, state)
@@ -127,7 +127,7 @@ class InSpace(NamedTuple):
         return Arrow(block, force, reach, press, load, along + drag_force(effects, balls, on))
 
     def rates(
-        self, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+        self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
         """The state's rates of change."""
         quaternion, g = state[3:7], self.gravity
@@ -140,7 +140,7 @@ class InSpace(NamedTuple):
         ]
 
     def channels(
-        self, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+        self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
         """Place, velocity, acceleration, unit quaternion, turning and its rate."""
         a, b, c, d = state[3:7]
@@ -152,7 +152,7 @@ class InSpace(NamedTuple):
             *(*state[10:13], *x[3:6]),
         ]
 
-    def dissipated(self, effects: Any, spindle: Spindle, state: State) -> Number:
+    def dissipated(self, effects: Any, spindle: SpindleMotion, state: State) -> Number:
         """Power that the mounts dissipate [W]."""
         return mount_loss(self, turn_of(state[3:7]), state)
 
@@ -197,7 +197,7 @@ class InSpace(NamedTuple):
         return ways
 
     def energy(
-        self, effects: Any, balls: Balls, state: np.ndarray, psi: float, speed: float
+        self, effects: Any, balls: BallConstants, state: np.ndarray, psi: float, speed: float
     ) -> float:
         """Kinetic and stored energy [J], gravity's from where C lies at the origin."""
         turn = np.array(turn_of(state[3:7].tolist())).reshape(3, 3)
@@ -256,7 +256,7 @@ def turned_second_moments(own: Sequence[Number], c: Number, s: Number) -> tuple[
 
 
 def _deck_and_rotor(
-    deck: Any, effects: Any, spindle: Spindle, state: State
+    deck: Any, effects: Any, spindle: SpindleMotion, state: State
 ) -> tuple[list[list[Number]], list[Number]]:
     """Their block of the equations, without balls."""
     w, c, s, (ox, oy, oz) = spindle.speed, spindle.cos, spindle.sin, state[10:13]

@@ -16,7 +16,7 @@ class Ball(NamedTuple):
     """a [m]; NaN in a scene whose effects do not use it."""
 
 
-class Deck(NamedTuple):
+class DeckMotion(NamedTuple):
     """Motion of the deck, on the rotating axes or on axes fixed in space, as is said there."""
 
     x: float
@@ -27,7 +27,7 @@ class Deck(NamedTuple):
     """[m/s], inertial velocity."""
 
 
-class Spindle(NamedTuple):
+class SpindleMotion(NamedTuple):
     """Motion of the spindle."""
 
     speed: float

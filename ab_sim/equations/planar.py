@@ -26,8 +26,8 @@ import numpy as np
 
 from ab_sim.equations.arrowhead import Arrow
 from ab_sim.equations.deck_model import deck_model
-from ab_sim.equations.motion import Deck, Spindle
-from ab_sim.equations.race import Balls, OnRace, drag_force, on_race, relative_load
+from ab_sim.equations.motion import DeckMotion, SpindleMotion
+from ab_sim.equations.race import BallConstants, OnRace, drag_force, on_race, relative_load
 from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
 
 State = Sequence[Number]
@@ -56,7 +56,7 @@ class Planar(NamedTuple):
     """[m], where the deck hangs at rest, from the unloaded suspension, on axes fixed in space."""
 
     def arrow(
-        self, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: State
+        self, effects: Any, balls: BallConstants, on: OnRace, spindle: SpindleMotion, state: State
     ) -> Arrow:
         """The equations of motion."""
         n, w, m, c, s = balls.number, spindle.speed, balls.mass, on.c, on.s
@@ -84,7 +84,7 @@ class Planar(NamedTuple):
         )
 
     def rates(
-        self, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+        self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
         """The state's rates of change."""
         u1, u2, v1, v2 = state
@@ -93,7 +93,7 @@ class Planar(NamedTuple):
         return [v1 + w * u2, v2 - w * u1, x[0] + g1 + w * v2, x[1] + g2 - w * v1]
 
     def channels(
-        self, effects: Any, spindle: Spindle, state: State, x: Sequence[Number]
+        self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
         """Displacement, velocity and acceleration on axes fixed in space: x, y, vx, vy, ax, ay.
 
@@ -107,12 +107,12 @@ class Planar(NamedTuple):
         pairs = (state[0], state[1]), (state[2], state[3]), (x[0] + g1, x[1] + g2)
         return [number for pair in pairs for number in on_fixed_axes(spindle, *pair)]
 
-    def dissipated(self, effects: Any, spindle: Spindle, state: State) -> Number:
+    def dissipated(self, effects: Any, spindle: SpindleMotion, state: State) -> Number:
         """Power that the suspension dissipates [W]."""
         u1, u2, v1, v2 = state
         vx, vy = on_fixed_axes(spindle, v1, v2) if any_has(effects, "space_loss") else (0.0, 0.0)
-        loss = over_effects(effects, "deck_loss", 0.0, Deck(u1, u2, v1, v2))
-        return loss + over_effects(effects, "space_loss", 0.0, Deck(0.0, 0.0, vx, vy))
+        loss = over_effects(effects, "deck_loss", 0.0, DeckMotion(u1, u2, v1, v2))
+        return loss + over_effects(effects, "space_loss", 0.0, DeckMotion(0.0, 0.0, vx, vy))
 
     def jump(self, state: State, jumps: Sequence[Number]) -> list[Number]:
         """What jumps of velocity, in the order of x, add to the state."""
@@ -142,14 +142,14 @@ class Planar(NamedTuple):
         return np.eye(4)
 
     def energy(
-        self, effects: Any, balls: Balls, state: np.ndarray, psi: float, speed: float
+        self, effects: Any, balls: BallConstants, state: np.ndarray, psi: float, speed: float
     ) -> float:
         """Kinetic and stored energy [J]."""
         w, e, n, spindle = (
             speed,
             self.eccentricity,
             balls.number,
-            Spindle(speed, 0.0, cos(psi), sin(psi), 0.0, 0.0),
+            SpindleMotion(speed, 0.0, cos(psi), sin(psi), 0.0, 0.0),
         )
         u1, u2, v1, v2 = (float(x) for x in state[:4])
         sag_1, sag_2 = on_rotating_axes(spindle, self.sag_x, self.sag_y)
@@ -160,8 +160,8 @@ class Planar(NamedTuple):
         energy += 0.5 * over_effects(effects, "rotor_moment", 0.0) * w * w
         energy += self.unbalance * w * (v2 + 0.5 * e * w)
         energy -= self.total_mass * (g1 * u1 + g2 * u2) + self.unbalance * g1
-        energy += over_effects(effects, "deck_energy", 0.0, Deck(u1, u2, v1, v2))
-        fixed = Deck(*on_fixed_axes(spindle, u1, u2), 0.0, 0.0)
+        energy += over_effects(effects, "deck_energy", 0.0, DeckMotion(u1, u2, v1, v2))
+        fixed = DeckMotion(*on_fixed_axes(spindle, u1, u2), 0.0, 0.0)
         energy += over_effects(effects, "space_energy", 0.0, fixed)
         theta, rate = state[4 : 4 + n], state[4 + n : 4 + 2 * n]
         on = on_race(effects, balls, np.cos(theta), np.sin(theta), rate)
@@ -177,19 +177,19 @@ class Planar(NamedTuple):
         return float(energy + np.sum(moving))
 
 
-def on_fixed_axes(spindle: Spindle, one: Number, two: Number) -> tuple[Number, Number]:
+def on_fixed_axes(spindle: SpindleMotion, one: Number, two: Number) -> tuple[Number, Number]:
     """A vector on the rotor's axes, on axes fixed in space."""
     c, s = spindle.cos, spindle.sin
     return c * one - s * two, s * one + c * two
 
 
-def on_rotating_axes(spindle: Spindle, one: Number, two: Number) -> tuple[Number, Number]:
+def on_rotating_axes(spindle: SpindleMotion, one: Number, two: Number) -> tuple[Number, Number]:
     """The reverse."""
     c, s = spindle.cos, spindle.sin
     return c * one + s * two, c * two - s * one
 
 
-def gravity_on_rotating_axes(effects: Any, spindle: Spindle) -> tuple[Number, Number]:
+def gravity_on_rotating_axes(effects: Any, spindle: SpindleMotion) -> tuple[Number, Number]:
     """Gravity across the shaft [m/s^2]."""
     if not any_has(effects, "gravity"):
         return 0.0, 0.0
@@ -197,7 +197,7 @@ def gravity_on_rotating_axes(effects: Any, spindle: Spindle) -> tuple[Number, Nu
 
 
 def suspension_force(
-    deck: Any, effects: Any, spindle: Spindle, state: State
+    deck: Any, effects: Any, spindle: SpindleMotion, state: State
 ) -> tuple[Number, Number]:
     """Force of the suspension on the deck, on the rotor's axes [N]."""
     u1, u2, v1, v2 = state
@@ -205,9 +205,9 @@ def suspension_force(
         # The state counts from where the deck hangs at rest, the springs from their free length.
         sag_1, sag_2 = on_rotating_axes(spindle, deck.sag_x, deck.sag_y)
         u1, u2 = u1 + sag_1, u2 + sag_2
-    f1, f2 = over_effects(effects, "deck_force", (0.0, 0.0), Deck(u1, u2, v1, v2))
+    f1, f2 = over_effects(effects, "deck_force", (0.0, 0.0), DeckMotion(u1, u2, v1, v2))
     if any_has(effects, "space_force"):
-        fixed = Deck(*on_fixed_axes(spindle, u1, u2), *on_fixed_axes(spindle, v1, v2))
+        fixed = DeckMotion(*on_fixed_axes(spindle, u1, u2), *on_fixed_axes(spindle, v1, v2))
         across = on_rotating_axes(spindle, *over_effects(effects, "space_force", (0.0, 0.0), fixed))
         f1, f2 = f1 + across[0], f2 + across[1]
     return f1, f2

@@ -11,7 +11,7 @@ from ab_sim.equations.motion import Ball
 from ab_sim.equations.sums import Number, any_has, over_effects
 
 
-class Balls(NamedTuple):
+class BallConstants(NamedTuple):
     """Constants of the balls; each a number per ball, but for the first."""
 
     number: int
@@ -67,7 +67,7 @@ class OnRace(NamedTuple):
     """s' [m/s]."""
 
 
-def on_race(effects: Any, balls: Balls, c: Number, s: Number, rate: Number) -> OnRace:
+def on_race(effects: Any, balls: BallConstants, c: Number, s: Number, rate: Number) -> OnRace:
     """Where the balls are, from cosine, sine and rate of their angles."""
     R, m = balls.race_radius, balls.mass
     if not any_has(effects, "race_shape"):
@@ -82,7 +82,7 @@ def on_race(effects: Any, balls: Balls, c: Number, s: Number, rate: Number) -> O
     return OnRace(c, s, h, x, m * h, m * x, lever, curve, 1.0 / curve, bend, rate, curve * rate)
 
 
-def relative_load(effects: Any, balls: Balls, on: OnRace, w: Number) -> tuple[Number, Number]:
+def relative_load(effects: Any, balls: BallConstants, on: OnRace, w: Number) -> tuple[Number, Number]:
     """-m times the ball's acceleration on axes that do not turn with rotor and race [N].
 
     Returns:
@@ -95,12 +95,12 @@ def relative_load(effects: Any, balls: Balls, on: OnRace, w: Number) -> tuple[Nu
     return m * (w * w * on.h + (2.0 * w + on.rate) * on.path), m * on.x * w * w
 
 
-def drag_force(effects: Any, balls: Balls, on: OnRace) -> Number:
+def drag_force(effects: Any, balls: BallConstants, on: OnRace) -> Number:
     """Of the race on the ball, along it [N]."""
     return -(over_effects(effects, "ball_drag", 0.0, balls.each) * on.path)
 
 
-def friction_coefficient(effects: Any, balls: Balls) -> Number:
+def friction_coefficient(effects: Any, balls: BallConstants) -> Number:
     """Largest friction along the race per normal force."""
     return over_effects(effects, "friction_coefficient", 0.0, balls.each)
 
@@ -115,6 +115,6 @@ def path_acceleration(on: OnRace, rate_change: Number) -> Number:
     return on.curve * rate_change + on.bend * on.rate * on.rate
 
 
-def path_length(effects: Any, balls: Balls, theta: Number) -> Number:
+def path_length(effects: Any, balls: BallConstants, theta: Number) -> Number:
     """Length along the race from angle 0 [m]."""
     return balls.race_radius * theta + over_effects(effects, "race_arc", 0.0, theta)

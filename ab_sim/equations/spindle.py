@@ -2,12 +2,12 @@
 
 from typing import Any, NamedTuple
 
-from ab_sim.equations.motion import Spindle
+from ab_sim.equations.motion import SpindleMotion
 from ab_sim.equations.sums import Number, any_has, over_effects
 from ab_sim.tracing.functions import cos, sin, where
 
 
-class Place(NamedTuple):
+class SegmentInputs(NamedTuple):
     """Where on the speed profile a run is."""
 
     segment: Any
@@ -18,7 +18,7 @@ class Place(NamedTuple):
     """The same with all turns: for samples."""
 
 
-class Driven(NamedTuple):
+class MotorState(NamedTuple):
     """State of a spindle that a motor drives."""
 
     psi: Number
@@ -39,7 +39,7 @@ class Torques(NamedTuple):
     """N m: what the speed loop asks for, and the most that it gets."""
 
 
-def prescribed(effects: Any, place: Place, time: Number, angle_needed: bool) -> Spindle:
+def prescribed(effects: Any, place: SegmentInputs, time: Number, angle_needed: bool) -> SpindleMotion:
     """The spindle's motion at a local time [s] of a segment."""
     acceleration = over_effects(
         effects, "spindle_acceleration", 0.0, place.segment.acceleration(time)
@@ -48,12 +48,12 @@ def prescribed(effects: Any, place: Place, time: Number, angle_needed: bool) -> 
     if angle_needed:
         psi = place.phase + place.segment.angle(time)
         c, s = cos(psi), sin(psi)
-    return Spindle(place.segment.speed(time), acceleration, c, s, 0.0, 0.0)
+    return SpindleMotion(place.segment.speed(time), acceleration, c, s, 0.0, 0.0)
 
 
-def driven(
-    effects: Any, place: Place, time: Number, at: Driven, angle_needed: bool
-) -> tuple[Spindle, Torques]:
+def motor_driven(
+    effects: Any, place: SegmentInputs, time: Number, at: MotorState, angle_needed: bool
+) -> tuple[SpindleMotion, Torques]:
     """The motion of a motor's spindle; its acceleration follows from the equations of motion."""
     error = place.segment.speed(time) - at.speed
     asked = over_effects(effects, "loop_torque", 0.0, error, at.integral)
@@ -62,7 +62,7 @@ def driven(
     rate = over_effects(effects, "integral_rate", 0.0, error, asked - given)
     torque = given - over_effects(effects, "back_torque", 0.0, at.speed)
     c, s = (cos(at.psi), sin(at.psi)) if angle_needed else (1.0, 0.0)
-    return Spindle(at.speed, 0.0, c, s, torque, rate), Torques(asked, most)
+    return SpindleMotion(at.speed, 0.0, c, s, torque, rate), Torques(asked, most)
 
 
 def has_motor(effects: Any) -> bool:

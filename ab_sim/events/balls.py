@@ -16,35 +16,35 @@ from ab_sim.events.run import (
     ROLLING_MASS,
     SPACING,
     TURNS,
-    Balls,
+    BallEvents,
 )
 
 
-def around(balls: Balls, place: int) -> int:
+def around(balls: BallEvents, place: int) -> int:
     """The same place of the row, which closes in itself, from -n .. 2 n - 1."""
     if place >= balls.number:
         return place - balls.number
     return place + balls.number if place < 0 else place
 
 
-def ball_at(balls: Balls, place: int) -> int:
+def ball_at(balls: BallEvents, place: int) -> int:
     """The ball at a place of the row, from -n .. 2 n - 1."""
     return int(balls.contacts[around(balls, place), ORDER])
 
 
-def is_stuck(balls: Balls, i: int) -> bool:
+def is_stuck(balls: BallEvents, i: int) -> bool:
     """Whether ball i does not move along the race: by friction, or held between others."""
     return balls.has_friction and balls.discrete[i, DIRECTION] == 0
 
 
-def moves_along(balls: Balls, k: int) -> bool:
+def moves_along(balls: BallEvents, k: int) -> bool:
     """Whether the balls at contact k touch and move together."""
     if not balls.has_contact or balls.discrete[k, JOINED] == 0:
         return False
     return not (is_stuck(balls, ball_at(balls, k)) or is_stuck(balls, ball_at(balls, k + 1)))
 
 
-def row_start(balls: Balls) -> int:
+def row_start(balls: BallEvents) -> int:
     """A place at which a row of joined balls begins: no more than n - 1 contacts are closed."""
     for k in range(balls.number):
         if balls.discrete[around(balls, k - 1), JOINED] == 0:
@@ -52,7 +52,7 @@ def row_start(balls: Balls) -> int:
     return 0
 
 
-def gap(balls: Balls, k: int) -> float:
+def gap(balls: BallEvents, k: int) -> float:
     """Distance along the race between the balls at contact k [m]; negative where they overlap."""
     i, j = ball_at(balls, k), ball_at(balls, k + 1)
     discrete, constants = balls.discrete, balls.constants
@@ -66,7 +66,7 @@ def gap(balls: Balls, k: int) -> float:
     return apart - balls.contacts[k, SPACING]
 
 
-def path_speed(balls: Balls, state: Floats, i: int) -> float:
+def path_speed(balls: BallEvents, state: Floats, i: int) -> float:
     """Speed of ball i along the race [m/s], where the table holds the race's shape at it."""
     return balls.table[CURVE, i] * state[balls.first_rate + i]
 
@@ -78,7 +78,7 @@ def sign(x: float) -> int:
     return -1 if x < 0.0 else 0
 
 
-def put_branches(balls: Balls) -> None:
+def put_branches(balls: BallEvents) -> None:
     """Tell the scene what the discrete state is.
 
     ``branches`` holds the sign of each ball's sliding friction, 0 if it sticks or is not loaded;
@@ -98,7 +98,7 @@ def put_branches(balls: Balls) -> None:
     b[2 * n] = float(discrete[n, DIRECTION])
 
 
-def put_mobility_of_rows(balls: Balls) -> None:
+def put_mobility_of_rows(balls: BallEvents) -> None:
     """1 / (the row's inertia) of any two balls in the same row that moves, else 0."""
     n, b = balls.number, balls.branches
     for entry in range(n, n + n * n):

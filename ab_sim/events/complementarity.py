@@ -27,7 +27,7 @@ from ab_sim.events.reactions import (
     put_normal_forces,
 )
 from ab_sim.events.rows import CLOSED, COARSE, HOLD, HOP, LEVEL, PULL, solve_rows
-from ab_sim.events.run import ALONG, CURVE, DIRECTION, JOINED, LOADED, Balls, Run, evaluate
+from ab_sim.events.run import ALONG, CURVE, DIRECTION, JOINED, LOADED, BallEvents, Run, evaluate
 
 DIRECT = 8
 """Rounds of Newton's method; after so many, half-way between the last two is tried as well."""
@@ -83,7 +83,7 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
     event_functions(balls, run.state, work.slope, work.value, work.rounding, work.rate)
 
 
-def come_to_rest(balls: Balls, state: Floats, stopped: int) -> None:
+def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:
     """Bring to rest the ball that has ``stopped`` (-1: none), others as slow as it, their rows."""
     first, still = balls.first_rate, STILL
     if stopped >= 0:
@@ -95,7 +95,7 @@ def come_to_rest(balls: Balls, state: Floats, stopped: int) -> None:
                 stop_row(balls, state, i)
 
 
-def stop_row(balls: Balls, state: Floats, i: int) -> None:
+def stop_row(balls: BallEvents, state: Floats, i: int) -> None:
     """Bring those in a row with ball i to rest."""
     ahead = 0
     while ball_at(balls, ahead) != i:
@@ -109,7 +109,7 @@ def stop_row(balls: Balls, state: Floats, i: int) -> None:
         state[balls.first_rate + ball_at(balls, behind + step)] = 0.0
 
 
-def close_gaps(balls: Balls, state: Floats) -> None:
+def close_gaps(balls: BallEvents, state: Floats) -> None:
     """Take out what rounding and truncation have done to balls in contact, and any overlap."""
     begin, widest = 0, 0.0
     for k in range(balls.number):

@@ -24,7 +24,7 @@ from ab_sim.events.balls import (
     row_start,
 )
 from ab_sim.events.reactions import largest_friction, pull_less_friction, put_reactions
-from ab_sim.events.run import ASKED, DIRECTION, JOINED, LOADED, MASS, MOST, SPACING, Balls
+from ab_sim.events.run import ASKED, DIRECTION, JOINED, LOADED, MASS, MOST, SPACING, BallEvents
 
 SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
 """Slot = kind times n + ball (TOUCH: contact); the motor's two come last."""
@@ -44,7 +44,7 @@ def slots(balls: int) -> int:
 
 
 def event_functions(
-    balls: Balls, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
+    balls: BallEvents, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
     """All of them at a state, right after ``evaluate`` there.
 
@@ -71,7 +71,7 @@ def event_functions(
         motor_functions(balls, value, rounding)
 
 
-def force_rounding(balls: Balls, i: int, pull: float, x: Floats) -> float:
+def force_rounding(balls: BallEvents, i: int, pull: float, x: Floats) -> float:
     """What of the forces on ball i, ``pull`` along the race, may be rounding [N]."""
     # What tilts a deck acts through its weight at the ball, which is in the forces.
     size = abs(pull) + balls.constants[i, MASS] * (abs(x[0]) + abs(x[1]))
@@ -81,7 +81,7 @@ def force_rounding(balls: Balls, i: int, pull: float, x: Floats) -> float:
 
 
 def friction_functions(
-    balls: Balls, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
+    balls: BallEvents, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
     """SLIDE, HOLD and LOAD, each ball by itself."""
     n, first = balls.number, balls.first_rate
@@ -103,7 +103,7 @@ def friction_functions(
             rounding[SLIDE * n + i] = RATE_ROUNDING
 
 
-def add_leaning_balls(balls: Balls, value: Floats, rounding: Floats) -> None:
+def add_leaning_balls(balls: BallEvents, value: Floats, rounding: Floats) -> None:
     """Stuck balls that touch lean on each other: a push on one is a push on the next."""
     n, begin = balls.number, row_start(balls)
     for step in range(n - 1):
@@ -119,7 +119,7 @@ def add_leaning_balls(balls: Balls, value: Floats, rounding: Floats) -> None:
             rounding[here] += rounding[ahead]
 
 
-def leans(balls: Balls, k: int) -> bool:
+def leans(balls: BallEvents, k: int) -> bool:
     """Whether the balls at contact k touch and both stick."""
     if balls.discrete[k, JOINED] == 0:
         return False
@@ -127,7 +127,7 @@ def leans(balls: Balls, k: int) -> bool:
 
 
 def contact_functions(
-    balls: Balls, state: Floats, value: Floats, rounding: Floats, rate: Floats
+    balls: BallEvents, state: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
     """TOUCH."""
     for k in range(balls.number):
@@ -144,7 +144,7 @@ def contact_functions(
                 rounding[slot] += force_rounding(balls, one, pull, balls.x)
 
 
-def motor_functions(balls: Balls, value: Floats, rounding: Floats) -> None:
+def motor_functions(balls: BallEvents, value: Floats, rounding: Floats) -> None:
     """MOTOR."""
     asked, most, slot = balls.motor[ASKED], balls.motor[MOST], MOTOR * balls.number
     limited = balls.discrete[balls.number, DIRECTION]

@@ -22,7 +22,7 @@ from ab_sim.events.run import (
     PULL,
     REACH,
     SPEED,
-    Balls,
+    BallEvents,
     Run,
 )
 
@@ -125,7 +125,7 @@ def shift_speeds(run: Run, struck: int, plastic: bool) -> None:
             shift += parting[0] * approach
 
 
-def solve_jumps(balls: Balls) -> None:
+def solve_jumps(balls: BallEvents) -> None:
     """The equations in ``block`` and PULL, without friction: x, and PATH_ACCELERATION of each ball.
 
     A prescribed spindle does not jump. Balls and rows are eliminated by their mobility.
@@ -183,7 +183,7 @@ def jump(run: Run) -> None:
         lost -= impulse * (table[PATH, i] + 0.5 * gain)
         turned -= table[REACH + spindle, i] * gain
         state[balls.first_rate + i] += gain / table[CURVE, i]
-    call(run.scene.kick, run.scene.c, balls.branches, state, x, state)
+    call(run.scene.apply_impulse, run.scene.c, balls.branches, state, x, state)
     if balls.has_motor:
         state[balls.spindle + 1] += x[spindle]
     if balls.has_energy_balance:

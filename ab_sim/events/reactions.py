@@ -2,10 +2,10 @@
 
 from ab_sim.compiling.kinds import Floats
 from ab_sim.events.balls import around, ball_at, moves_along, row_start
-from ab_sim.events.run import FRICTION, GRIP, INERTIA, LOAD, PATH_ACCELERATION, PULL, REACH, Balls
+from ab_sim.events.run import FRICTION, GRIP, INERTIA, LOAD, PATH_ACCELERATION, PULL, REACH, BallEvents
 
 
-def put_normal_forces(balls: Balls, x: Floats) -> None:
+def put_normal_forces(balls: BallEvents, x: Floats) -> None:
     """Fill in ``force``, given accelerations."""
     press = REACH + balls.accelerations
     for i in range(balls.number):
@@ -15,7 +15,7 @@ def put_normal_forces(balls: Balls, x: Floats) -> None:
         balls.force[i] = force
 
 
-def pull_at(balls: Balls, i: int, x: Floats) -> float:
+def pull_at(balls: BallEvents, i: int, x: Floats) -> float:
     """Force along the race on ball i but for its neighbours' pushes and friction [N]."""
     pull = balls.table[PULL, i]
     for r in range(balls.accelerations):
@@ -23,7 +23,7 @@ def pull_at(balls: Balls, i: int, x: Floats) -> float:
     return pull
 
 
-def pull_less_friction(balls: Balls, i: int, x: Floats) -> float:
+def pull_less_friction(balls: BallEvents, i: int, x: Floats) -> float:
     """The same, less what sliding friction takes; after ``put_normal_forces``."""
     pull = pull_at(balls, i, x)
     if balls.has_friction:
@@ -31,12 +31,12 @@ def pull_less_friction(balls: Balls, i: int, x: Floats) -> float:
     return pull
 
 
-def largest_friction(balls: Balls, i: int) -> float:
+def largest_friction(balls: BallEvents, i: int) -> float:
     """On ball i [N]; after ``put_normal_forces``."""
     return balls.table[GRIP, i] * max(balls.force[i], 0.0)
 
 
-def put_reactions(balls: Balls) -> None:
+def put_reactions(balls: BallEvents) -> None:
     """Fill in ``force`` and ``push``, as far as the balls have such, right after ``evaluate``."""
     if balls.has_friction:
         put_normal_forces(balls, balls.x)

@@ -12,7 +12,7 @@ Chakravarti and Ubhaya (2000), SIAM J. Optim. 10). A pool moves as one ball.
 
 from ab_sim.compiling.kinds import Table
 from ab_sim.events.balls import around, ball_at
-from ab_sim.events.run import JOINED, ROLLING_MASS, Balls
+from ab_sim.events.run import JOINED, ROLLING_MASS, BallEvents
 
 PULL, HOLD = 0, 1
 """Of each ball: p_i [N], or an impulse [N s]; F_i [N], negative for a ball that does not rest. The
@@ -66,7 +66,7 @@ def are_together(rows: Table, before: int, hop: float, coarse: float) -> bool:
     return parts * a * b / (a + b) <= coarse
 
 
-def first_open(balls: Balls, rows: Table) -> int:
+def first_open(balls: BallEvents, rows: Table) -> int:
     """A place at which balls that touch begin."""
     for k in range(balls.number):
         if rows[around(balls, k - 1), CLOSED] == 0.0:
@@ -74,7 +74,7 @@ def first_open(balls: Balls, rows: Table) -> int:
     return 0
 
 
-def solve_rows(balls: Balls, rows: Table) -> bool:
+def solve_rows(balls: BallEvents, rows: Table) -> bool:
     """Fill in LEVEL, and join the balls of each pool.
 
     PULL, HOLD, COARSE, CLOSED and HOP say what holds at the instant. Returns whether a contact that

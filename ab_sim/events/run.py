@@ -6,19 +6,19 @@ from ab_sim.compiling.kinds import Floats, Integers, IntegerTable, Table, call
 
 MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
 RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
-"""Columns of ``Balls.constants``: m [kg]; a [m]; mu = m + I/a^2 [kg]; 1/mu; m R [kg m];
+"""Columns of ``BallEvents.constants``: m [kg]; a [m]; mu = m + I/a^2 [kg]; 1/mu; m R [kg m];
 m R - (I/a^2) a [kg m]; whole turns in the ball's angle at the start; R [m]; 1/R; height [m]."""
 ORDER, SPACING = 0, 1
-"""Columns of ``Balls.contacts``: the ball at this place of the row; the distance along the race
+"""Columns of ``BallEvents.contacts``: the ball at this place of the row; the distance along the race
 from it to the next one in contact [m]."""
 DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
-"""Columns of ``Balls.discrete``. DIRECTION: +1 or -1, in which a ball slides along the race; 0, it
+"""Columns of ``BallEvents.discrete``. DIRECTION: +1 or -1, in which a ball slides along the race; 0, it
 sticks, or is held between others; of the last line, +1 or -1 while the motor gives all it can in
 that direction, else 0. LOADED: 1 where the race carries the ball. JOINED: 1 where the two balls at
 a contact touch and stay so: both slide, or both stick. TURNS: whole turns taken out of a ball's
 angle; of the last line, out of the spindle's."""
 LOAD, INERTIA, PULL, FRICTION, GRIP, PATH, CURVE, ALONG, PATH_ACCELERATION = range(9)
-"""Lines of ``Balls.table``, a column for each ball: normal force but for the accelerations [N];
+"""Lines of ``BallEvents.table``, a column for each ball: normal force but for the accelerations [N];
 mu [kg]; force along the race but for accelerations, friction and neighbours [N]; coefficient of
 friction with the sign of sliding, 0 where the ball sticks or is unloaded; coefficient of friction;
 path speed [m/s]; the race's radius of curvature [m]; length along the race from angle 0, whole
@@ -29,11 +29,11 @@ REACH = 9
     mu g = PULL + REACH.x - FRICTION N + pushes of its neighbours,      N = LOAD + PRESS.x
 """
 ASKED, MOST, SPEED = 0, 1, 2
-"""Of ``Balls.motor``: torque that its speed loop asks for, the most that it gives [N m], and the
+"""Of ``BallEvents.motor``: torque that its speed loop asks for, the most that it gives [N m], and the
 spindle's speed [rad/s]."""
 
 
-class Scene(NamedTuple):
+class SceneFunctions(NamedTuple):
     """A scene's own functions, by their addresses."""
 
     prepare: int
@@ -46,8 +46,8 @@ class Scene(NamedTuple):
     """step(c, b, y, slope, trial, begin, length): one step from a state whose slope is known."""
     finish: int
     """finish(c, b, y, slope, row, t, t_profile): slope and sample."""
-    kick: int
-    """kick(c, b, y, jumps, v): adds jumps of velocity, in the order of x, to the deck's in v, where
+    apply_impulse: int
+    """apply_impulse(c, b, y, jumps, v): adds jumps of velocity, in the order of x, to the deck's in v, where
     they lie as in the state."""
     restitution: int
     """restitution(c, b, out, approach): speed of parting per speed of approach [m/s]."""
@@ -55,7 +55,7 @@ class Scene(NamedTuple):
     """Constants, and the place on the speed profile."""
 
 
-class Balls(NamedTuple):
+class BallEvents(NamedTuple):
     """Balls, what holds of them, and what the last evaluation of the equations said."""
 
     number: int
@@ -137,7 +137,7 @@ class Workspace(NamedTuple):
     for all laws; shape (2,)."""
 
 
-class Implicit(NamedTuple):
+class ImplicitWork(NamedTuple):
     """What an implicit step works with, see ``stepping.implicit``; empty arrays without one."""
 
     slope: int
@@ -171,8 +171,8 @@ class Implicit(NamedTuple):
 class Run(NamedTuple):
     """All of it: what the steps of a drive are taken with."""
 
-    scene: Scene
-    balls: Balls
+    scene: SceneFunctions
+    balls: BallEvents
     work: Workspace
     """Where ``trial`` holds the state that left its bounds, if one did."""
     state: Floats
@@ -180,7 +180,7 @@ class Run(NamedTuple):
     step: float
     """s."""
     place: int
-    """Where in ``Scene.c`` the place on the speed profile begins."""
+    """Where in ``SceneFunctions.c`` the place on the speed profile begins."""
     ball_column: int
     """Where in a row, a sample from its spindle angle on, the first ball's angle lies."""
     quaternion: int
@@ -189,7 +189,7 @@ class Run(NamedTuple):
     """Whether there are set-valued laws."""
     is_implicit: bool
     """Whether steps are those of ``stepping.implicit``."""
-    implicit: Implicit
+    implicit: ImplicitWork
 
 
 def evaluate(run: Run, time: float, state: Floats, slope: Floats) -> None:

@@ -7,7 +7,7 @@ from matplotlib.patheffects import withStroke
 
 from ab_sim.figures.colours import distinct_colours
 from ab_sim.figures.saved import Picture, save
-from ab_sim.studies.accuracy_cost import AccuracyCost, Bound, SettingCost
+from ab_sim.studies.accuracy_cost import AccuracyCost, ErrorBound, SettingCost
 
 OURS = ("tab:red", "tab:orange", "tab:purple", "tab:brown", "tab:pink", "tab:olive")
 PEERS = ("tab:blue", "tab:cyan", "tab:green", "tab:gray", "black", "navy", "teal")
@@ -121,6 +121,6 @@ def _label(axes: Axes, labels: list[tuple[str, float, float, str]]) -> None:
         )  # fmt: skip
 
 
-def _drawable(bound: Bound) -> float:
+def _drawable(bound: ErrorBound) -> float:
     """On a logarithmic axis an error of exactly 0 cannot be drawn: it goes to the last digit."""
     return max(bound.value, 1e-17)

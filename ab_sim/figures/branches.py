@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from ab_sim.analysis.equilibria import Equilibria
-from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch
+from ab_sim.analysis.equilibria.over_speed import OverSpeed, BranchInterval
 from ab_sim.figures.colours import distinct_colours
 from ab_sim.figures.curves import say_conventions
 from ab_sim.figures.saved import Picture, save
@@ -41,18 +41,18 @@ def drawn_branches(scene: Scene, found: Equilibria, over_speed: OverSpeed) -> Pi
     figure.suptitle(f"Where the balls of {scene.name} can rest", fontsize=14)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.9))
     length, symbol = scene.whirl_unit
-    names = list(dict.fromkeys(_pattern(stretch.label) for stretch in over_speed.stretches))
+    names = list(dict.fromkeys(_pattern(interval.label) for interval in over_speed.intervals))
     spread = distinct_colours(len(names), COLOURS, avoid=["k"])
     colours = {
         name: "k" if name == "balanced" else colour
         for name, colour in zip(names, spread, strict=True)
     }
-    for stretch in over_speed.stretches:
-        colour = colours[_pattern(stretch.label)]
-        _draw(above, stretch, colour, lambda state: state.W / length)
-        if "worst" not in stretch.label and "best" not in stretch.label:
-            for i in range(len(stretch.states[0].theta)):
-                _draw(below, stretch, colour, lambda s, i=i: math.degrees(s.theta[i]), breaks=True)
+    for interval in over_speed.intervals:
+        colour = colours[_pattern(interval.label)]
+        _draw(above, interval, colour, lambda state: state.W / length)
+        if "worst" not in interval.label and "best" not in interval.label:
+            for i in range(len(interval.states[0].theta)):
+                _draw(below, interval, colour, lambda s, i=i: math.degrees(s.theta[i]), breaks=True)
     for _, fold in over_speed.folds:
         above.plot(fold.speed, fold.W / length, "D", color="w", mec="k", ms=6, zorder=5)
     for each in over_speed.crossings:
@@ -63,7 +63,7 @@ def drawn_branches(scene: Scene, found: Equilibria, over_speed: OverSpeed) -> Pi
     for axes in (above, below):
         axes.axvline(found.speed, color="0.5", lw=0.8, ls="-.")
         axes.grid(alpha=0.3)
-    sizes = [s.W / length for each in over_speed.stretches for s in each.states if s.W > 0.0]
+    sizes = [s.W / length for each in over_speed.intervals for s in each.states if s.W > 0.0]
     floor = 0.1 * min(1.0, float(np.percentile(sizes, 10))) if sizes else 0.1
     above.set_yscale("symlog", linthresh=max(floor, 1e-6))
     above.set_ylim(bottom=-0.3 * max(floor, 1e-6))
@@ -83,9 +83,9 @@ def _pattern(label: str) -> str:
     return label.split("/")[0].split(",")[0]
 
 
-def _draw(axes: Axes, stretch: Stretch, colour: str, value: Callable, breaks: bool = False) -> None:
-    values = np.array([value(state) for state in stretch.states])
-    verdicts = [state.stable for state in stretch.states]
+def _draw(axes: Axes, interval: BranchInterval, colour: str, value: Callable, breaks: bool = False) -> None:
+    values = np.array([value(state) for state in interval.states])
+    verdicts = [state.stable for state in interval.states]
     if breaks:
         values[1:][np.abs(np.diff(values)) > 180.0] = np.nan
     for verdict, style in STYLES.items():
@@ -95,7 +95,7 @@ def _draw(axes: Axes, stretch: Stretch, colour: str, value: Callable, breaks: bo
         if here.any():
             width = 2.2 if verdict else 1.1
             shown = np.where(here, values, np.nan)
-            axes.plot(stretch.speeds, shown, color=colour, ls=style, lw=width)
+            axes.plot(interval.speeds, shown, color=colour, ls=style, lw=width)
 
 
 def _legend(colours: dict[str, str]) -> list[Line2D]:

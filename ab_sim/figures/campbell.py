@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from ab_sim.analysis.modes import AVERAGE, Mode, Vibration, moving
+from ab_sim.analysis.modes import AVERAGE, Mode, NaturalVibration, moving
 from ab_sim.figures.labels import Label, label_at_right
 from ab_sim.figures.saved import Picture, save
 
@@ -23,7 +23,7 @@ ONCE: dict[str, Any] = {"color": "tab:green", "ls": ":", "lw": 1.2}
 RPM = 30.0 / math.pi
 
 
-def campbell_figure(found: Vibration, path: Path) -> None:
+def campbell_figure(found: NaturalVibration, path: Path) -> None:
     """Draw frequencies and damping ratios over speed, and write them to a file.
 
     Args:
@@ -33,7 +33,7 @@ def campbell_figure(found: Vibration, path: Path) -> None:
     save(drawn_campbell(found), path, 110)
 
 
-def drawn_campbell(found: Vibration) -> Picture:
+def drawn_campbell(found: NaturalVibration) -> Picture:
     """What ``campbell_figure`` writes, not written yet; arguments as there."""
     figure = Picture(figsize=(9, 6.5), layout="constrained")
     figure.suptitle(f"Natural frequencies of {found.scene}", fontsize=14)
@@ -77,12 +77,12 @@ def _draw(axes: Axes, speeds: np.ndarray, branch: tuple[Mode, ...], values: list
         axes.plot(speeds, np.where(here, values, np.nan), **style)
 
 
-def _label(found: Vibration, mode: Mode) -> Label:
+def _label(found: NaturalVibration, mode: Mode) -> Label:
     what = ", ".join(moving(found.linearised, mode)[:2])
     return Label(mode.frequency, f"{mode.frequency:.4g}  {what}", STYLES[mode.sense]["color"])
 
 
-def _legend(found: Vibration) -> list[Line2D]:
+def _legend(found: NaturalVibration) -> list[Line2D]:
     senses = {mode.sense for branch in found.over_speed.branches for mode in branch}
     names = {"forward": "forward whirl", "backward": "backward whirl", None: "to and fro"}
     lines = [

@@ -4,7 +4,7 @@ from ab_sim.analysis.comparison import Comparison
 from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.analysis.floquet import Followed
 from ab_sim.analysis.maps.stability import StabilityMap
-from ab_sim.analysis.modes import Vibration
+from ab_sim.analysis.modes import NaturalVibration
 from ab_sim.analysis.offline import OfflineRun
 from ab_sim.analysis.recovery import RecoveryOverDrag
 from ab_sim.batch import Batch
@@ -69,7 +69,7 @@ def followed(found: Followed) -> Picture:
     return with_plain_texts(drawn_modulus(found.scene, found))
 
 
-def modes(found: Vibration) -> Picture:
+def modes(found: NaturalVibration) -> Picture:
     """A Campbell diagram."""
     return with_plain_texts(drawn_campbell(found))
 

@@ -3,9 +3,9 @@
 import inspect
 from typing import Any, NamedTuple
 
-from ab_sim.equations.motion import Ball, Deck
+from ab_sim.equations.motion import Ball, DeckMotion
 from ab_sim.formulas.lines import Equation, Lines, lines_of
-from ab_sim.formulas.methods import METHODS, Method
+from ab_sim.formulas.methods import METHODS, EffectMethod
 from ab_sim.formulas.symbols import Symbols, lifted, symbol_of_field
 from ab_sim.scene.registry import effect_parameters
 from ab_sim.tracing.expression import Graph, reached
@@ -28,7 +28,7 @@ class Formula(NamedTuple):
     """Why there are no lines."""
 
 
-class Traced(NamedTuple):
+class TracedMethod(NamedTuple):
     """A method run on expressions."""
 
     equations: list[Equation]
@@ -61,7 +61,7 @@ def _formula(effect: type[Any], name: str) -> Formula:
     return Formula(name, meaning, lines_of(traced.equations, traced.quantities), named)
 
 
-def traced_method(effect: type[Any], name: str) -> Traced:
+def traced_method(effect: type[Any], name: str) -> TracedMethod:
     """A method of a class of effects, run on expressions."""
     graph = Graph()
     x = Symbols(graph)
@@ -77,7 +77,7 @@ def traced_method(effect: type[Any], name: str) -> Traced:
         left = [x(name)] if len(each) == 1 else [x(f"{name}_{k + 1}") for k in range(len(each))]
     sides = zip(left, each, strict=True)
     equations = [Equation(own, lifted(graph, value)) for own, value in sides]
-    return Traced(equations, quantities, fields)
+    return TracedMethod(equations, quantities, fields)
 
 
 def _is_formula(effect: type[Any], name: str) -> bool:
@@ -106,10 +106,10 @@ def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
     return values
 
 
-def _unknown(effect: type[Any], name: str) -> Method:
+def _unknown(effect: type[Any], name: str) -> EffectMethod:
     """A method that somebody else has added: its arguments by their names."""
     names = list(inspect.signature(getattr(effect, name)).parameters)[1:]
-    bodies: dict[str, Any] = {"deck": Deck, "ball": Ball}
+    bodies: dict[str, Any] = {"deck": DeckMotion, "ball": Ball}
 
     def arguments(x: Symbols) -> list[Any]:
         return [
@@ -119,4 +119,4 @@ def _unknown(effect: type[Any], name: str) -> Method:
             for each in names
         ]
 
-    return Method("", arguments, lambda x: [])
+    return EffectMethod("", arguments, lambda x: [])

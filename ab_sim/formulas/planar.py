@@ -7,9 +7,9 @@ lines show where an effect acts; its own formulas say how.
 from typing import Any, NamedTuple
 
 from ab_sim.equations.arrowhead import Arrow, normal_force
-from ab_sim.equations.motion import Ball, Deck, Spindle
+from ab_sim.equations.motion import Ball, DeckMotion, SpindleMotion
 from ab_sim.equations.planar import Planar
-from ab_sim.equations.race import Balls, OnRace, on_race, rate_change
+from ab_sim.equations.race import BallConstants, OnRace, on_race, rate_change
 from ab_sim.equations.sums import over_balls
 from ab_sim.formulas.lines import Equation, Lines, lines_of
 from ab_sim.formulas.symbols import Symbols
@@ -37,12 +37,12 @@ EXPLAINED = frozenset({"h", "l"})
 """Those that are what the effects' formulas give, without a line of their own."""
 
 
-class Effects(NamedTuple):
+class TracedEffect(NamedTuple):
     """One effect in place of all."""
 
     x: Symbols
 
-    def deck_force(self, deck: Deck) -> tuple[Any, Any]:
+    def deck_force(self, deck: DeckMotion) -> tuple[Any, Any]:
         """All of the suspension."""
         return self.x("f_1"), self.x("f_2")
 
@@ -68,20 +68,20 @@ class Effects(NamedTuple):
         return self.x("I_r")
 
 
-class Section(NamedTuple):
+class EquationGroup(NamedTuple):
     """Equations that belong together."""
 
     title: str
     lines: Lines
 
 
-def planar_sections() -> list[Section]:
+def planar_sections() -> list[EquationGroup]:
     """The equations of deck, spindle and balls, line by line."""
     system = _System(Symbols(Graph()))
     return [
-        Section("displacement and velocity", system.rates()),
-        Section("deck and spindle", system.deck()),
-        Section("each ball", system.balls()),
+        EquationGroup("displacement and velocity", system.rates()),
+        EquationGroup("deck and spindle", system.deck()),
+        EquationGroup("each ball", system.balls()),
     ]
 
 
@@ -93,12 +93,12 @@ class _System:
         m, radius, R = each("m"), each("a"), each("R")
         inertia = each("I") / (radius * radius)
         self.x, self.mu = x, each("mu")
-        constants = Balls(
+        constants = BallConstants(
             *(2, m, radius, self.mu, 1.0 / self.mu, m * R, m * R - inertia * radius),
             *(R, 1.0 / R, each("z")),
         )
-        self.spindle = Spindle(x("w"), x("al"), cos(x("psi")), sin(x("psi")), x("T"), x("z'"))
-        self.effects = (Effects(x),)
+        self.spindle = SpindleMotion(x("w"), x("al"), cos(x("psi")), sin(x("psi")), x("T"), x("z'"))
+        self.effects = (TracedEffect(x),)
         self.state = [x("u_1"), x("u_2"), x("v_1"), x("v_2")]
         self.accelerations = [x("A_1"), x("A_2"), x("al")]
         self.path = each("s''")

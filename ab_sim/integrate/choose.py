@@ -37,7 +37,7 @@ def solving_drag(system: System) -> Stepper | None:
     Returns:
         None where there is none, because it needs to know the own motion of what carries the balls.
     """
-    known = type(system.carrier).COORDINATES
+    known = type(system.deck_model).COORDINATES
     able = (stepper for stepper in steppers().values() if stepper.solves_drag)
     return next((each for each in able if known or not each.needs_own_motion), None)
 
@@ -131,11 +131,11 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
             f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which "
             f"friction, contact and a motor have; name one of: {able}"
         )
-    if stepper.needs_own_motion and not type(system.carrier).COORDINATES:
+    if stepper.needs_own_motion and not type(system.deck_model).COORDINATES:
         able = ", ".join(n for n, known in steppers().items() if not known.needs_own_motion)
         raise SceneError(
             f"solver.stepper = {stepper.name!r}: needs to know the own motion of what carries the "
-            f"balls, and {type(system.carrier).__name__} says nothing of it; name one of: {able}"
+            f"balls, and {type(system.deck_model).__name__} says nothing of it; name one of: {able}"
         )
     check_parts(stepper, step, system, rates)
     limits = limiting(stepper, rates)

@@ -14,7 +14,7 @@ from ab_sim.compiling.kinds import Floats, Table, call, fma
 from ab_sim.dynamics.system import System, has_events
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.vector_field import Field, VectorField
-from ab_sim.spindle import Piece
+from ab_sim.spindle import ScheduledSegment
 
 
 class Flown(NamedTuple):
@@ -32,8 +32,8 @@ class Flow:
 
     Args:
         system: what moves; it has no events.
-        piece: of the speed profile, taken to go on for ever.
-        modes: branches of set-valued laws, shape (n + 1, MODES).
+        scheduled: of the speed profile, taken to go on for ever.
+        discrete_state: branches of set-valued laws, shape (n + 1, MODES).
         stepper: an explicit Runge-Kutta method.
 
     Raises:
@@ -41,12 +41,12 @@ class Flow:
             would have to be cut at; or the stepper is of another kind.
     """
 
-    def __init__(self, system: System, piece: Piece, modes: np.ndarray, stepper: Stepper) -> None:
+    def __init__(self, system: System, scheduled: ScheduledSegment, discrete_state: np.ndarray, stepper: Stepper) -> None:
         if has_events(system.effects):
             raise ValueError("the system has events, and its flow no derivative without them")
         if not stepper.takes_lanes:
             raise ValueError(f"{stepper.name}: is no explicit Runge-Kutta method")
-        field = VectorField(system, piece, modes)
+        field = VectorField(system, scheduled, discrete_state)
         self.layout, self.stepper = field.layout, stepper
         self._steps = _Steps(field.emitted, *stepper.weights)
 

@@ -19,7 +19,7 @@ START, OFFSET, LENGTH = 0, 1, 2
 its step, and the length of each of its steps or parts."""
 
 
-class Plan(NamedTuple):
+class LanePlan(NamedTuple):
     """Where the steps of eight runs go; see batch.plan.merged."""
 
     stretches: IntegerTable
@@ -75,7 +75,7 @@ class Runs(NamedTuple):
     """Shape (2, 8)."""
 
 
-def advance_side_by_side(runs: Runs, plan: Plan, samples: Cube) -> None:
+def advance_side_by_side(runs: Runs, plan: LanePlan, samples: Cube) -> None:
     """Take the steps of a plan with eight runs, recording every so many.
 
     Args:
@@ -122,7 +122,7 @@ def advance_side_by_side(runs: Runs, plan: Plan, samples: Cube) -> None:
                 call(runs.slope, c, b, times, state, runs.slopes)
 
 
-def local_time(runs: Runs, plan: Plan, s: int, steps: int, lane: int) -> float:
+def local_time(runs: Runs, plan: LanePlan, s: int, steps: int, lane: int) -> float:
     """Since the piece of the profile began [s], after so many steps."""
     since = steps * runs.step_length - plan.times[s, START, lane]
     return since + plan.times[s, OFFSET, lane]

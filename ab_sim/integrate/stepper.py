@@ -28,8 +28,8 @@ class Stepper:
     memory: int = 0
     """Rows of numbers that it carries from one step to the next; they belong to the state. It
     starts anew where they are zero, and they are made so where the motion has a kink."""
-    spans: bool = False
-    """Its own steps are spans of several of the scene's, and belong to the state: memory has a line
+    collocation_steps: bool = False
+    """Its own steps are collocation steps of several of the scene's, and belong to the state: memory has a line
     for each state's motion in it, one for the state at its beginning, and two more. It starts anew
     where they are zero."""
     parts: int = 1

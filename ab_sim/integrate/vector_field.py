@@ -7,11 +7,11 @@ import numpy as np
 from ab_sim.compiling.kinds import Floats
 from ab_sim.dynamics.assemble import place_on
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import MODES, System, ball_count
-from ab_sim.events.prepared import branches_of
+from ab_sim.dynamics.system import DISCRETE_COLUMNS, System, ball_count
+from ab_sim.events.run_arrays import branches_of
 from ab_sim.kernels.code import called, caller, code_of
 from ab_sim.kernels.tangent import lanes_for, tangent_address
-from ab_sim.spindle import Piece
+from ab_sim.spindle import ScheduledSegment
 
 
 class Field(NamedTuple):
@@ -39,23 +39,23 @@ class VectorField:
 
     Args:
         system: what moves.
-        piece: of the speed profile.
-        modes: branches of set-valued laws in force, shape (n + 1, MODES).
+        scheduled: of the speed profile.
+        discrete_state: branches of set-valued laws in force, shape (n + 1, MODES).
 
     Raises:
         ValueError: the modes are not those of so many balls.
     """
 
-    def __init__(self, system: System, piece: Piece, modes: np.ndarray) -> None:
-        self.system, self.piece = system, piece
+    def __init__(self, system: System, scheduled: ScheduledSegment, discrete_state: np.ndarray) -> None:
+        self.system, self.scheduled = system, scheduled
         self.layout = layout_of(system)
         """What the states are, and where."""
-        self.modes = _shaped("modes", modes, (ball_count(system) + 1, MODES), np.int64)
-        self._code = code_of(system, type(piece.segment))
-        place = place_on(piece)
+        self.discrete_state = _shaped("modes", discrete_state, (ball_count(system) + 1, DISCRETE_COLUMNS), np.int64)
+        self._code = code_of(system, type(scheduled.segment))
+        place = place_on(scheduled)
         c = self._code.constants(system)
         self._code.put_place(c, [*place.segment, *place[1:]])
-        self._c, self._b = c, branches_of(system, self.modes)
+        self._c, self._b = c, branches_of(system, self.discrete_state)
         self._lanes, self._time = lanes_for(ball_count(system)), np.zeros(1)
         self._function = caller(4, 1)(self._code.address("slope"))
         self._pointers = self._c.ctypes.data, self._b.ctypes.data
@@ -93,7 +93,7 @@ class VectorField:
             *self._pointers,
             state.__array_interface__["data"][0],
             out.__array_interface__["data"][0],
-            time - self.piece.start,
+            time - self.scheduled.start,
         )
 
     def jacobian(self, time: float, state: np.ndarray) -> np.ndarray:
@@ -110,7 +110,7 @@ class VectorField:
         """Changes of f along directions, a line for each; shape (states, directions)."""
         at, address, lanes = self._state(state), tangent_address(self._code), self._lanes
         size, count = self.layout.size, len(directions)
-        when, found = np.array([float(time) - self.piece.start]), np.empty((size, count))
+        when, found = np.array([float(time) - self.scheduled.start]), np.empty((size, count))
         along, out = np.zeros((size + 1, lanes)), np.empty((size, lanes))
         for first in range(0, count, lanes):
             these = directions[first : first + lanes]

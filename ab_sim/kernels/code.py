@@ -11,7 +11,7 @@ import numpy as np
 
 from ab_sim.dynamics.system import System
 from ab_sim.kernels.constants import (
-    Layout,
+    ConstantsLayout,
     layout_of_constants,
     numbers_of,
     pattern,
@@ -32,7 +32,7 @@ class Code:
     """
 
     def __init__(self, system: System, segment: type[Any]) -> None:
-        self.layout: Layout = layout_of_constants(system, segment)
+        self.layout: ConstantsLayout = layout_of_constants(system, segment)
         self.model = Model(system, segment)
         self.emission = Emission(self.model, self.layout, segment._fields)
         self.size = self.emission.size
@@ -92,7 +92,7 @@ def code_of(system: System, segment: type[Any]) -> Code:
 
     The last ``KINDS`` are remembered. Whoever keeps an address has to keep the Code.
     """
-    key = pattern(system), len(system.balls), bool(system.ledger), segment
+    key = pattern(system), len(system.balls), bool(system.energy_balance), segment
     with _lock:
         if key not in _codes:
             _codes[key] = Code(system, segment)

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.dynamics.system import System, constants_of_balls
-from ab_sim.equations.race import Balls
+from ab_sim.equations.race import BallConstants
 
 PLACE_FIELDS = ("phase", "until", "angle")
 """Behind the fields of a segment."""
 
 
-class Layout(NamedTuple):
+class ConstantsLayout(NamedTuple):
     """Where raw constants are."""
 
     scalars: tuple[str, ...]
@@ -60,13 +60,13 @@ def traced(value: Any, name: str, make: Callable[[str], Any]) -> Any:
     return value
 
 
-def layout_of_constants(system: System, segment: type[Any]) -> Layout:
+def layout_of_constants(system: System, segment: type[Any]) -> ConstantsLayout:
     """Where the constants of a system are, with segments of a kind."""
     scalars = tuple(name for name, _ in flattened(_bodies(system), ""))
     n = len(system.balls)
-    place = len(scalars) + n * (len(Balls._fields) - 1)
+    place = len(scalars) + n * (len(BallConstants._fields) - 1)
     size = place + len(segment._fields) + len(PLACE_FIELDS)
-    return Layout(scalars, len(scalars), place, size)
+    return ConstantsLayout(scalars, len(scalars), place, size)
 
 
 def numbers_of(system: System) -> np.ndarray:
@@ -81,9 +81,9 @@ def traced_bodies(system: System, make: Callable[[str], Any]) -> tuple[Any, tupl
     return deck, effects
 
 
-def traced_balls(count: int, make: Callable[[str], Any]) -> Balls:
+def traced_balls(count: int, make: Callable[[str], Any]) -> BallConstants:
     """Constants of so many balls."""
-    return Balls(count, *(make(name) for name in Balls._fields[1:]))
+    return BallConstants(count, *(make(name) for name in BallConstants._fields[1:]))
 
 
 def pattern(system: System) -> Any:
@@ -92,7 +92,7 @@ def pattern(system: System) -> Any:
 
 
 def _bodies(system: System) -> tuple[Any, tuple[Any, ...]]:
-    return system.carrier, system.effects
+    return system.deck_model, system.effects
 
 
 def _pattern(value: Any) -> Any:

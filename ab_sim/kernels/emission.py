@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
-from ab_sim.kernels.constants import PLACE_FIELDS, Layout
+from ab_sim.kernels.constants import PLACE_FIELDS, ConstantsLayout
 from ab_sim.kernels.model import Evaluated, Model
 from ab_sim.tracing import Expression, Level, lowered
 from ab_sim.tracing.expression import ROWS
-from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, border
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, border
 
 CONSTANTS, BRANCHES, TIMES = "c", "b", "t"
 """Names of pointers: constants, branches of set-valued laws, and in lanes the times."""
@@ -22,19 +22,19 @@ class Emission:
         segment_fields: how many numbers a segment has.
     """
 
-    def __init__(self, model: Model, layout: Layout, segment_fields: tuple[str, ...]) -> None:
+    def __init__(self, model: Model, layout: ConstantsLayout, segment_fields: tuple[str, ...]) -> None:
         self.model, self.layout = model, layout
         n = model.count
         columns = model.balls._fields[1:]
-        self.places = {name: Place(CONSTANTS, k) for k, name in enumerate(layout.scalars)}
+        self.places = {name: MemorySlot(CONSTANTS, k) for k, name in enumerate(layout.scalars)}
         for k, name in enumerate(columns):
-            self.places[name] = Place(CONSTANTS, layout.balls + k * n)
+            self.places[name] = MemorySlot(CONSTANTS, layout.balls + k * n)
         fields = [*(f"segment.{name}" for name in segment_fields), *PLACE_FIELDS]
         for k, name in enumerate(fields):
-            self.places[name] = Place(CONSTANTS, layout.place + k)
-        self.places["sign"] = Place(BRANCHES, 0)
-        self.places["mobility_now"] = self.places[ROWS] = Place(BRANCHES, n)
-        self.places["limit"] = Place(BRANCHES, n + n * (n if model.has_contact else 1))
+            self.places[name] = MemorySlot(CONSTANTS, layout.place + k)
+        self.places["sign"] = MemorySlot(BRANCHES, 0)
+        self.places["mobility_now"] = self.places[ROWS] = MemorySlot(BRANCHES, n)
+        self.places["limit"] = MemorySlot(BRANCHES, n + n * (n if model.has_contact else 1))
         at = model.motion()
         evaluated = model.evaluated(at)
         roots = {
@@ -48,11 +48,11 @@ class Emission:
             roots["table"] = model.table(at, evaluated)
             roots["block"] = model.block(evaluated.arrow)
         self.roots = self.lowered(roots)
-        self.known: dict[int, Place] = {}
+        self.known: dict[int, MemorySlot] = {}
         self.size = layout.size
         """Of the constants, with what follows from them."""
         for x in border([x for group in self.roots.values() for x in group], Level.PARAMETER):
-            self.known[x.number] = Place(CONSTANTS, self.size)
+            self.known[x.number] = MemorySlot(CONSTANTS, self.size)
             self._derived.append(x)
             self.size += n if x.each else 1
 
@@ -70,13 +70,13 @@ class Emission:
         flat = iter(lowered([x for group in roots.values() for x in group]))
         return {name: [next(flat) for _ in group] for name, group in roots.items()}
 
-    def state_places(self, pointer: str) -> dict[str, Place]:
+    def state_places(self, pointer: str) -> dict[str, MemorySlot]:
         """Where the states are that a pointer points to."""
         own, n = self.model.states, self.model.count
-        found = {f"deck[{j}]": Place(pointer, j) for j in range(own)}
-        found |= {"theta": Place(pointer, own), "rate": Place(pointer, own + n)}
+        found = {f"deck[{j}]": MemorySlot(pointer, j) for j in range(own)}
+        found |= {"theta": MemorySlot(pointer, own), "rate": MemorySlot(pointer, own + n)}
         for k, name in enumerate(("psi", "omega", "integral")):
-            found[name] = Place(pointer, own + 2 * n + k)
+            found[name] = MemorySlot(pointer, own + 2 * n + k)
         return found
 
     def prepare(self, lanes: int = 1) -> Function:
@@ -115,7 +115,7 @@ class Emission:
         first, bound = [CONSTANTS, BRANCHES], {}
         if lanes > 1 or times:
             first.append(TIMES)
-            places |= {each: Place(TIMES, k) for k, each in enumerate(numbers)}
+            places |= {each: MemorySlot(TIMES, k) for k, each in enumerate(numbers)}
             numbers = ()
         else:
             bound = {each: [f"%{each}"] for each in numbers}
@@ -129,21 +129,21 @@ class Emission:
         for k, x in enumerate(roots):
             is_ball = k in (own, own + 1)
             if n or not is_ball:
-                body.store(x, Place(pointer, at[k]), each=is_ball)
+                body.store(x, MemorySlot(pointer, at[k]), each=is_ball)
 
     def store_row(self, body: Body, pointer: str) -> None:
         """Write a sample's row, the balls' angles and rates behind the deck's channels."""
         model, roots = self.model, self.roots["sample"]
         for k, x in enumerate(roots):
-            body.store(x, Place(pointer, k))
+            body.store(x, MemorySlot(pointer, k))
         first = len(roots)
         if model.count:
             for k, name in enumerate(("theta", "rate")):
                 each = model.graph.input(name, each=True)
-                body.store(each, Place(pointer, first + k, stride=2))
+                body.store(each, MemorySlot(pointer, first + k, stride=2))
         if model.has_motor:
             torque = self.roots["torque"][0]
-            body.store(torque, Place(pointer, first + 2 * model.count))
+            body.store(torque, MemorySlot(pointer, first + 2 * model.count))
 
     def slope(self, lanes: int = 1, uniform: Sequence[str] = ()) -> Function:
         """``slope(c, b, y, k, time)``."""
@@ -171,42 +171,42 @@ class Emission:
         )
         self.store_slope(body, self.roots["slope"], "k")
         for k, x in enumerate(self.roots["accelerations"]):
-            body.store(x, Place("x", k))
+            body.store(x, MemorySlot("x", k))
         for k, x in enumerate(self.roots["motor"]):
-            body.store(x, Place("motor", k))
+            body.store(x, MemorySlot("motor", k))
         n = self.model.count
         for k, x in enumerate(self.roots["table"] if n else ()):
-            body.store(x, Place("table", k * n), each=True)
+            body.store(x, MemorySlot("table", k * n), each=True)
         return into
 
     def arrow(self) -> Function:
         """``arrow(c, b, y, block, time)``."""
         into, body = self.function("arrow", ["y", "block"], ["time"], state="y")
         for k, x in enumerate(self.roots["block"]):
-            body.store(x, Place("block", k))
+            body.store(x, MemorySlot("block", k))
         return into
 
     def restitution(self) -> Function:
         """``restitution(c, b, out, approach)``."""
         into, body = self.function("restitution", ["out"], ["approach"])
         (root,) = lowered([self.model.restitution()])
-        body.store(root, Place("out", 0))
+        body.store(root, MemorySlot("out", 0))
         return into
 
-    def kick(self) -> Function:
-        """``kick(c, b, y, jumps, v)``: adds jumps of velocity to v, of the state's layout."""
-        into, body = self.function("kick", ["y", "jumps", "v"], [], state="y")
+    def apply_impulse(self) -> Function:
+        """``apply_impulse(c, b, y, jumps, v)``: adds jumps of velocity to v, of the state's layout."""
+        into, body = self.function("apply_impulse", ["y", "jumps", "v"], [], state="y")
         model = self.model
         places = dict(body.places) | {
-            f"jump[{r}]": Place("jumps", r) for r in range(model.unknowns)
+            f"jump[{r}]": MemorySlot("jumps", r) for r in range(model.unknowns)
         }
         before = {j: model.graph.input(f"before[{j}]") for j in range(model.states)}
-        places |= {f"before[{j}]": Place("v", j) for j in before}
+        places |= {f"before[{j}]": MemorySlot("v", j) for j in before}
         own = Body(into, places, self.known)
         added = model.jump(model.motion())
         sums = lowered([before[j] + x for j, x in enumerate(added)])
         for x in sums:
             own.values(x)
         for j, x in enumerate(sums):
-            own.store(x, Place("v", j))
+            own.store(x, MemorySlot("v", j))
         return into

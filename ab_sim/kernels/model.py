@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from ab_sim.dynamics.system import System
 from ab_sim.equations.arrowhead import Arrow, Solved, solve
 from ab_sim.equations.energy import powers
-from ab_sim.equations.motion import Spindle
+from ab_sim.equations.motion import SpindleMotion
 from ab_sim.equations.race import (
     OnRace,
     friction_coefficient,
@@ -14,14 +14,14 @@ from ab_sim.equations.race import (
     path_length,
     rate_change,
 )
-from ab_sim.equations.spindle import Driven, Place, Torques, driven, has_motor, prescribed
+from ab_sim.equations.spindle import MotorState, SegmentInputs, Torques, motor_driven, has_motor, prescribed
 from ab_sim.equations.sums import Number, any_has, over_effects
 from ab_sim.kernels.constants import traced_balls, traced_bodies
 from ab_sim.tracing import Expression, Graph, Level, cos, sin
 from ab_sim.tracing.expression import rows
 
 
-class Motion(NamedTuple):
+class TracedState(NamedTuple):
     """A state at a time, as expressions."""
 
     time: Number
@@ -30,14 +30,14 @@ class Motion(NamedTuple):
     theta: Number
     rate: Number
     """Of each ball."""
-    spindle: Driven | None
+    spindle: MotorState | None
     """With a motor."""
 
 
 class Evaluated(NamedTuple):
     """What the equations say of a state."""
 
-    spindle: Spindle
+    spindle: SpindleMotion
     torques: Torques | None
     on: OnRace
     arrow: Arrow
@@ -58,30 +58,30 @@ class Model:
         self.deck, self.effects = traced_bodies(system, self._parameter)
         self.balls = traced_balls(self.count, lambda name: self._parameter(name, each=True))
         fields = [self._parameter(f"segment.{name}") for name in segment._fields]
-        self.place = Place(segment(*fields), self._parameter("phase"), self._parameter("angle"))
-        self.states = type(system.carrier).STATES
-        self.unknowns: int = type(system.carrier).UNKNOWNS + 1
+        self.place = SegmentInputs(segment(*fields), self._parameter("phase"), self._parameter("angle"))
+        self.states = type(system.deck_model).STATES
+        self.unknowns: int = type(system.deck_model).UNKNOWNS + 1
         self.has_motor = has_motor(self.effects)
         self.has_friction = any_has(self.effects, "friction_coefficient")
         self.has_contact = any_has(self.effects, "restitution")
         self.has_events = self.has_motor or self.has_friction or self.has_contact
-        self.has_energy_balance = bool(system.ledger)
+        self.has_energy_balance = bool(system.energy_balance)
         self.angle_needed = bool(
-            type(system.carrier).NEEDS_ANGLE or any_has(self.effects, "space_force", "gravity")
+            type(system.deck_model).NEEDS_ANGLE or any_has(self.effects, "space_force", "gravity")
         )
 
     def _parameter(self, name: str, each: bool = False) -> Expression:
         return self.graph.input(name, Level.PARAMETER, each)
 
-    def motion(self) -> Motion:
+    def motion(self) -> TracedState:
         """Of inputs: the state as it is in memory, at the input ``time``."""
         given = self.graph.input
         spindle = None
         if self.has_motor:
             # Which branch the motor is in changes at events only.
             limit = given("limit", Level.TIME)
-            spindle = Driven(given("psi"), given("omega"), given("integral"), limit)
-        return Motion(
+            spindle = MotorState(given("psi"), given("omega"), given("integral"), limit)
+        return TracedState(
             given("time", Level.TIME),
             [given(f"deck[{j}]") for j in range(self.states)],
             given("theta", each=True),
@@ -104,15 +104,15 @@ class Model:
             return force * self.graph.input("mobility_now", Level.TIME, each=True)
         return force * self.balls.mobility
 
-    def spindle(self, at: Motion) -> tuple[Spindle, Torques | None]:
+    def spindle(self, at: TracedState) -> tuple[SpindleMotion, Torques | None]:
         """The spindle's motion."""
         if at.spindle is None:
             return prescribed(self.effects, self.place, at.time, self.angle_needed), None
-        return driven(self.effects, self.place, at.time, at.spindle, self.angle_needed)
+        return motor_driven(self.effects, self.place, at.time, at.spindle, self.angle_needed)
 
     def arrow(
-        self, at: Motion, c: Number | None = None, s: Number | None = None
-    ) -> tuple[Spindle, Torques | None, OnRace, Arrow]:
+        self, at: TracedState, c: Number | None = None, s: Number | None = None
+    ) -> tuple[SpindleMotion, Torques | None, OnRace, Arrow]:
         """The equations, not yet solved; cosines and sines of the balls' angles may be given."""
         spindle, torques = self.spindle(at)
         c = cos(at.theta) if c is None else c
@@ -121,14 +121,14 @@ class Model:
         arrow = self.deck.arrow(self.effects, self.balls, on, spindle, at.deck)
         return spindle, torques, on, arrow
 
-    def evaluated(self, at: Motion) -> Evaluated:
+    def evaluated(self, at: TracedState) -> Evaluated:
         """The equations, solved."""
         spindle, torques, on, arrow = self.arrow(at)
         prescribed_one = None if self.has_motor else spindle.acceleration
         solved = solve(arrow, self.count, self.mobility, self.friction(), prescribed_one)
         return Evaluated(spindle, torques, on, arrow, solved)
 
-    def slope(self, at: Motion, found: Evaluated) -> list[Expression]:
+    def slope(self, at: TracedState, found: Evaluated) -> list[Expression]:
         """Rates of change of all states, in their order; of the balls, one for all."""
         spindle, torques, on, arrow, solved = found
         deck = self.deck.rates(self.effects, spindle, at.deck, solved.x)
@@ -150,7 +150,7 @@ class Model:
             )
         return [self.lifted(rate) for rate in rates]
 
-    def sample(self, at: Motion, found: Evaluated) -> list[Expression]:
+    def sample(self, at: TracedState, found: Evaluated) -> list[Expression]:
         """A sample's row but for the balls, at the input ``profile_time``; torque last.
 
         Whole turns of a motor's spindle are left out.
@@ -167,7 +167,7 @@ class Model:
         row = [angle, speed, asked, *own]
         return [self.lifted(x) for x in row]
 
-    def table(self, at: Motion, found: Evaluated) -> list[Expression]:
+    def table(self, at: TracedState, found: Evaluated) -> list[Expression]:
         """Columns of the balls' table for events, see ``ab_sim.events``."""
         _, _, on, arrow, solved = found
         friction = self.friction()
@@ -199,7 +199,7 @@ class Model:
         approach = self.graph.input("approach")
         return self.lifted(over_effects(self.effects, "restitution", 0.0, approach))
 
-    def jump(self, at: Motion) -> list[Expression]:
+    def jump(self, at: TracedState) -> list[Expression]:
         """What jumps of velocity, inputs ``jump[r]``, add to the deck's states."""
         jumps = [self.graph.input(f"jump[{r}]") for r in range(self.unknowns)]
         return [self.lifted(x) for x in self.deck.jump(at.deck, jumps)]

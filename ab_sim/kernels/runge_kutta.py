@@ -7,10 +7,10 @@ import numpy as np
 
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES, Emission
 from ab_sim.tracing.functions import GROUP
-from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, kind, literal
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, kind, literal
 
 
-class Piece(NamedTuple):
+class StatePart(NamedTuple):
     """Numbers of a state that lie side by side, and are one value."""
 
     first: int
@@ -18,19 +18,19 @@ class Piece(NamedTuple):
     """How many; in lanes always one."""
 
 
-def pieces_of(emission: Emission, lanes: int) -> list[Piece]:
+def pieces_of(emission: Emission, lanes: int) -> list[StatePart]:
     """How a state is held: the deck's states by twos or fours, the balls' by groups."""
     model = emission.model
     own, n = model.states, model.count
     size = own + 2 * n + len(emission.roots["slope"]) - own - 2
     if lanes > 1:
-        return [Piece(j, 1) for j in range(size)]
+        return [StatePart(j, 1) for j in range(size)]
     by = 2 if own <= 4 else 4
-    pieces = [Piece(j, min(by, own - j)) for j in range(0, own, by)]
+    pieces = [StatePart(j, min(by, own - j)) for j in range(0, own, by)]
     for first in (own, own + n):
-        pieces += [Piece(first + j, min(GROUP, n - j)) for j in range(0, n, GROUP)]
+        pieces += [StatePart(first + j, min(GROUP, n - j)) for j in range(0, n, GROUP)]
     rest = size - own - 2 * n
-    return [*pieces, *([Piece(own + 2 * n, rest)] if rest else [])]
+    return [*pieces, *([StatePart(own + 2 * n, rest)] if rest else [])]
 
 
 def step_text(
@@ -134,13 +134,13 @@ def _step_function(
     shape = Shape(emission.model.count, lanes)
     if lanes > 1:
         into = Function("step", [CONSTANTS, BRANCHES, TIMES, "y", "k", "trial"], shape)
-        begin, length = (into.load(Place(TIMES, at), 0, 1) for at in (0, 1))
+        begin, length = (into.load(MemorySlot(TIMES, at), 0, 1) for at in (0, 1))
     else:
         numbers = ["begin", "length"]
         into = Function("step", [CONSTANTS, BRANCHES, "y", "k", "trial"], shape, numbers)
         begin, length = "%begin", "%length"
-    state = [into.load(Place("y", p.first), 0, p.width) for p in pieces]
-    slopes = [[into.load(Place("k", p.first), 0, p.width) for p in pieces]]
+    state = [into.load(MemorySlot("y", p.first), 0, p.width) for p in pieces]
+    slopes = [[into.load(MemorySlot("k", p.first), 0, p.width) for p in pieces]]
 
     def combined(row: np.ndarray) -> list[str]:
         """State plus length times weighted slopes."""
@@ -170,5 +170,5 @@ def _step_function(
             [into.put(f"extractvalue {slope.result} {called}, {at}") for at in range(len(pieces))]
         )
     for piece, value in zip(pieces, combined(b), strict=True):
-        into.store(value, Place("trial", piece.first), 0, piece.width * lanes)
+        into.store(value, MemorySlot("trial", piece.first), 0, piece.width * lanes)
     return into

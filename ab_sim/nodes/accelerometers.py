@@ -9,7 +9,7 @@ from rclpy.publisher import Publisher
 from ab_msgs_py import topics
 from ab_msgs_py.imu import ImuEncoder
 from ab_msgs_py.samples import frame_of
-from ab_sim.drive.faults.in_force import FaultsInForce
+from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import Scene
 from ab_sim.scene.sensors import steps_per_sample
@@ -27,7 +27,7 @@ class _Stream(NamedTuple):
     """Integration steps per sample."""
     step_ns: int
 
-    def publish(self, run: Trajectory, faults: FaultsInForce) -> None:
+    def publish(self, run: Trajectory, faults: ActiveFaults) -> None:
         """Those of consecutive integration steps, as far as the sensor says them."""
         # A sample takes 5 us, a thousand times a second and more, in vain if nobody listens.
         if not self.publisher.get_subscription_count():
@@ -71,7 +71,7 @@ class Accelerometers:
             if aliases := sensor.aliasing(step):
                 self._node.get_logger().warning(f"sensor {name} {aliases}")
 
-    def publish(self, runs: Iterable[Trajectory], faults: FaultsInForce) -> None:
+    def publish(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:
         """Publish the samples that were taken in some integration steps, as sensors have them."""
         for run in runs if self._streams else ():
             for stream in self._streams if len(run) else ():

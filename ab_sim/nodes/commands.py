@@ -10,7 +10,7 @@ from ab_msgs_py import topics
 from ab_msgs_py.samples import command_of
 from ab_sim.errors import CommandError, exact
 from ab_sim.nodes.command_path import CommandPath, Silence
-from ab_sim.nodes.spread import Spread
+from ab_sim.nodes.duration_histogram import DurationHistogram
 
 AT_ONCE = 1000
 """Most commands taken at a wake-up: some 4 ms. The others wait, so that a flood stops no clock."""
@@ -26,7 +26,7 @@ def at_wake_ups(message: Any) -> None:
     """In the place of a callback, which nobody is to call: marks what wake-ups take themselves."""
 
 
-class Commands:
+class PendingCommands:
     """What has been commanded since the last wake-up.
 
     The executor does not answer their subscription (``DriveSim.subscriptions``): a flood then makes
@@ -43,7 +43,7 @@ class Commands:
     def __init__(self, node: Node, path: CommandPath) -> None:
         self._node, self._path = node, path
         self._subscription: Subscription[Any] | None = None
-        self._delays = Spread()
+        self._delays = DurationHistogram()
         self._told = 0
         self._sources = 0
         self._unheard: dict[tuple[int, ...], str] = {}

@@ -14,11 +14,11 @@ from ab_sim.errors import AbSimError, CommandError, InputError
 from ab_sim.nodes.command_path import CommandPath
 from ab_sim.nodes.drive_settings import TimeMode
 from ab_sim.nodes.parameters import path_of
-from ab_sim.nodes.prepared import Prepared
+from ab_sim.nodes.prepared_drive import PreparedDrive
 from ab_sim.scene import Scene
 
 if TYPE_CHECKING:
-    from ab_sim.nodes.bench import Bench
+    from ab_sim.nodes.session import Session
     from ab_sim.nodes.drive_sim import DriveSim
 
 PATIENCE = 1.0
@@ -68,16 +68,16 @@ class DriveControl:
 
     def pause(self, pause: bool) -> Answer:
         """Pause, or resume; simulated time stands still meanwhile."""
-        with self._node.active() as bench:
-            if not pause and bench.mode is TimeMode.LOCK_STEP:
+        with self._node.active() as session:
+            if not pause and session.mode is TimeMode.LOCK_STEP:
                 return False, "time_mode is lock_step: time goes on by ~/step"
-            if pause == bench.paused:
+            if pause == session.paused:
                 return True, "paused already" if pause else "running already"
-            if not pause and bench.trouble:
-                return False, f"{bench.trouble}; reset first"
-            bench.settle()
-            bench.paused = pause
-            bench.restart_clock()
+            if not pause and session.trouble:
+                return False, f"{session.trouble}; reset first"
+            session.settle()
+            session.paused = pause
+            session.restart_clock()
             return True, "paused" if pause else "running"
 
     def step(self) -> Answer:
@@ -87,67 +87,67 @@ class DriveControl:
             return False, refusal
         wakes = 0
         while wakes < values["steps"] and not node.stopping.is_set():
-            with node.active() as bench:
-                if not bench.standing:
+            with node.active() as session:
+                if not session.standing:
                     return False, "not paused: pause first"
-                if bench.trouble:
-                    return False, f"{bench.trouble}; reset first"
-                bench.take_commands()
-                bench.advance(bench.now.per_wake)
-                if bench.trouble:
-                    return False, bench.trouble
+                if session.trouble:
+                    return False, f"{session.trouble}; reset first"
+                session.take_commands()
+                session.advance(session.now.per_wake)
+                if session.trouble:
+                    return False, session.trouble
             wakes += 1
-        with node.active() as bench:
-            bench.flush()
-            commands, bench.stepped_for = bench.new_commands, bench.path.heard
-            return True, Stepped(bench.now.time_ns, wakes, commands).text
+        with node.active() as session:
+            session.flush()
+            commands, session.stepped_for = session.new_commands, session.path.heard
+            return True, Stepped(session.now.time_ns, wakes, commands).text
 
     def reset(self) -> Answer:
         """Back to t = 0 and the scene's start; a command under way is forgotten."""
-        return self._leap(lambda bench: bench.led.reset(), "reset to t = 0")
+        return self._leap(lambda session: session.led.reset(), "reset to t = 0")
 
     def reset_time(self) -> Answer:
         """Back to t = 0 in the present state."""
-        return self._leap(lambda bench: bench.led.reset_time(), "time reset to t = 0")
+        return self._leap(lambda session: session.led.reset_time(), "time reset to t = 0")
 
     def reset_state(self) -> Answer:
         """Back to the scene's start, and time goes on; a command under way is forgotten."""
-        return self._leap(lambda bench: bench.led.reset_state(), "state reset")
+        return self._leap(lambda session: session.led.reset_state(), "state reset")
 
     def load_scene(self) -> Answer:
         """The scene of the parameters, from t = 0."""
         node, values = self._node, self._node.settings.values
-        with node.active() as bench:
-            asked = bench
+        with node.active() as session:
+            asked = session
         prepared = self._prepare(node.scene_of(values))
-        with node.active(asked) as bench:
-            bench.settle()
-            _last_words(bench)
-            bench.path.lead(prepared.drive.servo, prepared.drive.step)
-            bench.trouble = ""
-            bench.begin(prepared)
-            bench.publish()
-            bench.restart_clock()
+        with node.active(asked) as session:
+            session.settle()
+            _last_words(session)
+            session.path.lead(prepared.drive.servo, prepared.drive.step)
+            session.trouble = ""
+            session.begin(prepared)
+            session.publish()
+            session.restart_clock()
             return True, f"{prepared.scene.name}, t = 0"
 
     def load_disc(self) -> Answer:
         """The disc of the parameters, in the present state."""
         node, values = self._node, self._node.settings.values
         eccentricity, angle = values["disc_eccentricity"], values["disc_angle"]
-        with node.active() as bench:
-            asked, before = _sound(bench), bench.now
+        with node.active() as session:
+            asked, before = _sound(session), session.now
             scene, moved = with_disc(before.scene, eccentricity, angle)
         share = node.settings.values["error_checks"]
         prepared = node.unless_ended(lambda: before.altered(scene, (), share))
-        with node.active(asked) as bench:
-            _leave(bench)
-            if bench.trouble:
-                return False, f"{bench.trouble}; reset first"
-            kept = moved(bench.now.drive.snapshot())
-            bench.begin(prepared)
-            bench.led.leap(kept)
-            bench.pending = [bench.now.drive.present()]
-            _arrive(bench)
+        with node.active(asked) as session:
+            _leave(session)
+            if session.trouble:
+                return False, f"{session.trouble}; reset first"
+            kept = moved(session.now.drive.snapshot())
+            session.begin(prepared)
+            session.led.leap(kept)
+            session.pending = [session.now.drive.present()]
+            _arrive(session)
             return True, f"eccentricity {eccentricity:g} m, {angle:g} rad further"
 
     def inject_faults(self) -> Answer:
@@ -163,82 +163,82 @@ class DriveControl:
     def save_snapshot(self) -> Answer:
         """The present, to a file."""
         path = path_of(self._node.settings.values["snapshot"])
-        with self._node.active() as bench:
-            _sound(bench).catch_up()
-            kept = bench.now.drive.snapshot(), bench.path.state()
-            scene, time_ns = bench.now.scene, bench.now.time_ns
+        with self._node.active() as session:
+            _sound(session).catch_up()
+            kept = session.now.drive.snapshot(), session.path.state()
+            scene, time_ns = session.now.scene, session.now.time_ns
         write_snapshot(path, scene, *kept, CommandPath.__module__)
         return True, f"{path}: t = {time_ns * 1e-9:.9g} s"
 
     def restore_snapshot(self) -> Answer:
         """Back to what a file holds."""
         path = path_of(self._node.settings.values["snapshot"])
-        with self._node.active() as bench:
-            asked, scene = _sound(bench), bench.now.scene
+        with self._node.active() as session:
+            asked, scene = _sound(session), session.now.scene
         kept, commands = read_snapshot(path, scene, CommandPath.__module__)
 
-        def leap(bench: "Bench") -> None:
+        def leap(session: "Session") -> None:
             try:
-                bench.now.drive.check(kept)
+                session.now.drive.check(kept)
             except ValueError as error:
                 raise InputError(f"snapshot {path}: {error}") from error
-            bench.path.restore(commands)  # it may refuse, too
-            bench.led.leap(kept)
+            session.path.restore(commands)  # it may refuse, too
+            session.led.leap(kept)
 
         return self._leap(leap, f"restored {path}", asked)
 
     def emergency_stop(self) -> Answer:
         """To standstill as fast as the spindle can, whatever is commanded."""
-        with self._node.active() as bench:
-            if bench.path.stopped:
+        with self._node.active() as session:
+            if session.path.stopped:
                 return True, "stopped already"
-            bench.take_commands()
-            bench.path.emergency_stop()
-            bench.report()
+            session.take_commands()
+            session.path.emergency_stop()
+            session.report()
         self._node.get_logger().warning("emergency stop")
         return True, "stopping; commands are ignored until ~/reset_emergency_stop"
 
     def reset_emergency_stop(self) -> Answer:
         """Follow commands again."""
-        with self._node.active() as bench:
-            if not bench.path.stopped:
+        with self._node.active() as session:
+            if not session.path.stopped:
                 return False, "there is no emergency stop"
-            bench.take_commands()
-            bench.path.release()
-            bench.report()
+            session.take_commands()
+            session.path.release()
+            session.report()
         self._node.get_logger().info("emergency stop is over")
         return True, "the next command is followed"
 
-    def _prepare(self, scene: Scene) -> Prepared:
+    def _prepare(self, scene: Scene) -> PreparedDrive:
         node = self._node
         values, say = node.settings.values, node.get_logger().info
         return node.unless_ended(lambda: node.prepare(scene, values, say))
 
     def _break(self, faults: tuple[Fault, ...]) -> Answer:
-        with self._node.active() as bench:
-            asked, before = bench, bench.now
+        with self._node.active() as session:
+            asked, before = session, session.now
             if faults == before.drive.faults:
-                return True, f"faults in force already: {bench.marks.words}"
+                return True, f"faults in force already: {session.marks.words}"
         share = self._node.settings.values["error_checks"]
         prepared = self._node.unless_ended(lambda: before.altered(before.scene, faults, share))
-        with self._node.active(asked) as bench:
-            _leave(bench)
-            if bench.trouble:
-                return False, f"{bench.trouble}; reset first"
-            bench.go_on_with(prepared)
-            _arrive(bench)
-            bench.report()
-            return True, f"faults in force: {bench.marks.words}"
+        with self._node.active(asked) as session:
+            _leave(session)
+            if session.trouble:
+                return False, f"{session.trouble}; reset first"
+            session.go_on_with(prepared)
+            _arrive(session)
+            session.report()
+            return True, f"faults in force: {session.marks.words}"
 
     def _wait_for(self, commands: int) -> str:
         """Until so many have come since the last request; why not, if they do not."""
         node, end = self._node, time.monotonic() + PATIENCE
         while True:
-            with node.active() as bench:
-                if not bench.standing:
+            with node.active() as session:
+                if not session.standing:
                     return ""
-                bench.take_commands()
-                came = bench.new_commands
+                session.take_commands()
+                came = session.new_commands
             if came >= commands:
                 return ""
             if time.monotonic() > end or node.stopping.is_set():
@@ -246,43 +246,43 @@ class DriveControl:
             time.sleep(2e-4)
 
     def _leap(
-        self, leap: Callable[["Bench"], None], said: str, asked: "Bench | None" = None
+        self, leap: Callable[["Session"], None], said: str, asked: "Session | None" = None
     ) -> Answer:
-        with self._node.active(asked) as bench:
-            _leave(bench)
-            leap(bench)
-            bench.trouble = ""
-            bench.pending = [bench.now.drive.present()]
-            _arrive(bench)
-            reached = bench.now.time_ns
+        with self._node.active(asked) as session:
+            _leave(session)
+            leap(session)
+            session.trouble = ""
+            session.pending = [session.now.drive.present()]
+            _arrive(session)
+            reached = session.now.time_ns
         self._node.get_logger().info(said)
         return True, f"t = {reached * 1e-9:.9g}"
 
 
-def _sound(bench: "Bench") -> "Bench":
+def _sound(session: "Session") -> "Session":
     """The same.
 
     Raises:
         CommandError: its drive is broken, and what is asked for is made for a sound one.
     """
-    if bench.now.drive.faults:
-        raise CommandError(f"faults are in force ({bench.marks.words}): ~/clear_faults first")
-    return bench
+    if session.now.drive.faults:
+        raise CommandError(f"faults are in force ({session.marks.words}): ~/clear_faults first")
+    return session
 
 
-def _leave(bench: "Bench") -> None:
+def _leave(session: "Session") -> None:
     """What has run does so until now, and says so."""
-    bench.catch_up()
-    _last_words(bench)
+    session.catch_up()
+    _last_words(session)
 
 
-def _last_words(bench: "Bench") -> None:
-    if bench.now.drive.steps:
-        bench.flush()
-    bench.report()
+def _last_words(session: "Session") -> None:
+    if session.now.drive.steps:
+        session.flush()
+    session.report()
 
 
-def _arrive(bench: "Bench") -> None:
+def _arrive(session: "Session") -> None:
     """First words of what runs now."""
-    bench.publish()
-    bench.go_on(time.monotonic())
+    session.publish()
+    session.go_on(time.monotonic())

@@ -3,7 +3,7 @@
 from collections import deque
 from typing import NamedTuple
 
-from ab_sim.accuracy import Price, share_of
+from ab_sim.accuracy import WorkPrecision, share_of
 from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
 from ab_sim.drive.overlap import OverlapWatch, overlaps_text
@@ -15,7 +15,7 @@ WINDOWS = (10, 60)
 """Longer ones, in periods."""
 
 
-class Tolerance(NamedTuple):
+class RealTimeTolerance(NamedTuple):
     """What is still real time."""
 
     factor: float
@@ -32,7 +32,7 @@ class DriveHealth:
         pacer: says when.
         checks: of the drive's error, if there are any.
         tolerance: beyond it there is something to warn of.
-        price: how the drive's solver was found, if an accuracy was asked for.
+        work_precision: how the drive's solver was found, if an accuracy was asked for.
     """
 
     def __init__(
@@ -40,22 +40,22 @@ class DriveHealth:
         drive: Drive,
         pacer: Pacer,
         checks: LiveChecks | None,
-        tolerance: Tolerance,
-        price: Price | None = None,
+        tolerance: RealTimeTolerance,
+        work_precision: WorkPrecision | None = None,
     ) -> None:
         self._drive, self._pacer, self.checks = drive, pacer, checks
-        self.tolerance, self._price = tolerance, price
+        self.tolerance, self._work_precision = tolerance, work_precision
         self.paced = True
         """Whether simulated time has to keep pace with the clock."""
         self._reports: deque[tuple[float, int]] = deque([(0.0, 0)], maxlen=max(WINDOWS) + 1)
         self._factor: float | None = None
-        self._crowded = 0
+        self._unresolved = 0
         self._overlaps, self._looked = OverlapWatch(drive.scene), 0
 
     @property
     def stepper_chosen(self) -> str:
         """Why the drive has its stepper."""
-        return self._drive.choice.reason if self._price is None else self._price.reason
+        return self._drive.choice.reason if self._work_precision is None else self._work_precision.reason
 
     def begin(self, now: float) -> None:
         """Time stands still, or goes on, from ``now`` on: the factor begins anew."""
@@ -90,8 +90,8 @@ class DriveHealth:
         """What has gone less than well since the last call."""
         pacing, drive = self._pacer.recent(), self._drive
         # A drive that was reset has begun to count again.
-        crowded = drive.crowded_steps - min(self._crowded, drive.crowded_steps)
-        self._crowded = drive.crowded_steps
+        crowded = drive.steps_with_unresolved_events - min(self._unresolved, drive.steps_with_unresolved_events)
+        self._unresolved = drive.steps_with_unresolved_events
         news = []
         if pacing.dropped:
             news.append(f"fell behind: {pacing.dropped} steps were dropped")
@@ -123,7 +123,7 @@ class DriveHealth:
             "stepper chosen": self.stepper_chosen,
             "step [s]": f"{drive.step:g}",
             "events": str(drive.events),
-            "crowded steps": str(drive.crowded_steps),
+            "steps with unresolved events": str(drive.steps_with_unresolved_events),
             "effects": ", ".join(drive.scene.effects),
             "sensors": ", ".join(drive.scene.sensors),
             **self._overlapping(),
@@ -164,17 +164,17 @@ class DriveHealth:
 
     def _drift(self) -> list[str]:
         """Whether the run has left what was asked for."""
-        price = self._price
-        if self.checks is None or price is None:
+        work_precision = self._work_precision
+        if self.checks is None or work_precision is None:
             return []
         angle, whirl = self.checks.estimate
-        if share_of(price.asked, angle, whirl) <= 1.0:
+        if share_of(work_precision.asked, angle, whirl) <= 1.0:
             return []
         wishes = [
             f"{key} {found:.1e} {unit} (asked {wish:g})"
             for key, found, wish, unit in (
-                ("ball angle", angle, price.asked.angle, "rad"),
-                ("whirl", whirl, price.asked.whirl, price.unit),
+                ("ball angle", angle, work_precision.asked.angle, "rad"),
+                ("whirl", whirl, work_precision.asked.whirl, work_precision.unit),
             )
             if wish is not None and found > wish
         ]

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 from rclpy.node import Node
 
 from ab_sim.nodes.command_path import Rules, Silence
-from ab_sim.nodes.drive_health import Tolerance
+from ab_sim.nodes.drive_health import RealTimeTolerance
 from ab_sim.nodes.parameters import Wanted, declare, whole_ratio
-from ab_sim.nodes.prepared import Rates
+from ab_sim.nodes.prepared_drive import Rates
 from ab_sim.nodes.realtime import Hardening
 from ab_sim.nodes.settings import Settings, Values
 
@@ -138,9 +138,9 @@ def rules_of(values: Values) -> Rules:
     )
 
 
-def tolerance_of(values: Values) -> Tolerance:
+def tolerance_of(values: Values) -> RealTimeTolerance:
     """What is still real time."""
-    return Tolerance(values["factor_tolerance"], values["lateness_tolerance"])
+    return RealTimeTolerance(values["factor_tolerance"], values["lateness_tolerance"])
 
 
 def mode_of(values: Values) -> TimeMode:

@@ -12,16 +12,16 @@ from ab_msgs_py import ENDED, Level
 from ab_msgs_py.services import EMERGENCY_STOP
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.errors import AbSimError, CommandError, Interrupted
-from ab_sim.nodes.bench import INACTIVE, Bench
+from ab_sim.nodes.session import INACTIVE, Session
 from ab_sim.nodes.commands import at_wake_ups
 from ab_sim.nodes.drive_control import DriveControl
 from ab_sim.nodes.drive_health import PERIOD
 from ab_sim.nodes.drive_settings import drive_settings, fixed_settings, tolerance_of
-from ab_sim.nodes.in_turn import InTurn
+from ab_sim.nodes.fair_lock import FairLock
 from ab_sim.nodes.managed import GLANCE, Managed, Say
 from ab_sim.nodes.outputs import Outputs
 from ab_sim.nodes.parameters import close_parameters, path_of
-from ab_sim.nodes.prepared import Prepared, scene_of
+from ab_sim.nodes.prepared_drive import PreparedDrive, scene_of
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.settings import Values
 from ab_sim.output_file import REPORT, check_ending
@@ -41,10 +41,10 @@ class DriveSim(Managed):
         self._fixed = fixed_settings(self)
         self.settings = drive_settings(self)
         close_parameters(self)
-        self._turn = InTurn()
+        self._turn = FairLock()
         scene, fixed = self.settings.values["scene"], self._fixed
         self._outputs = Outputs(self, scene, fixed.hardware, fixed.clock)
-        self._bench: Bench | None = None
+        self._session: Session | None = None
         self._state = Level.OK, UNCONFIGURED
         self._reported = 0.0
         self.settings.follow(self._judge, self._apply)
@@ -55,7 +55,7 @@ class DriveSim(Managed):
         return (s for s in super().subscriptions if s.callback is not at_wake_ups)
 
     @contextlib.contextmanager
-    def active(self, asked: Bench | None = None) -> Iterator[Bench]:
+    def active(self, asked: Session | None = None) -> Iterator[Session]:
         """The turn at the bench.
 
         Args:
@@ -66,19 +66,19 @@ class DriveSim(Managed):
                 another one.
         """
         with self._turn:
-            bench = self._bench
-            if bench is None or not bench.active:
-                told, way = (INACTIVE, "activate") if bench else (UNCONFIGURED, "configure")
+            session = self._session
+            if session is None or not session.active:
+                told, way = (INACTIVE, "activate") if session else (UNCONFIGURED, "configure")
                 name = self.get_fully_qualified_name()
                 raise CommandError(f"{told}; `ros2 lifecycle set {name} {way}`")
-            if asked not in (None, bench):
+            if asked not in (None, session):
                 raise CommandError("the node has been configured anew meanwhile; ask again")
-            yield bench
+            yield session
 
-    def prepare(self, scene: Scene, values: Values, say: Say) -> Prepared:
+    def prepare(self, scene: Scene, values: Values, say: Say) -> PreparedDrive:
         """Make a scene ready, which may take long; what runs goes on meanwhile."""
         tolerance = tolerance_of(values)
-        return Prepared(scene, self._fixed.rates, values["error_checks"], tolerance, say)
+        return PreparedDrive(scene, self._fixed.rates, values["error_checks"], tolerance, say)
 
     def scene_of(self, values: Values) -> Scene:
         """The scene that settings name.
@@ -98,7 +98,7 @@ class DriveSim(Managed):
             self.get_logger().info(f"{doing}: kernels that are new take a while to compile")
             prepared = self.meanwhile(lambda say: self.prepare(scene, values, say), doing)
             with self._turn:
-                self._bench = Bench(self, self._outputs, self._fixed, self.settings, prepared)
+                self._session = Session(self, self._outputs, self._fixed, self.settings, prepared)
         except AbSimError as error:
             self._tell(Level.ERROR, f"unconfigured: {error}")
             raise
@@ -107,22 +107,22 @@ class DriveSim(Managed):
 
     def activate(self) -> None:
         """Listen and go on."""
-        assert self._bench is not None
+        assert self._session is not None
         with self._turn:
-            self._bench.activate()
+            self._session.activate()
 
     def deactivate(self) -> None:
         """Stand still."""
-        assert self._bench is not None
+        assert self._session is not None
         with self._turn:
-            self._bench.deactivate()
+            self._session.deactivate()
 
     def cleanup(self) -> None:
         """Unload what was loaded."""
-        assert self._bench is not None
+        assert self._session is not None
         with self._turn:
-            self._bench.close()
-            self._bench = None
+            self._session.close()
+            self._session = None
         self._tell(Level.OK, UNCONFIGURED)
 
     def run(self, stopping: threading.Event) -> None:
@@ -138,24 +138,24 @@ class DriveSim(Managed):
         # Who finds the services of a drive that starts by itself finds a drive that has.
         DriveControl(self)
         with self._turn:
-            if self._bench is not None:
-                self._bench.restart_clock()  # it has not come late
+            if self._session is not None:
+                self._session.restart_clock()  # it has not come late
         answered = 0.0
         while not self._stopped_after(self._rest(), stopping):
             if prompt := (now := time.monotonic()) - answered >= PROMPT:
                 answered = now
                 super().answer()
             with self._turn:
-                if self._bench is not None and self._bench.active:
-                    self._bench.wake()
+                if self._session is not None and self._session.active:
+                    self._session.wake()
             # Behind a wake-up: nobody waits for it, and it takes as long as half a period.
             if prompt:
                 self._report_now_and_then()
         with self._turn:
-            if self._bench is None:
+            if self._session is None:
                 self._outputs.report(0, Level.OK, ENDED)
             else:
-                self._bench.finish(ENDED)
+                self._session.finish(ENDED)
 
     def answer(self) -> None:
         """As it is, and tell now and then how it is."""
@@ -163,25 +163,25 @@ class DriveSim(Managed):
         self._report_now_and_then()
 
     def _report_now_and_then(self) -> None:
-        bench, now = self._bench, time.monotonic()
-        if bench is not None and bench.active:
+        session, now = self._session, time.monotonic()
+        if session is not None and session.active:
             with self._turn:
-                bench.report_now_and_then()
+                session.report_now_and_then()
         elif now - self._reported >= PERIOD:
             self._reported = now
-            if bench is None:
+            if session is None:
                 self._outputs.report(0, *self._state)
             else:
                 with self._turn:
-                    bench.report(INACTIVE)
+                    session.report(INACTIVE)
 
     def _tell(self, level: Level, text: str) -> None:
         self._state, self._reported = (level, text), time.monotonic()
         self._outputs.report(0, level, text)
 
     def _rest(self) -> float:
-        bench = self._bench
-        return GLANCE if bench is None or not bench.active else bench.rest()
+        session = self._session
+        return GLANCE if session is None or not session.active else session.rest()
 
     def _stopped_after(self, rest: float, stopping: threading.Event) -> bool:
         if rest > GLANCE:
@@ -199,13 +199,13 @@ class DriveSim(Managed):
             self.scene_of(values)
 
     def _apply(self, before: Values, values: Values) -> None:
-        bench = self._bench
-        if bench is None:
+        session = self._session
+        if session is None:
             return
         with contextlib.suppress(Interrupted):
-            checks = self.unless_ended(lambda: bench.checks_after(before))
+            checks = self.unless_ended(lambda: session.checks_after(before))
             with self._turn:
-                bench.follow(before, checks)
+                session.follow(before, checks)
 
 
 def main() -> None:

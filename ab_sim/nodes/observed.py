@@ -14,7 +14,7 @@ from ab_msgs_py.samples import DECK, HOUSING, frame_of, text_message
 from ab_msgs_py.topics import transforms
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.drive.faults.fault import SPINDLE, VIBRATION
-from ab_sim.drive.faults.in_force import FaultsInForce
+from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.urdf import urdf_of
 from ab_sim.nodes.accelerometers import Accelerometers
@@ -114,7 +114,7 @@ class Observed:
         efforts = (-self._radius * forces).tolist()
         return [*row.tolist(), *NOTHING.values(), *efforts, *turning]
 
-    def heard(self, shown: list[float], present: Trajectory, faults: FaultsInForce) -> Set[str]:
+    def heard(self, shown: list[float], present: Trajectory, faults: ActiveFaults) -> Set[str]:
         """Put what faulty sensors say into what ``look`` has seen of the same; who says nothing."""
         heard, silent = faults.heard(present.last(1))
         shown[: len(heard.channels)] = heard.samples[0].tolist()
@@ -131,7 +131,7 @@ class Observed:
             if stream.sensor not in silent:
                 stream.send(stream.message.at(time, stream.numbers(shown)))
 
-    def sampled(self, runs: Iterable[Trajectory], faults: FaultsInForce) -> None:
+    def sampled(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:
         """Publish every sample of accelerometers in some integration steps."""
         self._accelerometers.publish(runs, faults)
 

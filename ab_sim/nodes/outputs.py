@@ -8,7 +8,7 @@ from rclpy.node import Node
 from ab_msgs_py import Block, Health, Level, Task, topics
 from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import clock_message
-from ab_sim.drive.faults.in_force import FaultsInForce
+from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.nodes.observed import Observed
 from ab_sim.scene import Scene
@@ -41,11 +41,11 @@ class Outputs:
         """There is nothing to tell of any more."""
         self._observed.end()
 
-    def sampled(self, runs: Iterable[Trajectory], faults: FaultsInForce) -> None:
+    def sampled(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:
         """Every sample of accelerometers in some integration steps."""
         self._observed.sampled(runs, faults)
 
-    def look(self, present: Trajectory, faults: FaultsInForce) -> tuple[list[float], Set[str]]:
+    def look(self, present: Trajectory, faults: ActiveFaults) -> tuple[list[float], Set[str]]:
         """What is to be shown of the last sample, and which sensors say nothing of it."""
         shown = self._observed.look(present)
         if not shown or not faults.faults:

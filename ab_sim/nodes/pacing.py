@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from ab_sim.errors import InputError
-from ab_sim.nodes.spread import Spread
+from ab_sim.nodes.duration_histogram import DurationHistogram
 
 WARM_UP = 25
 """Wake-ups after each start that say nothing of the usual lateness yet. What is lost counts from
@@ -58,7 +58,7 @@ class Pacer:
         self._budget = budget
         self._patience = patience
         self._factor = 1.0
-        self.lateness = Spread()
+        self.lateness = DurationHistogram()
         """Of wake-ups [s], but for the first ones after each start."""
         self.total = Pacing()
         self._recent = Pacing()

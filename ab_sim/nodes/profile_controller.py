@@ -16,10 +16,10 @@ from ab_sim.errors import InputError
 from ab_sim.nodes.log import PlainLog
 from ab_sim.nodes.parameters import Wanted, close_parameters, declare
 from ab_sim.nodes.process import run_node
-from ab_sim.nodes.profile_run import ProfileRun, State
+from ab_sim.nodes.profile_run import ProfileRun, ProfileState
 from ab_sim.nodes.settings import Settings, Values
 from ab_sim.scene.profile_file import AskedProfile, load_profile
-from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle import SpeedSchedule
 
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
@@ -30,9 +30,9 @@ FASTEST = 200.0
 RECORDER = "recorder"
 """Name of the node that hears commands, and obeys none."""
 HEALTH = {
-    State.IDLE: "waiting for ~/start",
-    State.DONE: "profile done, holding its final speed",
-    State.ABORTED: "aborted, commanding standstill",
+    ProfileState.IDLE: "waiting for ~/start",
+    ProfileState.DONE: "profile done, holding its final speed",
+    ProfileState.ABORTED: "aborted, commanding standstill",
 }
 """What the status itself does not say well enough."""
 # A board's sensor is often best effort, and one that is reliable is heard as well.
@@ -122,7 +122,7 @@ class ProfileController(PlainLog):
             before = self.run.state
             if refusal := self.run.abort(self._time() * 1e-9, "by ~/abort"):
                 return False, refusal
-            if before is State.WAITING:
+            if before is ProfileState.WAITING:
                 self._waiting.cancel()
                 return True, "waiting no more"
             return True, "ramping down to standstill"
@@ -202,7 +202,7 @@ class ProfileController(PlainLog):
         return ""
 
     def _start_when_heard(self) -> None:
-        if self.run.state in (State.IDLE, State.WAITING):
+        if self.run.state in (ProfileState.IDLE, ProfileState.WAITING):
             with self._lock:
                 missing = self._missing()
                 if not missing and self._simulated and self._time() == 0:
@@ -217,7 +217,7 @@ class ProfileController(PlainLog):
     def _say(self, status: str, well: bool) -> None:
         self._status.publish(text_message(status))
         word, _, more = status.partition(": ")
-        words = HEALTH.get(State(word), status)
+        words = HEALTH.get(ProfileState(word), status)
         if more and more not in words:
             words += f"; {more}"
         if well:
@@ -246,7 +246,7 @@ class ProfileController(PlainLog):
                 before = self._began = self._now
                 self.run.shift(self._now * 1e-9)
             leapt = f"time leapt from {before / 1e9:g} to {self._now / 1e9:g} s"
-            if self.run.state not in (State.IDLE, State.WAITING, State.ABORTED):
+            if self.run.state not in (ProfileState.IDLE, ProfileState.WAITING, ProfileState.ABORTED):
                 if self._now < before:
                     # The drive was reset or restarted, and stands where it stood at first.
                     self.get_logger().warning(leapt)
@@ -263,7 +263,7 @@ class ProfileController(PlainLog):
 
 
 def _steepest(asked: AskedProfile) -> float:
-    steepest = SpeedProfile.asked(*asked).steepest
+    steepest = SpeedSchedule.asked(*asked).steepest
     if not steepest > 0.0:
         raise InputError(
             "parameter abort_deceleration = 0: the profile only holds its speed and has no "

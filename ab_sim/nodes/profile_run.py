@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 
 from ab_sim.nodes.vibration_watch import VibrationWatch
 from ab_sim.scene.profile_file import AskedProfile
-from ab_sim.spindle.course import Course
+from ab_sim.spindle.schedule_in_progress import ScheduleInProgress
 
 
-class State(enum.Enum):
+class ProfileState(enum.Enum):
     """Where a profile is."""
 
     IDLE = "idle"
@@ -24,7 +24,7 @@ class State(enum.Enum):
     """And standstill is commanded."""
 
 
-COMMANDING = (State.RUNNING, State.DONE, State.ABORTING, State.ABORTED)
+COMMANDING = (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING, ProfileState.ABORTED)
 
 
 class ProfileRun:
@@ -50,23 +50,23 @@ class ProfileRun:
         self._next = asked, deceleration
         self._deceleration = deceleration
         self._ahead, self._silence, self._say = ahead, silence, say
-        self._course = Course(*asked)
+        self._course = ScheduleInProgress(*asked)
         self._began = 0.0
         self._number = -1
         self._watch: VibrationWatch | None = None
         self._falls = (0.0, 0.0)
-        self.state = State.IDLE
+        self.state = ProfileState.IDLE
         self.status = ""
         self.why = ""
         """It was aborted, or a condition was not met; empty as long as all is well."""
         self.command = asked.first
         """The speed that was commanded last [rad/s]."""
-        self._enter(State.IDLE)
+        self._enter(ProfileState.IDLE)
 
     @property
     def needs_vibration(self) -> bool:
         """Whether a condition of what the next start takes is judged by it."""
-        course = Course(*self._next[0])
+        course = ScheduleInProgress(*self._next[0])
         return any(course.until(number) for number in range(course.count))
 
     @property
@@ -80,23 +80,23 @@ class ProfileRun:
 
     def wait(self, what: str) -> None:
         """Wait for something."""
-        self._enter(State.WAITING, what)
+        self._enter(ProfileState.WAITING, what)
 
     def start(self, now: float) -> str:
         """Run from the beginning, at a time [s]; why not, if it may not be."""
-        if self.state is State.RUNNING:
+        if self.state is ProfileState.RUNNING:
             return "running already; abort first"
-        if self.state is State.ABORTING:
+        if self.state is ProfileState.ABORTING:
             return "ramping down; wait for standstill"
         asked, deceleration = self._next
-        if self.state is State.DONE and self.command != asked.first:
+        if self.state is ProfileState.DONE and self.command != asked.first:
             return (
                 f"{self.command:g} rad/s is commanded, and the profile begins at "
                 f"{asked.first:g} rad/s; abort first"
             )
-        self._course, self._deceleration = Course(*asked), deceleration
+        self._course, self._deceleration = ScheduleInProgress(*asked), deceleration
         self._began, self._number, self._watch, self.why = now, -1, None, ""
-        self.state = State.RUNNING
+        self.state = ProfileState.RUNNING
         self.tick(now)
         return ""
 
@@ -107,14 +107,14 @@ class ProfileRun:
 
     def abort(self, now: float, why: str) -> str:
         """Ramp down to standstill; why not, if that makes no sense."""
-        if self.state is State.WAITING:
-            self._enter(State.IDLE)
-        elif self.state in (State.RUNNING, State.DONE):
+        if self.state is ProfileState.WAITING:
+            self._enter(ProfileState.IDLE)
+        elif self.state in (ProfileState.RUNNING, ProfileState.DONE):
             self.why, self._watch = why, None
             self._falls = now, self.command
-            self._enter(State.ABORTING, why)
+            self._enter(ProfileState.ABORTING, why)
             self.tick(now)
-        elif self.state is not State.ABORTING:
+        elif self.state is not ProfileState.ABORTING:
             return "not running"
         return ""
 
@@ -122,7 +122,7 @@ class ProfileRun:
         """Command standstill at once: there is nothing any more that could be ramped down."""
         self.why, self._watch = why, None
         self.command = 0.0
-        self._enter(State.ABORTED)
+        self._enter(ProfileState.ABORTED)
 
     def hear(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
         """A sample of the vibration: see ``VibrationWatch.hear``."""
@@ -131,15 +131,15 @@ class ProfileRun:
 
     def tick(self, now: float) -> float | None:
         """What is to be commanded now [rad/s]; None: nothing."""
-        if self.state is State.RUNNING:
+        if self.state is ProfileState.RUNNING:
             self._run(now)
-        if self.state is State.ABORTING:
+        if self.state is ProfileState.ABORTING:
             since, speed = self._falls
             left = abs(speed) - self._deceleration * (now + self._ahead - since)
             self.command = math.copysign(max(left, 0.0), speed)
             if left <= 0.0:
                 self.command = 0.0
-                self._enter(State.ABORTED)
+                self._enter(ProfileState.ABORTED)
         return self.command if self.state in COMMANDING else None
 
     def _run(self, now: float) -> None:
@@ -167,12 +167,12 @@ class ProfileRun:
             self._watch = None if until is None else VibrationWatch(until, now)
             if number < course.count:
                 words = f"segment {number + 1} of {course.count}, {course.words(number)}"
-                self._enter(State.RUNNING, words + missed)
+                self._enter(ProfileState.RUNNING, words + missed)
         self.command = float(course.profile.speed(elapsed + self._ahead))
         if number >= course.count:
-            self._enter(State.DONE, missed.removeprefix("; "))
+            self._enter(ProfileState.DONE, missed.removeprefix("; "))
 
-    def _enter(self, state: State, more: str = "") -> None:
+    def _enter(self, state: ProfileState, more: str = "") -> None:
         self.state = state
         status = f"{state.value}: {more}" if more else state.value
         if status != self.status:

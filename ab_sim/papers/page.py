@@ -38,7 +38,7 @@ class Picture(NamedTuple):
     caption: str
 
 
-class Section(NamedTuple):
+class PageSection(NamedTuple):
     """A stretch of the page; a heading, then all that belongs to it, in this order."""
 
     heading: str
@@ -56,7 +56,7 @@ class Paper(NamedTuple):
     title: str
     source: str
     """Who published it, where and when."""
-    sections: tuple[Section, ...]
+    sections: tuple[PageSection, ...]
 
     def report(self) -> dict[str, Any]:
         """Everything as JSON-able values: see ``ab-sim paper --help``."""

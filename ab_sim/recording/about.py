@@ -6,7 +6,7 @@ import numpy as np
 
 from ab_sim.conventions import NOTATION
 from ab_sim.recording.drawing import Drawing
-from ab_sim.recording.explained import Explained
+from ab_sim.recording.explanation import Explanation
 
 
 def about(drawing: Drawing) -> str:
@@ -48,7 +48,7 @@ def _arrows(drawing: Drawing) -> list[str]:
     ]
 
 
-def _balance(said: Explained) -> list[str]:
+def _balance(said: Explanation) -> list[str]:
     balance = said.balance
     if balance is None:
         why = said.left_out.get("balance")
@@ -69,7 +69,7 @@ def _balance(said: Explained) -> list[str]:
     return [f"**Yellow rings**: where the balls balance the rotor ({places}).{many}"]
 
 
-def _alone(said: Explained) -> list[str]:
+def _alone(said: Explanation) -> list[str]:
     if said.alone is not None:
         return [
             "**Whirl**: grey, what it would be without balls if the speed were held; near the "

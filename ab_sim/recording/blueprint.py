@@ -12,7 +12,7 @@ from ab_sim.recording.colours import GREEN, GREY, ORANGE, SKY, VERMILLION, WHITE
 from ab_sim.recording.curves import Curves
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.layout import layout_of
-from ab_sim.recording.plots import Curve, lines, plot
+from ab_sim.recording.plots import PlottedCurves, lines, plot
 from ab_sim.recording.vibration import SPAN, SPECTRUM_SPAN, size_curves
 
 _TITLES = {
@@ -57,17 +57,17 @@ def blueprint(
     return _pages(pages, page)
 
 
-def _of_channels(channels: Sequence[str], *groups: str) -> list[Curve]:
+def _of_channels(channels: Sequence[str], *groups: str) -> list[PlottedCurves]:
     """Curves of groups of channels, as far as there are such."""
     layout = layout_of(channels)
     return [
-        Curve.of_channels(group, lines([channels[column] for column in layout[group]]))
+        PlottedCurves.of_channels(group, lines([channels[column] for column in layout[group]]))
         for group in groups
         if group in layout
     ]
 
 
-def _beside(channels: Sequence[str]) -> dict[str, list[Curve]]:
+def _beside(channels: Sequence[str]) -> dict[str, list[PlottedCurves]]:
     """What is plotted beside scalars.
 
     Rerun links the time axes of plots only once one of them is zoomed; until then each spans its
@@ -143,7 +143,7 @@ def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
     )
 
 
-def _health(scalars: Sequence[str], shown_beside: Mapping[str, list[Curve]]) -> rrb.Container:
+def _health(scalars: Sequence[str], shown_beside: Mapping[str, list[PlottedCurves]]) -> rrb.Container:
     """The page of how the run itself goes."""
     plots: list[rrb.View] = []
     for scalar in scalars:

@@ -11,9 +11,9 @@ import rerun as rr
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turns import tilt_of
 from ab_sim.recording.colours import BALANCED, DARK, GREY, UNBALANCE, hue
-from ab_sim.recording.explained import Explained
+from ab_sim.recording.explanation import Explanation
 from ab_sim.recording.layout import SAMPLES, Array, felt
-from ab_sim.recording.plots import Curve, lines
+from ab_sim.recording.plots import PlottedCurves, lines
 
 FRAMES = "/plot/frames"
 """The entity of curves that have a row for each frame of the pictures, and not for each sample."""
@@ -32,7 +32,7 @@ class Curves:
     eccentricity: float
     """e [mm]."""
     tilts: bool
-    explained: Explained
+    explained: Explanation
 
     @property
     def levels(self) -> tuple[float, ...]:
@@ -43,56 +43,56 @@ class Curves:
         angles = in_one_turn(np.array(balance.angles))
         return tuple(sorted({round(angle, 9) for angle in angles.tolist()} - {-180.0}))
 
-    def whirl(self) -> list[Curve]:
+    def whirl(self) -> list[PlottedCurves]:
         """W/e, or W where there is no e, and of a deck in space the height."""
         names = ["W/e", "z/e"] if self.eccentricity else ["W [mm]", "z [mm]"]
         names = names if self.tilts else names[:1]
         look = lines(names, [2.0] * len(names), swings=self.tilts)
-        curves = [Curve.derived(SAMPLES, _WHIRL, look)]
+        curves = [PlottedCurves.derived(SAMPLES, _WHIRL, look)]
         if self.explained.alone is not None:
             look = lines(["without balls, speed held"], colors=[GREY])
-            curves.append(Curve.derived(FRAMES, _ALONE, look))
+            curves.append(PlottedCurves.derived(FRAMES, _ALONE, look))
         return curves
 
-    def felt(self, channels: Sequence[str]) -> list[Curve]:
+    def felt(self, channels: Sequence[str]) -> list[PlottedCurves]:
         """Lengths of the deck's acceleration and of readings."""
         names = [
             "|a| of the deck" if name == "deck_acceleration" else name.removeprefix("sensor_")
             for name in felt(channels)
         ]
         look = lines(names, [1.0] * len(names), colors=[hue(i) for i in range(len(names))])
-        return [Curve.derived(SAMPLES, _FELT, look)] if names else []
+        return [PlottedCurves.derived(SAMPLES, _FELT, look)] if names else []
 
-    def speed_level(self) -> Curve:
+    def speed_level(self) -> PlottedCurves:
         """The critical speed."""
         # Where there is none, the plot is to reach down to 0 at least.
         known = self.explained.critical_speed is not None
         name, color = ("critical speed", UNBALANCE) if known else ("standstill", DARK)
-        return Curve.derived(FRAMES, _SPEED_LEVEL, lines([name], colors=[color]))
+        return PlottedCurves.derived(FRAMES, _SPEED_LEVEL, lines([name], colors=[color]))
 
     @staticmethod
-    def real_time() -> Curve:
+    def real_time() -> PlottedCurves:
         """What keeps up."""
-        return Curve.derived(FRAMES, _REAL_TIME, rr.SeriesLines(names="real time", colors=GREY))
+        return PlottedCurves.derived(FRAMES, _REAL_TIME, rr.SeriesLines(names="real time", colors=GREY))
 
-    def tilt(self) -> Curve:
+    def tilt(self) -> PlottedCurves:
         """Of a deck in space."""
-        return Curve.derived(FRAMES, _TILT, lines(["alpha", "beta", "gamma"], swings=True))
+        return PlottedCurves.derived(FRAMES, _TILT, lines(["alpha", "beta", "gamma"], swings=True))
 
-    def angles(self) -> list[Curve]:
+    def angles(self) -> list[PlottedCurves]:
         """Of the balls, and those where they balance."""
         names, widths, colors = self._of_balls()
         look = lines(["opposite, -180", *["balanced"] * len(self.levels)],
                      colors=[GREY, *[BALANCED] * len(self.levels)])  # fmt: skip
         return [
-            Curve.derived(FRAMES, _LEVELS, look),
-            Curve.derived(FRAMES, _BALLS, lines(names, widths, colors=colors)),
+            PlottedCurves.derived(FRAMES, _LEVELS, look),
+            PlottedCurves.derived(FRAMES, _BALLS, lines(names, widths, colors=colors)),
         ]
 
-    def driving(self) -> Curve:
+    def driving(self) -> PlottedCurves:
         """Forces on the balls."""
         names, widths, colors = self._of_balls()
-        return Curve.derived(FRAMES, _DRIVING, lines(names, widths, swings=True, colors=colors))
+        return PlottedCurves.derived(FRAMES, _DRIVING, lines(names, widths, swings=True, colors=colors))
 
     def of_samples(self, run: Trajectory, channels: Sequence[str], rows: Array) -> dict[str, Array]:
         """Values that every sample has, shape (rows, series).

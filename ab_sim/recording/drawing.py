@@ -9,7 +9,7 @@ from typing import Any
 
 from ab_sim.errors import RecordingError
 from ab_sim.recording.curves import Curves
-from ab_sim.recording.explained import Explained
+from ab_sim.recording.explanation import Explanation
 from ab_sim.recording.space import Space
 from ab_sim.recording.top_view import TopView
 from ab_sim.recording.vectors import Arrows
@@ -29,7 +29,7 @@ class Drawing:
     motor: bool  # whether there is a torque to plot
     sensors: tuple[str, ...]  # whose readings there are to plot
     tilts: bool  # whether the deck moves in space
-    explained: Explained
+    explained: Explanation
     top: TopView
     space: Space
     curves: Curves
@@ -46,7 +46,7 @@ class Drawing:
             radii = tuple(1e3 * float(radius) for radius in given)
             effects = description.get("effects") or ()
             motor, sensors = "motor" in effects, tuple(description.get("sensors") or ())
-            deck, explained = description.get("deck"), Explained.of(description, balls)
+            deck, explained = description.get("deck"), Explanation.of(description, balls)
             arrows = Arrows.of(explained, race)
             motion = eccentricity if explained.motion is None else 1e3 * explained.motion
             space = Space.of(deck, race, radii, motion, arrows)

@@ -12,7 +12,7 @@ from ab_sim.recording.curves import FRAMES
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.layout import Array, plotted_columns
 from ab_sim.recording.spindle_phase import SpindlePhase
-from ab_sim.recording.vibration import Vibration
+from ab_sim.recording.vibration import VibrationCurves
 from ab_sim.recording.windows import FrameRate
 
 PERIOD = 1e-2
@@ -42,7 +42,7 @@ class Pictures:
         self._columns = [at.get(name, len(channels)) for name in self._names]
         self._frames = FrameRate(PERIOD)
         explained = drawing.explained
-        self._vibration = Vibration(self._names, explained.top_speed)
+        self._vibration = VibrationCurves(self._names, explained.top_speed)
         self._phase = SpindlePhase(self._names, explained.top_speed, explained.period)
 
     def scenery(self) -> Iterator[tuple[str, Any]]:

@@ -14,7 +14,7 @@ from ab_sim.recording.colours import GREY, hue
 from ab_sim.recording.layout import CHANNELS, DERIVED, SAMPLES
 
 
-class Curve(NamedTuple):
+class PlottedCurves(NamedTuple):
     """Curves in a plot: a component, which may have several series, and how they look."""
 
     entity: str
@@ -22,19 +22,19 @@ class Curve(NamedTuple):
     look: rr.SeriesLines
 
     @classmethod
-    def of_channels(cls, group: str, look: rr.SeriesLines) -> Curve:
+    def of_channels(cls, group: str, look: rr.SeriesLines) -> PlottedCurves:
         """Of a group of channels."""
         return cls(SAMPLES, f"{CHANNELS}:{group}", look)
 
     @classmethod
-    def derived(cls, entity: str, name: str, look: rr.SeriesLines) -> Curve:
+    def derived(cls, entity: str, name: str, look: rr.SeriesLines) -> PlottedCurves:
         """Of what is only plotted."""
         return cls(entity, f"{DERIVED}:{name}", look)
 
 
 def plot(
     name: str,
-    *curves: Curve | str,
+    *curves: PlottedCurves | str,
     legend: bool = True,
     top: bool = False,
     span: tuple[float, float] | None = None,
@@ -42,14 +42,14 @@ def plot(
     """A plot of curves, and of entities that are plotted as they are."""
     drawn: dict[Any, Any] = {}
     for curve in curves:
-        if isinstance(curve, Curve):
+        if isinstance(curve, PlottedCurves):
             source = VisualizerComponentMapping(
                 "Scalars:scalars",
                 ComponentSourceKind.SourceComponent,
                 source_component=curve.component,
             )
             drawn.setdefault(curve.entity, []).append(curve.look.visualizer(mappings=[source]))
-    entities = [curve.entity if isinstance(curve, Curve) else curve for curve in curves]
+    entities = [curve.entity if isinstance(curve, PlottedCurves) else curve for curve in curves]
     return rrb.TimeSeriesView(
         name=name,
         contents=list(dict.fromkeys(entities)),

@@ -18,7 +18,7 @@ from rerun.chunk import Chunk, RrdReader
 from ab_sim.drive.trajectory import Trajectory, column_of
 from ab_sim.errors import RecordingError
 from ab_sim.recording.layout import CHANNELS, CLOSED, LEFT_OUT, SAMPLES, THINNED, Array, layout_of
-from ab_sim.recording.torn_file import whole_part
+from ab_sim.recording.unfinished_file import whole_part
 
 BLOCK_ROWS = 10_000
 """Rows of a block, unless told: large enough for numpy, some MB."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ab_sim.drive.balance import resultant
 from ab_sim.recording.colours import RESIDUAL, RESULTANT, UNBALANCE
-from ab_sim.recording.explained import Explained
+from ab_sim.recording.explanation import Explanation
 from ab_sim.recording.layout import Array
 
 REACH = 0.62
@@ -27,7 +27,7 @@ class Arrows(NamedTuple):
     """Length drawn per kg m."""
 
     @classmethod
-    def of(cls, explained: Explained, race: float) -> Arrows | None:
+    def of(cls, explained: Explanation, race: float) -> Arrows | None:
         """Those to draw in a race of that radius; None where there is no unbalance to speak of."""
         if not explained.vectors:
             return None

@@ -11,7 +11,7 @@ import rerun as rr
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.recording.colours import ORANGE, SKY, UNBALANCE
 from ab_sim.recording.layout import Array, plotted_columns
-from ab_sim.recording.plots import Curve, lines
+from ab_sim.recording.plots import PlottedCurves, lines
 from ab_sim.recording.signals import once_per_turn, rms, spectrum
 from ab_sim.recording.windows import Windows
 
@@ -30,15 +30,15 @@ FEWEST = 4
 Sent = tuple[str, Array, Any]  # entity, the rows that say when, columns
 
 
-def size_curves() -> list[Curve]:
+def size_curves() -> list[PlottedCurves]:
     """What comes once per revolution, and the rest; then all together."""
     names = ["once per turn", "the rest"]
     orders = lines(names, [2.5, 2.0], colors=[UNBALANCE, SKY])
     whole = lines(["r.m.s. of all"], [2.5], colors=[ORANGE])
-    return [Curve.derived(SIZES, _ORDERS, orders), Curve.derived(SIZES, _RMS, whole)]
+    return [PlottedCurves.derived(SIZES, _ORDERS, orders), PlottedCurves.derived(SIZES, _RMS, whole)]
 
 
-class Vibration:
+class VibrationCurves:
     """Takes rows as they come, and keeps of them what the next ones need.
 
     Args:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.analysis.replay import Replay, scene_from
+from ab_sim.analysis.replay import ReplayedDrive, scene_from
 from ab_sim.drive import Drive
 from ab_sim.drive.units import unit_of
 from ab_sim.errors import InputError, exact
@@ -23,7 +23,7 @@ PROFILE, COMMANDS = "the scene's profile", "the recorded commands"
 
 
 @dataclass
-class Deviation:
+class ChannelDeviation:
     """How far a channel is from the recording."""
 
     channel: str
@@ -86,13 +86,13 @@ class Deviation:
 
 
 @dataclass(frozen=True, repr=False)
-class Beside(Presented):
+class RecordingComparison(Presented):
     """A recording beside a simulation; see ``ab_sim.compare_recording``."""
 
     _picture = "ab_sim.reports.compare_picture:drawn_comparison"
 
     scene: Scene
-    deviations: tuple[Deviation, ...]
+    deviations: tuple[ChannelDeviation, ...]
     not_compared: dict[str, tuple[str, ...]]
     """Every other channel of the two, by the reason."""
     recorded: Envelope
@@ -153,7 +153,7 @@ class Beside(Presented):
 
 def compare_with(
     run: StoredRun, scene: Scene, progress: Callable[[int], None] | None = None
-) -> Beside:
+) -> RecordingComparison:
     """Run a scene under the commands of a recording, and measure how far it is from it.
 
     A recording of ab_sim says which step it was made with. With that step the scene is stepped
@@ -232,7 +232,7 @@ def _follows_profile(run: StoredRun, scene: Scene) -> bool:
     if asked is not None and asked.kind == "segments" and asked.condition is not None:
         return False  # what was measured has decided
     steps, commands = next(run.blocks(("step", "command"))).T
-    replay = Replay(Drive(scene), obeys=False)
+    replay = ReplayedDrive(Drive(scene), obeys=False)
     return replay.at_steps(steps, commands)["command"].tobytes() == commands.tobytes()
 
 
@@ -266,7 +266,7 @@ def _along(
     notes: list[str],
     progress: Callable[[int], None] | None,
     stepped: bool = True,
-) -> Beside:
+) -> RecordingComparison:
     led = ASKED if driven_by == COMMANDS else ASKED[:2]
     names = [name for name in run.channels if name in drive.channels and name not in led]
     if set(names) <= set(ASKED):
@@ -274,8 +274,8 @@ def _along(
             f"{run.path}: has no channel in common with the scene {drive.scene.name}; it has "
             f"{', '.join(run.channels)}"
         )
-    extent, replay = run.extent, Replay(drive, first, obeys=driven_by == COMMANDS)
-    deviations = tuple(Deviation(name, unit_of(name)) for name in names)
+    extent, replay = run.extent, ReplayedDrive(drive, first, obeys=driven_by == COMMANDS)
+    deviations = tuple(ChannelDeviation(name, unit_of(name)) for name in names)
     recorded, simulated, differences = (Envelope(names, extent.rows) for _ in range(3))
     done = 0
     for block in run.blocks((*ASKED, *names)):
@@ -300,7 +300,7 @@ def _along(
             "interpolated at the recorded times"
         )
     duration = extent.last[1] - extent.first[1]
-    return Beside(
+    return RecordingComparison(
         drive.scene, deviations, _not_compared(run, drive, names), recorded, simulated,
         differences, driven_by, aligned, done, duration, tuple(notes),
     )  # fmt: skip

@@ -8,14 +8,14 @@ from matplotlib.axes import Axes
 from ab_sim.figures.curves import say_conventions
 from ab_sim.figures.saved import Picture, save, with_plain_texts
 from ab_sim.reports.colours import BLACK, BLUE, ORANGE
-from ab_sim.reports.compare import Beside, Deviation
+from ab_sim.reports.compare import RecordingComparison, ChannelDeviation
 
 MOST = 6
 """Channels drawn, those that matter to people first."""
 FIRST = ("speed", "x", "y", "ball_0_angle", "ball_1_angle", "motor_torque", "ax", "ay")
 
 
-def compare_picture(found: Beside, recording: str, path: Path) -> None:
+def compare_picture(found: RecordingComparison, recording: str, path: Path) -> None:
     """Draw recorded and simulated channels, and beside each the difference.
 
     Args:
@@ -26,12 +26,12 @@ def compare_picture(found: Beside, recording: str, path: Path) -> None:
     save(_drawn(found, recording), path, 110)
 
 
-def drawn_comparison(found: Beside) -> Picture:
+def drawn_comparison(found: RecordingComparison) -> Picture:
     """The same, not written: what ``plot()`` of a comparison draws."""
     return with_plain_texts(_drawn(found, "the recording"))
 
 
-def _drawn(found: Beside, recording: str) -> Picture:
+def _drawn(found: RecordingComparison, recording: str) -> Picture:
     shown = sorted(found.deviations, key=_place)[:MOST]
     left_out = _left_out(found, shown)
     lines = 1 + left_out.count("\n")
@@ -55,7 +55,7 @@ def _drawn(found: Beside, recording: str) -> Picture:
     return figure
 
 
-def _left_out(found: Beside, shown: list[Deviation]) -> str:
+def _left_out(found: RecordingComparison, shown: list[ChannelDeviation]) -> str:
     """What the picture does not show, and why: lines of text."""
     names = ", ".join(each.channel for each in found.deviations if each not in shown)
     told = [f"Compared, not drawn: {names}."] if names else []
@@ -66,11 +66,11 @@ def _left_out(found: Beside, shown: list[Deviation]) -> str:
     return "\n".join(textwrap.fill(text, 170) for text in told)
 
 
-def _place(deviation: Deviation) -> int:
+def _place(deviation: ChannelDeviation) -> int:
     return FIRST.index(deviation.channel) if deviation.channel in FIRST else len(FIRST)
 
 
-def _draw(left: Axes, right: Axes, found: Beside, deviation: Deviation) -> None:
+def _draw(left: Axes, right: Axes, found: RecordingComparison, deviation: ChannelDeviation) -> None:
     name = deviation.channel
     unit = "" if deviation.unit is None else f" [{deviation.unit}]"
     left.plot(*found.recorded.curve(name), color=ORANGE, lw=3.0, label="recorded")

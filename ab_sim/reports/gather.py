@@ -18,7 +18,7 @@ from ab_sim.dynamics.assemble import system_of
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.recording import StoredRun
 from ab_sim.reports.envelope import Envelope
-from ab_sim.reports.vibration import OncePerTurn, Spectrum, Waterfall
+from ab_sim.reports.vibration_spectra import OncePerTurn, PowerSpectrum, Waterfall
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
 
@@ -47,7 +47,7 @@ class RunData:
     """What the vibration is of."""
     vibration: OncePerTurn
     """Of the last stretch."""
-    spectrum: Spectrum
+    spectrum: PowerSpectrum
     """Of the last stretch."""
     waterfall: Waterfall
     notes: tuple[str, ...]
@@ -181,7 +181,7 @@ class _Collected:
         self._axes, self._vibrating = _vibrating(run)
         begin, end = extent.first[1], extent.last[1]
         rate = (self._count - 1) / (end - begin) if end > begin else 1.0
-        self._vibration, self._spectrum = OncePerTurn(), Spectrum(self._count - self._last)
+        self._vibration, self._spectrum = OncePerTurn(), PowerSpectrum(self._count - self._last)
         self._waterfall = Waterfall(self._count, rate, _speeds(run))
         self._every = max(1, self._count // ORBIT)
         self._orbit: list[np.ndarray] = []

@@ -32,7 +32,7 @@ Cells = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
-class Curve:
+class PanelLine:
     """A line."""
 
     name: str
@@ -71,7 +71,7 @@ class Panel:
     across: str
     up: str
     height: float = 1.0
-    curves: tuple[Curve, ...] = ()
+    curves: tuple[PanelLine, ...] = ()
     levels: tuple[tuple[float, str], ...] = ()
     """Horizontal lines with their names."""
     cloud: Cloud | None = None
@@ -92,10 +92,10 @@ def _panels(data: RunData) -> Iterator[Panel]:
     have = data.curves.channels
     whirl, unit, scale = whirl_scale(data)
     speeds = [
-        Curve("commanded", *data.curves.curve("command"), BLACK, 0.9, DASHED)
+        PanelLine("commanded", *data.curves.curve("command"), BLACK, 0.9, DASHED)
         if "command" in have
         else None,
-        Curve("spindle", *data.curves.curve("speed"), BLUE, 1.8) if "speed" in have else None,
+        PanelLine("spindle", *data.curves.curve("speed"), BLUE, 1.8) if "speed" in have else None,
     ]
     critical = None if data.scene is None else data.scene.critical_speed
     levels = () if critical is None else ((critical, "critical speed"),)
@@ -107,14 +107,14 @@ def _panels(data: RunData) -> Iterator[Panel]:
         most = float(values.max(initial=0.0))
         title, up = "Whirl radius of the deck", f"{whirl} [{unit}]"
         if most > 0:
-            curve = Curve(whirl, time, np.where(values > LEAST * most, values, np.nan), VERMILION)
+            curve = PanelLine(whirl, time, np.where(values > LEAST * most, values, np.nan), VERMILION)
             yield Panel("whirl", title, TIME, up, 1.2, (curve,), log=True)
         else:
             yield Panel("whirl", title, TIME, up, 1.2, note="the deck does not move")
     yield from _of_balls(data)
     yield from _tilt(data)
     if "motor_torque" in have:
-        curve = Curve("torque", *data.curves.curve("motor_torque"), BLUE)
+        curve = PanelLine("torque", *data.curves.curve("motor_torque"), BLUE)
         yield Panel("torque", "Motor torque", TIME, "torque [N m]", 0.7, (curve,))
     yield from _orbits(data)
     yield from _spectra(data)
@@ -144,7 +144,7 @@ def _of_balls(data: RunData) -> Iterator[Panel]:
         yield Panel("angles", title, TIME, "ball angle [deg]", 1.0, curves, few)
 
 
-def _in_turn(data: RunData, names: list[str], scale: float) -> tuple[Curve, ...]:
+def _in_turn(data: RunData, names: list[str], scale: float) -> tuple[PanelLine, ...]:
     """Later ones thinner, so that balls that move as one remain visible."""
     widths = np.linspace(3.0, 1.0, len(names)) if len(names) > 1 else [1.6]
     colours = distinct_colours(len(names), CURVES)
@@ -152,7 +152,7 @@ def _in_turn(data: RunData, names: list[str], scale: float) -> tuple[Curve, ...]
     for at, (name, width, colour) in enumerate(zip(names, widths, colours, strict=True)):
         time, values = data.curves.curve(name)
         dashes = dashes_of(at, len(CURVES))
-        curves.append(Curve(f"ball {at}", time, values * scale, colour, float(width), dashes))
+        curves.append(PanelLine(f"ball {at}", time, values * scale, colour, float(width), dashes))
     return tuple(curves)
 
 
@@ -163,7 +163,7 @@ def _tilt(data: RunData) -> Iterator[Panel]:
     curves = []
     for (name, axis), colour in zip(names.items(), (VERMILION, BLUE, GREY), strict=True):
         time, values = data.curves.curve(name)
-        curves.append(Curve(f"{name}, {axis}", time, 1e3 * values, colour))
+        curves.append(PanelLine(f"{name}, {axis}", time, 1e3 * values, colour))
     yield Panel("tilt", "Tilt of the deck", TIME, "tilt [mrad]", 0.8, tuple(curves[::-1]))
 
 
@@ -191,7 +191,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
         # of the largest is a gap, for a line there would look like data.
         root = np.sqrt(density[1:])
         root = np.where(root > SPECTRUM_LEAST * root.max(), root, np.nan)
-        curve = Curve("spectrum", frequencies[1:], root, BLUE, 1.0)
+        curve = PanelLine("spectrum", frequencies[1:], root, BLUE, 1.0)
         up = "density [(m/s^2)/sqrt(Hz)]"
         curves = (curve, *_orders_at(data, root)) if np.isfinite(root).any() else ()
         still = "" if curves else "nothing vibrates"
@@ -215,14 +215,14 @@ def _spectra(data: RunData) -> Iterator[Panel]:
         for order, colour in ORDERS.items():
             ends = np.array([low, min(high, 2.0 * math.pi * top / order)])
             line = order * ends / (2.0 * math.pi)
-            orders.append(Curve(f"{order}x", line, ends, colour, 1.5, DASHED))
+            orders.append(PanelLine(f"{order}x", line, ends, colour, 1.5, DASHED))
         yield Panel("waterfall", title, across, up, 1.4, tuple(orders), heat=heat)
     else:
         note = "the spindle's speed hardly changes, or there are too few samples"
         yield Panel("waterfall", title, across, up, 0.6, note=note)
 
 
-def _orders_at(data: RunData, root: np.ndarray) -> Iterator[Curve]:
+def _orders_at(data: RunData, root: np.ndarray) -> Iterator[PanelLine]:
     """Once and twice the speed at the end of the run."""
     if "speed" not in data.curves.channels:
         return
@@ -232,7 +232,7 @@ def _orders_at(data: RunData, root: np.ndarray) -> Iterator[Curve]:
     for order, colour in ORDERS.items():
         if 0 < order * speed < data.spectrum.frequencies[-1]:
             line = np.full(2, order * speed)
-            yield Curve(f"{order}x, {order * speed:.4g} Hz", line, ends, colour, 1.5, DASHED)
+            yield PanelLine(f"{order}x, {order * speed:.4g} Hz", line, ends, colour, 1.5, DASHED)
 
 
 def _pooled(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> Cells:

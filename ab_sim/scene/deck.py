@@ -1,4 +1,4 @@
-"""Sections of a scene whose deck moves and tilts in space; see dynamics/carriers/tilting.py."""
+"""Sections of a scene whose deck moves and tilts in space; see equations/in_space.py."""
 
 from typing import TYPE_CHECKING, Annotated
 

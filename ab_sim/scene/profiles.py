@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from ab_sim.errors import exact
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
-from ab_sim.scene.segments import KIND, Segments
+from ab_sim.scene.segments import KIND, SegmentsProfile
 
 
 class VariableSpeedPeriod(Section):
@@ -31,7 +31,7 @@ class VariableSpeedPeriod(Section):
         return self
 
 
-class StartUp(Section):
+class StartUpProfile(Section):
     """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
 
     It goes on from any speed: at the target it holds, above it slows down as fast, and a period
@@ -58,7 +58,7 @@ class StartUp(Section):
         return period.start_speed if period.start_speed >= first else None
 
 
-class SpeedChange(Section):
+class SpeedChangeProfile(Section):
     """A raised-cosine change of speed (relative-stability (25), on [t_b, t_b + t_r] only)."""
 
     kind: Literal["speed_change"] = KIND
@@ -67,7 +67,7 @@ class SpeedChange(Section):
     to_speed: Number = quantity("speed after the change", "rad/s", ge=-1e5, le=1e5)
 
 
-AnyProfile = StartUp | SpeedChange | Segments
+AnyProfile = StartUpProfile | SpeedChangeProfile | SegmentsProfile
 Profile = Annotated[AnyProfile, Field(discriminator="kind")]
 KINDS: tuple[str, ...] = tuple(
     get_args(kind.model_fields["kind"].annotation)[0] for kind in get_args(AnyProfile)
@@ -96,17 +96,17 @@ def check_profile(
     Raises:
         ValueError: names key, value, what is allowed and what to do.
     """
-    if isinstance(profile, SpeedChange):
+    if isinstance(profile, SpeedChangeProfile):
         if abs(profile.to_speed) > max_speed:
             raise ValueError(beyond("profile.to_speed", profile.to_speed, max_speed))
-    elif isinstance(profile, StartUp):
+    elif isinstance(profile, StartUpProfile):
         _check_start_up(profile, first, max_speed, max_acceleration)
     else:
         _check_segments(profile, first, max_speed, max_acceleration)
 
 
 def _check_start_up(
-    profile: StartUp, first: float, max_speed: float, max_acceleration: float
+    profile: StartUpProfile, first: float, max_speed: float, max_acceleration: float
 ) -> None:
     target = profile.target_speed
     if target > max_speed:
@@ -134,7 +134,7 @@ def _check_start_up(
 
 
 def _check_segments(
-    profile: Segments, first: float, max_speed: float, max_acceleration: float
+    profile: SegmentsProfile, first: float, max_speed: float, max_acceleration: float
 ) -> None:
     _, *ends = profile.speeds(first)
     for index, (segment, (low, high)) in enumerate(zip(profile.segments, ends, strict=True)):

@@ -143,7 +143,7 @@ class Segment(Section):
         return min(speeds[0], low), max(speeds[1], high)
 
 
-class Segments(Section):
+class SegmentsProfile(Section):
     """Accelerations and holds one after the other, up and down and through zero."""
 
     kind: Literal["segments"] = KIND
@@ -166,7 +166,7 @@ class Segments(Section):
         return max(max(-low, high) for low, high in self.speeds(first))
 
     @property
-    def lasting(self) -> "Segments":
+    def lasting(self) -> "SegmentsProfile":
         """The same without conditions: each segment lasts as long as it may."""
         each = [
             segment
@@ -174,7 +174,7 @@ class Segments(Section):
             else Segment(duration=segment.until.at_most, acceleration=segment.acceleration or 0.0)
             for segment in self.segments
         ]
-        return Segments(kind=self.kind, segments=tuple(each))
+        return SegmentsProfile(kind=self.kind, segments=tuple(each))
 
     @property
     def condition(self) -> str | None:

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 from ab_sim.errors import CommandError, exact
-from ab_sim.spindle.profile import SpeedProfile
-from ab_sim.spindle.segments import Ramp
+from ab_sim.spindle.schedule import SpeedSchedule
+from ab_sim.spindle.speed_laws import Ramp
 
 
 class SpeedServo(NamedTuple):
@@ -57,10 +57,10 @@ class SpeedServo(NamedTuple):
 
     def approach(
         self, time: float, angle: float, speed: float, command: float, acceleration: float
-    ) -> SpeedProfile:
+    ) -> SpeedSchedule:
         """The profile from now on: from ``speed`` to ``command`` [rad/s], from ``time`` [s] on."""
         target = self.check(command)
         slope = math.copysign(self.check_acceleration(acceleration), target - speed)
         duration = (target - speed) / slope
         ramp = [(duration, Ramp(speed, slope))] if duration > 0 else []
-        return SpeedProfile(ramp, target, start=time, start_angle=angle)
+        return SpeedSchedule(ramp, target, start=time, start_angle=angle)

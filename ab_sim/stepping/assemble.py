@@ -3,12 +3,12 @@
 import numpy as np
 
 from ab_sim.dynamics.system import System
-from ab_sim.events.prepared import balls_of, workspace
-from ab_sim.events.run import Balls, Implicit, Run, Scene, Workspace
+from ab_sim.events.run_arrays import balls_of, workspace
+from ab_sim.events.run import BallEvents, ImplicitWork, Run, SceneFunctions, Workspace
 from ab_sim.kernels.code import Code
 
 NOWHERE, NO_NUMBERS, NO_TABLE = 0, np.zeros(0), np.zeros((0, 0))
-NOT_IMPLICIT = Implicit(
+NOT_IMPLICIT = ImplicitWork(
     slope=NOWHERE,
     tangent=NOWHERE,
     mass=0.0,
@@ -43,7 +43,7 @@ def run_of(
         step_address: of the stepper's emitted step.
         step: s.
         state: shape (states,); changes as the run goes on.
-        discrete: ``Balls.discrete``; likewise.
+        discrete: ``BallEvents.discrete``; likewise.
         bounds: magnitudes that no sound run reaches, shape (states,).
         memory: shape of what the stepper carries from step to step.
     """
@@ -53,7 +53,7 @@ def run_of(
 
 
 def run_with(
-    balls: Balls,
+    balls: BallEvents,
     work: Workspace,
     system: System,
     code: Code,
@@ -63,13 +63,13 @@ def run_with(
 ) -> Run:
     """A Run with arrays that others have, too: see ``run_of``."""
     model, contact = code.model, code.model.has_contact
-    scene = Scene(
+    scene = SceneFunctions(
         prepare=code.address("prepare"),
         evaluate=code.address("evaluate") if model.has_events else NOWHERE,
         arrow=code.address("arrow") if contact else NOWHERE,
         step=step_address,
         finish=code.address("finish"),
-        kick=code.address("kick") if contact else NOWHERE,
+        apply_impulse=code.address("apply_impulse") if contact else NOWHERE,
         restitution=code.address("restitution") if contact else NOWHERE,
         c=code.constants(system),
     )
@@ -81,7 +81,7 @@ def run_with(
         step=step,
         place=code.layout.place,
         ball_column=len(code.emission.roots["sample"]),
-        quaternion=type(system.carrier).UNIT_AT,
+        quaternion=type(system.deck_model).UNIT_AT,
         has_events=model.has_events,
         is_implicit=False,
         implicit=NOT_IMPLICIT,

@@ -10,7 +10,7 @@ from ab_sim.events.run import TURNS, Run, Workspace, evaluate, take_step
 from ab_sim.stepping.implicit import implicit_step
 
 FIRST, END, START, OFFSET, LENGTH, PLACE = range(6)
-"""Columns of a way, a line for each stretch: steps taken before it, and after it, with the step
+"""Columns of a step plan, a line for each step range: steps taken before it, and after it, with the step
 that a part of one ends; when its piece of the profile begins [s]; where a part begins in its step
 [s]; length of each of its steps, or of the part [s]; the first of the numbers of its place on the
 profile, as they are in ``Scene.c``."""
@@ -26,7 +26,7 @@ DRIFT = 1e-12
 depends on its length but its own digits."""
 
 
-class Stretch(NamedTuple):
+class EqualSteps(NamedTuple):
     """Where steps of one length are taken.
 
     Times are products of step and number, not sums, so that they do not depend on how a run is cut
@@ -44,17 +44,17 @@ class Stretch(NamedTuple):
 
 
 def advance(
-    run: Run, way: Table, at: int, first: int, steps: int, command: float, samples: Table
+    run: Run, step_plan: Table, at: int, first: int, steps: int, command: float, samples: Table
 ) -> int:
-    """Take steps along a way, or up to its end, recording every one.
+    """Take steps along a step plan, or up to its end, recording every one.
 
     With none, only see to the branches; or, if there is room for a sample, record the state as it
     is, without a change to anything.
 
     Args:
         run: the Run; its arrays change.
-        way: shape (stretches, columns as above), one after the other.
-        at: the stretch that the first step lies in, or the first of its parts.
+        step_plan: shape (step ranges, columns as above), one after the other.
+        at: the step range that the first step lies in, or the first of its parts.
         first: steps taken before.
         steps: how many to take.
         command: speed asked for [rad/s]; if it is no number, that of the profile.
@@ -65,12 +65,12 @@ def advance(
     """
     only_record = steps == 0 and samples.shape[0] > 0
     done, sound = 0, True
-    while sound and at < way.shape[0]:
-        stretch = enter_stretch(run, way[at], first + done, only_record)
-        here = int(min(way[at, END] - (first + done), float(steps - done)))
+    while sound and at < step_plan.shape[0]:
+        step_range = enter_step_range(run, step_plan[at], first + done, only_record)
+        here = int(min(step_plan[at, END] - (first + done), float(steps - done)))
         # Part by part of a step makes the same sample, and the last one stays.
         count = max(here, 1) if steps > 0 else 0
-        taken = step_by_step(run, stretch, samples[done : samples.shape[0]], count)
+        taken = step_by_step(run, step_range, samples[done : samples.shape[0]], count)
         sound = taken == count
         done += here if sound else taken
         if done == steps:
@@ -80,8 +80,8 @@ def advance(
     return done if sound else -1 - done
 
 
-def enter_stretch(run: Run, line: Floats, first: int, only_record: bool) -> Stretch:
-    """Go to the place on the profile that a line of a way says, with so many steps taken before."""
+def enter_step_range(run: Run, line: Floats, first: int, only_record: bool) -> EqualSteps:
+    """Go to the place on the profile that a line of a step plan says, with so many steps taken before."""
     if line[START] != run.work.smooth[0] and not only_record:
         # What a stepper remembers is of no use behind a kink.
         forget(run.work.memory)
@@ -89,7 +89,7 @@ def enter_stretch(run: Run, line: Floats, first: int, only_record: bool) -> Stre
     for j in range(PLACE, line.size):
         run.scene.c[run.place + j - PLACE] = line[j]
     call(run.scene.prepare, run.scene.c)
-    return Stretch(line[START], first, line[OFFSET], line[LENGTH])
+    return EqualSteps(line[START], first, line[OFFSET], line[LENGTH])
 
 
 def put_labels(run: Run, samples: Table, first: int, command: float) -> None:
@@ -108,31 +108,31 @@ def forget(memory: Table) -> None:
             memory[i, j] = 0.0
 
 
-def local_time(run: Run, stretch: Stretch, done: int) -> float:
+def local_time(run: Run, step_range: EqualSteps, done: int) -> float:
     """Since the piece of the profile began [s], so many nominal steps into a stretch."""
-    return ((stretch.first + done) * run.step - stretch.start) + stretch.offset
+    return ((step_range.first + done) * run.step - step_range.start) + step_range.offset
 
 
-def step_by_step(run: Run, stretch: Stretch, samples: Table, steps: int) -> int:
+def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -> int:
     """Take steps along one stretch, where the scene's constants say that it lies.
 
     Args:
         run: the Run.
-        stretch: the Stretch.
+        step_range: the Stretch.
         samples: of which the rows are recorded.
         steps: how many; with none, samples may have room for the state as it is.
 
     Returns:
         How many were taken; fewer than asked for if the state left its bounds.
     """
-    work, state, length = run.work, run.state, stretch.length
+    work, state, length = run.work, run.state, step_range.length
     only_record = steps == 0 and samples.shape[0] > 0
     known = False
     put_branches(run.balls)
     for k in range(steps + 1):
-        begin = local_time(run, stretch, k)
+        begin = local_time(run, step_range, k)
         if k > 0 and length != run.step:
-            begin = local_time(run, stretch, k - 1) + length
+            begin = local_time(run, step_range, k - 1) + length
         # The slope at the end of a step is the first stage of the next.
         if known:
             take_over_end(work)
@@ -141,14 +141,14 @@ def step_by_step(run: Run, stretch: Stretch, samples: Table, steps: int) -> int:
             if not only_record:
                 check_branches(run, begin)
         if k > 0:
-            end = (stretch.first + k) * run.step - stretch.start
+            end = (step_range.first + k) * run.step - step_range.start
             record(run, begin, end, samples[k - 1])
         elif only_record or (steps > 0 and not run.has_events):
             record(run, begin, begin, samples[0])
         if k == steps:
             break
         if run.has_events:
-            end = begin + length if length != run.step else local_time(run, stretch, k + 1)
+            end = begin + length if length != run.step else local_time(run, step_range, k + 1)
             known = step_over_events(run, begin, length, end)
         elif run.is_implicit:
             implicit_step(run.implicit, run, begin, length)

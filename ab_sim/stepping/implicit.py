@@ -12,7 +12,7 @@ for d = y_{n+af} - y_n.
 import math
 
 from ab_sim.compiling.kinds import Table, call
-from ab_sim.events.run import Implicit, Run
+from ab_sim.events.run import ImplicitWork, Run
 
 KEPT = 6
 """Iterations of Newton's that a Jacobian serves."""
@@ -23,7 +23,7 @@ CLOSE, SETTLED = 1e-14, 1e-7
 the second, once they no longer shrink: they are rounding."""
 
 
-def implicit_step(own: Implicit, run: Run, begin: float, length: float) -> None:
+def implicit_step(own: ImplicitWork, run: Run, begin: float, length: float) -> None:
     """One step from the state, whose slope is known, into ``trial``; local time [s]."""
     am, af, gamma = own.mass, own.force, own.newmark
     state, past, d, at = run.state, run.work.memory[0], own.change, own.at
@@ -69,7 +69,7 @@ def implicit_step(own: Implicit, run: Run, begin: float, length: float) -> None:
         past[j] = (d[j] / (af * length) - (1.0 - gamma) * past[j]) / gamma
 
 
-def differentiate(own: Implicit, run: Run) -> None:
+def differentiate(own: ImplicitWork, run: Run) -> None:
     """The Jacobian at the state and time at hand."""
     states, lanes, first = run.state.size, own.along.shape[1], 0
     while first < states:
@@ -84,7 +84,7 @@ def differentiate(own: Implicit, run: Run) -> None:
         first += lanes
 
 
-def share_changed(own: Implicit, reach: float, first: int, end: int) -> float:
+def share_changed(own: ImplicitWork, reach: float, first: int, end: int) -> float:
     """Of what the step does to the states from ``first`` to ``end``, what is being corrected.
 
     By the largest of them, for one that stays at zero by symmetry is nothing but rounding.

@@ -15,7 +15,7 @@ import numpy as np
 
 import ab_sim
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.analysis.maps.kept import KeptPoints, Tell
+from ab_sim.analysis.maps.checkpoint import PointCheckpoint, Tell
 from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.maps.workers import Workers
 from ab_sim.analysis.merits import merits_of
@@ -53,7 +53,7 @@ _OUTCOMES = {
 """Labels of what is kept of a run, if more than the limit is left of the unbalance."""
 
 
-class End(NamedTuple):
+class BasinEnd(NamedTuple):
     """How a run ends."""
 
     label: int
@@ -75,7 +75,7 @@ class Basin(Presented):
     """Of either ball [rad], rising from -pi."""
     limit: float
     """Largest residual unbalance that is called balance."""
-    ends: tuple[tuple[End, ...], ...]
+    ends: tuple[tuple[BasinEnd, ...], ...]
     """Rows by the second ball's angle, columns by the first one's."""
 
     @property
@@ -158,7 +158,7 @@ def basin(
     points = [(i, j) for i, j in pairs if not alike or i <= j]
     numbers = {"count": count}
     ends: dict[Point, list[Any]] = {}
-    with Workers(workers) as each, KeptPoints(basin_points, scene, numbers) as kept:
+    with Workers(workers) as each, PointCheckpoint(basin_points, scene, numbers) as kept:
 
         def run(wanted: Sequence[Point]) -> Any:
             # Once, and not in each part of the work again.
@@ -259,9 +259,9 @@ def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
     return angles
 
 
-def _judged(end: list[Any], limit: float) -> End:
+def _judged(end: list[Any], limit: float) -> BasinEnd:
     outcome, residual, whirl = end
     label = _OUTCOMES[outcome]
     if residual is not None and residual <= limit:
         label = BALANCED
-    return End(label, residual, whirl)
+    return BasinEnd(label, residual, whirl)

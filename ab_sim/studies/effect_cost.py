@@ -48,7 +48,7 @@ class Variant:
     """Effects that had to come along, because the one in question is refused without them."""
 
 
-class Spread(NamedTuple):
+class Quartiles(NamedTuple):
     """Median, quartiles and least of interleaved repeats."""
 
     median: float
@@ -57,7 +57,7 @@ class Spread(NamedTuple):
     least: float
 
     @classmethod
-    def of(cls, values: np.ndarray) -> "Spread":
+    def of(cls, values: np.ndarray) -> "Quartiles":
         """Of some repeats."""
         lower, median, upper = (float(x) for x in np.percentile(values, [25, 50, 75]))
         return cls(median, lower, upper, float(values.min()))
@@ -71,9 +71,9 @@ class VariantCost:
     effects: tuple[str, ...]
     sensors: tuple[str, ...]
     added: tuple[str, ...]
-    ns_per_step: Spread | None
+    ns_per_step: Quartiles | None
     """None where the variant cannot run; ``failure`` says why."""
-    ratio: Spread | None
+    ratio: Quartiles | None
     """To the row with no effects, repeat by repeat."""
     events_per_1000_steps: float
     first_seconds: float
@@ -318,8 +318,8 @@ def _row(runner: _Runner, base: np.ndarray) -> VariantCost:
         tuple(runner.variant.scene.effects),
         tuple(runner.variant.scene.sensors),
         runner.variant.added,
-        Spread.of(times) if len(times) else None,
-        Spread.of(times / base) if len(times) else None,
+        Quartiles.of(times) if len(times) else None,
+        Quartiles.of(times / base) if len(times) else None,
         runner.events,
         runner.first_seconds,
         runner.failure,

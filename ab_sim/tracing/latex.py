@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 
 from ab_sim.tracing.expression import Expression
-from ab_sim.tracing.printed import Holds, Notation, Printer, Written
+from ab_sim.tracing.printed import Holds, Notation, Printer, PrintedText
 
 GREEK = frozenset(
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
@@ -72,17 +72,17 @@ class Latex(Notation):
 
     minus_leads = False
 
-    def number(self, value: float) -> Written:
+    def number(self, value: float) -> PrintedText:
         """A number that is not negative, and no short fraction."""
         text = f"{value:.12g}"
         if "e" not in text:
-            return Written(text, Holds.ATOM)
+            return PrintedText(text, Holds.ATOM)
         digits, power = text.split("e")
-        return Written(rf"{digits} \cdot 10^{{{int(power)}}}", Holds.PRODUCT)
+        return PrintedText(rf"{digits} \cdot 10^{{{int(power)}}}", Holds.PRODUCT)
 
-    def fraction(self, top: int, bottom: int) -> Written:
+    def fraction(self, top: int, bottom: int) -> PrintedText:
         """A number that is a short fraction."""
-        return Written(rf"\frac{{{top}}}{{{bottom}}}", Holds.ATOM)
+        return PrintedText(rf"\frac{{{top}}}{{{bottom}}}", Holds.ATOM)
 
     def indexed(self, symbol: str, index: str) -> str:
         """A symbol of which there is one per ball."""
@@ -100,45 +100,45 @@ class Latex(Notation):
             text += (r" \cdot " if at < numbers else r" \, ") + factor
         return text
 
-    def quotient(self, above: Written, below: Written) -> Written:
+    def quotient(self, above: PrintedText, below: PrintedText) -> PrintedText:
         """One over another."""
-        return Written(rf"\frac{{{above.text}}}{{{below.text}}}", Holds.ATOM)
+        return PrintedText(rf"\frac{{{above.text}}}{{{below.text}}}", Holds.ATOM)
 
-    def power(self, base: Written, by: int) -> Written:
+    def power(self, base: PrintedText, by: int) -> PrintedText:
         """A whole power, 2 or more."""
         tight = base.holds == Holds.ATOM and not base.text.startswith(r"\frac")
         text = base.text if tight else self.bracketed(base.text)
-        return Written(f"{text}^{{{by}}}", Holds.POWER)
+        return PrintedText(f"{text}^{{{by}}}", Holds.POWER)
 
-    def function(self, name: str, argument: Written, power: int = 1) -> Written:
+    def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:
         """``cos``, ``sin``, ``sqrt``, ``abs`` or another, to a power."""
         if name == "abs":
-            return Written(rf"\left|{argument.text}\right|", Holds.ATOM)
+            return PrintedText(rf"\left|{argument.text}\right|", Holds.ATOM)
         if name == "sqrt":
-            return Written(rf"\sqrt{{{argument.text}}}", Holds.ATOM)
+            return PrintedText(rf"\sqrt{{{argument.text}}}", Holds.ATOM)
         head = f"\\{name}" if name in ("cos", "sin") else rf"\mathrm{{{_escaped(name)}}}"
         if power > 1:
             head += f"^{{{power}}}"
         if argument.holds == Holds.ATOM:
-            return Written(f"{head} {argument.text}", Holds.PRODUCT)
-        return Written(rf"{head}\left({argument.text}\right)", Holds.PRODUCT)
+            return PrintedText(f"{head} {argument.text}", Holds.PRODUCT)
+        return PrintedText(rf"{head}\left({argument.text}\right)", Holds.PRODUCT)
 
     def comparison(self, op: str, left: str, right: str) -> str:
         """``lt`` or ``le``."""
         return f"{left} {'<' if op == 'lt' else chr(92) + 'le'} {right}"
 
-    def choice(self, condition: str, then: Written, other: Written) -> Written:
+    def choice(self, condition: str, then: PrintedText, other: PrintedText) -> PrintedText:
         """One if a condition holds, else another."""
         cases = rf"{then.text} & {condition} \\ {other.text} & \text{{else}}"
-        return Written(rf"\begin{{cases}} {cases} \end{{cases}}", Holds.ATOM)
+        return PrintedText(rf"\begin{{cases}} {cases} \end{{cases}}", Holds.ATOM)
 
-    def total(self, term: str, index: str) -> Written:
+    def total(self, term: str, index: str) -> PrintedText:
         """The sum over the balls of a product."""
-        return Written(rf"\sum_{index} {term}", Holds.OPEN)
+        return PrintedText(rf"\sum_{index} {term}", Holds.OPEN)
 
-    def row(self, term: str, index: str, over: str) -> Written:
+    def row(self, term: str, index: str, over: str) -> PrintedText:
         """The sum over the balls of a row's element times a product."""
-        return Written(rf"\sum_{over} B_{{{index}{over}}} \, {term}", Holds.OPEN)
+        return PrintedText(rf"\sum_{over} B_{{{index}{over}}} \, {term}", Holds.OPEN)
 
 
 def _escaped(word: str) -> str:

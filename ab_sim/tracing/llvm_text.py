@@ -30,7 +30,7 @@ class Shape(NamedTuple):
         return [GROUP] * whole + [rest] * (rest > 0)
 
 
-class Place(NamedTuple):
+class MemorySlot(NamedTuple):
     """Where a number is in memory: the first of those per ball."""
 
     pointer: str
@@ -77,7 +77,7 @@ class Function:
         self.lines.append(f"{made} = {text}")
         return made
 
-    def load(self, place: Place, first: int, width: int) -> str:
+    def load(self, place: MemorySlot, first: int, width: int) -> str:
         """A value: of one number in all lanes, or of numbers of balls from the first on."""
         lanes = self.shape.lanes
         if lanes > 1:
@@ -93,7 +93,7 @@ class Function:
             made = self.put(f"insertelement {kind(width)} {made}, double {one}, i32 {k}")
         return made
 
-    def store(self, value: str, place: Place, first: int, width: int) -> None:
+    def store(self, value: str, place: MemorySlot, first: int, width: int) -> None:
         """A value, as ``load`` reads one."""
         if self.shape.lanes > 1 and place.pointer in self.uniform:
             value, width = self.put(f"extractelement {kind(width)} {value}, i32 0"), 1
@@ -106,7 +106,7 @@ class Function:
             pointer = self._pointer(place, first + k)
             self.lines.append(f"store double {one}, ptr {pointer}, align 8")
 
-    def _pointer(self, place: Place, ball: int) -> str:
+    def _pointer(self, place: MemorySlot, ball: int) -> str:
         size = 1 if place.pointer in self.uniform else self.shape.lanes
         at = (place.at + ball * place.stride) * size
         return self.put(f"getelementptr double, ptr %{place.pointer}, i64 {at}")
@@ -149,8 +149,8 @@ class Body:
     def __init__(
         self,
         into: Function,
-        places: dict[str, Place],
-        known: Mapping[int, Place] | None = None,
+        places: dict[str, MemorySlot],
+        known: Mapping[int, MemorySlot] | None = None,
         bound: Mapping[str, list[str]] | None = None,
     ) -> None:
         self._into, self._known = into, known or {}
@@ -176,7 +176,7 @@ class Body:
             self._values[node.number] = self._emitted(node)
         return [self._operand(x, k, width) for k, width in enumerate(self._widths(x))]
 
-    def store(self, x: Expression, place: Place, each: bool = False) -> None:
+    def store(self, x: Expression, place: MemorySlot, each: bool = False) -> None:
         """Write a node to memory; with ``each``, one that is the same for all balls to each."""
         shape, first = self._into.shape, 0
         self.values(x)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from ab_sim.tracing.expression import Expression
-from ab_sim.tracing.printed import Holds, Notation, Printer, Written
+from ab_sim.tracing.printed import Holds, Notation, Printer, PrintedText
 
 
 def plain_text(
@@ -24,13 +24,13 @@ class PlainText(Notation):
 
     minus_leads = True
 
-    def number(self, value: float) -> Written:
+    def number(self, value: float) -> PrintedText:
         """A number that is not negative, and no short fraction."""
-        return Written(f"{value:.12g}", Holds.ATOM)
+        return PrintedText(f"{value:.12g}", Holds.ATOM)
 
-    def fraction(self, top: int, bottom: int) -> Written:
+    def fraction(self, top: int, bottom: int) -> PrintedText:
         """A number that is a short fraction."""
-        return Written(f"{top}/{bottom}", Holds.OPEN)
+        return PrintedText(f"{top}/{bottom}", Holds.OPEN)
 
     def indexed(self, symbol: str, index: str) -> str:
         """A symbol of which there is one per ball: the index stands before primes."""
@@ -46,35 +46,35 @@ class PlainText(Notation):
         apart = max(numbers - 1, 0)
         return " * ".join([*factors[:apart], " ".join(factors[apart:])])
 
-    def quotient(self, above: Written, below: Written) -> Written:
+    def quotient(self, above: PrintedText, below: PrintedText) -> PrintedText:
         """One over another."""
         top, bottom = self.tight(above, Holds.PRODUCT), self.tight(below, Holds.POWER)
-        return Written(f"{top}/{bottom}", Holds.OPEN)
+        return PrintedText(f"{top}/{bottom}", Holds.OPEN)
 
-    def power(self, base: Written, by: int) -> Written:
+    def power(self, base: PrintedText, by: int) -> PrintedText:
         """A whole power, 2 or more."""
-        return Written(f"{self.tight(base, Holds.ATOM)}^{by}", Holds.POWER)
+        return PrintedText(f"{self.tight(base, Holds.ATOM)}^{by}", Holds.POWER)
 
-    def function(self, name: str, argument: Written, power: int = 1) -> Written:
+    def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:
         """``cos``, ``sin``, ``sqrt``, ``abs`` or another, to a power."""
         text = f"|{argument.text}|" if name == "abs" else f"{name}({argument.text})"
-        it = Written(text, Holds.ATOM)
+        it = PrintedText(text, Holds.ATOM)
         return it if power == 1 else self.power(it, power)
 
     def comparison(self, op: str, left: str, right: str) -> str:
         """``lt`` or ``le``."""
         return f"{left} {'<' if op == 'lt' else '<='} {right}"
 
-    def choice(self, condition: str, then: Written, other: Written) -> Written:
+    def choice(self, condition: str, then: PrintedText, other: PrintedText) -> PrintedText:
         """One if a condition holds, else another."""
-        return Written(
+        return PrintedText(
             f"{self.tight(then, Holds.SUM)} if {condition}, else {other.text}", Holds.CHOICE
         )
 
-    def total(self, term: str, index: str) -> Written:
+    def total(self, term: str, index: str) -> PrintedText:
         """The sum over the balls of a product."""
-        return Written(f"sum_{index} {term}", Holds.OPEN)
+        return PrintedText(f"sum_{index} {term}", Holds.OPEN)
 
-    def row(self, term: str, index: str, over: str) -> Written:
+    def row(self, term: str, index: str, over: str) -> PrintedText:
         """The sum over the balls of a row's element times a product."""
-        return Written(f"sum_{over} B_{index}{over} {term}", Holds.OPEN)
+        return PrintedText(f"sum_{over} B_{index}{over} {term}", Holds.OPEN)

@@ -26,7 +26,7 @@ class Holds(IntEnum):
     ATOM = 5
 
 
-class Written(NamedTuple):
+class PrintedText(NamedTuple):
     """A printed expression."""
 
     text: str
@@ -40,11 +40,11 @@ class Notation(ABC):
     """Whether a quotient's sign stands before it, or in what is above."""
 
     @abstractmethod
-    def number(self, value: float) -> Written:
+    def number(self, value: float) -> PrintedText:
         """A number that is not negative, and no short fraction."""
 
     @abstractmethod
-    def fraction(self, top: int, bottom: int) -> Written:
+    def fraction(self, top: int, bottom: int) -> PrintedText:
         """A number that is a short fraction."""
 
     @abstractmethod
@@ -60,15 +60,15 @@ class Notation(ABC):
         """Factors, of which the first so many are numbers."""
 
     @abstractmethod
-    def quotient(self, above: Written, below: Written) -> Written:
+    def quotient(self, above: PrintedText, below: PrintedText) -> PrintedText:
         """One over another."""
 
     @abstractmethod
-    def power(self, base: Written, by: int) -> Written:
+    def power(self, base: PrintedText, by: int) -> PrintedText:
         """A whole power, 2 or more."""
 
     @abstractmethod
-    def function(self, name: str, argument: Written, power: int = 1) -> Written:
+    def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:
         """``cos``, ``sin``, ``sqrt``, ``abs`` or another, to a power."""
 
     @abstractmethod
@@ -76,18 +76,18 @@ class Notation(ABC):
         """``lt`` or ``le``."""
 
     @abstractmethod
-    def choice(self, condition: str, then: Written, other: Written) -> Written:
+    def choice(self, condition: str, then: PrintedText, other: PrintedText) -> PrintedText:
         """One if a condition holds, else another."""
 
     @abstractmethod
-    def total(self, term: str, index: str) -> Written:
+    def total(self, term: str, index: str) -> PrintedText:
         """The sum over the balls of a product."""
 
     @abstractmethod
-    def row(self, term: str, index: str, over: str) -> Written:
+    def row(self, term: str, index: str, over: str) -> PrintedText:
         """The sum over the balls of a row's element times a product."""
 
-    def tight(self, it: Written, least: Holds) -> str:
+    def tight(self, it: PrintedText, least: Holds) -> str:
         """In brackets if it does not hold together as tightly."""
         return it.text if it.holds >= least else self.bracketed(it.text)
 
@@ -120,9 +120,9 @@ class Printer:
     def _symbol_of(self, x: Expression, symbol: str, index: str) -> str:
         return self._notation.indexed(symbol, index) if x.each else symbol
 
-    def _written(self, x: Expression, index: str, whole: bool = False) -> Written:
+    def _written(self, x: Expression, index: str, whole: bool = False) -> PrintedText:
         if x.number in self._named and not whole:
-            return Written(self._symbol_of(x, self._named[x.number], index), Holds.ATOM)
+            return PrintedText(self._symbol_of(x, self._named[x.number], index), Holds.ATOM)
         terms = self._terms(x, index)
         if len(terms) == 1 and not terms[0][0]:
             return terms[0][1]
@@ -131,9 +131,9 @@ class Printer:
         for minus, term in terms:
             body = self._notation.tight(term, Holds.OPEN if minus else Holds.SUM)
             text += (" - " if minus else " + ") + body
-        return Written("-" + text[3:] if terms[0][0] else text[3:], Holds.SUM)
+        return PrintedText("-" + text[3:] if terms[0][0] else text[3:], Holds.SUM)
 
-    def _terms(self, x: Expression, index: str) -> list[tuple[bool, Written]]:
+    def _terms(self, x: Expression, index: str) -> list[tuple[bool, PrintedText]]:
         """Of a sum, each with whether it is taken away; of anything else, itself."""
         if x.op in ("add", "sub", "fma"):
             if x.op == "fma":
@@ -159,26 +159,26 @@ class Printer:
                 return [(above[0][0], self._notation.quotient(above[0][1], below))]
         return [(False, self._other(x, index))]
 
-    def _part(self, x: Expression, index: str) -> list[tuple[bool, Written]]:
+    def _part(self, x: Expression, index: str) -> list[tuple[bool, PrintedText]]:
         if x.number in self._named:
             return [(False, self._written(x, index))]
         return self._terms(x, index)
 
     def _flipped(
-        self, x: Expression, terms: list[tuple[bool, Written]], index: str
-    ) -> list[tuple[bool, Written]]:
+        self, x: Expression, terms: list[tuple[bool, PrintedText]], index: str
+    ) -> list[tuple[bool, PrintedText]]:
         """One term with its sign turned; several stay together."""
         if len(terms) == 1:
             return [(not terms[0][0], terms[0][1])]
         return [(True, self._written(x, index))]
 
-    def _total(self, x: Expression, index: str) -> tuple[bool, Written]:
+    def _total(self, x: Expression, index: str) -> tuple[bool, PrintedText]:
         """The sum over the balls of one term, whose sign goes before it, or of several."""
         terms = self._part(x, index)
         minus, term = terms[0] if len(terms) == 1 else (False, self._written(x, index))
         return minus, self._notation.total(self._notation.tight(term, Holds.OPEN), index)
 
-    def _product(self, parts: Sequence[Expression], index: str) -> tuple[bool, Written]:
+    def _product(self, parts: Sequence[Expression], index: str) -> tuple[bool, PrintedText]:
         """A product as (whether it is negative, the rest)."""
         minus, numbers, factors, below = False, [], Counter[Expression](), Counter[Expression]()
         ahead = list(parts)
@@ -201,8 +201,8 @@ class Printer:
         return minus, above
 
     def _joined(
-        self, numbers: Sequence[Written], factors: Mapping[Expression, int], index: str
-    ) -> Written:
+        self, numbers: Sequence[PrintedText], factors: Mapping[Expression, int], index: str
+    ) -> PrintedText:
         """Numbers first, then what is a factor however it is read, then functions and sums."""
         made = [(self._late(x), self._factor(x, n, index)) for x, n in factors.items()]
         parts = [*numbers, *(it for _, it in sorted(made, key=lambda each: each[0]))]
@@ -215,7 +215,7 @@ class Printer:
             least[0] = Holds.OPEN
         texts = [self._notation.tight(it, hold) for it, hold in zip(parts, least, strict=True)]
         holds = Holds.OPEN if parts[-1].holds == Holds.OPEN else Holds.PRODUCT
-        return Written(self._notation.product(texts, len(numbers)), holds)
+        return PrintedText(self._notation.product(texts, len(numbers)), holds)
 
     def _late(self, x: Expression) -> int:
         """Where in a product: functions stand late, and last what takes in all that follows."""
@@ -223,22 +223,22 @@ class Printer:
             return 0
         return {"cos": 1, "sin": 1, "div": 2, "total": 3, "rows": 3}.get(x.op, 0)
 
-    def _factor(self, x: Expression, count: int, index: str) -> Written:
+    def _factor(self, x: Expression, count: int, index: str) -> PrintedText:
         if x.op in ("cos", "sin") and x.number not in self._named:
             return self._notation.function(x.op, self._written(x.args[0], index), count)
         it = self._written(x, index)
         return it if count == 1 else self._notation.power(it, count)
 
-    def _number(self, value: float) -> Written:
+    def _number(self, value: float) -> PrintedText:
         short = Fraction(value).limit_denominator(9) if value < 100 else Fraction(1)
         if short.denominator > 1 and short.numerator / short.denominator == value:
             return self._notation.fraction(short.numerator, short.denominator)
         return self._notation.number(value)
 
-    def _other(self, x: Expression, index: str) -> Written:
+    def _other(self, x: Expression, index: str) -> PrintedText:
         notation = self._notation
         if x.op == "input":
-            return Written(self._symbol_of(x, self._symbol(x.payload), index), Holds.ATOM)
+            return PrintedText(self._symbol_of(x, self._symbol(x.payload), index), Holds.ATOM)
         if x.op == "rows":
             over = chr(ord(index) + 1)
             term = notation.tight(self._written(x.args[0], over), Holds.OPEN)
@@ -249,5 +249,5 @@ class Printer:
         if x.op == "where":
             return notation.choice(own[0].text, own[1], own[2])
         if x.op in ("lt", "le"):
-            return Written(notation.comparison(x.op, own[0].text, own[1].text), Holds.CHOICE)
+            return PrintedText(notation.comparison(x.op, own[0].text, own[1].text), Holds.CHOICE)
         return notation.function(x.op if x.op != "lane" else f"lane_{x.payload}", own[0])

@@ -16,10 +16,10 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.studies.accuracy_cost.collocation import collocate, step_for
 from ab_sim.studies.accuracy_cost.reference import Reference, smooth_reference
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
-from ab_sim.studies.accuracy_cost.sampling import Sampling
+from ab_sim.studies.accuracy_cost.sampling import SampleTimes
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
-SAMPLING = Sampling(0.005, 1200)
+SAMPLING = SampleTimes(0.005, 1200)
 """All have output every 5 ms, and are compared there."""
 CONDITIONS = {
     "scene": SCENE,

@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.dynamics.assemble import start_modes, system_of
+from ab_sim.dynamics.assemble import start_discrete_state, system_of
 from ab_sim.dynamics.system import MASS, MOBILITY, MOMENT, ROUND_LEVER
 from ab_sim.scene import load_scene
-from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle import SpeedSchedule
 
 STATES_TRIED = 1000
 TIME = 0.3
@@ -64,10 +64,10 @@ class Case:
         scene = load_scene("thesis-hold", [*changes, f"start.ball_angles={angles}"])
         self.n, self.size = balls, 4 + 2 * balls
         self.system = system_of(scene)
-        self.piece = SpeedProfile.of_scene(scene).piece_at(0.0)
-        own, effects, columns = self.system.carrier, scene.effects, self.system.balls.T
+        self.scheduled = SpeedSchedule.of_scene(scene).segment_at(0.0)
+        own, effects, columns = self.system.deck_model, scene.effects, self.system.balls.T
         suspension = effects["suspension"]
-        segment = self.piece.segment
+        segment = self.scheduled.segment
         self.scalars = [
             own.total_mass,
             own.unbalance,
@@ -80,7 +80,7 @@ class Case:
         ]
         self.columns = [columns[k] for k in (MASS, MOBILITY, MOMENT, ROUND_LEVER)]
         self.p = np.concatenate([self.scalars, *self.columns])
-        self.modes = start_modes(scene, self.system)
+        self.discrete_state = start_discrete_state(scene, self.system)
         random = np.random.default_rng(1)
         scale = np.array([1e-4] * 2 + [1e-2] * 2 + [3.0] * balls + [10.0] * balls)
         self.states = random.uniform(-1.0, 1.0, (STATES_TRIED, self.size)) * scale

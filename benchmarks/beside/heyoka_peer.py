@@ -20,9 +20,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.scene import Scene
-from ab_sim.spindle.segments import Ramp
+from ab_sim.spindle.speed_laws import Ramp
 from ab_sim.studies.accuracy_cost.methods import FailedError
-from ab_sim.studies.accuracy_cost.right_hand_side import Leg, RightHandSide
+from ab_sim.studies.accuracy_cost.right_hand_side import SmoothInterval, RightHandSide
 from beside.case import SAMPLING, VARIATIONS, BatchCase, Case, equal_balls
 from beside.turns import AbsentError, Family, Maker, timed
 from beside.width import lanes
@@ -98,7 +98,7 @@ class OnRamp(NamedTuple):
     """m R al/M, less m/M times what it gives the ball: what is left to the deck."""
 
     @classmethod
-    def of(cls, scene: Scene, leg: Leg) -> "OnRamp":
+    def of(cls, scene: Scene, leg: SmoothInterval) -> "OnRamp":
         """On a leg's segment; the expressions know no other kind than ramps."""
         segment = leg.place.segment
         assert isinstance(segment, Ramp)

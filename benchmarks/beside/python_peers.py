@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any
 
 from ab_sim.studies.accuracy_cost.cvode_peer import cvode_solvers
-from ab_sim.studies.accuracy_cost.methods import Method
+from ab_sim.studies.accuracy_cost.methods import MeasuredMethod
 from ab_sim.studies.accuracy_cost.mujoco_peer import MuJoCo
 from ab_sim.studies.accuracy_cost.scipy_peers import dop853, lsoda
 from ab_sim.studies.accuracy_cost.tolerance import ByTolerance, LegSolver
@@ -29,7 +29,7 @@ class Studied:
 
     ours, continuous, simulated = False, True, SAMPLING.end
 
-    def __init__(self, case: Case, method: str, setting: str, of: Method) -> None:
+    def __init__(self, case: Case, method: str, setting: str, of: MeasuredMethod) -> None:
         self.case, self.method, self.setting, self.of = case, method, setting, of
 
     @property

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ab_sim.errors import AbSimError
-from ab_sim.studies.effect_cost import Spread
+from ab_sim.studies.effect_cost import Quartiles
 
 MOST_TIME = 4.0
 """s of CPU time that the repeats of one setting may take; slow ones take part in fewer."""
@@ -94,7 +94,7 @@ class Candidate:
             "setting": of.setting,
             "ours": of.ours,
             "error": self.error,
-            "cpu": Spread.of(np.array(self.times))._asdict(),
+            "cpu": Quartiles.of(np.array(self.times))._asdict(),
             "repeats": len(self.times),
             "evaluations": None if of.evaluations is None else of.evaluations / of.simulated,
             "first": self.first,
@@ -235,11 +235,11 @@ def compare(
             "method": method,
             "ours": method in own,
             "between": at.between,
-            "cpu": Spread.of(at.times)._asdict(),
+            "cpu": Quartiles.of(at.times)._asdict(),
         }
         if best is not None:
             rounds = min(len(at.times), len(reached[best].times))
-            ratio = Spread.of(at.times[:rounds] / reached[best].times[:rounds])
+            ratio = Quartiles.of(at.times[:rounds] / reached[best].times[:rounds])
             row["ratio"] = ratio._asdict()
         rows.append(row)
     peer = next((row for row in rows if not row["ours"]), None)

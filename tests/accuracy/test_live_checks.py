@@ -161,8 +161,8 @@ def test_a_diverging_half_step_is_an_infinite_error(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_ledger_is_refused(scene: Any) -> None:
-    with pytest.raises(ValueError, match="a drive without a ledger"):
-        LiveChecks(Drive(scene(), ledger=True), 0.05)
+    with pytest.raises(ValueError, match="a drive without an energy balance"):
+        LiveChecks(Drive(scene(), energy_balance=True), 0.05)
 
 
 def test_reset_begins_again() -> None:

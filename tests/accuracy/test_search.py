@@ -9,7 +9,7 @@ from ab_sim.dynamics.assemble import system_of
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, load_scene
-from tests.accuracy.wishes import SHORT, wished
+from tests.accuracy.asked_tolerances import SHORT, wished
 
 
 class FakeRuns:
@@ -45,9 +45,9 @@ def test_each_setting_is_told_before_it_is_run() -> None:
 
 
 def test_the_cheapest_of_all_is_found() -> None:
-    for wish in (1e-1, 1e-3, 1e-5, 1e-8):
+    for tolerance in (1e-1, 1e-3, 1e-5, 1e-8):
         runs = FakeRuns()
-        _, price = cheapest(wished("one-ball", angle=wish), runs)
+        _, work_precision = cheapest(wished("one-ball", angle=tolerance), runs)
         # By hand: the longest step on the ladder for each method; fewest stages per second win.
         prices = {}
         for name, order, stages, longest in (
@@ -55,12 +55,12 @@ def test_the_cheapest_of_all_is_found() -> None:
         ):  # fmt: skip
             for parts in (1, 2, 4, 5, 10, 20, 40, 50, 100, 200, 400, 500, 1000):
                 step = 0.01 / parts
-                if step <= longest and SAFETY * 10.0 * (step / 0.01) ** order <= wish / 1.1:
+                if step <= longest and SAFETY * 10.0 * (step / 0.01) ** order <= tolerance / 1.1:
                     prices[name, step] = stages / step
                     break
         least = min(prices.values())
         alike = [setting for setting, cost in prices.items() if cost <= 1.15 * least]
-        assert (price.stepper, pytest.approx(price.step)) in alike
+        assert (work_precision.stepper, pytest.approx(work_precision.step)) in alike
 
 
 class Tolerant(FakeRuns):
@@ -75,12 +75,12 @@ class Tolerant(FakeRuns):
 
 
 def test_a_tolerance_is_found_that_delivers_the_accuracy() -> None:
-    for wish, tolerance in ((1e-3, 1e-5), (3e-8, 1e-9)):
-        scene, price = cheapest(wished("nsc-case-1", angle=wish), Tolerant())
-        assert price.stepper == "collocation" and price.parameters == {"tolerance": tolerance}
-        assert scene.solver.parameters == price.parameters
-        assert f"tolerance {tolerance:g}" in price.reason
-        assert price.step == 0.005, "samples as close as the usual method would need them"
+    for accuracy, tolerance in ((1e-3, 1e-5), (3e-8, 1e-9)):
+        scene, work_precision = cheapest(wished("nsc-case-1", angle=accuracy), Tolerant())
+        assert work_precision.stepper == "collocation" and work_precision.parameters == {"tolerance": tolerance}
+        assert scene.solver.parameters == work_precision.parameters
+        assert f"tolerance {tolerance:g}" in work_precision.reason
+        assert work_precision.step == 0.005, "samples as close as the usual method would need them"
 
 
 def test_stiff_drag_leads_to_what_solves_it() -> None:
@@ -89,9 +89,9 @@ def test_stiff_drag_leads_to_what_solves_it() -> None:
     for coefficient, tried in ((1000, set()), (20, explicit)):
         changes = [f"effects.viscous_drag.coefficient={coefficient}", "accuracy.angle=1e-1"]
         runs = Tolerant()
-        _, price = cheapest(load_scene("one-ball", [*SHORT["one-ball"], *changes]), runs)
+        _, work_precision = cheapest(load_scene("one-ball", [*SHORT["one-ball"], *changes]), runs)
         assert {stepper for stepper, _ in runs.seen} <= {*tried, "collocation"}
-        assert price.stepper == "collocation" and price.step > 1e-4
+        assert work_precision.stepper == "collocation" and work_precision.step > 1e-4
 
 
 class Blind(FakeRuns):
@@ -105,8 +105,8 @@ class Blind(FakeRuns):
 
 def test_runs_that_agreed_by_chance_are_not_taken_for_rounding() -> None:
     """Where a shorter step shows more than all that was seen before, there is more to be seen."""
-    _, price = cheapest(wished("one-ball", angle=1e-5), Blind())
-    assert SAFETY * price.measured.angle <= 1e-5 and price.step < 1e-4
+    _, work_precision = cheapest(wished("one-ball", angle=1e-5), Blind())
+    assert SAFETY * work_precision.measured.angle <= 1e-5 and work_precision.step < 1e-4
 
 
 def test_the_shortest_step_of_all_is_not_called_rounding() -> None:
@@ -124,8 +124,8 @@ def test_rounding_is_recognised() -> None:
     with pytest.raises(SceneError, match="the best that can be had is about"):
         cheapest(wished("one-ball", angle=1e-8), runs)
     assert min(step for _, step in runs.seen) > 1e-5, "no endless shortening"
-    _, price = cheapest(wished("one-ball", angle=1e-5), FakeRuns(floor=1e-7))
-    assert SAFETY * price.measured.angle <= 1e-5
+    _, work_precision = cheapest(wished("one-ball", angle=1e-5), FakeRuns(floor=1e-7))
+    assert SAFETY * work_precision.measured.angle <= 1e-5
 
 
 def test_measuring_that_would_take_too_long_is_refused_before() -> None:
@@ -165,8 +165,8 @@ def test_steps_that_diverge_are_no_candidates() -> None:
             raise DivergedError("too long")
         return runs(scene, steps, every)
 
-    _, price = cheapest(wished("one-ball", angle=1e-1), sometimes)
-    assert price.step <= 1e-3
+    _, work_precision = cheapest(wished("one-ball", angle=1e-1), sometimes)
+    assert work_precision.step <= 1e-3
 
 
 @pytest.mark.parametrize("name", ["weak-motor", "packed-balls", "nsc-case-1"])

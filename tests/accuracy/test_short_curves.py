@@ -69,10 +69,10 @@ def error(scene: Scene, want: np.ndarray) -> float:
 )
 def test_the_error_asked_for_is_met(drag: float, duration: float, start: float) -> None:
     scene = changing(drag, duration, start, solver=None, accuracy={"angle": 1e-9})
-    scene, price = resolve_accuracy(scene)
-    assert price is not None
+    scene, work_precision = resolve_accuracy(scene)
+    assert work_precision is not None
     found = error(scene, truth(drag, duration, start))
-    assert price.measured.angle <= 2.5e-10 and found <= 5e-10, price.reason
+    assert work_precision.measured.angle <= 2.5e-10 and found <= 5e-10, work_precision.reason
 
 
 def test_a_refusal_is_true() -> None:

@@ -11,7 +11,7 @@ from ab_sim.cli import offline
 from ab_sim.scene import Scene
 from ab_sim.studies import accuracy_cost, effect_cost
 from ab_sim.studies.basin import basin
-from tests.accuracy.wishes import SHORT, wished
+from tests.accuracy.asked_tolerances import SHORT, wished
 
 
 class ToldError(Exception):

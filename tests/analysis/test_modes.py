@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.modes import Mode, campbell, likeness, modes_of, moving, vibration_of
-from ab_sim.dynamics.assemble import linearised, start_modes, start_state, system_of
+from ab_sim.dynamics.assemble import linearised, start_discrete_state, start_state, system_of
 from ab_sim.dynamics.space_scene import angular_velocity
 from ab_sim.errors import SceneError
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene import Scene, load_scene, scene_names
-from ab_sim.spindle import Piece, Ramp
+from ab_sim.spindle import ScheduledSegment, Ramp
 from tests.deck.of_params import scene_of
 from tests.deck.scenes import ODD, Changes, made
 from tests.reference import deck_modes
@@ -118,9 +118,9 @@ def kernel_s_eigenvalues(scene: Scene) -> np.ndarray:
 
     On coordinates without a constraint: dq = q (0, phi) / 2 of the quaternion.
     """
-    system, steady = system_of(scene), Piece(0.0, 1.0, 0.0, Ramp(scene.start.speed, 0.0))
+    system, steady = system_of(scene), ScheduledSegment(0.0, 1.0, 0.0, Ramp(scene.start.speed, 0.0))
     field, state = (
-        VectorField(system, steady, start_modes(scene, system)),
+        VectorField(system, steady, start_discrete_state(scene, system)),
         start_state(scene, system),
     )
     assert len(state) == 13 and np.abs(field.slope(0.0, state)).max() < 1e-9

@@ -10,7 +10,7 @@ import pytest
 from ab_sim.batch import BatchRun, simulate_batch
 from ab_sim.batch.simulate import varied
 from ab_sim.drive import Drive
-from ab_sim.equations.motion import Deck
+from ab_sim.equations.motion import DeckMotion
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.scene import Scene, load, registry
 from ab_sim.scene.quantities import Count, Number, quantity
@@ -135,7 +135,7 @@ class Magnets(NamedTuple):
     number: Annotated[Count, quantity("how many", "1")] = 1
     twisted: Annotated[bool, quantity("whether they pull across", "1")] = False
 
-    def deck_force(self, deck: Deck) -> tuple[float, float]:
+    def deck_force(self, deck: DeckMotion) -> tuple[float, float]:
         k = self.stiffness * self.number
         return (k * deck.y, -k * deck.x) if self.twisted else (-k * deck.x, -k * deck.y)
 
@@ -145,7 +145,7 @@ class Bumper(NamedTuple):
 
     gap: Annotated[Number, quantity("to the spring", "m")]
 
-    def space_force(self, deck: Deck) -> tuple[float, float]:
+    def space_force(self, deck: DeckMotion) -> tuple[float, float]:
         return (where(deck.x > self.gap, -300.0 * (deck.x - self.gap), 0.0), 0.0)
 
 

@@ -47,7 +47,7 @@ def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
     assert report["scene"] == "thesis-hold"
     assert report["effects"]["suspension"] == {"stiffness": 1000.0, "damping": 0.2}
     assert (report["stepper"], report["step"]) == ("rk8", 0.001)
-    assert report["events"] > 0 and report["crowded_steps"] == 0
+    assert report["events"] > 0 and report["steps_with_unresolved_events"] == 0
     assert first["stuck"] == [False, False]
     assert report["version"] == __version__
     assert (tmp_path / "p.png").read_bytes().startswith(PNG)

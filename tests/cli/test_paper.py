@@ -8,7 +8,7 @@ import pytest
 
 from ab_sim.conventions import NOTATION
 from ab_sim.papers import PAPERS
-from ab_sim.papers.page import Paper, Picture, Section, Table
+from ab_sim.papers.page import Paper, Picture, PageSection, Table
 from ab_sim.papers.relative_stability.speed import speed_section
 from tests.cli.tool import PNG, ab_sim
 
@@ -37,7 +37,7 @@ def test_bad_input_exits_with_2_and_leaves_nothing(
 
 def test_a_page_has_all_that_the_report_has_in_markdown() -> None:
     table = Table("Table 1", ("case", "ours [s]", "published [s]"), (("|x|", 1.23456789, None),))
-    parts = (Section("Heading", ("Text.",), (table,), (Picture("p.png", "What it shows"),)),)
+    parts = (PageSection("Heading", ("Text.",), (table,), (Picture("p.png", "What it shows"),)),)
     paper = Paper("name", "Title", "Source.", parts)
     assert paper.markdown() == (
         f"# Title\n\nSource.\n\nWritten by `ab-sim paper name`. {NOTATION}.\n\n"

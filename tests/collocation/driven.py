@@ -13,18 +13,18 @@ from ab_sim.collocation.assemble import (
     method_of,
 )
 from ab_sim.collocation.drive import advance_by_collocation
-from ab_sim.collocation.run import Collocation
+from ab_sim.collocation.run import CollocationRun
 from ab_sim.compiling import compiled
 from ab_sim.drive import Drive
-from ab_sim.drive.way import Way
-from ab_sim.dynamics.assemble import place_on, start_modes, start_state, state_bounds, system_of
+from ab_sim.drive.step_plan import StepPlan
+from ab_sim.dynamics.assemble import place_on, start_discrete_state, start_state, state_bounds, system_of
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.integrate.steppers.collocation import EIGHT, PARTS, Setting
 from ab_sim.kernels.code import Code, called, code_of
 from ab_sim.scene import Scene
-from ab_sim.spindle.profile import SpeedProfile
-from ab_sim.spindle.stretches import Grid
+from ab_sim.spindle.schedule import SpeedSchedule
+from ab_sim.spindle.step_ranges import StepGrid
 from ab_sim.stepping.assemble import run_of
 
 
@@ -35,7 +35,7 @@ class Collocated:
         scene: with its step.
         tolerance, steps: of the method.
         setting: nodes and samples.
-        ledger: whether an energy balance is kept.
+        energy_balance: whether an energy balance is kept.
         plain: whether the control runs as ordinary Python.
     """
 
@@ -45,27 +45,27 @@ class Collocated:
         tolerance: float = 1e-11,
         steps: float = 0.0,
         setting: Setting = EIGHT,
-        ledger: bool = False,
+        energy_balance: bool = False,
         plain: bool = False,
     ) -> None:
-        self.system = system_of(scene, ledger)
-        grid = Grid(scene.solver.step, cycle_of(scene))
-        self.way = Way.along(SpeedProfile.of_scene(scene), grid, 0)
+        self.system = system_of(scene, energy_balance)
+        grid = StepGrid(scene.solver.step, cycle_of(scene))
+        self.step_plan = StepPlan.along(SpeedSchedule.of_scene(scene), grid, 0)
         self.step = scene.solver.step
         self.state = start_state(scene, self.system)
-        self.discrete = start_modes(scene, self.system)
+        self.discrete = start_discrete_state(scene, self.system)
         self._discrete = self.discrete.copy()
         self.bounds = state_bounds(self.system, self.step / PARTS)
         self.method = method_of(setting, tolerance, steps)
         self._plain, self.taken = plain, 0
-        self._runs: dict[type[Any], Collocation] = {}
+        self._runs: dict[type[Any], CollocationRun] = {}
         self._kernels: dict[type[Any], Any] = {}
         self._nodes = setting.nodes
         self._alike = len(set(drag_rates(self.system))) <= 1
         rk8: Any = stepper_named("rk8").weights
         self._tableau = rk8.a, rk8.b, rk8.c
 
-    def of(self, kind: type[Any]) -> Collocation:
+    def of(self, kind: type[Any]) -> CollocationRun:
         """For segments of a kind; all share state and memory."""
         if kind not in self._runs:
             code: Code = code_of(self.system, kind)
@@ -98,7 +98,7 @@ class Collocated:
         """Samples of so many steps."""
         samples = np.zeros((max(steps, int(record)), self.width))
         kernel = self._kernel
-        done = self.way.walk(kernel, self.taken, steps, np.nan, samples)
+        done = self.step_plan.walk(kernel, self.taken, steps, np.nan, samples)
         if done < 0:
             self.taken += -1 - done
             raise FloatingPointError(f"diverged after {self.taken} steps")
@@ -108,7 +108,7 @@ class Collocated:
     @property
     def width(self) -> int:
         """Of a sample, without sensors."""
-        run = self.of(next(iter(self.way.kinds))).run
+        run = self.of(next(iter(self.step_plan.kinds))).run
         return 2 + run.ball_column + 2 * run.balls.number + run.balls.has_motor
 
     def _kernel(self, kind: type[Any]) -> Any:
@@ -125,9 +125,9 @@ def cycle_of(scene: Scene) -> float:
     return choose_stepper(scene, system_of(scene)).cycle
 
 
-def old_samples(scene: Scene, steps: int, ledger: bool = False) -> np.ndarray:
+def old_samples(scene: Scene, steps: int, energy_balance: bool = False) -> np.ndarray:
     """What the old core records."""
-    return Drive(scene, ledger=ledger).advance(steps).samples
+    return Drive(scene, energy_balance=energy_balance).advance(steps).samples
 
 
 class Runge:
@@ -135,12 +135,12 @@ class Runge:
 
     def __init__(self, scene: Scene, most: float = 5e-4) -> None:
         self.system, self.most = system_of(scene), most
-        (kind,) = Way.along(SpeedProfile.of_scene(scene), Grid(scene.solver.step, 1.0), 0).kinds
+        (kind,) = StepPlan.along(SpeedSchedule.of_scene(scene), StepGrid(scene.solver.step, 1.0), 0).kinds
         code = code_of(self.system, kind)
         rk8: Any = stepper_named("rk8").weights
         self._step, self._slope = code.step(rk8.a, rk8.b, rk8.c), code.address("slope")
         self._c, self._b = code.constants(self.system), np.zeros(code.branches())
-        place = place_on(SpeedProfile.of_scene(scene).pieces[0])
+        place = place_on(SpeedSchedule.of_scene(scene).segments[0])
         self._c[code.layout.place : code.layout.size] = [*place.segment, *place[1:]]
         called(code.address("prepare"), self._c)
         self._start = start_state(scene, self.system)

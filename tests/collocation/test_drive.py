@@ -31,7 +31,7 @@ from tests.deck.scenes import odd
 from tests.effects.parts import Changes, scene_of
 from tests.hard_cases.extremes import RUBBING
 from tests.hard_cases.extremes import scene_of as extreme
-from tests.integrate.test_collocation_of_carriers import IN_SPACE
+from tests.integrate.test_collocation_of_deck_models import IN_SPACE
 
 SAFETY = {4: 60.0, 8: 3.0, 16: 2.0}
 """Errors of whole runs beside what each step may leave, by its nodes: four are too few for what
@@ -84,7 +84,7 @@ MADE: dict[str, Any] = {
 def balls(run: Collocated, samples: np.ndarray) -> np.ndarray:
     """Angles in samples."""
     n = len(run.system.balls)
-    first = 2 + run.of(next(iter(run.way.kinds))).run.ball_column
+    first = 2 + run.of(next(iter(run.step_plan.kinds))).run.ball_column
     return samples[:, first : first + 2 * n : 2]
 
 
@@ -92,7 +92,7 @@ def balls(run: Collocated, samples: np.ndarray) -> np.ndarray:
 def test_machine_code_has_the_bits_of_python(name: str) -> None:
     found = []
     for plain in (False, True):
-        run = Collocated(MADE[name](2e-3), plain=plain, ledger=name != "hold")
+        run = Collocated(MADE[name](2e-3), plain=plain, energy_balance=name != "hold")
         run.advance(0)
         found.append(run.advance(40).tobytes() + run.state.tobytes())
     assert found[0] == found[1]
@@ -103,7 +103,7 @@ def test_machine_code_has_the_bits_of_python(name: str) -> None:
 def test_to_the_bit_however_it_is_cut_up(name: str, setting: Setting) -> None:
     """In groups, with looks at the present in between, memory and all."""
     scene = MADE[name](1e-3)
-    one, other = (Collocated(scene, setting=setting, ledger=True) for _ in range(2))
+    one, other = (Collocated(scene, setting=setting, energy_balance=True) for _ in range(2))
     for run in (one, other):
         run.advance(0)
     whole, parts = one.advance(300).tobytes(), b""
@@ -122,12 +122,12 @@ def test_errors_are_what_was_asked_for(nodes: int) -> None:
     true = Collocated(hold(1e-3), tolerance=1e-14, setting=SIXTEEN)
     exact = balls(true, true.advance(6000))
     for step in (1e-3, 5e-3, 0.02):
-        for wish in (1e-7, 1e-9, 1e-11):
+        for tolerance in (1e-7, 1e-9, 1e-11):
             setting = Setting(nodes, samples, min(nodes, 10))
-            run = Collocated(hold(step), tolerance=wish, setting=setting)
+            run = Collocated(hold(step), tolerance=tolerance, setting=setting)
             found = balls(run, run.advance(round(6.0 / step)))
             every = round(step / 1e-3)
-            assert np.abs(found - exact[every - 1 :: every]).max() < SAFETY[nodes] * wish
+            assert np.abs(found - exact[every - 1 :: every]).max() < SAFETY[nodes] * tolerance
 
 
 def test_more_nodes_make_longer_steps() -> None:
@@ -135,7 +135,7 @@ def test_more_nodes_make_longer_steps() -> None:
     for setting in (EIGHT, SIXTEEN):
         run = Collocated(hold(1e-3), tolerance=1e-12, setting=setting)
         run.advance(5900)
-        lengths.append(head_of(run.of(next(iter(run.way.kinds))))[SAMPLES])
+        lengths.append(head_of(run.of(next(iter(run.step_plan.kinds))))[SAMPLES])
     assert lengths[1] > lengths[0] >= 4
 
 
@@ -165,7 +165,7 @@ def test_a_run_that_diverges_keeps_its_last_good_sample() -> None:
     found = []
     for group in (1, 1000):
         run = Collocated(hold(1e-3))
-        for kind in run.way.kinds:
+        for kind in run.step_plan.kinds:
             own = run.of(kind).run
             own.work.bounds[own.balls.first_rate :] = 5.0
         with pytest.raises(FloatingPointError):
@@ -186,7 +186,7 @@ def test_the_same_bits_without_wide_vectors(name: str, monkeypatch: pytest.Monke
             monkeypatch.setattr(machine_code, "_machine", lambda _, made=made: made())
         monkeypatch.setattr(assemble, "_codes", WeakKeyDictionary())
         monkeypatch.setattr(code, "_codes", OrderedDict())
-        run = Collocated(MADE[name](1e-3), setting=SIXTEEN, ledger=True)
+        run = Collocated(MADE[name](1e-3), setting=SIXTEEN, energy_balance=True)
         monkeypatch.setattr(driven, "compiled", Compiled)
         run.advance(0)
         found.append(run.advance(200).tobytes())

@@ -17,7 +17,7 @@ from ab_sim.collocation.nodes import PIECES, bounds_within_pieces, gauss
 from ab_sim.compiling import compiled
 from ab_sim.integrate.steppers.collocation import Setting
 from ab_sim.scene import load_scene
-from ab_sim.stepping.fixed_step import Stretch
+from ab_sim.stepping.fixed_step import EqualSteps
 from tests.collocation.driven import Collocated
 
 COUNTS = (4, 8, 16)
@@ -36,10 +36,10 @@ def test_polynomials_lie_within_their_bounds(nodes: int) -> None:
     for _ in range(20):
         polynomial = np.polynomial.Polynomial(rng.normal(size=nodes))
         values = polynomial(at)
-        for piece, matrix in enumerate(bounds_within_pieces(at)):
+        for scheduled, matrix in enumerate(bounds_within_pieces(at)):
             bounds, x = matrix @ values, np.linspace(0.0, 1.0, 50)
-            if piece < PIECES:
-                x = (piece + x) / PIECES
+            if scheduled < PIECES:
+                x = (scheduled + x) / PIECES
             room = 1e-11 * np.abs(values).max()
             assert bounds.min() - room < polynomial(x).min()
             assert polynomial(x).max() < bounds.max() + room
@@ -88,7 +88,7 @@ def begun(plain: bool, *changes: str) -> tuple[Any, Any]:
     run = Collocated(scene, plain=plain)
     run.advance(0)
     run.advance(200)
-    return run, run.of(next(iter(run.way.kinds)))
+    return run, run.of(next(iter(run.step_plan.kinds)))
 
 
 def test_event_functions_at_nodes_are_those_of_the_states_there() -> None:
@@ -112,6 +112,6 @@ def test_machine_code_says_the_same() -> None:
 
 def test_long_steps_of_the_other_stepper_are_cut() -> None:
     _, own = begun(True)
-    parts = [parts_of_step(own, Stretch(0.0, 200, 0.0, length)) for length in (1e-5, 2e-3, 0.02)]
+    parts = [parts_of_step(own, EqualSteps(0.0, 200, 0.0, length)) for length in (1e-5, 2e-3, 0.02)]
     assert parts[0] == 1 and parts[2] == 8 * parts[1] or parts[2] == 16 * parts[1]
     assert reach_of(1e-16) < reach_of(1e-9) <= 2.0

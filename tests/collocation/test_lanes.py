@@ -8,7 +8,7 @@ import pytest
 from ab_sim.tracing import Graph, derivatives, lowered, total
 from ab_sim.tracing.expression import Expression
 from ab_sim.tracing.functions import across, lane
-from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, module_text
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, module_text
 from ab_sim.tracing.machine_code import MachineCode
 from ab_sim.tracing.plain import python_function
 from ab_sim.tracing.unrolled import name_of, unrolled
@@ -32,12 +32,12 @@ def formulas(graph: Graph, lanes: int) -> list[Expression]:
 def by_machine(lanes: int, given: np.ndarray, m: float, features: str | None) -> list[np.ndarray]:
     shape = Shape(BALLS, lanes)
     into = Function("evaluate", ["x", "m", "out", "one"], shape, uniform=["m", "one"])
-    places = {"x": Place("x", 0), "p": Place("x", 1), "m": Place("m", 0)}
+    places = {"x": MemorySlot("x", 0), "p": MemorySlot("x", 1), "m": MemorySlot("m", 0)}
     body = Body(into, places)
     roots = lowered(formulas(Graph(), lanes))
     for at, root in enumerate(roots[:2]):
-        body.store(root, Place("out", at))
-    body.store(roots[2], Place("one", 0))
+        body.store(root, MemorySlot("out", at))
+    body.store(roots[2], MemorySlot("one", 0))
     code = MachineCode(module_text([into]), features)
     call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(code.address("evaluate"))
     own, out, one = np.array([m]), np.empty((2, lanes)), np.empty(1)

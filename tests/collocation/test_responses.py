@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from ab_sim.collocation.nodes import Nodes, nodes
+from ab_sim.collocation.nodes import CollocationNodes, nodes
 from ab_sim.collocation.responses import (
     BEYOND,
     MOST_UNIT,
@@ -51,14 +51,14 @@ def with_roots(roots: list[float]) -> list[mpmath.mpf]:
     return found
 
 
-def lagrange(own: Nodes, k: int) -> list[mpmath.mpf]:
+def lagrange(own: CollocationNodes, k: int) -> list[mpmath.mpf]:
     """Of the polynomial that is 1 at one node and 0 at the others."""
     at = own.at.tolist()
     scale = mpmath.fprod(mpmath.mpf(at[k]) - other for other in np.delete(at, k).tolist())
     return [x / scale for x in with_roots(np.delete(at, k).tolist())]
 
 
-def filled(own: Nodes, chosen: int, c: float, k: float) -> tuple[np.ndarray, np.ndarray]:
+def filled(own: CollocationNodes, chosen: int, c: float, k: float) -> tuple[np.ndarray, np.ndarray]:
     """A table and its numbers; that of the set before is made first, if it goes on from there."""
     count = len(own.at)
     table, numbers = np.full((lines_of_table(count), count), np.nan), np.full(NUMBERS, np.nan)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.collocation.run import LENGTH, STRIDE, WITHIN, Collocation, head_of
+from ab_sim.collocation.run import LENGTH, STRIDE, WITHIN, CollocationRun, head_of
 from ab_sim.collocation.step import begin_anew, put_states, solve_step
 from ab_sim.integrate.steppers.collocation import EIGHT, Setting
 from ab_sim.scene import load_scene
@@ -19,7 +19,7 @@ SMOOTH = [
 EXACT = 1e-15
 
 
-def at_nodes(own: Collocation, group: int) -> np.ndarray:
+def at_nodes(own: CollocationRun, group: int) -> np.ndarray:
     """States at nodes (-1) or samples of the step in memory, and their times; a line for each."""
     count, states = own.method.nodes.at.size, own.run.state.size
     put_states(own, group, own.buffers.at_nodes)
@@ -30,7 +30,7 @@ def at_nodes(own: Collocation, group: int) -> np.ndarray:
 class Begun(NamedTuple):
     """A step from the scene's start, f having been constant."""
 
-    own: Collocation
+    own: CollocationRun
     error: float
     within: float
 
@@ -46,7 +46,7 @@ def begun(length: float, setting: Setting, samples: int = 1) -> Begun:
     scene = load_scene("thesis-hold", [*SMOOTH, "solver.step=0.01"])
     one = Collocated(scene, tolerance=EXACT, setting=setting, plain=True)
     one.advance(0)
-    (own,) = (one.of(kind) for kind in one.way.kinds)
+    (own,) = (one.of(kind) for kind in one.step_plan.kinds)
     own.run.work.trial[:] = own.run.state
     begin_anew(own, 0.0, length, own.run.state)
     head_of(own)[LENGTH] = length

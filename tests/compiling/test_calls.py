@@ -21,7 +21,7 @@ from ab_sim.compiling import (
     scratch,
 )
 from ab_sim.tracing import Graph, cos, lowered
-from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, module_text
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, module_text
 from ab_sim.tracing.machine_code import MachineCode
 
 
@@ -151,7 +151,7 @@ def emitted() -> tuple[MachineCode, int]:
     """y[0] = cos x[0] + x[1], and its code, to be kept."""
     graph, into = Graph(), Function("cosine", ["x", "y"], Shape(1))
     (root,) = lowered([cos(graph.input("a")) + graph.input("b")])
-    Body(into, {"a": Place("x", 0), "b": Place("x", 1)}).store(root, Place("y", 0))
+    Body(into, {"a": MemorySlot("x", 0), "b": MemorySlot("x", 1)}).store(root, MemorySlot("y", 0))
     code = MachineCode(module_text([into]))
     return code, code.address("cosine")
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ab_sim.scene import Scene
-from ab_sim.spindle import Ramp, SpeedProfile
+from ab_sim.spindle import Ramp, SpeedSchedule
 from tests.deck.scenes import Changes, made
 from tests.reference import DeckParams
 from tests.reference.plant import Array
@@ -82,13 +82,13 @@ def scene_of(
     return made(raw)
 
 
-def profile_of(p: DeckParams) -> SpeedProfile:
+def profile_of(p: DeckParams) -> SpeedSchedule:
     """Of the spindle's segments, each of constant acceleration."""
     segments, speed = [], p.spindle.speed
     for duration, acceleration in p.spindle.segments:
         segments.append((duration, Ramp(speed, acceleration)))
         speed += duration * acceleration
-    return SpeedProfile(segments, speed, start_angle=p.spindle.angle + p.disc.angle)
+    return SpeedSchedule(segments, speed, start_angle=p.spindle.angle + p.disc.angle)
 
 
 def six(inertia: Array) -> list[float]:

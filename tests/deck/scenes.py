@@ -1,7 +1,7 @@
 """Scenes of decks in space: everything off every symmetry, and few sets of effects for all tests.
 
-Every set of effects is compiled for itself, with or without a ledger, which takes some ten
-seconds: so all tests here keep a ledger, and those whose effects are fewer name more that do
+Every set of effects is compiled for itself, with or without an energy balance, which takes some ten
+seconds: so all tests here keep an energy balance, and those whose effects are fewer name more that do
 nothing.
 """
 

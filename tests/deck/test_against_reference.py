@@ -83,9 +83,9 @@ def test_same_motion_as_the_reference(name: str) -> None:
     kinds = {event.kind for event in want.events}
     assert case.kinds <= kinds and len(want.events) >= case.events, want.events
     assert np.ptp(want.deck, axis=0).min() > 1e-5, "all coordinates move"
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     got = drive.advance(round(time / drive.step))
-    assert drive.crowded_steps == 0
+    assert drive.steps_with_unresolved_events == 0
     assert_apart(drive, got)
     at = np.rint(times / drive.step).astype(int) - 1
     places, rates = (part[at] for part in coordinates(got))

@@ -49,22 +49,22 @@ def test_decks_side_by_side() -> None:
     assert_equal_to_drives(base, variations)
 
 
-@pytest.mark.parametrize("wish", [{"angle": 1e-8}, {"whirl": 1e-6}])
-def test_an_accuracy_is_delivered(wish: dict[str, float]) -> None:
+@pytest.mark.parametrize("tolerance", [{"angle": 1e-8}, {"whirl": 1e-6}])
+def test_an_accuracy_is_delivered(tolerance: dict[str, float]) -> None:
     """Whichever setting is the cheapest here."""
     changes = ["duration=0.5", "start.deck.tilt=[0.01,0.02,0.03]", "race.height=0.01"]
-    asked = [f"accuracy.{key}={value}" for key, value in wish.items()]
-    scene, price = resolve_accuracy(load_scene("feeding-deck", [*changes, *asked]))
-    assert price is not None and scene.accuracy is None
-    run = Drive(scene).advance(round(0.5 / price.step))
-    parts = math.ceil(price.step / 1e-4 - 1e-9)
-    fine = ["solver.stepper=rk8", f"solver.step={price.step / parts!r}"]
+    asked = [f"accuracy.{key}={value}" for key, value in tolerance.items()]
+    scene, work_precision = resolve_accuracy(load_scene("feeding-deck", [*changes, *asked]))
+    assert work_precision is not None and scene.accuracy is None
+    run = Drive(scene).advance(round(0.5 / work_precision.step))
+    parts = math.ceil(work_precision.step / 1e-4 - 1e-9)
+    fine = ["solver.stepper=rk8", f"solver.step={work_precision.step / parts!r}"]
     exact = Drive(load_scene("feeding-deck", [*changes, *fine])).advance(parts * len(run))
     thinned = exact.thinned(parts)
     assert len(thinned) == len(run)
     found = deviation(Samples.of(run), Samples.of(thinned), scene.whirl_unit[0])
-    for key, value in wish.items():
-        error, measured = getattr(found, key), getattr(price.measured, key)
+    for key, value in tolerance.items():
+        error, measured = getattr(found, key), getattr(work_precision.measured, key)
         assert error < value and SAFETY * measured <= value
         # Measured with what the reference may be wrong by.
         assert 0.25 * measured < error < 2.0 * measured + 1e-12

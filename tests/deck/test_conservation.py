@@ -43,7 +43,7 @@ def watched(company: str, *changes: Changes) -> Run:
 def test_energy_balance(company: str, changes: Changes, events: int) -> None:
     """With all losses there are, and the motor's work, to 1e-11 of what goes to and fro."""
     seen = watched(company, changes)
-    assert seen.drive.events >= events and seen.drive.crowded_steps == 0
+    assert seen.drive.events >= events and seen.drive.steps_with_unresolved_events == 0
     last = seen.energies[-1]
     assert last.dissipated > 1e-3 and abs(last.motor_work) > 1e-4
     closes(seen, 1e-11)
@@ -85,9 +85,9 @@ def kept_of(scene: Scene, samples: Trajectory) -> Kept:
 def test_a_free_deck_keeps_momentum_and_angular_momentum() -> None:
     """Motor, drag, friction and impacts act within it."""
     scene = odd("all", FINE, FREE, {"effects": {**OVAL, **RUBBING}}, CLOSE, RAMP)
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     start, taken = drive.present(), drive.advance(800)
-    assert drive.events > 3 and drive.crowded_steps == 0
+    assert drive.events > 3 and drive.steps_with_unresolved_events == 0
     assert np.abs(np.diff(taken.ball_rates, axis=0)).max() > 1.0, "balls hit each other"
     momentum, turning, _ = kept_of(scene, Trajectory.join([start, taken.thinned(40)]))
     assert np.ptp(taken["speed"]) > 5.0
@@ -106,9 +106,9 @@ def test_a_falling_deck_keeps_its_angular_momentum() -> None:
         {"effects": {**OVAL, "gravity": {"tilt": 0.6, "acceleration": 9.8}}},
         RAMP,
     )
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     taken = drive.advance(800)
-    samples = Trajectory.join([Drive(scene, ledger=True).present(), taken.thinned(40)])
+    samples = Trajectory.join([Drive(scene, energy_balance=True).present(), taken.thinned(40)])
     momentum, turning, centre = kept_of(scene, samples)
     time, mass = samples["time"][:, None], scene.total_mass
     down = 9.8 * np.array([0.0, -np.sin(0.6), -np.cos(0.6)])

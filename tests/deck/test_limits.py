@@ -38,7 +38,7 @@ def test_drag_of_balls_of_any_mass(mass: float, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("ab_sim.integrate.choose.check_step", lambda *_: None)
     for share in (0.9, 1.15):
         beside = changed_scene(scene, {"solver.step": round(share * limit, 9)}, "test")
-        drive = Drive(beside, ledger=True)
+        drive = Drive(beside, energy_balance=True)
         try:
             rates.append(np.abs(drive.advance(400).ball_rates[-1]).max())
         except DivergedError:
@@ -66,7 +66,7 @@ def test_auto_takes_what_stiff_mounts_leave_stable() -> None:
     """And follows the deck on them, as the other method does in a hundred times as many steps."""
     solvers = {"stepper": "auto", "step": 1e-3}, {"stepper": "rk8", "step": 1e-5}
     auto, fine = (
-        Drive(odd("plain", {"mounts": STIFF, "solver": solver}), ledger=True) for solver in solvers
+        Drive(odd("plain", {"mounts": STIFF, "solver": solver}), energy_balance=True) for solver in solvers
     )
     assert auto.choice.stepper.name == "collocation"
     assert "for the deck's motion on its mounts, whose rate is" in auto.choice.reason
@@ -78,7 +78,7 @@ def test_auto_takes_what_stiff_mounts_leave_stable() -> None:
 def test_a_step_that_is_too_long_is_refused() -> None:
     """By what limits it, and to what; stiff mounts do it, and so does gyroscopic speed."""
     with pytest.raises(SceneError, match="limit of the deck's motion on its mounts") as told:
-        Drive(odd("plain", {"mounts": STIFF, "solver": {"stepper": "rk8"}}), ledger=True)
+        Drive(odd("plain", {"mounts": STIFF, "solver": {"stepper": "rk8"}}), energy_balance=True)
     assert "leave solver.stepper to auto, or name collocation" in str(told.value)
     small: Changes = {"deck": {"inertia": [1e-6, 1e-6, 2e-6]}, "mounts": []}
     slow, fast = (odd("plain", small, {"start": {"speed": w}}) for w in (10.0, 900.0))

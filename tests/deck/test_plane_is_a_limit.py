@@ -90,10 +90,10 @@ def twin(scene: Scene, stiffness: float, step: float, *changes: Changes) -> Scen
 
 def moved(scene: Scene, every: int = 1) -> tuple[Trajectory, int]:
     """The run for 0.3 s, relative to where the deck starts, and how many events there were."""
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     begin = drive.present()
     taken = drive.advance(round(0.3 / drive.step), every)
-    assert drive.crowded_steps == 0
+    assert drive.steps_with_unresolved_events == 0
     for axis in "xy":
         taken[axis][:] -= begin[axis]
     return taken, drive.events

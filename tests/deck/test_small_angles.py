@@ -29,7 +29,7 @@ def test_difference_falls_with_the_square_of_the_amplitude(speed: float) -> None
         plate = plate.but(eps=size * plate.eps, m=size * plate.m, D=size * plate.D)
         places, rates = np.append(size * PLACE, balls), np.append(size * RATES, turning)
         want, _ = simulate_small_angle(plate, places, rates, TIMES)
-        drive = Drive(scene_of(plate.exact(), places, rates, effects={}), ledger=True)
+        drive = Drive(scene_of(plate.exact(), places, rates, effects={}), energy_balance=True)
         run = drive.advance(round(TIMES[-1] / drive.step))
         found = coordinates(run).places[np.rint(TIMES / drive.step).astype(int) - 1]
         gaps.append(np.abs(found - want).max(axis=0))

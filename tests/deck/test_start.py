@@ -20,7 +20,7 @@ POSITION, VELOCITY = (2e-4, -1e-4, 3e-4), (0.05, -0.02, 0.04)
 
 
 def at_start(scene: Scene) -> Trajectory:
-    return Drive(scene, ledger=True).present()
+    return Drive(scene, energy_balance=True).present()
 
 
 @pytest.mark.parametrize("tilt", [(0.3, -0.7, 1.1), (-1.5, 3.0, -3.0), (0.0, 0.0, 2.0)])
@@ -53,7 +53,7 @@ def test_a_deck_in_the_plane_starts_as_it_is_told() -> None:
 def test_from_an_earlier_end_it_goes_on(plane: bool) -> None:
     changes: Changes = {"effects": OVAL if plane else SMOOTH, "solver": {"step": 2.5e-4}}
     scene = scene_of("smooth", changes) if plane else odd("smooth", changes, RAMP)
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     first = drive.advance(150)
     later = drive.advance(50)
     places, rates = (part[-1].tolist() for part in coordinates(first)) if not plane else ([], [])
@@ -70,7 +70,7 @@ def test_from_an_earlier_end_it_goes_on(plane: bool) -> None:
         "ball_rates": first.ball_rates[-1].tolist(),
         "deck": deck,
     }
-    again = Drive(made(scene.as_mapping(), {"start": start}), ledger=True)
+    again = Drive(made(scene.as_mapping(), {"start": start}), energy_balance=True)
     run = again.advance(50)
     names = [name for name in run.channels if name not in ("step", "time")]
     assert np.ptp(later.position, axis=0).min() > 1e-6
@@ -91,7 +91,7 @@ def test_by_default_a_deck_hangs_at_rest(stiff: float) -> None:
     """On mounts of any kind, aslant: in a second nothing moves."""
     soft = [{**m, "stiffness": [stiff * k for k in m["stiffness"]]} for m in ODD["mounts"]]
     scene = odd("rubbing", STILL, {"effects": {**GRAVITY, **HARDENING}, "mounts": soft})
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     begin = drive.present()
     assert begin["z"][0] < -1e-4 and np.abs(begin["qx"][0]) > 1e-4
     run = drive.advance(2000)
@@ -138,7 +138,7 @@ def test_a_deck_hangs_whichever_way_gravity_points(tilt: float, cubic: float) ->
         mirrored = [-x, y, z, w, about_x, -about_y, -about_z]
         np.testing.assert_allclose(in_space(np.pi - direction), mirrored, rtol=0.0, atol=1e-14)
         assert z * np.cos(tilt) <= 0.0 < np.hypot(y, z)
-        deck = systems("nsc-case-1", direction)[1].carrier
+        deck = systems("nsc-case-1", direction)[1].deck_model
         sags.append(np.exp(-1j * direction) * (deck.sag_x + 1j * deck.sag_y))
     np.testing.assert_allclose(sags, sags[0], rtol=1e-12)
     assert sags[0].real > 0.0
@@ -156,7 +156,7 @@ def test_what_cannot_hang_has_to_be_told_where_it_starts() -> None:
     for mounts in (loose, {"mounts": []}):
         scene = odd("rubbing", STILL, mounts, falling)
         with pytest.raises(SceneError, match="effects.gravity: no place was found.*start.deck"):
-            Drive(scene, ledger=True)
+            Drive(scene, energy_balance=True)
     told: Changes = {"start": {"deck": {"position": [0, 0, 0], "tilt": [0, 0, 0]}}}
-    drive = Drive(odd("rubbing", STILL, {"mounts": []}, falling, told), ledger=True)
+    drive = Drive(odd("rubbing", STILL, {"mounts": []}, falling, told), energy_balance=True)
     assert drive.advance(200)["z"][-1] == pytest.approx(-0.5 * 9.8 * 0.1**2, rel=1e-12)

@@ -29,10 +29,10 @@ OF_THE_DECK = ("x", "y", "z", "qx", "qy", "qz", "wx", "wy", "wz")
 
 def run(scene: Scene) -> Trajectory:
     """Long enough for all to move, and some events."""
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     taken = drive.advance(400)
     smooth = "race_friction" not in scene.effects
-    assert drive.crowded_steps == 0 and (smooth or drive.events > 10)
+    assert drive.steps_with_unresolved_events == 0 and (smooth or drive.events > 10)
     return taken
 
 

@@ -142,7 +142,7 @@ def test_snapshot_is_not_touched_by_what_follows(scene: Any) -> None:
 
 
 def test_snapshot_of_another_drive_is_refused(scene: Any) -> None:
-    with pytest.raises(ValueError, match="other balls, step or ledger"):
+    with pytest.raises(ValueError, match="other balls, step or energy balance"):
         Drive(scene()).restore(Drive(scene(balls={"count": 3})).snapshot())
 
 
@@ -295,22 +295,22 @@ def test_advance_refuses_to_go_back(scene: Any) -> None:
 
 
 def test_no_ledger_no_energy(scene: Any) -> None:
-    with pytest.raises(ValueError, match="ledger=True"):
+    with pytest.raises(ValueError, match="energy_balance=True"):
         Drive(scene()).energy()
 
 
 def test_ledger_needs_the_acceleration_terms(scene: Any) -> None:
     with pytest.raises(SceneError, match="needs the effect spindle_acceleration"):
-        Drive(scene(effects={"spindle_acceleration": None}), ledger=True)
+        Drive(scene(effects={"spindle_acceleration": None}), energy_balance=True)
 
 
 def test_snapshot_of_another_step_is_refused(scene: Any) -> None:
-    with pytest.raises(ValueError, match="balls, step or ledger"):
+    with pytest.raises(ValueError, match="balls, step or energy balance"):
         Drive(scene()).restore(Drive(scene(solver={"step": 5e-4})).snapshot())
 
 
 def test_ledger_does_not_change_the_motion(scene: Any) -> None:
-    one, other = Drive(scene()).advance(2000), Drive(scene(), ledger=True).advance(2000)
+    one, other = Drive(scene()).advance(2000), Drive(scene(), energy_balance=True).advance(2000)
     np.testing.assert_allclose(one.samples, other.samples, rtol=1e-12, atol=1e-15)
 
 

@@ -8,7 +8,7 @@ import pytest
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.analysis.equilibria.patterns import radii
 from ab_sim.analysis.equilibria.resting import base_rotor_of
-from ab_sim.drive.alone import Alone
+from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
 from ab_sim.drive.description import describe
 from ab_sim.drive.explanation import explain
 from ab_sim.dynamics.assemble import system_of
@@ -19,18 +19,18 @@ from ab_sim.scene import load_scene, scene_names
 def test_whirl_without_balls_is_that_of_the_resting_states(speed: float) -> None:
     """Of the same scene without its balls, by the roots of the equilibria's polynomial."""
     scene = load_scene("thesis-hold")
-    alone = Alone(**explain(scene)["alone"])
+    alone = RotorWithoutBalls(**explain(scene)["alone"])
     rotor = base_rotor_of(system_of(without_balls(scene)))
     (expected,) = {round(radius, 15) for radius in radii(rotor, 0.0, speed)}
     assert float(alone.whirl(np.array(speed))) == pytest.approx(expected, rel=1e-9)
 
 
 def test_whirl_without_balls_at_its_limits() -> None:
-    free = Alone(0.1, 1e-5, 0.0, 0.0)
+    free = RotorWithoutBalls(0.1, 1e-5, 0.0, 0.0)
     np.testing.assert_allclose(free.whirl(np.array([0.0, 1.0, 1e4])), [0.0, 1e-4, 1e-4])
-    undamped = Alone(0.1, 1e-5, 1000.0, 0.0)
+    undamped = RotorWithoutBalls(0.1, 1e-5, 1000.0, 0.0)
     assert undamped.whirl(np.array([100.0]))[0] > 1e3 * 1e-4
-    balanced = Alone(0.1, 0.0, 1000.0, 0.0)
+    balanced = RotorWithoutBalls(0.1, 0.0, 1000.0, 0.0)
     assert balanced.whirl(np.array([0.0, 100.0])).tolist() == [0.0, 0.0]
 
 

@@ -10,14 +10,14 @@ import pytest
 from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
 from ab_sim.drive.faults.fault import check_faults, faults_of
-from ab_sim.drive.faults.in_force import hand_over
+from ab_sim.drive.faults.active import transfer_faults
 from ab_sim.drive.faults.plant import faulty_system
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.errors import CommandError, InputError
 from ab_sim.nodes.command_path import CommandPath, Rules
-from ab_sim.nodes.commanded import Commanded
+from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.scene import Scene, load_scene
 
 MOTOR = {"rotor_inertia": 3e-5, "torque_limit": 5e-3, "proportional_gain": 5e-3}
@@ -30,7 +30,7 @@ class Bench:
     def __init__(self, scene: Scene, *texts: str) -> None:
         self.drive = Drive(scene, commanded=True, faults=faults_of(texts))
         self.path = CommandPath(self.drive.servo, self.drive.step, Rules())
-        self.led = Commanded(self.drive, self.path)
+        self.led = CommandedDrive(self.drive, self.path)
 
     def run(self, steps: int, speed: float | None = None) -> Observation:
         if speed is not None:
@@ -46,15 +46,15 @@ class Bench:
     def inject(self, *texts: str) -> Observation:
         """These, instead of those that are in force; the drive right afterwards."""
         other = Drive(self.drive.scene, commanded=True, faults=faults_of(texts))
-        faults = hand_over(self.drive, other, self.led.faults)
-        self.drive, self.led = other, Commanded(other, self.path, None, faults)
+        faults = transfer_faults(self.drive, other, self.led.faults)
+        self.drive, self.led = other, CommandedDrive(other, self.path, None, faults)
         return other.observe()
 
 
 def spun(scene: Scene, speed: float = 150.0, steps: int = 2500) -> Bench:
-    bench = Bench(scene)
-    bench.run(steps, speed)
-    return bench
+    session = Bench(scene)
+    session.run(steps, speed)
+    return session
 
 
 def places(now: Observation) -> np.ndarray:
@@ -179,9 +179,9 @@ def test_a_lost_ball_is_none(scene: Any) -> None:
 @pytest.mark.parametrize("motor", [False, True])
 def test_momentum_stays_as_a_ball_sticks(scene: Any, motor: bool) -> None:
     made = scene(effects={"motor": MOTOR} if motor else {})
-    bench = spun(made)
-    before = bench.drive.observe()
-    after = bench.inject("ball_0 sticks")
+    session = spun(made)
+    before = session.drive.observe()
+    after = session.inject("ball_0 sticks")
     assert places(after) == pytest.approx(places(before), abs=1e-15)
     assert abs(before.theta_rate[0]) > 0.1 and after.theta_rate[0] == 0.0
     assert np.abs(after.velocity - before.velocity).max() > 1e-6
@@ -194,12 +194,12 @@ def test_momentum_stays_as_a_ball_sticks(scene: Any, motor: bool) -> None:
 
 def test_momentum_stays_of_a_deck_in_space() -> None:
     """What comes to rest is one ball; angular momentum about no point on the shaft changes."""
-    bench = spun(load_scene("feeding-deck", ["start.speed=20"]), 300.0, 300)
-    before = bench.drive.observe()
-    after = bench.inject("ball_1 sticks")
+    session = spun(load_scene("feeding-deck", ["start.speed=20"]), 300.0, 300)
+    before = session.drive.observe()
+    after = session.inject("ball_1 sticks")
     assert places(after) == pytest.approx(places(before), abs=1e-15)
     assert abs(before.theta_rate[1]) > 1e-3 and after.theta_rate[1] == 0.0
-    moved = [_in_space(bench.drive.scene, now) for now in (before, after)]
+    moved = [_in_space(session.drive.scene, now) for now in (before, after)]
     assert np.abs(after.velocity - before.velocity).max() > 1e-9
     assert moved[1] == pytest.approx(moved[0], abs=1e-12 * np.abs(moved[0]).max())
 
@@ -237,30 +237,30 @@ def _in_space(scene: Scene, now: Observation) -> np.ndarray:
 @pytest.mark.parametrize("name", ["thesis-hold", "feeding-deck"])
 def test_what_is_cleared_has_never_been(name: str) -> None:
     """The very system again, and the motion of a drive that is sound from here on."""
-    bench = spun(load_scene(name), 120.0, 600)
-    thing = "mount_2" if bench.drive.scene.mounts else "suspension"
-    bench.inject("ball_0 sticks", f"{thing} softens 0.5", "disc slips 3", "spindle saturates 2")
-    bench.run(300)
-    stuck = bench.drive.observe()
-    freed = bench.inject()
+    session = spun(load_scene(name), 120.0, 600)
+    thing = "mount_2" if session.drive.scene.mounts else "suspension"
+    session.inject("ball_0 sticks", f"{thing} softens 0.5", "disc slips 3", "spindle saturates 2")
+    session.run(300)
+    stuck = session.drive.observe()
+    freed = session.inject()
     assert freed.theta_rate[0] == 0.0 and places(freed) == pytest.approx(places(stuck), abs=1e-12)
-    sound, now = system_of(bench.drive.scene), bench.drive.system
+    sound, now = system_of(session.drive.scene), session.drive.system
     assert np.array_equal(now.balls, sound.balls, equal_nan=True) and now.effects == sound.effects
-    assert repr(now.carrier) == repr(sound.carrier)
-    assert freed.psi == pytest.approx(bench.drive.profile.angle(bench.drive.time), abs=1e-9)
-    other = Bench(bench.drive.scene)
-    other.drive.restore(bench.drive.snapshot())
-    assert np.array_equal(places(other.run(200)), places(bench.run(200)))
+    assert repr(now.deck_model) == repr(sound.deck_model)
+    assert freed.psi == pytest.approx(session.drive.profile.angle(session.drive.time), abs=1e-9)
+    other = Bench(session.drive.scene)
+    other.drive.restore(session.drive.snapshot())
+    assert np.array_equal(places(other.run(200)), places(session.run(200)))
 
 
 def test_a_ball_that_is_given_back_lies_where_it_was_lost(scene: Any) -> None:
-    bench = spun(scene())
-    lost = bench.inject("ball_1 lost")
-    assert places(lost) == pytest.approx(places(bench.drive.observe()))
-    bench.run(500)
-    back = bench.inject()
+    session = spun(scene())
+    lost = session.inject("ball_1 lost")
+    assert places(lost) == pytest.approx(places(session.drive.observe()))
+    session.run(500)
+    back = session.inject()
     assert back.theta[1] == lost.theta[1] and back.theta_rate[1] == 0.0
-    assert bench.run(500).theta[1] != back.theta[1], "it is free"
+    assert session.run(500).theta[1] != back.theta[1], "it is free"
 
 
 def test_soft_mounts_are_those_of_another_scene(scene: Any) -> None:
@@ -316,9 +316,9 @@ def test_a_disc_that_slips_falls_behind_the_hub(scene: Any) -> None:
 
 def test_what_is_heard_of_a_slipping_disc_is_told_from_the_hub(scene: Any) -> None:
     """The hub has turned further than the disc, and where balls are in space does not change."""
-    bench = Bench(scene(), "disc slips 5")
-    bench.run(1000, 80.0)
-    slipped, true, heard = bench.led.faults.slipped, bench.drive.present(), bench.heard()
+    session = Bench(scene(), "disc slips 5")
+    session.run(1000, 80.0)
+    slipped, true, heard = session.led.faults.slipped, session.drive.present(), session.heard()
     assert slipped > 4.9
     assert heard["angle"] == pytest.approx(true["angle"] + slipped, abs=1e-12)
     before = true["angle"][:, None] + true.ball_angles
@@ -326,15 +326,15 @@ def test_what_is_heard_of_a_slipping_disc_is_told_from_the_hub(scene: Any) -> No
 
 
 def test_nothing_else_leaps_as_a_disc_slips(scene: Any) -> None:
-    bench = spun(scene())
-    bench.inject("disc slips -20")
-    before = bench.drive.observe()
-    bench.run(10)
-    leap = bench.led.faults.jerk(bench.drive)
+    session = spun(scene())
+    session.inject("disc slips -20")
+    before = session.drive.observe()
+    session.run(10)
+    leap = session.led.faults.jerk(session.drive)
     assert leap is not None
-    there = bench.drive.observe()
-    bench.drive.restore(leap)
-    after = bench.drive.observe()
+    there = session.drive.observe()
+    session.drive.restore(leap)
+    after = session.drive.observe()
     assert after.psi == pytest.approx(there.psi + 0.2) and there.psi > before.psi
     assert places(after) == pytest.approx(places(there), abs=1e-12)
     assert after.velocity == pytest.approx(there.velocity, rel=1e-12)
@@ -342,26 +342,26 @@ def test_nothing_else_leaps_as_a_disc_slips(scene: Any) -> None:
 
 def test_however_steps_are_grouped(scene: Any) -> None:
     benches = [Bench(scene(), "disc slips 7", "ball_1 sticks") for _ in range(2)]
-    for bench, groups in zip(benches, ([1] * 333 + [667], [1000]), strict=True):
-        bench.path.hear(120.0, 0)
+    for session, groups in zip(benches, ([1] * 333 + [667], [1000]), strict=True):
+        session.path.hear(120.0, 0)
         for steps in groups:
-            bench.run(steps)
-    assert np.array_equal(*(places(bench.drive.observe()) for bench in benches))
+            session.run(steps)
+    assert np.array_equal(*(places(session.drive.observe()) for session in benches))
 
 
 SENSORS = {"pickup": {"noise_density": 0.0, "sample_rate": 100.0, "range": 50.0}}
 
 
 def test_sensors_lie_and_the_motion_does_not_know(scene: Any) -> None:
-    sound, bench = spun(scene(sensors=SENSORS)), spun(scene(sensors=SENSORS))
-    bench.inject(
+    sound, session = spun(scene(sensors=SENSORS)), spun(scene(sensors=SENSORS))
+    session.inject(
         "pickup drifts 200", "pickup saturates 20", "spindle drifts -3", "spindle drops 0.5"
     )
     told = []
     for _ in range(60):
-        true, now = sound.run(4), bench.run(4)
+        true, now = sound.run(4), session.run(4)
         assert np.array_equal(true.readings["pickup"], now.readings["pickup"])
-        heard, silent = bench.led.faults.heard(bench.drive.present())
+        heard, silent = session.led.faults.heard(session.drive.present())
         told.append("spindle" in silent)
         since = now.steps - 2500
         assert heard["speed"][0] == pytest.approx(150.0 - 3e-3 * since)
@@ -373,11 +373,11 @@ def test_sensors_lie_and_the_motion_does_not_know(scene: Any) -> None:
         assert np.array_equal(heard.position[0], true.position)
         steps = np.array([now.steps - 40, now.steps])
         both = np.array([now.readings["pickup"]] * 2)
-        kept, sampled = bench.led.faults.sampled("pickup", steps, both)
+        kept, sampled = session.led.faults.sampled("pickup", steps, both)
         assert np.array_equal(kept, steps) and np.array_equal(sampled[1], said)
     assert 10 < sum(told) < 50
-    bench.inject()
-    heard, silent = bench.led.faults.heard(bench.drive.present())
+    session.inject()
+    heard, silent = session.led.faults.heard(session.drive.present())
     assert not silent
     assert [heard["pickup_1"][0], heard["pickup_2"][0]] == true.readings["pickup"].tolist()
 
@@ -395,37 +395,37 @@ def test_errors_are_those_of_the_drive_as_it_is(scene: Any) -> None:
 
 
 def test_the_vibration_of_a_scene_without_sensors(scene: Any) -> None:
-    bench = spun(scene())
-    bench.inject("vibration saturates 0.01", "vibration drops")
-    bench.run(1)
-    heard, silent = bench.led.faults.heard(bench.drive.present())
+    session = spun(scene())
+    session.inject("vibration saturates 0.01", "vibration drops")
+    session.run(1)
+    heard, silent = session.led.faults.heard(session.drive.present())
     assert np.abs(heard.acceleration).max() == 0.01
     assert silent == {"vibration"}
-    none = bench.led.faults.sampled("vibration", np.arange(5), np.zeros((5, 2)))
+    none = session.led.faults.sampled("vibration", np.arange(5), np.zeros((5, 2)))
     assert [part.shape for part in none] == [(0,), (0, 2)]
 
 
 def test_what_goes_on_goes_on(scene: Any) -> None:
     """A second injection leaves alone what is in both; a reset lets faults begin anew."""
-    bench = spun(scene())
-    bench.inject("spindle drifts 1", "disc slips 1")
-    bench.run(1000)
-    slipped = bench.led.faults.slipped
-    bench.inject("spindle drifts 1", "disc slips 1", "ball_0 sticks")
-    assert bench.led.faults.slipped == slipped == pytest.approx(0.99)
-    now = bench.drive.observe()
-    assert bench.heard()["speed"][0] == pytest.approx(now.omega + 1.0)
-    bench.led.reset_time()
-    now = bench.run(500)
-    assert bench.heard()["speed"][0] == pytest.approx(now.omega + 1.5)
-    bench.led.reset()
-    now = bench.drive.observe()
-    assert (bench.led.faults.slipped, now.omega) == (0.0, 0.0)
-    assert bench.heard()["speed"][0] == 0.0
-    bench.run(100, 10.0)
-    bench.led.reset_state()
-    now = bench.drive.observe()
-    assert bench.heard()["speed"][0] == 0.0
+    session = spun(scene())
+    session.inject("spindle drifts 1", "disc slips 1")
+    session.run(1000)
+    slipped = session.led.faults.slipped
+    session.inject("spindle drifts 1", "disc slips 1", "ball_0 sticks")
+    assert session.led.faults.slipped == slipped == pytest.approx(0.99)
+    now = session.drive.observe()
+    assert session.heard()["speed"][0] == pytest.approx(now.omega + 1.0)
+    session.led.reset_time()
+    now = session.run(500)
+    assert session.heard()["speed"][0] == pytest.approx(now.omega + 1.5)
+    session.led.reset()
+    now = session.drive.observe()
+    assert (session.led.faults.slipped, now.omega) == (0.0, 0.0)
+    assert session.heard()["speed"][0] == 0.0
+    session.run(100, 10.0)
+    session.led.reset_state()
+    now = session.drive.observe()
+    assert session.heard()["speed"][0] == 0.0
     assert now.theta_rate[0] == 0.0
 
 
@@ -471,8 +471,8 @@ def test_what_is_not_modelled() -> None:
     ):
         with pytest.raises(InputError, match=said):
             check_faults(faults_of([text]), load_scene(name))
-    with pytest.raises(ValueError, match="keeps no ledger"):
-        Drive(load_scene("nsc-case-1"), ledger=True, faults=faults_of(["ball_0 sticks"]))
+    with pytest.raises(ValueError, match="keeps no energy balance"):
+        Drive(load_scene("nsc-case-1"), energy_balance=True, faults=faults_of(["ball_0 sticks"]))
 
 
 def test_texts_say_what_they_mean() -> None:
@@ -489,29 +489,29 @@ FAULTS = (
 )  # fmt: skip
 
 
-def play(bench: Bench, chance: random.Random) -> None:
+def play(session: Bench, chance: random.Random) -> None:
     """Anything that may happen on a bench."""
     what = chance.choice(["inject", "inject", "clear", "command", "reset", "time", "state"])
     try:
         if what == "inject":
-            bench.inject(*chance.sample(FAULTS, chance.randint(1, 4)))
+            session.inject(*chance.sample(FAULTS, chance.randint(1, 4)))
         elif what == "clear":
-            bench.inject()
+            session.inject()
         elif what == "command":
-            bench.path.hear(chance.choice([0.0, 90.0, 110.0, -300.0, 1e4]), bench.drive.steps)
+            session.path.hear(chance.choice([0.0, 90.0, 110.0, -300.0, 1e4]), session.drive.steps)
         else:
             {
-                "reset": bench.led.reset,
-                "time": bench.led.reset_time,
-                "state": bench.led.reset_state,
+                "reset": session.led.reset,
+                "time": session.led.reset_time,
+                "state": session.led.reset_state,
             }[what]()
     except (InputError, CommandError):
         pass
-    for part in bench.led.advance(chance.choice([1, 7, 40])):
+    for part in session.led.advance(chance.choice([1, 7, 40])):
         assert np.isfinite(part.samples).all()
-    heard = bench.heard()
+    heard = session.heard()
     assert np.isfinite(heard.samples).all()
-    held = {f.thing for f in bench.drive.faults if f.ails in ("sticks", "lost")}
+    held = {f.thing for f in session.drive.faults if f.ails in ("sticks", "lost")}
     assert all(heard.ball_rates[0, int(name[-1])] == 0.0 for name in held)
 
 
@@ -520,6 +520,6 @@ def test_whatever_happens(scene: Any, name: str, sequences: int) -> None:
     made = load_scene(name) if name else scene()
     for seed in range(sequences):
         chance = random.Random(seed)
-        bench = Bench(made)
+        session = Bench(made)
         for _ in range(4):
-            play(bench, chance)
+            play(session, chance)

@@ -122,7 +122,7 @@ def test_what_does_not_fit_the_drive_changes_nothing(saved: tuple[Scene, Drive, 
     kept = drive.snapshot()
     before, front = drive.observe(), kept.pickups["front"]
     for other in (
-        kept._replace(steps=3, modes=kept.modes[:1]),
+        kept._replace(steps=3, discrete_state=kept.discrete_state[:1]),
         kept._replace(steps=3, pickups={"rear": front}),
         kept._replace(steps=3, pickups={"front": front._replace(force=front.force[:1])}),
     ):

@@ -11,7 +11,7 @@ from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.equations import effects
 from ab_sim.equations.effects import RollingFriction, Suspension, ViscousDrag
-from ab_sim.equations.motion import Ball, Deck
+from ab_sim.equations.motion import Ball, DeckMotion
 from ab_sim.equations.sums import any_has, over_effects
 from ab_sim.kernels.constants import layout_of_constants, traced
 from ab_sim.kernels.emission import Emission
@@ -81,7 +81,7 @@ HALVES: tuple[dict[str, Any], ...] = (
 """Each effect is in one of them and not in the other; the first has no events."""
 
 
-MOVING: dict[str, Any] = {"deck": Deck(3e-4, -2e-4, 0.05, 0.04), "ball": Ball(1e-3, 2e-3)}
+MOVING: dict[str, Any] = {"deck": DeckMotion(3e-4, -2e-4, 0.05, 0.04), "ball": Ball(1e-3, 2e-3)}
 """Arguments by name; others are numbers."""
 
 
@@ -208,14 +208,14 @@ def test_balance_with_friction_closes_over_a_whole_start_up(with_hold: Any) -> N
             "effects": {"rolling_friction": {"arm": 5e-6}},
         },
     )
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     for _ in range(60):
         drive.advance(100)
         energy = drive.energy()
         residual = energy.stored - energy.at_start - energy.motor_work + energy.dissipated
         assert abs(residual) < 1e-10 * energy.stored
-    assert drive.events > 5 and drive.crowded_steps == 0
-    drag_only = Drive(check_scene(merge(scene.as_mapping(), NO_FRICTION), "test"), ledger=True)
+    assert drive.events > 5 and drive.steps_with_unresolved_events == 0
+    drag_only = Drive(check_scene(merge(scene.as_mapping(), NO_FRICTION), "test"), energy_balance=True)
     drag_only.advance(6000)
     assert abs(energy.dissipated / drag_only.energy().dissipated - 1) > 1e-3, "it rubbed"
 
@@ -230,7 +230,7 @@ def test_energy_balance_over_a_whole_start_up(scene: Any, with_hold: Any) -> Non
             start={"ball_angles": [0.3, -0.9]},
             profile=with_hold(target_speed=200.0, start_speed=100.0, duration=0.5),
         ),
-        ledger=True,
+        energy_balance=True,
     )
     for _ in range(60):
         drive.advance(100)
@@ -248,7 +248,7 @@ def test_undamped_drive_conserves_energy_at_constant_speed(scene: Any) -> None:
             start={"speed": 120.0, "ball_angles": [0.3, -0.9]},
             profile=None,
         ),
-        ledger=True,
+        energy_balance=True,
     )
     drive.advance(5000)
     energy = drive.energy()

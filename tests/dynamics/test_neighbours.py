@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ab_sim.dynamics.assemble import start_modes, start_state, system_of
+from ab_sim.dynamics.assemble import start_discrete_state, start_state, system_of
 from ab_sim.dynamics.system import JOINED, SPACING
 from ab_sim.equations.neighbours import start_angles
 from ab_sim.errors import SceneError
 from ab_sim.events.balls import gap, put_branches
-from ab_sim.events.prepared import balls_of
+from ab_sim.events.run_arrays import balls_of
 from ab_sim.kernels.code import called, code_of
 from ab_sim.scene import Scene
 from ab_sim.spindle import Ramp
@@ -32,8 +32,8 @@ def crowd(runout: dict[str, float], angles: list[float] | None, *radii: float) -
 def gaps(scene: Scene) -> np.ndarray:
     """Of the law that runs, at the start, over the spacing; the row's ends come last."""
     system = system_of(scene)
-    state, modes = start_state(scene, system), start_modes(scene, system)
-    code, balls = code_of(system, Ramp), balls_of(system, modes)
+    state, discrete_state = start_state(scene, system), start_discrete_state(scene, system)
+    code, balls = code_of(system, Ramp), balls_of(system, discrete_state)
     put_branches(balls)
     c, slope = code.constants(system), np.zeros(len(state))
     code.put_place(c, [0.0] * 5)
@@ -62,7 +62,7 @@ def test_a_packed_row_has_no_gaps_and_no_overlap(
     found = gaps(scene)
     assert np.abs(found[:-1]).max() < 1e-12 and found[-1] > 0.0
     system = system_of(scene)
-    assert start_modes(scene, system)[: len(radii), JOINED].tolist() == [1] * (len(radii) - 1) + [0]
+    assert start_discrete_state(scene, system)[: len(radii), JOINED].tolist() == [1] * (len(radii) - 1) + [0]
     chain = chain_of(Model(params_of(scene)), np.array(start_angles(scene)))
     others = chain.gaps(np.array(start_angles(scene))) / chain.closest
     np.testing.assert_allclose(np.sort(others), np.sort(found), rtol=0.0, atol=1e-12)

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import DIRECTION, LOADED, MODES
+from ab_sim.dynamics.system import DIRECTION, LOADED, DISCRETE_COLUMNS
 from ab_sim.integrate.vector_field import VectorField
-from ab_sim.spindle import Piece, Ramp
+from ab_sim.spindle import ScheduledSegment, Ramp
 from tests.dynamics.inertial import Thesis, accelerations
 
 FRICTION = {"rolling_friction": {"arm": 2e-4}}
@@ -29,10 +29,10 @@ def slope_of(
 ) -> np.ndarray:
     """The state's derivative; balls slide as their rates say where they are loaded."""
     n, system = scene.balls.count, system_of(scene)
-    modes = np.zeros((n + 1, MODES), np.int64)
-    modes[:n, DIRECTION], modes[:n, LOADED] = np.sign(state[layout_of(system).rates]), loaded
-    piece = Piece(0.0, np.inf, 0.0, Ramp(speed, slope))
-    return VectorField(system, piece, modes).slope(0.0, state)
+    discrete_state = np.zeros((n + 1, DISCRETE_COLUMNS), np.int64)
+    discrete_state[:n, DIRECTION], discrete_state[:n, LOADED] = np.sign(state[layout_of(system).rates]), loaded
+    scheduled = ScheduledSegment(0.0, np.inf, 0.0, Ramp(speed, slope))
+    return VectorField(system, scheduled, discrete_state).slope(0.0, state)
 
 
 @pytest.mark.parametrize("effects", [{}, FRICTION, {"ball_spin": None}])
@@ -65,7 +65,7 @@ def test_same_accelerations_as_the_printed_equations(
         state = np.concatenate([u, v, theta, rate])
         got = slope_of(made, state, w, al, rubbing)
         J = np.array([[0.0, -1.0], [1.0, 0.0]])
-        moved, pushed = got[layout.carrier].reshape(2, 2)
+        moved, pushed = got[layout.deck].reshape(2, 2)
         np.testing.assert_allclose(turn @ (pushed + w * J @ v), want[:2], rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(got[layout.rates] + al, want[2:], rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(moved, v - w * J @ u, rtol=1e-12)
@@ -164,7 +164,7 @@ def test_it_hangs_where_its_springs_hold_its_weight(scene: Any) -> None:
             "hardening_suspension": {"cubic_stiffness": cubic},
             "gravity": edge,
         }
-        hung = system_of(scene(effects=effects)).carrier
+        hung = system_of(scene(effects=effects)).deck_model
         stiffness = rotation(angle) @ np.diag([one, two]) @ rotation(angle).T
         at = np.array([hung.sag_x, hung.sag_y])
         held = stiffness @ at + cubic * (at @ at) * at

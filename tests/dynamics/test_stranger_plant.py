@@ -14,8 +14,8 @@ from ab_sim.drive import Drive
 from ab_sim.dynamics import assemble, planar_scene
 from ab_sim.equations.arrowhead import Arrow
 from ab_sim.equations.deck_model import deck_model
-from ab_sim.equations.motion import Deck, Spindle
-from ab_sim.equations.race import Balls, OnRace, drag_force, relative_load
+from ab_sim.equations.motion import DeckMotion, SpindleMotion
+from ab_sim.equations.race import BallConstants, OnRace, drag_force, relative_load
 from ab_sim.equations.sums import Number, over_balls, over_effects
 from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
@@ -36,12 +36,12 @@ class OnFixedAxes(NamedTuple):
     eccentricity: Number
 
     def arrow(
-        self, effects: Any, balls: Balls, on: OnRace, spindle: Spindle, state: Sequence[Number]
+        self, effects: Any, balls: BallConstants, on: OnRace, spindle: SpindleMotion, state: Sequence[Number]
     ) -> Arrow:
         n, m, w, M = balls.number, balls.mass, spindle.speed, self.total_mass
         nx, ny = on.c * spindle.cos - on.s * spindle.sin, on.s * spindle.cos + on.c * spindle.sin
         load, along = relative_load(effects, balls, on, w)
-        fx, fy = over_effects(effects, "deck_force", (0.0, 0.0), Deck(*state))
+        fx, fy = over_effects(effects, "deck_force", (0.0, 0.0), DeckMotion(*state))
         ux, uy = self.unbalance * spindle.cos, self.unbalance * spindle.sin
         turning = -uy - over_balls(n, on.mh * ny), ux + over_balls(n, on.mh * nx)
         return Arrow(
@@ -58,12 +58,12 @@ class OnFixedAxes(NamedTuple):
         )
 
     def rates(
-        self, effects: Any, spindle: Spindle, state: Sequence[Number], x: Sequence[Number]
+        self, effects: Any, spindle: SpindleMotion, state: Sequence[Number], x: Sequence[Number]
     ) -> list[Number]:
         return [state[2], state[3], x[0], x[1]]
 
     def channels(
-        self, effects: Any, spindle: Spindle, state: Sequence[Number], x: Sequence[Number]
+        self, effects: Any, spindle: SpindleMotion, state: Sequence[Number], x: Sequence[Number]
     ) -> list[Number]:
         return [*state, x[0], x[1]]
 
@@ -74,20 +74,20 @@ class OnFixedAxes(NamedTuple):
         return np.array([[*states[:2], 0.0, 0.0, 0.0, 0.0]])
 
     def energy(
-        self, effects: Any, balls: Balls, state: np.ndarray, psi: float, speed: float
+        self, effects: Any, balls: BallConstants, state: np.ndarray, psi: float, speed: float
     ) -> float:
         return 0.0  # nobody asks for a balance here
 
 
-def carrier_of(scene: Scene, effects: tuple[object, ...]) -> OnFixedAxes:
-    planar = planar_scene.carrier_of(scene, effects)
+def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> OnFixedAxes:
+    planar = planar_scene.deck_model_of(scene, effects)
     return OnFixedAxes(planar.total_mass, planar.unbalance, planar.eccentricity)
 
 
 class Own:
     """What makes scenes of it: of the deck in the plane, but for the deck."""
 
-    carrier_of = staticmethod(carrier_of)
+    deck_model_of = staticmethod(deck_model_of)
     start_of = staticmethod(planar_scene.start_of)
     yields_of = staticmethod(planar_scene.yields_of)
     rates_of = staticmethod(lambda system, top_speed: {})
@@ -102,7 +102,7 @@ def test_the_same_drive_on_axes_that_do_not_turn(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(assemble, "planar_scene", Own)
     monkeypatch.setitem(assemble._SCENES, OnFixedAxes, Own)
     drive = Drive(scene)
-    assert type(drive.system.carrier) is OnFixedAxes
+    assert type(drive.system.deck_model) is OnFixedAxes
     own = drive.advance(steps)
     assert drive.events == expected.events
     # Truncation differs with the axes; rk8 leaves next to none of it.

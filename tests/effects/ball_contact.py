@@ -44,7 +44,7 @@ class BallContact(FiveParts):
         """Impacts that bounce; and, with no restitution, balls that stay together."""
         self.watch(bouncing(0.7))
         seen = self.watch(bouncing(0.0))
-        joined = seen.modes[:, :2, JOINED].any(axis=1)
+        joined = seen.discrete_state[:, :2, JOINED].any(axis=1)
         assert joined.any() and not joined.all()
 
     def direction(self) -> None:

@@ -26,8 +26,8 @@ class FrictionParts(FiveParts):
 
     def strength(self, run: Run) -> float:
         """Share of the time in which balls slide, if each of them slides at times; else 0."""
-        pressed = run.modes[:, :-1, LOADED] == 1
-        slides = pressed & (run.modes[:, :-1, DIRECTION] != 0)
+        pressed = run.discrete_state[:, :-1, LOADED] == 1
+        slides = pressed & (run.discrete_state[:, :-1, DIRECTION] != 0)
         rubs = self.coefficient(run) > 0 and run.drive.events > 0
         return float(slides.mean()) if rubs and slides.any(axis=0).all() else 0.0
 
@@ -52,8 +52,8 @@ class FrictionParts(FiveParts):
         """Balls slide both ways, and friction holds them at times."""
         self.watch()
         seen = self.watch(self.law(0.2), {"effects": {"gravity": {"tilt": 1.2}}}, least=0.05)
-        stuck = (seen.modes[:, :2, DIRECTION] == 0) & (seen.modes[:, :2, LOADED] == 1)
-        assert stuck.any() and not stuck.all() and seen.drive.crowded_steps == 0
+        stuck = (seen.discrete_state[:, :2, DIRECTION] == 0) & (seen.discrete_state[:, :2, LOADED] == 1)
+        assert stuck.any() and not stuck.all() and seen.drive.steps_with_unresolved_events == 0
         assert np.all(seen.states[:, seen.drive.layout.rates][stuck] == 0.0), "held exactly"
 
     def loss(self, run: Run) -> float:

@@ -22,9 +22,9 @@ class HardeningSuspension(FiveParts):
 
     def direction(self) -> None:
         for u in ([1e-3, 0.0], [0.0, -2e-3], [1e-3, 2e-3]):
-            added = self.adds(IDLE, BARE, carrier=[*u, 0.0, 0.0])
+            added = self.adds(IDLE, BARE, deck=[*u, 0.0, 0.0])
             force = -HARD * (u[0] ** 2 + u[1] ** 2) * np.array(u)
-            np.testing.assert_allclose(added.carrier[2:], force / 0.1, rtol=1e-4, atol=1e-3)
+            np.testing.assert_allclose(added.deck[2:], force / 0.1, rtol=1e-4, atol=1e-3)
 
     def limit(self) -> None:
         self.vanishes(

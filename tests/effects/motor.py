@@ -29,7 +29,7 @@ class Motor(FiveParts):
         """The speed lags; a weak motor gives all it can and falls further behind."""
         self.watch()
         weak = self.watch({"effects": {"motor": {"torque_limit": 8e-4}}})
-        assert weak.modes[:, 2, 0].max() == 1 and weak.drive.events > 0
+        assert weak.discrete_state[:, 2, 0].max() == 1 and weak.drive.events > 0
         given = weak.trajectory["motor_torque"] + 1e-6 * weak.trajectory["speed"]
         assert given.max() == pytest.approx(8e-4, rel=1e-12)
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.drive.observation import Energy
+from ab_sim.drive.observation import EnergyBalance
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.system import DIRECTION
 from ab_sim.scene import Scene, check_scene
@@ -87,8 +87,8 @@ class Run:
     drive: Drive
     trajectory: Trajectory
     states: np.ndarray
-    modes: np.ndarray
-    energies: tuple[Energy, ...]
+    discrete_state: np.ndarray
+    energies: tuple[EnergyBalance, ...]
 
     @property
     def scene(self) -> Scene:
@@ -106,26 +106,26 @@ class Run:
         return float(np.trapezoid(np.append(0.0, rate), dx=self.drive.step))
 
 
-def run(scene: Scene, steps: int, ledger: bool = True) -> Run:
+def run(scene: Scene, steps: int, energy_balance: bool = True) -> Run:
     """Run a scene."""
-    drive = Drive(scene, ledger=ledger)
+    drive = Drive(scene, energy_balance=energy_balance)
     kept, parts = [drive.snapshot()], []
-    energies = [drive.energy()] if ledger else []
+    energies = [drive.energy()] if energy_balance else []
     for share in np.diff(np.linspace(0, steps, 20).astype(int)):
         parts.append(drive.advance(int(share)))
         kept.append(drive.snapshot())
-        if ledger:
+        if energy_balance:
             energies.append(drive.energy())
     for part in parts:
         assert_apart(drive, part)
-    states, modes = np.array([k.state for k in kept]), np.array([k.modes for k in kept])
-    return Run(drive, Trajectory.join(parts), states, modes, tuple(energies))
+    states, discrete_state = np.array([k.state for k in kept]), np.array([k.discrete_state for k in kept])
+    return Run(drive, Trajectory.join(parts), states, discrete_state, tuple(energies))
 
 
 class Slope(NamedTuple):
     """Time derivative of a state, by what it is of; see ``Layout``."""
 
-    carrier: np.ndarray
+    deck: np.ndarray
     angles: np.ndarray
     rates: np.ndarray
     spindle: np.ndarray
@@ -142,12 +142,12 @@ def slope(scene: Scene, **where: Sequence[float]) -> Slope:
         scene: its start is where this is, but for what follows.
         where: parts of the state that are something else, by their names in ``Slope``.
     """
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     drive.step = 1e-7
     kept, layout = drive.snapshot(), drive.layout
     for part, values in where.items():
         kept.state[getattr(layout, part)] = values
-    kept.modes[: scene.balls.count, DIRECTION] = np.sign(kept.state[layout.rates])
+    kept.discrete_state[: scene.balls.count, DIRECTION] = np.sign(kept.state[layout.rates])
     before = kept.state.copy()
     drive.restore(kept)
     drive.advance(1)
@@ -207,7 +207,7 @@ class FiveParts:
         """What the effect adds to the slope: asserted to be something."""
         without = self.slope(*changes, {"effects": idle}, **where)
         added = self.slope(*changes, **where).less(without)
-        bodies = np.concatenate([added.carrier, added.angles, added.rates])
+        bodies = np.concatenate([added.deck, added.angles, added.rates])
         assert np.abs(bodies).max() > 1e-3, f"{self.name} adds nothing"
         self.witnessed += 1
         return added
@@ -277,9 +277,9 @@ class FiveParts:
             within: how close to proportion, relative.
             steps: how many, if not as many as always.
         """
-        ledger = all(value is not None for value in without.values())
+        energy_balance = all(value is not None for value in without.values())
         scene = scene_of(company, *changes, {"effects": without})
-        other = run(scene, steps or self.steps, ledger).trajectory
+        other = run(scene, steps or self.steps, energy_balance).trajectory
         gaps = [
             apart(self.watch(*changes, with_size(size), least=0.0, steps=steps).trajectory, other)
             for size in (1.0, to)

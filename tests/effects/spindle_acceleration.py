@@ -20,7 +20,7 @@ class SpindleAcceleration(FiveParts):
     def direction(self) -> None:
         """Balls fall behind, those opposite each other alike; the unbalance is pressed back."""
         added = self.slope(OPPOSED).less(self.slope(OPPOSED, {"profile": None}))
-        assert added.carrier[3] == pytest.approx(-0.098e-4 * 40.0 / 0.1, rel=0.05)
+        assert added.deck[3] == pytest.approx(-0.098e-4 * 40.0 / 0.1, rel=0.05)
         assert added.rates == pytest.approx(-40.0 * (0.01 - 0.4e-3) / (1.4 * 0.01), rel=0.02)
         self.watch()
 
@@ -45,7 +45,7 @@ class SpindleAcceleration(FiveParts):
             slow["profile"]["target_speed"] = 400.0
             blind = scene_of("thesis", slow, {"effects": {"spindle_acceleration": None}})
             felt = self.watch(slow, least=0.0).trajectory
-            gaps.append(apart(felt, run(blind, self.steps, ledger=False).trajectory))
+            gaps.append(apart(felt, run(blind, self.steps, energy_balance=False).trajectory))
         assert 1e-9 < gaps[0] < 0.3
         assert gaps[1] == pytest.approx(0.1 * gaps[0], rel=0.15)
 

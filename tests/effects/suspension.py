@@ -20,9 +20,9 @@ class Suspension(FiveParts):
         bare["profile"] = None
         idle = {"suspension": {"stiffness": 0.0, "damping": 0.0}}
         for u, v in (([1e-3, 0.0], [0.0, 0.0]), ([0.0, 0.0], [0.0, 0.1]), ([1e-3, 2e-3], [0.1, 0])):
-            added = self.adds(idle, bare, carrier=[*u, *v])
+            added = self.adds(idle, bare, deck=[*u, *v])
             force = -1000.0 * np.array(u) - 0.2 * np.array(v)
-            np.testing.assert_allclose(added.carrier[2:], force / 0.1, rtol=1e-4, atol=1e-3)
+            np.testing.assert_allclose(added.deck[2:], force / 0.1, rtol=1e-4, atol=1e-3)
 
     def power(self) -> None:
         """The damper dissipates; the spring, on its own, conserves."""

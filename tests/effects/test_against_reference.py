@@ -135,11 +135,11 @@ def test_same_motion_as_the_reference(name: str) -> None:
     want = simulate(params_of(scene), start_angles(scene), times, rtol=1e-10, max_step=longest)
     kinds = {event.kind for event in want.events}
     assert case.kinds <= kinds and len(want.events) >= case.events, want.events
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     got = drive.advance(round(case.time / drive.step))
     at = np.rint(times / drive.step).astype(int) - 1
     assert np.abs(want.theta - want.theta[0]).max() > 0.01 and np.abs(want.x).max() > 1e-5
-    assert drive.crowded_steps == 0
+    assert drive.steps_with_unresolved_events == 0
     assert_apart(drive, got)
     deck = got.position[at] - np.column_stack([want.x, want.y])
     assert np.abs(deck).max() < 2e-9 * 0.01

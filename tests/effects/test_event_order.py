@@ -25,9 +25,9 @@ LOOKED_AT = 0.08
 def angles(stepper: str, step: float, arm: float) -> tuple[np.ndarray, int]:
     rough: Changes = {"effects": {"rolling_friction": {"arm": arm}}}
     solver: Changes = {"solver": {"stepper": stepper, "step": step}}
-    drive = Drive(scene_of("friction", HOLD, rough, solver), ledger=True)
+    drive = Drive(scene_of("friction", HOLD, rough, solver), energy_balance=True)
     run = drive.advance(round(TIME / step))
-    assert drive.crowded_steps == 0
+    assert drive.steps_with_unresolved_events == 0
     every = round(LOOKED_AT / step)
     return run.ball_angles[every - 1 :: every], drive.events
 

@@ -13,7 +13,7 @@ from ab_sim.equations.effects.motor import Motor
 from ab_sim.equations.effects.race_runout import RaceRunout
 from ab_sim.equations.effects.suspension import Suspension
 from ab_sim.equations.effects.unequal_suspension import UnequalSuspension
-from ab_sim.equations.motion import Deck
+from ab_sim.equations.motion import DeckMotion
 
 R = 0.01
 OVAL = RaceRunout(offset_1=3e-4, offset_2=-2e-4, lobe=4e-4, lobe_angle=0.3)
@@ -65,25 +65,25 @@ def test_springs_store_what_they_take_and_dampers_lose_it(name: str) -> None:
     law, axes = SPRINGS[name]
     force, energy = getattr(law, f"{axes}_force"), getattr(law, f"{axes}_energy")
     for x, y, vx, vy in np.random.default_rng(1).normal(0.0, [1e-3, 1e-3, 0.1, 0.1], (20, 4)):
-        one, other = (energy(Deck(x + h, y, vx, vy)) for h in (STEP, -STEP))
+        one, other = (energy(DeckMotion(x + h, y, vx, vy)) for h in (STEP, -STEP))
         along = (other - one) / (2 * STEP)
-        one, other = (energy(Deck(x, y + h, vx, vy)) for h in (STEP, -STEP))
+        one, other = (energy(DeckMotion(x, y + h, vx, vy)) for h in (STEP, -STEP))
         across = (other - one) / (2 * STEP)
-        assert force(Deck(x, y, 0.0, 0.0)) == pytest.approx((along, across), rel=1e-6)
-        fx, fy = force(Deck(x, y, vx, vy))
-        loss = getattr(law, f"{axes}_loss", lambda deck: 0.0)(Deck(x, y, vx, vy))
+        assert force(DeckMotion(x, y, 0.0, 0.0)) == pytest.approx((along, across), rel=1e-6)
+        fx, fy = force(DeckMotion(x, y, vx, vy))
+        loss = getattr(law, f"{axes}_loss", lambda deck: 0.0)(DeckMotion(x, y, vx, vy))
         assert (fx - along) * vx + (fy - across) * vy == pytest.approx(-loss, rel=1e-6, abs=1e-7)
-        assert energy(Deck(x, y, 0.0, 0.0)) > 0.0 <= loss
+        assert energy(DeckMotion(x, y, 0.0, 0.0)) > 0.0 <= loss
 
 
 def test_springs_have_the_stiffness_that_they_are_given() -> None:
     """Of the two of a suspension that is unequal, each along its own axis."""
-    assert Suspension(900.0, 0.3).deck_force(Deck(2.0, 0.0, 0.0, 10.0)) == (-1800.0, -3.0)
-    assert HardeningSuspension(7.0).deck_force(Deck(0.0, 2.0, 1.0, 1.0)) == (0.0, -56.0)
+    assert Suspension(900.0, 0.3).deck_force(DeckMotion(2.0, 0.0, 0.0, 10.0)) == (-1800.0, -3.0)
+    assert HardeningSuspension(7.0).deck_force(DeckMotion(0.0, 2.0, 1.0, 1.0)) == (0.0, -56.0)
     turned = UnequalSuspension(900.0, 1300.0, 0.3, 0.5, 0.4)
     for k, c, angle in ((900.0, 0.3, 0.4), (1300.0, 0.5, 0.4 + math.pi / 2)):
         axis = np.array([math.cos(angle), math.sin(angle)])
-        got = turned.space_force(Deck(*(2.0 * axis), *(10.0 * axis)))
+        got = turned.space_force(DeckMotion(*(2.0 * axis), *(10.0 * axis)))
         assert got == pytest.approx(-(2.0 * k + 10.0 * c) * axis)
 
 

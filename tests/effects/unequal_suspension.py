@@ -29,9 +29,9 @@ class UnequalSuspension(FiveParts):
         idle = {"unequal_suspension": NOTHING}
         for a, b in ((1.0, 0.0), (0.0, 1.0), (1.0, -2.0)):
             u, v = 1e-3 * (a * first + b * second), 0.1 * (b * first + a * second)
-            added = self.adds(idle, BARE, carrier=[*u, *v])
+            added = self.adds(idle, BARE, deck=[*u, *v])
             force = -(1.0 * a + 0.02 * b) * first - (1.5 * b + 0.05 * a) * second
-            np.testing.assert_allclose(added.carrier[2:], force / 0.1, rtol=1e-3)
+            np.testing.assert_allclose(added.deck[2:], force / 0.1, rtol=1e-3)
 
     def rotation(self) -> None:
         """With its axes; turned alone, the drive moves differently."""

@@ -4,15 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.events.run import MOBILITY, ORDER, REACH, ROLLING_MASS, Balls
+from ab_sim.events.run import MOBILITY, ORDER, REACH, ROLLING_MASS, BallEvents
 
 
-def loose_balls(n: int, size: int = 3, **changes: Any) -> Balls:
+def loose_balls(n: int, size: int = 3, **changes: Any) -> BallEvents:
     """``n`` balls with inertia 1 in order, on a deck with ``size`` accelerations; all zeros."""
     constants, contacts = np.zeros((n, 10)), np.zeros((n, 2))
     constants[:, [ROLLING_MASS, MOBILITY]] = 1.0
     contacts[:, ORDER] = np.arange(n)
-    balls = Balls(
+    balls = BallEvents(
         number=n,
         constants=constants,
         contacts=contacts,

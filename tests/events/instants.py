@@ -7,8 +7,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ab_sim.compiling.kinds import call
-from ab_sim.dynamics.assemble import start_modes, system_of
-from ab_sim.dynamics.layout import Layout, layout_of
+from ab_sim.dynamics.assemble import start_discrete_state, system_of
+from ab_sim.dynamics.layout import StateLayout, layout_of
 from ab_sim.dynamics.system import System
 from ab_sim.equations.neighbours import reduced
 from ab_sim.events.balls import put_branches
@@ -78,7 +78,7 @@ class Instant(NamedTuple):
 
     run: Run
     system: System
-    layout: Layout
+    layout: StateLayout
     model: Model
     chain: Chain
     z: float
@@ -155,7 +155,7 @@ def instant(random: np.random.Generator, effects: dict[str, Any], together: floa
     speeds = random.normal(0.0, 0.3, N) * (random.random(N) > 0.5 * together)
     for k in np.flatnonzero(touch):
         speeds[k + 1] = speeds[k]
-    system = system_of(scene, ledger=True)
+    system = system_of(scene, energy_balance=True)
     layout = layout_of(system)
     state, z = np.zeros(layout.size), 0.0
     state[:4] = random.normal(0.0, [4e-3, 4e-3, 0.2, 0.2])
@@ -163,12 +163,12 @@ def instant(random: np.random.Generator, effects: dict[str, Any], together: floa
     if "motor" in effects:
         z = float(random.uniform(-1.5, 1.5))
         state[layout.spindle] = PHASE, random.uniform(70.0, 110.0), z
-    modes = start_modes(scene, system)
-    state[layout.angles], modes[:N, TURNS] = zip(*map(reduced, angles), strict=True)
-    modes[:N, DIRECTION] = np.sign(speeds)
+    discrete_state = start_discrete_state(scene, system)
+    state[layout.angles], discrete_state[:N, TURNS] = zip(*map(reduced, angles), strict=True)
+    discrete_state[:N, DIRECTION] = np.sign(speeds)
     order = system.contacts[:, ORDER].astype(int)
-    modes[: len(order), JOINED] = np.append(touch, False)[order]
-    run = run_at_once(system, state, modes)
+    discrete_state[: len(order), JOINED] = np.append(touch, False)[order]
+    run = run_at_once(system, state, discrete_state)
     return Instant(run, system, layout, model, chain, z)
 
 

@@ -21,7 +21,7 @@ from ab_sim.events.run import (
     PULL,
     REACH,
     ROLLING_MASS,
-    Balls,
+    BallEvents,
 )
 from tests.events.arrays import loose_balls
 
@@ -39,7 +39,7 @@ class Solution(NamedTuple):
 
 def random_balls(
     random: np.random.Generator, size: int, *, friction: bool, contact: bool, motor: bool
-) -> Balls:
+) -> BallEvents:
     """Balls on a deck with so many accelerations, the spindle's last."""
     balls = loose_balls(
         N,
@@ -70,7 +70,7 @@ def random_balls(
     return balls
 
 
-def densely(balls: Balls) -> Solution:
+def densely(balls: BallEvents) -> Solution:
     """What the table's lines mean, in one matrix."""
     size, free, table = balls.accelerations, balls.free, balls.table
     reach, press = table[REACH : REACH + size].T, table[REACH + size : REACH + 2 * size].T
@@ -104,7 +104,7 @@ def densely(balls: Balls) -> Solution:
     return Solution(x, found[ball], table[LOAD] + press @ x, found[push])
 
 
-def mobility_of(balls: Balls) -> np.ndarray:
+def mobility_of(balls: BallEvents) -> np.ndarray:
     """What ``put_branches`` says, as a matrix."""
     put_branches(balls)
     if balls.has_contact:

@@ -59,7 +59,7 @@ def test_speeds_after_an_impact_are_the_references(name: str) -> None:
         after = here.coordinates()[1]
         np.testing.assert_allclose(after, want, rtol=1e-10, atol=1e-10)
         np.testing.assert_array_equal(here.state[here.layout.angles], before[here.layout.angles])
-        work, lost = (here.state - before)[here.layout.ledger]
+        work, lost = (here.state - before)[here.layout.energy_balance]
         gained = here.model.energy(q, after) - here.model.energy(q, rates)
         assert lost > 0.0 and (work == 0.0) == ("motor" in COMPANIES[name])
         assert gained == pytest.approx(work - lost, rel=1e-9, abs=1e-15)

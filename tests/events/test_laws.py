@@ -45,12 +45,12 @@ def test_accelerations_are_the_references(name: str) -> None:
         np.testing.assert_allclose(here.accelerations(), want.accelerations, rtol=1e-8, atol=1e-6)
         slope = here.run.work.slope
         np.testing.assert_array_equal(slope[here.layout.angles], here.state[here.layout.rates])
-        assert slope[here.layout.ledger][1] == pytest.approx(want.losses.sum(), rel=1e-9)
+        assert slope[here.layout.energy_balance][1] == pytest.approx(want.losses.sum(), rel=1e-9)
         q, rates = here.coordinates()
         w = rates[2]
         energy = mechanical_energy(here.system, here.state, PHASE, w)
         beyond.append(energy - here.model.energy(q, rates))
-        assert slope[here.layout.ledger][0] == pytest.approx(want.torque * w, rel=1e-8)
+        assert slope[here.layout.energy_balance][0] == pytest.approx(want.torque * w, rel=1e-8)
         if "motor" in name or name == "all":
             assert slope[here.layout.spindle][2] == pytest.approx(want.integrator, rel=1e-10)
         seen |= {("ball", state) for state in mode.balls} | {("contact", c) for c in mode.closed}

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.events.prepared import workspace
+from ab_sim.events.run_arrays import workspace
 from ab_sim.events.run import (
     ALONG,
     CURVE,
@@ -24,7 +24,7 @@ from ab_sim.events.run import (
     ROLLING_MASS,
     SPACING,
     Run,
-    Scene,
+    SceneFunctions,
 )
 from ab_sim.stepping.assemble import NOT_IMPLICIT
 from tests.events.arrays import loose_balls
@@ -104,7 +104,7 @@ def run_on_track(
     state = np.array([*places, *speeds], float)
     work = workspace(balls, bounds)
     laws = load is not None or contact
-    scene = Scene(*own)
+    scene = SceneFunctions(*own)
     return Run(scene, balls, work, state, 0.1, 0, 3, -1, laws, False, NOT_IMPLICIT)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from ab_sim.equations import effects
-from ab_sim.equations.motion import Deck
-from ab_sim.equations.race import Balls, on_race, relative_load
+from ab_sim.equations.motion import DeckMotion
+from ab_sim.equations.race import BallConstants, on_race, relative_load
 from ab_sim.formulas.effects import formulas_of, traced_method
 from ab_sim.formulas.methods import METHODS
 from ab_sim.formulas.symbols import Symbols, symbol_of_field
@@ -123,7 +123,7 @@ class Stranger(NamedTuple):
     def ball_drag(self, ball: Any) -> Any:
         return self.strength * ball.mass
 
-    def breeze(self, deck: Deck, gust: float) -> tuple[float, float]:
+    def breeze(self, deck: DeckMotion, gust: float) -> tuple[float, float]:
         return gust * self.count, self.strength * deck.vx
 
     def branch(self, gust: float) -> float:
@@ -179,7 +179,7 @@ def test_arrays_of_balls_compute_what_the_trace_does() -> None:
     each = {name: generator.uniform(0.1, 1.0, n) for name in ("m", "R", "lever", "theta", "rate")}
 
     def formula(x: Any, cos: Any, sin: Any, w: Any) -> list[Any]:
-        balls = Balls(n, x["m"], 1.0, 1.0, 1.0, x["m"] * x["R"], x["lever"], x["R"], 1.0, 0.0)
+        balls = BallConstants(n, x["m"], 1.0, 1.0, 1.0, x["m"] * x["R"], x["lever"], x["R"], 1.0, 0.0)
         on = on_race((runout,), balls, cos(x["theta"]), sin(x["theta"]), x["rate"])
         return [*relative_load((runout,), balls, on, w), on.lever, on.path, on.bend]
 

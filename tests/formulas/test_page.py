@@ -9,9 +9,9 @@ import pytest
 
 from ab_sim.equations.arrowhead import normal_force
 from ab_sim.equations.effects import BallSpin, Motor, RaceRunout, Suspension, ViscousDrag
-from ab_sim.equations.motion import Ball, Spindle
+from ab_sim.equations.motion import Ball, SpindleMotion
 from ab_sim.equations.planar import Planar
-from ab_sim.equations.race import Balls, on_race
+from ab_sim.equations.race import BallConstants, on_race
 from ab_sim.formulas.page import MAKE, PAGE, page_from_code
 
 ROOT = Path(__file__).parents[2]
@@ -52,9 +52,9 @@ def test_vectors_of_section_1_are_what_the_code_computes() -> None:
         Motor(2e-5, 1.0, 1.0),
     )
     I_a2 = BallSpin().ball_inertia(Ball(m, a))  # type: ignore[arg-type]
-    balls = Balls(n, m, a, m + I_a2, 1 / (m + I_a2), m * R, m * R - I_a2 * a, R, 1 / R, 0.0)
+    balls = BallConstants(n, m, a, m + I_a2, 1 / (m + I_a2), m * R, m * R - I_a2 * a, R, 1 / R, 0.0)
     on = on_race(effects, balls, np.cos(theta), np.sin(theta), rate)
-    state, spindle = [1e-4, -2e-4, 0.03, 0.05], Spindle(w, 0.0, cos(0.4), sin(0.4), T, 0.0)
+    state, spindle = [1e-4, -2e-4, 0.03, 0.05], SpindleMotion(w, 0.0, cos(0.4), sin(0.4), T, 0.0)
     planar = Planar(M, M0 * e, e, 0.0, 0.0)
     arrow = planar.arrow(effects, balls, on, spindle, state)
     x = np.array([*rng.uniform(-9, 9, 2), 30.0])

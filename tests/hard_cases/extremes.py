@@ -37,14 +37,14 @@ def run(scene: Scene, time: float) -> Drive:
 
     Every step is within its means.
     """
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     left = round(time / drive.step)
     while left:
         part = drive.advance(min(left, 5000))
         assert np.isfinite(part.samples).all()
         assert_apart(drive, part)
         left -= len(part)
-    assert drive.crowded_steps == 0
+    assert drive.steps_with_unresolved_events == 0
     return drive
 
 

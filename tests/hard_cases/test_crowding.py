@@ -1,4 +1,4 @@
-"""Several balls that come to rest, or part, at one time: decided at once, with no crowded step.
+"""Several balls that come to rest, or part, at one time: decided at once, with no step with unresolved events.
 
 Before, of five balls on the way to rest one was changed after the other, until the step's events
 were used up: 34 times within these 200 s.
@@ -17,7 +17,7 @@ def test_five_balls_that_come_to_rest_together() -> None:
     for k in range(400):
         drive.command(300.0 + 100.0 * np.sin(0.2 * k))
         drive.advance(round(0.5 / drive.step))
-    assert drive.crowded_steps == 0
+    assert drive.steps_with_unresolved_events == 0
     assert drive.events > 100
 
 
@@ -33,6 +33,6 @@ def test_no_scene_that_ships_is_crowded_under_random_commands() -> None:
         for _ in range(12):
             drive.command(rng.uniform(-1.0, 1.0) * scene.spindle.max_speed)
             assert_apart(drive, drive.advance(round(rng.uniform(0.01, 0.4) / drive.step)))
-        assert drive.crowded_steps == 0, name
+        assert drive.steps_with_unresolved_events == 0, name
         events[name] = drive.events
     assert events["packed-balls"] > 10 and events["on-edge"] > 10, "there were events to crowd"

@@ -47,7 +47,7 @@ def test_a_row_that_nothing_holds_breaks_up_into_impacts() -> None:
     start = {"speed": 5.0}
     drive = Drive(
         scene_of(balls=ROW, effects=effects, start=start, profile=None, solver={"step": 5e-4}),
-        ledger=True,
+        energy_balance=True,
     )
     while drive.events < 300:
         part = drive.advance(20)

@@ -25,7 +25,7 @@ def stick_slip(step: float) -> Drive:
         profile=None,
         solver={"step": step},
     )
-    return Drive(scene, ledger=True)
+    return Drive(scene, energy_balance=True)
 
 
 def test_two_minutes() -> None:
@@ -35,7 +35,7 @@ def test_two_minutes() -> None:
         assert_apart(drive, drive.advance(100))
         stuck += int(drive.observe().stuck.sum())
     assert drive.events > 1000
-    assert drive.crowded_steps == 0
+    assert drive.steps_with_unresolved_events == 0
     assert 0 < stuck < 2400, "it sticks, and it slips"
     assert imbalance(drive) < 1e-8
 

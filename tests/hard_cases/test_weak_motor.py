@@ -14,7 +14,7 @@ from tests.hard_cases.extremes import imbalance
 
 
 def weak_motor(*changes: str) -> Drive:
-    return Drive(load_scene("weak-motor", changes), ledger=True)
+    return Drive(load_scene("weak-motor", changes), energy_balance=True)
 
 
 def test_it_is_caught() -> None:
@@ -28,7 +28,7 @@ def test_it_is_caught() -> None:
     given = now.motor_torque + motor.back_emf_slope * now.omega
     assert given == pytest.approx(motor.torque_limit, rel=1e-12)
     assert imbalance(drive) < 1e-9
-    assert drive.crowded_steps == 0
+    assert drive.steps_with_unresolved_events == 0
 
 
 def test_half_the_step_moves_the_same() -> None:

@@ -1,7 +1,7 @@
 """No damping, no drag: energy has nowhere to go, and a stepper's own damping shows.
 
 A dissipative method makes an undamped drive settle, an unstable one makes it grow, slowly enough
-to be believed. Asserted: over 20,000 revolutions the ledger's residual stays below 1e-8 of the
+to be believed. Asserted: over 20,000 revolutions the energy balance's residual stays below 1e-8 of the
 energy; half the step leaves a fiftieth of it or less, as order 8 should, until rounding shows.
 `benchmarks/energy_drift.py` goes to a million.
 """
@@ -18,7 +18,7 @@ def undamped(step: float) -> Drive:
             profile=None,
             solver={"stepper": "rk8", "step": step},
         ),
-        ledger=True,
+        energy_balance=True,
     )
 
 

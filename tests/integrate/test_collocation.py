@@ -47,14 +47,14 @@ def true() -> Trajectory:
 def test_errors_are_what_was_asked_for(step: float, true: Trajectory) -> None:
     """Whatever the samples: within a factor of five of each span's, at the worst of them."""
     every = round(step / 1e-3)
-    for wish in (1e-7, 1e-9, 1e-11):
-        drive = hold(NAME, step, f"solver.parameters.tolerance={wish}")
+    for tolerance in (1e-7, 1e-9, 1e-11):
+        drive = hold(NAME, step, f"solver.parameters.tolerance={tolerance}")
         run = drive.advance(round(6.0 / step))
         off = run.ball_angles - true.ball_angles[every - 1 :: every]
-        assert np.abs(off).max() < SAFETY * wish
+        assert np.abs(off).max() < SAFETY * tolerance
         for name, scale in (("x", 1e-2), ("vx", 1.0), ("ax", 100.0)):
             most = np.abs(run[name] - true[name][every - 1 :: every]).max()
-            assert most < SAFETY * wish * scale * 10
+            assert most < SAFETY * tolerance * scale * 10
 
 
 def test_spans_are_longer_than_steps() -> None:
@@ -133,11 +133,11 @@ def test_kinks_of_the_speed_restart_it() -> None:
 
 
 def test_all_that_is_smooth_in_the_plane(scene: Any) -> None:
-    """With the ledger, which closes."""
+    """With the energy balance, which closes."""
     found = []
     for stepper, step in (("rk8", 5e-4), (NAME, 0.01)):
         solver = {"stepper": stepper, "step": step}
-        drive = Drive(scene(effects=EVERYTHING, solver=solver), ledger=True)
+        drive = Drive(scene(effects=EVERYTHING, solver=solver), energy_balance=True)
         last, energy = drive.advance(round(3.0 / step)).ball_angles[-1], drive.energy()
         found.append([*last, energy.motor_work, energy.dissipated])
         gained = energy.motor_work - energy.dissipated

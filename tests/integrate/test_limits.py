@@ -191,7 +191,7 @@ def test_friction_of_any_size_is_followed(arm: float, scene: Any) -> None:
     """A small one gives way to the whirl at the critical speed; the others hold the balls."""
     drive = Drive(scene(effects={"rolling_friction": {"arm": arm}}))
     run = drive.advance(3000)
-    assert np.isfinite(run.samples).all() and drive.crowded_steps == 0
+    assert np.isfinite(run.samples).all() and drive.steps_with_unresolved_events == 0
     assert drive.observe().stuck.all() == (arm > 1e-4)
 
 

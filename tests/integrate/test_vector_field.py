@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import start_modes, system_of
-from ab_sim.dynamics.layout import Layout, layout_of
+from ab_sim.dynamics.assemble import start_discrete_state, system_of
+from ab_sim.dynamics.layout import StateLayout, layout_of
 from ab_sim.dynamics.system import (
     DIRECTION,
     JOINED,
     LOADED,
-    MODES,
+    DISCRETE_COLUMNS,
     System,
 )
 from ab_sim.equations.effects import BallSpin, RaceRunout, SpindleAcceleration, ViscousDrag
@@ -21,8 +21,8 @@ from ab_sim.equations.in_space import InSpace
 from ab_sim.equations.mounts import DAMPING, MOUNT_WIDTH, PLACE, STIFFNESS
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene import Scene, check_scene
-from ab_sim.spindle import Piece
-from ab_sim.spindle.segments import RaisedCosine
+from ab_sim.spindle import ScheduledSegment
+from ab_sim.spindle.speed_laws import RaisedCosine
 from tests.conftest import THESIS, SceneMaker, merge
 
 SMOOTH: dict[str, Any] = {
@@ -51,7 +51,7 @@ SWITCHED: dict[str, Any] = {
         "back_emf_slope": 1e-6,
     },
 }
-CURVE = Piece(0.5, 1.5, 0.3, RaisedCosine(80.0, 40.0, 1.0))
+CURVE = ScheduledSegment(0.5, 1.5, 0.3, RaisedCosine(80.0, 40.0, 1.0))
 NOW = 0.9
 """Along that curve [s]."""
 STATES = 1000
@@ -63,7 +63,7 @@ class Case(NamedTuple):
     """A plant; the states of a run would have such sizes."""
 
     system: System
-    modes: list[np.ndarray]
+    discrete_state: list[np.ndarray]
     sizes: np.ndarray
     """Shape (states,)."""
 
@@ -74,20 +74,20 @@ def thesis(**effects: Any) -> Scene:
     )
 
 
-def sizes_of(layout: Layout, carrier: list[float]) -> np.ndarray:
+def sizes_of(layout: StateLayout, deck_model: list[float]) -> np.ndarray:
     sizes = np.ones(layout.size)
-    sizes[layout.carrier], sizes[layout.rates] = carrier, 30.0
+    sizes[layout.deck], sizes[layout.rates] = deck_model, 30.0
     if layout.spindle.start < layout.spindle.stop:
         sizes[layout.spindle] = 1.0, 100.0, 1.0
     return sizes
 
 
 def planar() -> Case:
-    """Every smooth effect, with a ledger."""
+    """Every smooth effect, with an energy balance."""
     made = thesis(**SMOOTH)
-    system = system_of(made, ledger=True)
+    system = system_of(made, energy_balance=True)
     sizes = sizes_of(layout_of(system), [1e-3, 1e-3, 0.1, 0.1])
-    return Case(system, [start_modes(made, system)], sizes)
+    return Case(system, [start_discrete_state(made, system)], sizes)
 
 
 def planar_in_branches() -> Case:
@@ -95,7 +95,7 @@ def planar_in_branches() -> Case:
     made = thesis(**SMOOTH, **SWITCHED)
     system = system_of(made)
     sizes = sizes_of(layout_of(system), [1e-3, 1e-3, 0.1, 0.1])
-    modes = []
+    discrete_state = []
     for first, second, joined, motor in (
         (1, -1, 0, 0),
         (0, 1, 0, 1),
@@ -103,17 +103,17 @@ def planar_in_branches() -> Case:
         (0, 0, 0, -1),
         (0, 0, 1, 0),
     ):
-        branch = start_modes(made, system)
+        branch = start_discrete_state(made, system)
         branch[:, DIRECTION] = first, second, motor
         branch[:2, LOADED] = 1
         branch[:2, JOINED] = joined, 0
-        modes.append(branch)
-    modes[0][0, LOADED] = 0
-    return Case(system, modes, sizes)
+        discrete_state.append(branch)
+    discrete_state[0][0, LOADED] = 0
+    return Case(system, discrete_state, sizes)
 
 
 def deck() -> Case:
-    """A deck that tilts, with every effect that it can have, no symmetry, and a ledger."""
+    """A deck that tilts, with every effect that it can have, no symmetry, and an energy balance."""
     mounts = np.zeros((4, MOUNT_WIDTH))
     random = np.random.default_rng(5)
     for k, (x, y) in enumerate(((0.05, 0.04), (-0.05, 0.04), (-0.05, -0.04), (0.05, -0.04))):
@@ -122,7 +122,7 @@ def deck() -> Case:
         mounts[k, DAMPING : DAMPING + 3] = random.uniform(0.1, 1.0, 3)
         turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
         mounts[k, DAMPING + 3 :] = turn.T.ravel()
-    carrier = InSpace(
+    deck_model = InSpace(
         total_mass=0.2,
         unbalance=2e-6,
         eccentricity=1e-4,
@@ -141,10 +141,10 @@ def deck() -> Case:
     )
     balls = system_of(thesis()).balls
     balls[:, -1] = 0.004, -0.003
-    system = System(carrier, balls, np.zeros((0, 2)), effects, True)
-    modes = np.zeros((len(balls) + 1, MODES), np.int64)
+    system = System(deck_model, balls, np.zeros((0, 2)), effects, True)
+    discrete_state = np.zeros((len(balls) + 1, DISCRETE_COLUMNS), np.int64)
     sizes = sizes_of(layout_of(system), [*[1e-3] * 3, 1.0, *[0.3] * 3, *[0.1] * 3, *[10.0] * 3])
-    return Case(system, [modes], sizes)
+    return Case(system, [discrete_state], sizes)
 
 
 CASES: dict[str, Callable[[], Case]] = {
@@ -181,7 +181,7 @@ def test_jacobian_is_that_of_central_differences(name: str) -> None:
     Of f that is some 2^-53 of its size, times fifteen for what cancels within f, over STEP.
     """
     case = CASES[name]()
-    fields = [VectorField(case.system, CURVE, modes) for modes in case.modes]
+    fields = [VectorField(case.system, CURVE, discrete_state) for discrete_state in case.discrete_state]
     states = states_of(case)
     slopes = [fields[k % len(fields)].slope(NOW, state) for k, state in enumerate(states)]
     scale = np.abs(slopes).max(axis=0)[:, None] / case.sizes
@@ -198,7 +198,7 @@ def test_jacobian_is_that_of_central_differences(name: str) -> None:
 def test_derivative_by_time_is_that_of_central_differences() -> None:
     """Beside a drive that the profile shakes and gravity turns around."""
     case = planar()
-    field = VectorField(case.system, CURVE, case.modes[0])
+    field = VectorField(case.system, CURVE, case.discrete_state[0])
     for state in states_of(case)[:100]:
         one, two, three = (
             (field.slope(NOW + c * STEP, state) - field.slope(NOW - c * STEP, state))
@@ -217,7 +217,7 @@ def test_a_drive_s_own_is_what_runs_now(scene: SceneMaker, with_hold: Any) -> No
     drive = Drive(scene(profile=with_hold(start_time=0.21234, duration=0.2)))
     drive.advance(300)
     field, state = drive.vector_field(), drive.snapshot().state
-    assert field.piece.start == pytest.approx(0.21234)
+    assert field.scheduled.start == pytest.approx(0.21234)
     time, now = drive.time, drive.observe()
     slope, recorded = field.slope(time, state), drive.present().acceleration[0]
     c, s, w = np.cos(now.psi), np.sin(now.psi), now.omega
@@ -229,15 +229,15 @@ def test_a_drive_s_own_is_what_runs_now(scene: SceneMaker, with_hold: Any) -> No
 
 
 @pytest.mark.parametrize(
-    ("state", "modes", "message"),
+    ("state", "discrete_state", "message"),
     [
-        (np.zeros(7), np.zeros((3, MODES)), r"state: has the shape \(7,\), must have \(8,\)"),
-        (np.zeros(8), np.zeros((2, MODES)), r"modes: has the shape \(2, 4\), must have \(3, 4\)"),
+        (np.zeros(7), np.zeros((3, DISCRETE_COLUMNS)), r"state: has the shape \(7,\), must have \(8,\)"),
+        (np.zeros(8), np.zeros((2, DISCRETE_COLUMNS)), r"modes: has the shape \(2, 4\), must have \(3, 4\)"),
     ],
 )
 def test_arrays_of_another_size_are_refused(
-    state: np.ndarray, modes: np.ndarray, message: str
+    state: np.ndarray, discrete_state: np.ndarray, message: str
 ) -> None:
     system = system_of(thesis())
     with pytest.raises(ValueError, match=message):
-        VectorField(system, CURVE, modes).jacobian(NOW, state)
+        VectorField(system, CURVE, discrete_state).jacobian(NOW, state)

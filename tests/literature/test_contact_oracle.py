@@ -8,7 +8,7 @@ a packed row under commands, a thousand events.
 
 Frames: x, y, vx, vy inertial; theta from the unbalance, unwrapped; theta_rate relative to the race.
 Tolerance: as in ``test_oracle``, 1e-8 rad, 1e-8 of the deck's largest distance, and 1e-6 rad/s, of
-which the source's own uncertainty is a tenth at most; the scene's own step, no crowded step, and
+which the source's own uncertainty is a tenth at most; the scene's own step, no step with unresolved events, and
 who sticks exactly. E2's kernel gets a gravity of zero, so that it is U's.
 """
 
@@ -70,4 +70,4 @@ def test_motion(name: str) -> None:
         assert now.stuck.tolist() == want["stuck"], time
         assert now.psi == pytest.approx(want["psi"], rel=1e-12)
         assert now.omega == pytest.approx(want["omega"], rel=1e-12)
-    assert drive.crowded_steps == 0
+    assert drive.steps_with_unresolved_events == 0

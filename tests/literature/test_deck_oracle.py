@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.spindle import Ramp, SpeedProfile
+from ab_sim.spindle import Ramp, SpeedSchedule
 from tests.deck.coordinates import columns, coordinates
 from tests.deck.of_params import profile_of, scene_of
 from tests.deck.scenes import COMPANIES
@@ -35,7 +35,7 @@ def effects_of(p: DeckParams) -> dict[str, Any]:
 def test_trajectories(case: dict[str, Any]) -> None:
     p, expected = deck_params(case["params"]), case["expected"]
     scene = scene_of(p, case["q0"], case["qd0"], effects=effects_of(p))
-    drive = Drive(scene, ledger=True)
+    drive = Drive(scene, energy_balance=True)
     drive.profile = profile_of(p)
     energies = []
     steps = np.rint(np.array([e["t"] for e in expected]) / drive.step).astype(int)
@@ -67,8 +67,8 @@ def test_trajectories(case: dict[str, Any]) -> None:
 def test_point_evaluations(case: dict[str, Any]) -> None:
     p, speed = deck_params(case["params"]), case["speed"]
     scene = scene_of(p, case["q"], case["qd"], effects=effects_of(p), step=4e-5)
-    drive = Drive(scene, ledger=True)
-    drive.profile = SpeedProfile(
+    drive = Drive(scene, energy_balance=True)
+    drive.profile = SpeedSchedule(
         [(1.0, Ramp(speed, case["acceleration"]))], 0.0, start_angle=case["psi"] + p.disc.angle
     )
     energy = drive.energy()

@@ -53,7 +53,7 @@ def drive_of(case: dict[str, Any], scene: Any, balls: int, stepper: str = "auto"
             profile=profile,
             solver={"stepper": stepper, "step": 1e-3},
         ),
-        ledger=case["kind"] == "energy identity",
+        energy_balance=case["kind"] == "energy identity",
     )
 
 

@@ -74,10 +74,10 @@ def test_channels() -> None:
     of = {row[0]: tuple(names_in(row[1])) for row in table("of")}
     assert of["each"] == SPINDLE_CHANNELS
     balls, motor, sensor = of["two balls"], of["a motor"], of["a sensor `pickup`"]
-    for carrier, kind in (("a deck in the plane", Planar), ("a deck in space", InSpace)):
+    for deck_model, kind in (("a deck in the plane", Planar), ("a deck in space", InSpace)):
         readings = sensor[: kind.WAYS]
         made = channels_for(kind.CHANNELS, 2, motor=True, readings=readings)
-        assert made == (*of["each"], *of[carrier], *balls, *motor, *readings)
+        assert made == (*of["each"], *of[deck_model], *balls, *motor, *readings)
 
 
 def test_joints() -> None:

@@ -13,7 +13,7 @@ from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.nodes.command_path import CommandPath, Order, Rules, Silence
-from ab_sim.nodes.commanded import Commanded
+from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.scene import load_scene
 from ab_sim.spindle import SpeedServo
 
@@ -285,7 +285,7 @@ events = st.one_of(
 def play(happening: list[tuple[str, object]], grouping: int | None = None) -> Trajectory:
     """What a drive makes of it; steps taken at once, or in groups of so many."""
     DRIVE.reset()
-    led = Commanded(DRIVE, CommandPath(DRIVE.servo, DRIVE.step, Rules(), seed=3))
+    led = CommandedDrive(DRIVE, CommandPath(DRIVE.servo, DRIVE.step, Rules(), seed=3))
     parts = [DRIVE.present()]
     for what, value in happening:
         if what == "command":
@@ -361,10 +361,10 @@ def test_steps_may_be_grouped_in_any_way(
     assert whole.samples.tobytes() == parts.samples.tobytes()
 
 
-def led_drive() -> Commanded:
+def led_drive() -> CommandedDrive:
     DRIVE.reset()
     rules = Rules(delay=0.02, jitter=0.01, age_limit=0.5, silence=Silence.COAST, coast=20.0)
-    led = Commanded(DRIVE, CommandPath(DRIVE.servo, DRIVE.step, rules, seed=5))
+    led = CommandedDrive(DRIVE, CommandPath(DRIVE.servo, DRIVE.step, rules, seed=5))
     for speed in (50.0, 55.0, 60.0):
         led.path.hear(speed, DRIVE.steps)
         list(led.advance(40))

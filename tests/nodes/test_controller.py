@@ -32,7 +32,7 @@ segments:
 
 
 @pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Fleet]:
+def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Fleet]:
     """A drive and a controller that runs it up until it shakes."""
     folder = tmp_path_factory.mktemp("bench")
     profile = folder / "shaken.yaml"
@@ -51,9 +51,9 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Fleet]:
 
 
 @pytest.fixture
-def asked(bench: Fleet, monkeypatch: pytest.MonkeyPatch) -> Iterator["Asked"]:
-    monkeypatch.setenv("ROS_DOMAIN_ID", bench._environment["ROS_DOMAIN_ID"])
-    bench.until(lambda: bench.health("drive_sim"), "the drive is there")
+def asked(session: Fleet, monkeypatch: pytest.MonkeyPatch) -> Iterator["Asked"]:
+    monkeypatch.setenv("ROS_DOMAIN_ID", session._environment["ROS_DOMAIN_ID"])
+    session.until(lambda: session.health("drive_sim"), "the drive is there")
     yield Asked()
 
 
@@ -77,7 +77,7 @@ def status_of(fleet: Fleet) -> str:
     return text_of(heard[-1]) if heard else ""
 
 
-def test_asking_the_drive(bench: Fleet, asked: Asked, tmp_path: Path) -> None:
+def test_asking_the_drive(session: Fleet, asked: Asked, tmp_path: Path) -> None:
     assert "not paused: pause first" in asked("step", code=1)
     assert asked("pause") == "paused\n"
     assert json.loads(asked("step", "3"))["wakes"] == 3
@@ -96,7 +96,7 @@ def test_asking_the_drive(bench: Fleet, asked: Asked, tmp_path: Path) -> None:
     assert asked("resume") == "running\n"
 
 
-def test_whom_one_asks(bench: Fleet, asked: Asked) -> None:
+def test_whom_one_asks(session: Fleet, asked: Asked) -> None:
     listed = asked("list", "--wait", "1e6")  # which ends when all have spoken
     assert "/drive_sim" in listed and "/profile_controller" in listed and "start, abort" in listed
     said = asked("pause", "--namespace", "left", "--wait", "5", code=2)
@@ -105,13 +105,13 @@ def test_whom_one_asks(bench: Fleet, asked: Asked) -> None:
     assert "/profile_controller is there, and offers abort, start" in said
 
 
-def test_a_profile_until_the_drive_shakes(bench: Fleet, asked: Asked) -> None:
+def test_a_profile_until_the_drive_shakes(session: Fleet, asked: Asked) -> None:
     """Four times as fast as real time, as the drive was told above."""
     assert "not running" in asked("abort", code=1)
     assert "started at t = " in asked("start")
-    bench.until(lambda: status_of(bench) == "done", "it is done")
-    bench.until(lambda: speed_of(bench) == 0.0, "it stands still again")
-    statuses = [text_of(m) for m in bench.heard["profile_controller/status"]]
+    session.until(lambda: status_of(session) == "done", "it is done")
+    session.until(lambda: speed_of(session) == 0.0, "it stands still again")
+    statuses = [text_of(m) for m in session.heard["profile_controller/status"]]
     assert statuses[-3] == (
         "running: segment 1 of 2, accelerate at 10 rad/s^2 until vibration above 0.3 m/s^2, at "
         "most 20 s"
@@ -121,38 +121,38 @@ def test_a_profile_until_the_drive_shakes(bench: Fleet, asked: Asked) -> None:
         r"running: segment 2 of 2, from (\S+) to 0 rad/s at -45 rad/s\^2", statuses[-2]
     )
     assert left is not None and 50.0 < float(left[1]) < 200.0
-    bench.until(
-        lambda: (h := bench.health("profile_controller")) and h.values["state"] == "done",
+    session.until(
+        lambda: (h := session.health("profile_controller")) and h.values["state"] == "done",
         "its health says so",
     )
-    assert bench.health("profile_controller").level is Level.OK, "and not that time was up"
+    assert session.health("profile_controller").level is Level.OK, "and not that time was up"
 
 
-def test_an_abort_is_a_ramp(bench: Fleet) -> None:
-    assert bench.set("drive_sim", speed_factor=1.0)[0]
-    bench.until(lambda: bench.call("profile_controller/start")[0], "it starts")
-    bench.until(lambda: speed_of(bench) > 10.0, "10 rad/s")
-    before = len(bench.heard["joint_states"])
-    assert bench.call("profile_controller/abort") == (True, "ramping down to standstill")
-    bench.until(lambda: status_of(bench) == "aborted", "it is aborted")
-    bench.until(lambda: speed_of(bench) == 0.0, "it stands still")
-    joints = [JointSample.of(m) for m in bench.heard["joint_states"][before:]]
+def test_an_abort_is_a_ramp(session: Fleet) -> None:
+    assert session.set("drive_sim", speed_factor=1.0)[0]
+    session.until(lambda: session.call("profile_controller/start")[0], "it starts")
+    session.until(lambda: speed_of(session) > 10.0, "10 rad/s")
+    before = len(session.heard["joint_states"])
+    assert session.call("profile_controller/abort") == (True, "ramping down to standstill")
+    session.until(lambda: status_of(session) == "aborted", "it is aborted")
+    session.until(lambda: speed_of(session) == 0.0, "it stands still")
+    joints = [JointSample.of(m) for m in session.heard["joint_states"][before:]]
     fastest = max(joints, key=lambda joint: joint.spindle_speed)
     down = next(j for j in joints if j.time > fastest.time and j.spindle_speed == 0.0)
     took = (down.time - fastest.time) * 1e-9
     assert took >= fastest.spindle_speed / 20.0 - 0.05, "in the time that 20 rad/s^2 take, or more"
-    bench.until(
-        lambda: (h := bench.health("profile_controller")) and "by ~/abort" in h.message,
+    session.until(
+        lambda: (h := session.health("profile_controller")) and "by ~/abort" in h.message,
         "its health says why",
     )
-    assert bench.health("profile_controller").level is Level.WARN
+    assert session.health("profile_controller").level is Level.WARN
 
 
-def test_another_profile_is_for_the_next_start(bench: Fleet) -> None:
+def test_another_profile_is_for_the_next_start(session: Fleet) -> None:
     """The run under way goes on; what cannot be run is refused, and changes nothing."""
     node, calm = "profile_controller", "{kind: segments, segments: [{to: 8, acceleration: 80}]}"
-    bench.until(lambda: bench.call(f"{node}/start")[0], "it starts")
-    bench.until(lambda: status_of(bench).startswith("running: segment 1 of 2"), "it runs")
+    session.until(lambda: session.call(f"{node}/start")[0], "it starts")
+    session.until(lambda: status_of(session).startswith("running: segment 1 of 2"), "it runs")
     for values, words in (
         ({"profile": "no-such-scene"}, "no-such-scene"),
         ({"profile": "{kind: segments}"}, "segments: is missing"),
@@ -160,16 +160,16 @@ def test_another_profile_is_for_the_next_start(bench: Fleet) -> None:
         ({"profile": calm, "changes": ["balls.mass=1"]}, "is a profile by itself"),
         ({"profile": calm, "command_rate": 100.0}, "read-only"),
     ):
-        done, why = bench.set(node, **values)
+        done, why = session.set(node, **values)
         assert not done and words in why, why
-    assert bench.set(node, profile=calm) == (True, "")
-    assert status_of(bench).startswith("running: segment 1 of 2"), "the present one goes on"
-    assert bench.call(f"{node}/abort")[0]
-    bench.until(lambda: status_of(bench) == "aborted", "it is aborted")
-    assert bench.call(f"{node}/start")[0]
-    bench.until(lambda: status_of(bench) == "done", "the other one is done")
-    bench.until(lambda: speed_of(bench) == 8.0, "and its speed is held")
-    statuses = [text_of(m) for m in bench.heard["profile_controller/status"]]
+    assert session.set(node, profile=calm) == (True, "")
+    assert status_of(session).startswith("running: segment 1 of 2"), "the present one goes on"
+    assert session.call(f"{node}/abort")[0]
+    session.until(lambda: status_of(session) == "aborted", "it is aborted")
+    assert session.call(f"{node}/start")[0]
+    session.until(lambda: status_of(session) == "done", "the other one is done")
+    session.until(lambda: speed_of(session) == 8.0, "and its speed is held")
+    statuses = [text_of(m) for m in session.heard["profile_controller/status"]]
     assert statuses[-2].startswith("running: segment 1 of 1, from 0 to 8 rad/s")
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.drive import Drive
-from ab_sim.nodes.drive_health import DriveHealth, Tolerance
+from ab_sim.nodes.drive_health import DriveHealth, RealTimeTolerance
 from ab_sim.nodes.pacing import Pacer
 from ab_sim.scene import load_scene
 
@@ -17,7 +17,7 @@ def drive() -> Drive:
 def watched(drive: Drive, factor: float = 0.05, lateness: float = 0.1) -> tuple[DriveHealth, Pacer]:
     pacer = Pacer(drive.step, 4, 40, 60.0)
     pacer.start(100.0)
-    health = DriveHealth(drive, pacer, None, Tolerance(factor, lateness))
+    health = DriveHealth(drive, pacer, None, RealTimeTolerance(factor, lateness))
     health.begin(100.0)
     return health, pacer
 
@@ -107,13 +107,13 @@ def test_steps_lost_to_a_pause_are_news(drive: Drive) -> None:
 
 
 def test_a_stepper_that_was_measured_says_at_what_price() -> None:
-    scene, price = resolve_accuracy(
+    scene, work_precision = resolve_accuracy(
         load_scene("no-ball", ["accuracy.whirl=1e-3", "duration=0.2"]), commanded=True
     )
-    assert price is not None
+    assert work_precision is not None
     drive = Drive(scene, commanded=True)
-    pacer, tolerance = Pacer(drive.step, 4, 40, 60.0), Tolerance(0.05, 0.1)
-    assert DriveHealth(drive, pacer, None, tolerance, price).stepper_chosen == price.reason
+    pacer, tolerance = Pacer(drive.step, 4, 40, 60.0), RealTimeTolerance(0.05, 0.1)
+    assert DriveHealth(drive, pacer, None, tolerance, work_precision).stepper_chosen == work_precision.reason
     assert DriveHealth(drive, pacer, None, tolerance).stepper_chosen == drive.choice.reason
 
 

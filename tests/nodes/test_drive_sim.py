@@ -241,7 +241,7 @@ def test_motor_and_sensors_are_published(fleet: Fleet) -> None:
     assert health is not None
     assert health.values["sensors"] == "front, side"
     assert health.values["stepper chosen"] == "auto: stable at this step"
-    assert health.values["crowded steps"] == "0" and "events" in health.values
+    assert health.values["steps with unresolved events"] == "0" and "events" in health.values
     assert "rk8 at 0.001 s (auto: stable at this step)" in fleet.log("drive_sim")
 
 

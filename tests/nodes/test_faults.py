@@ -73,7 +73,7 @@ def refused(answer: Answer, words: str) -> None:
 
 
 def test_faults(fleet: Fleet, tmp_path: Path) -> None:
-    bench = Bench(fleet)
+    session = Bench(fleet)
     fleet.start("recorder", path=tmp_path / "run.rrd", bag=tmp_path / "bag")
     fleet.start(
         "drive_sim", scene="thesis-hold", time_mode="lock_step", steps=50,
@@ -82,33 +82,33 @@ def test_faults(fleet: Fleet, tmp_path: Path) -> None:
     fleet.until(lambda: fleet.value("recorder", "file"), "the recorder has a drive")
     fleet.command(120.0)
     fleet.until(lambda: fleet.value("drive_sim", "commands accepted") == "1", "it has come")
-    while bench.step() < 2_600_000_000:
+    while session.step() < 2_600_000_000:
         pass
-    bench.marked()
+    session.marked()
 
     # What makes no sense changes nothing.
-    refused(bench.inject("ball_0 stick"), "did you mean 'sticks'?")
+    refused(session.inject("ball_0 stick"), "did you mean 'sticks'?")
     refused(fleet.call("drive_sim/inject_faults"), "the parameter faults names none")
-    refused(bench.inject("pickup drops", "ball_9 sticks"), "'sticks' goes with ball_0, ball_1 in")
-    refused(bench.inject("mount_0 softens 0.5"), "'softens' goes with suspension in this scene")
-    assert [faults_of(message) for message in bench.faults] == [[]]
+    refused(session.inject("pickup drops", "ball_9 sticks"), "'sticks' goes with ball_0, ball_1 in")
+    refused(session.inject("mount_0 softens 0.5"), "'softens' goes with suspension in this scene")
+    assert [faults_of(message) for message in session.faults] == [[]]
 
     # A stuck ball, and sensors that lie.
     texts = ["ball_0 sticks", "pickup saturates 0.01", "spindle drifts 10"]
-    assert bench.inject(*texts) == (True, f"faults in force: {', '.join(texts)}")
-    bench.marked(*texts)
+    assert session.inject(*texts) == (True, f"faults in force: {', '.join(texts)}")
+    session.marked(*texts)
     assert fleet.call("drive_sim/inject_faults")[1].startswith("faults in force already: ball_0")
-    before = bench.truth("ball_0_angle"), bench.truth("ball_1_angle")
-    bench.step()
-    bench.step()
-    assert bench.truth("ball_0_angle") == before[0] == bench.now().ball_angles[0]
-    assert bench.truth("ball_1_angle") != before[1]
-    assert bench.truth("speed") == 120.0
-    assert bench.now().spindle_speed == pytest.approx(120.0 + 10.0 * 0.4)
-    assert max(np.abs(bench.felt().linear)) == 0.01
-    last = [ImuSample.of(message).force for message in bench.samples[-100:]]
+    before = session.truth("ball_0_angle"), session.truth("ball_1_angle")
+    session.step()
+    session.step()
+    assert session.truth("ball_0_angle") == before[0] == session.now().ball_angles[0]
+    assert session.truth("ball_1_angle") != before[1]
+    assert session.truth("speed") == 120.0
+    assert session.now().spindle_speed == pytest.approx(120.0 + 10.0 * 0.4)
+    assert max(np.abs(session.felt().linear)) == 0.01
+    last = [ImuSample.of(message).force for message in session.samples[-100:]]
     assert max(np.abs(last).ravel()) == 0.01
-    assert np.hypot(bench.truth("pickup_1"), bench.truth("pickup_2")) > 0.1
+    assert np.hypot(session.truth("pickup_1"), session.truth("pickup_2")) > 0.1
     refused(fleet.call("drive_sim/save_snapshot"), "faults are in force (ball_0 sticks, pickup sa")
     refused(fleet.call("drive_sim/restore_snapshot"), "~/clear_faults first")
     refused(fleet.call("drive_sim/load_disc"), "~/clear_faults first")
@@ -121,36 +121,36 @@ def test_faults(fleet: Fleet, tmp_path: Path) -> None:
         "pickup drops 1",
         "spindle drops 1",
     ]
-    assert bench.inject(*texts)[0]
-    bench.marked(*texts)
-    free, begin = bench.truth("ball_0_angle"), bench.truth("angle")
-    bench.step(silent=True)
-    heard = len(bench.vibration), len(bench.joints), len(bench.samples)
-    bench.step(silent=True)
-    assert (len(bench.vibration), len(bench.joints), len(bench.samples)) == heard
-    assert bench.truth("ball_0_angle") != free, "the stuck one was let go"
-    turned = bench.truth("angle") - begin
+    assert session.inject(*texts)[0]
+    session.marked(*texts)
+    free, begin = session.truth("ball_0_angle"), session.truth("angle")
+    session.step(silent=True)
+    heard = len(session.vibration), len(session.joints), len(session.samples)
+    session.step(silent=True)
+    assert (len(session.vibration), len(session.joints), len(session.samples)) == heard
+    assert session.truth("ball_0_angle") != free, "the stuck one was let go"
+    turned = session.truth("angle") - begin
     assert turned == pytest.approx((120.0 - 2.0) * 0.4, abs=0.03), "the unbalance falls behind"
     assert fleet.call("drive_sim/clear_faults") == (True, "faults in force: none")
-    bench.marked()
-    bench.step()
-    assert len(bench.vibration) > heard[0]
-    assert bench.truth("angle") - begin == pytest.approx(120.0 * 0.6), "and is back"
-    assert bench.now().spindle_angle == pytest.approx(bench.truth("angle"))
+    session.marked()
+    session.step()
+    assert len(session.vibration) > heard[0]
+    assert session.truth("angle") - begin == pytest.approx(120.0 * 0.6), "and is back"
+    assert session.now().spindle_angle == pytest.approx(session.truth("angle"))
 
     # They stay through a reset, and end with the scene.
-    assert bench.inject("ball_1 sticks")[0]
+    assert session.inject("ball_1 sticks")[0]
     assert fleet.call("drive_sim/reset")[0]
     fleet.command(50.0)
     fleet.until(lambda: fleet.value("drive_sim", "commands accepted") == "2", "it has come")
-    assert bench.step() == 200_000_000
-    assert bench.truth("ball_1_angle") == 0.0 != bench.truth("ball_0_angle")
+    assert session.step() == 200_000_000
+    assert session.truth("ball_1_angle") == 0.0 != session.truth("ball_0_angle")
     late: list[Any] = []
     topics.FAULTS.subscription(fleet.node, late.append)
     fleet.until(lambda: late, "who comes late hears of them")
     assert faults_of(late[0]) == ["ball_1 sticks"]
     assert fleet.call("drive_sim/load_scene")[0]
-    bench.marked()
+    session.marked()
     fleet.until(lambda: fleet.value("recorder", "messages waiting") == "0", "all is written")
     for node in ("drive_sim", "recorder"):
         assert fleet.stop(node) == 0, fleet.log(node)

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from ab_sim.nodes import realtime
-from ab_sim.nodes.in_turn import InTurn
-from ab_sim.nodes.spread import Spread
+from ab_sim.nodes.fair_lock import FairLock
+from ab_sim.nodes.duration_histogram import DurationHistogram
 from ab_sim.nodes.stages import Stages
 
 
 def test_quantiles_are_those_of_the_durations() -> None:
     durations = np.random.default_rng(1).lognormal(np.log(1e-3), 2.0, 20_000)
-    spread = Spread()
+    spread = DurationHistogram()
     assert spread.values("lateness") == {} and spread.quantile(0.5) == 0.0
     for duration in durations.tolist():
         spread.add(duration)
@@ -30,7 +30,7 @@ def test_quantiles_are_those_of_the_durations() -> None:
 
 @pytest.mark.parametrize("duration", [0.0, -1.0, 1e-12, 1e6])
 def test_what_no_class_is_for_is_counted_too(duration: float) -> None:
-    spread = Spread()
+    spread = DurationHistogram()
     spread.add(duration)
     assert spread.count == 1 and spread.quantile(0.5) == max(duration, 0.0)
 
@@ -55,7 +55,7 @@ def test_stages() -> None:
 
 def test_who_waits_has_the_lock_next() -> None:
     """A loop that takes it again at once keeps nobody from it."""
-    lock, done, rounds = InTurn(), threading.Event(), 0
+    lock, done, rounds = FairLock(), threading.Event(), 0
 
     def wait_for_it() -> None:
         with lock:

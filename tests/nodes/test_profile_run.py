@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ab_sim.nodes.profile_run import ProfileRun, State
+from ab_sim.nodes.profile_run import ProfileRun, ProfileState
 from ab_sim.scene.profile_file import load_profile
 
 AHEAD = 0.005
@@ -50,146 +50,146 @@ class Bench:
 
 
 def started(*segments: dict[str, Any], **more: float) -> Bench:
-    bench = Bench(*segments, **more)
-    assert bench.run.start(bench.now) == ""
-    return bench
+    session = Bench(*segments, **more)
+    assert session.run.start(session.now) == ""
+    return session
 
 
 def test_the_condition_ends_the_segment() -> None:
-    bench = started(*HELD)
-    bench.go(3.0)
-    assert bench.run.status == (
+    session = started(*HELD)
+    session.go(3.0)
+    assert session.run.status == (
         "running: segment 2 of 3, hold 100 rad/s until vibration below 0.5 m/s^2, at most 5 s"
     )
-    assert bench.run.vibration == pytest.approx(3.0, rel=0.02), "whatever gravity is"
-    assert bench.commands[-1] == 100.0
-    bench.shaking[""] = 0.4
-    bench.go(0.45)  # two windows at most
-    assert bench.run.status == "running: segment 3 of 3, from 100 to 200 rad/s at 50 rad/s^2"
-    bench.go(2.1)
-    assert bench.state == "done" and bench.commands[-1] == 200.0 and bench.run.why == ""
-    assert [word.partition(":")[0] for word in bench.said] == [
+    assert session.run.vibration == pytest.approx(3.0, rel=0.02), "whatever gravity is"
+    assert session.commands[-1] == 100.0
+    session.shaking[""] = 0.4
+    session.go(0.45)  # two windows at most
+    assert session.run.status == "running: segment 3 of 3, from 100 to 200 rad/s at 50 rad/s^2"
+    session.go(2.1)
+    assert session.state == "done" and session.commands[-1] == 200.0 and session.run.why == ""
+    assert [word.partition(":")[0] for word in session.said] == [
         "idle", "running", "running", "running", "done",
     ]  # fmt: skip
 
 
 def test_the_loudest_sensor_counts_and_its_word_is_awaited() -> None:
-    bench = started(*HELD)
-    bench.shaking = {"near": 0.1, "far": 3.0}
-    bench.go(2.0)
-    assert "segment 2" in bench.run.status and bench.run.vibration == pytest.approx(3.0, rel=0.02)
-    bench.shaking["far"] = 0.1
-    bench.go(0.45)
-    assert "segment 3" in bench.run.status
+    session = started(*HELD)
+    session.shaking = {"near": 0.1, "far": 3.0}
+    session.go(2.0)
+    assert "segment 2" in session.run.status and session.run.vibration == pytest.approx(3.0, rel=0.02)
+    session.shaking["far"] = 0.1
+    session.go(0.45)
+    assert "segment 3" in session.run.status
 
 
 def test_more_than_a_limit() -> None:
     above = {"vibration_rms_above": 2.0, "over": 0.1, "at_most": 9.0}
-    bench = started({"until": above, "acceleration": 10.0}, {"to": 0, "acceleration": 50})
-    bench.shaking[""] = 1.0
-    bench.go(3.0)
-    assert bench.commands[-1] == pytest.approx(30.05)
-    bench.shaking[""] = 2.5
-    bench.go(0.25)
-    assert "segment 2 of 2, from 3" in bench.run.status
-    bench.go(1.0)
-    assert bench.state == "done" and bench.commands[-1] == 0.0
-    assert bench.run.start(bench.now) == "", "it is back where it begins"
+    session = started({"until": above, "acceleration": 10.0}, {"to": 0, "acceleration": 50})
+    session.shaking[""] = 1.0
+    session.go(3.0)
+    assert session.commands[-1] == pytest.approx(30.05)
+    session.shaking[""] = 2.5
+    session.go(0.25)
+    assert "segment 2 of 2, from 3" in session.run.status
+    session.go(1.0)
+    assert session.state == "done" and session.commands[-1] == 0.0
+    assert session.run.start(session.now) == "", "it is back where it begins"
 
 
 def test_a_condition_that_is_not_met_in_time() -> None:
-    bench = started(*HELD)
-    bench.go(1.0 + 5.0 + 2.1)
-    assert bench.state == "done"
+    session = started(*HELD)
+    session.go(1.0 + 5.0 + 2.1)
+    assert session.state == "done"
     unmet = "segment 2: no vibration below 0.5 m/s^2 within 5 s"
-    assert bench.run.why == unmet and bench.well == [True] * 3 + [False] * 2
+    assert session.run.why == unmet and session.well == [True] * 3 + [False] * 2
     assert (
-        bench.said[-2] == f"running: segment 3 of 3, from 100 to 200 rad/s at 50 rad/s^2; {unmet}"
+        session.said[-2] == f"running: segment 3 of 3, from 100 to 200 rad/s at 50 rad/s^2; {unmet}"
     )
-    bench = started(*HELD[:2])
-    bench.go(1.0 + 5.0 + 0.1)
-    assert bench.run.status == f"done: {unmet}"
-    bench = started(HELD[0], {"until": {**QUIET, "otherwise": "abort"}}, HELD[2])
-    bench.go(1.0 + 5.0 + 0.1)
-    assert bench.state == "aborting"
-    bench.go(1.0)
-    assert bench.state == "aborted" and bench.commands[-1] == 0.0
-    assert bench.run.why == unmet
+    session = started(*HELD[:2])
+    session.go(1.0 + 5.0 + 0.1)
+    assert session.run.status == f"done: {unmet}"
+    session = started(HELD[0], {"until": {**QUIET, "otherwise": "abort"}}, HELD[2])
+    session.go(1.0 + 5.0 + 0.1)
+    assert session.state == "aborting"
+    session.go(1.0)
+    assert session.state == "aborted" and session.commands[-1] == 0.0
+    assert session.run.why == unmet
 
 
 def test_a_late_tick_passes_no_condition_by() -> None:
-    bench = started(HELD[0], {"until": {**QUIET, "otherwise": "abort"}}, HELD[2])
-    bench.go(0.9)
-    bench.now += 20.0
-    assert bench.run.tick(bench.now) is not None
-    assert bench.state == "aborting"
+    session = started(HELD[0], {"until": {**QUIET, "otherwise": "abort"}}, HELD[2])
+    session.go(0.9)
+    session.now += 20.0
+    assert session.run.tick(session.now) is not None
+    assert session.state == "aborting"
 
 
 @pytest.mark.parametrize("bad", ["silent", "nan", "stamp", "one of two"])
 def test_vibration_that_does_not_come(bad: str) -> None:
-    bench = started(*HELD)
-    bench.shaking["other"] = 3.0
-    bench.go(2.0)
+    session = started(*HELD)
+    session.shaking["other"] = 3.0
+    session.go(2.0)
     if bad == "one of two":
-        del bench.shaking["other"]
+        del session.shaking["other"]
     elif bad == "nan":
-        bench.offset = math.nan
+        session.offset = math.nan
     else:
-        bench.shaking.clear()
+        session.shaking.clear()
     for _ in range(90):
-        bench.go(0.01)
+        session.go(0.01)
         if bad == "stamp":
             for sensor in ("", "other"):
-                bench.run.hear(bench.now, sensor, 12_000_000_000, (0.0, 0.0, 0.0))
-    assert bench.state == "running", "not yet"
+                session.run.hear(session.now, sensor, 12_000_000_000, (0.0, 0.0, 0.0))
+    assert session.state == "running", "not yet"
     if bad == "stamp":  # which once went back to that, and then stood still
-        bench.go(0.9)
-    bench.go(0.2)
-    assert bench.state == "aborting"
-    assert "segment 2 waits for the vibration, and no good sample of it has come" in bench.run.why
-    bench.go(1.1)
-    assert bench.state == "aborted" and bench.commands[-1] == 0.0
+        session.go(0.9)
+    session.go(0.2)
+    assert session.state == "aborting"
+    assert "segment 2 waits for the vibration, and no good sample of it has come" in session.run.why
+    session.go(1.1)
+    assert session.state == "aborted" and session.commands[-1] == 0.0
 
 
 def test_silence_does_not_matter_where_nothing_waits_for_it() -> None:
-    bench = started({"to": 100, "acceleration": 50}, {"hold": 3.0})
-    bench.shaking.clear()
-    assert not bench.run.needs_vibration
-    bench.go(5.1)
-    assert bench.state == "done"
+    session = started({"to": 100, "acceleration": 50}, {"hold": 3.0})
+    session.shaking.clear()
+    assert not session.run.needs_vibration
+    session.go(5.1)
+    assert session.state == "done"
 
 
 def test_an_abort_ramps_down() -> None:
-    bench = started(*HELD, deceleration=20.0)
-    bench.go(2.0)
-    assert bench.run.abort(bench.now, "by ~/abort") == ""
-    assert bench.run.status == "aborting: by ~/abort"
-    assert bench.run.abort(bench.now, "again") == "" and bench.run.why == "by ~/abort"
-    assert bench.run.start(bench.now) == "ramping down; wait for standstill"
-    bench.go(2.5)
-    assert bench.commands[-1] == pytest.approx(50.0, abs=0.2)
-    bench.go(2.5)
-    assert bench.state == "aborted" and bench.commands[-1] == 0.0
-    assert bench.run.abort(bench.now, "") == "not running"
-    assert bench.run.start(bench.now) == "" and bench.run.why == ""
+    session = started(*HELD, deceleration=20.0)
+    session.go(2.0)
+    assert session.run.abort(session.now, "by ~/abort") == ""
+    assert session.run.status == "aborting: by ~/abort"
+    assert session.run.abort(session.now, "again") == "" and session.run.why == "by ~/abort"
+    assert session.run.start(session.now) == "ramping down; wait for standstill"
+    session.go(2.5)
+    assert session.commands[-1] == pytest.approx(50.0, abs=0.2)
+    session.go(2.5)
+    assert session.state == "aborted" and session.commands[-1] == 0.0
+    assert session.run.abort(session.now, "") == "not running"
+    assert session.run.start(session.now) == "" and session.run.why == ""
 
 
 def test_what_is_refused() -> None:
-    bench = Bench(*HELD)
-    assert bench.run.abort(bench.now, "") == "not running"
-    assert bench.run.tick(bench.now) is None, "nothing is commanded before the start"
-    bench.run.wait("for somebody")
-    assert bench.run.status == "waiting: for somebody"
-    assert bench.run.abort(bench.now, "") == "" and bench.state == "idle"
-    assert bench.run.start(bench.now) == ""
-    assert bench.run.start(bench.now) == "running already; abort first"
-    bench.go(9.0)
-    assert bench.state == "done"
-    assert bench.run.start(bench.now).startswith(
+    session = Bench(*HELD)
+    assert session.run.abort(session.now, "") == "not running"
+    assert session.run.tick(session.now) is None, "nothing is commanded before the start"
+    session.run.wait("for somebody")
+    assert session.run.status == "waiting: for somebody"
+    assert session.run.abort(session.now, "") == "" and session.state == "idle"
+    assert session.run.start(session.now) == ""
+    assert session.run.start(session.now) == "running already; abort first"
+    session.go(9.0)
+    assert session.state == "done"
+    assert session.run.start(session.now).startswith(
         "200 rad/s is commanded, and the profile begins at"
     )
-    bench.run.drop("the drive was reset")
-    assert bench.run.tick(bench.now) == 0.0 and bench.state == "aborted"
+    session.run.drop("the drive was reset")
+    assert session.run.tick(session.now) == 0.0 and session.state == "aborted"
 
 
 SEGMENT = st.sampled_from(
@@ -215,34 +215,34 @@ EVENT = st.one_of(
 @given(st.lists(SEGMENT, min_size=1, max_size=5), st.lists(EVENT, max_size=8))
 def test_whatever_happens_commands_flow(segments: list[Any], events: list[Any]) -> None:
     """No command is farther from the one before than the steepest ramp takes it in the time."""
-    bench = started(*segments, deceleration=80.0)
+    session = started(*segments, deceleration=80.0)
     for event, value in events:
         if event == "go":
-            bench.go(value)
+            session.go(value)
         elif event == "shake":
-            bench.shaking[""] = value
+            session.shaking[""] = value
         elif event == "start":
-            bench.run.start(bench.now)
+            session.run.start(session.now)
         else:
-            bench.run.abort(bench.now, "by hand")
-        assert State(bench.state) is bench.run.state
-    bench.run.abort(bench.now, "at last")
-    bench.go(3.0)
-    flow = [0.0, *bench.commands]
+            session.run.abort(session.now, "by hand")
+        assert ProfileState(session.state) is session.run.state
+    session.run.abort(session.now, "at last")
+    session.go(3.0)
+    flow = [0.0, *session.commands]
     assert all(map(math.isfinite, flow))
     assert max(abs(b - a) for a, b in zip(flow, flow[1:], strict=False)) <= 80.0 * 2 * 0.005 + 1e-9
-    assert bench.state in ("aborted", "done") and flow[-1] == 0.0
+    assert session.state in ("aborted", "done") and flow[-1] == 0.0
 
 
 def test_another_profile_waits_for_the_next_start() -> None:
-    bench = started({"to": 100, "acceleration": 100}, deceleration=50.0)
-    bench.run.take(load_profile("{kind: segments, segments: [{to: 8, acceleration: 80}]}"), 80.0)
-    bench.go(2.0)
-    assert bench.state == "done" and bench.commands[-1] == 100.0
-    bench.run.abort(bench.now, "by hand")
-    bench.go(1.0)
-    assert bench.commands[-1] == pytest.approx(50.0, abs=0.5), "as steeply as it was to be"
-    bench.go(2.0)
-    assert bench.run.start(bench.now) == ""
-    bench.go(1.0)
-    assert bench.state == "done" and bench.commands[-1] == 8.0
+    session = started({"to": 100, "acceleration": 100}, deceleration=50.0)
+    session.run.take(load_profile("{kind: segments, segments: [{to: 8, acceleration: 80}]}"), 80.0)
+    session.go(2.0)
+    assert session.state == "done" and session.commands[-1] == 100.0
+    session.run.abort(session.now, "by hand")
+    session.go(1.0)
+    assert session.commands[-1] == pytest.approx(50.0, abs=0.5), "as steeply as it was to be"
+    session.go(2.0)
+    assert session.run.start(session.now) == ""
+    session.go(1.0)
+    assert session.state == "done" and session.commands[-1] == 8.0

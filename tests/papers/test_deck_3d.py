@@ -8,7 +8,7 @@ import pytest
 
 from ab_sim.analysis.floquet import STARTS, TurnMap
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.papers.deck_3d.case import PUBLISHED, Parameters, deck_of, least_radius
+from ab_sim.papers.deck_3d.case import PUBLISHED, DeckParameters, deck_of, least_radius
 from ab_sim.papers.deck_3d.maps import balanced_moduli
 from ab_sim.papers.deck_3d.responses import response, started
 from ab_sim.papers.deck_3d.verdicts import least_dampings, verdict_section
@@ -16,8 +16,8 @@ from ab_sim.scene import load_scene
 
 
 def test_the_paper_s_own_parameters_are_those_of_the_scene() -> None:
-    ours, scene = system_of(deck_of(Parameters())), system_of(load_scene("feeding-deck"))
-    for one, other in zip(ours.carrier, scene.carrier, strict=True):
+    ours, scene = system_of(deck_of(DeckParameters())), system_of(load_scene("feeding-deck"))
+    for one, other in zip(ours.deck_model, scene.deck_model, strict=True):
         np.testing.assert_allclose(np.array(one), np.array(other), rtol=1e-14, atol=1e-20)
     for one, other in zip(ours.effects, scene.effects, strict=True):
         assert tuple(one) == pytest.approx(tuple(other), rel=1e-14)
@@ -26,14 +26,14 @@ def test_the_paper_s_own_parameters_are_those_of_the_scene() -> None:
 
 def test_the_spindle_is_moved_and_the_plate_stays() -> None:
     """With d the mounts keep their places about the plate's centre, and the disc its inertia."""
-    near, far = deck_of(Parameters(d=0.01)), deck_of(Parameters(d=0.05))
+    near, far = deck_of(DeckParameters(d=0.01)), deck_of(DeckParameters(d=0.05))
     for scene in (near, far):
         assert scene.deck is not None
         places = [np.subtract(m.position, scene.deck.center) for m in scene.mounts]
         np.testing.assert_allclose(np.abs(places), [[0.06, 0.06, 0.0]] * 4, atol=1e-15)
     assert near.rotor.inertia == far.rotor.inertia
-    assert deck_of(Parameters(R=0.06)).rotor.inertia == pytest.approx((2.7e-5, 2.7e-5, 5.4e-5))
-    assert deck_of(Parameters(n=4)).balls.total_mass == pytest.approx(4e-4)
+    assert deck_of(DeckParameters(R=0.06)).rotor.inertia == pytest.approx((2.7e-5, 2.7e-5, 5.4e-5))
+    assert deck_of(DeckParameters(n=4)).balls.total_mass == pytest.approx(4e-4)
 
 
 def test_every_published_verdict_frequency_and_angle_is_reached(tmp_path: Path) -> None:
@@ -48,7 +48,7 @@ def test_every_published_verdict_frequency_and_angle_is_reached(tmp_path: Path) 
 
 def test_below_the_least_radius_nothing_balances() -> None:
     for factor, balances in ((0.99, False), (1.01, True)):
-        turn = TurnMap(deck_of(Parameters(R=factor * least_radius())), 300.0)
+        turn = TurnMap(deck_of(DeckParameters(R=factor * least_radius())), 300.0)
         orbit = turn.shoot(STARTS["balanced"](turn))
         assert orbit is not None
         still = np.abs(orbit.start[:3]).max() < 1e-12
@@ -56,12 +56,12 @@ def test_below_the_least_radius_nothing_balances() -> None:
 
 
 def test_a_row_of_a_map_is_on_the_right_side_of_1() -> None:
-    found = balanced_moduli(deck_of(Parameters()), [*PUBLISHED])["largest"]
+    found = balanced_moduli(deck_of(DeckParameters()), [*PUBLISHED])["largest"]
     assert [largest < 1.0 for largest in found] == [*PUBLISHED.values()]
 
 
 def test_rotation_about_the_shaft_matters_below_some_damping() -> None:
-    (least,) = least_dampings(deck_of(Parameters()), [335.0])["c"]
+    (least,) = least_dampings(deck_of(DeckParameters()), [335.0])["c"]
     assert least == pytest.approx(0.1086, abs=5e-4)
 
 

@@ -2,7 +2,7 @@
 
 import re
 
-from ab_sim.papers.page import Section, Table
+from ab_sim.papers.page import PageSection, Table
 from ab_sim.papers.thesis.head import counted, in_short
 from tests.papers.thesis_page import page_sections
 
@@ -16,7 +16,7 @@ def test_the_head_is_that_of_the_rows() -> None:
 def test_only_verdicts_are_counted() -> None:
     columns = ("figure", "the thesis", "ours", "verdict")
     rows = (("1", "a", "b", "holds"), ("2", "a", "b", "does not hold: c"), ("3", "a", "b", "given"))
-    section = Section("1", (), (Table("t", columns, rows), Table("u", columns[:2], (("x", "y"),))))
+    section = PageSection("1", (), (Table("t", columns, rows), Table("u", columns[:2], (("x", "y"),))))
     assert counted([section, section]) == (4, 2)
 
 

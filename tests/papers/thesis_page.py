@@ -2,19 +2,19 @@
 
 from pathlib import Path
 
-from ab_sim.papers.page import Section, Table
+from ab_sim.papers.page import PageSection, Table
 from ab_sim.papers.thesis.claims import FAILS, HOLDS, Claim
 
 PAGE = Path(__file__).parents[2] / "docs" / "papers" / "thesis.md"
 
 
-def page_sections() -> list[Section]:
+def page_sections() -> list[PageSection]:
     """Headings, paragraphs and tables; pictures are left out."""
-    sections: list[Section] = []
+    sections: list[PageSection] = []
     title, rows = "", list[tuple[str, ...]]()
     for line in [*PAGE.read_text(encoding="utf-8").splitlines(), ""]:
         if line.startswith("## "):
-            sections.append(Section(line[3:]))
+            sections.append(PageSection(line[3:]))
         elif line.startswith("| "):
             rows.append(tuple(cell.strip() for cell in line[1:-1].split(" | ")))
         elif rows:

@@ -11,7 +11,7 @@ from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.recording import Recording, open_recording
-from ab_sim.reports.compare import COMMANDS, PROFILE, Beside, compare_with
+from ab_sim.reports.compare import COMMANDS, PROFILE, RecordingComparison, compare_with
 from ab_sim.reports.gather import gather
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
@@ -35,7 +35,7 @@ def live(scene: Scene) -> Trajectory:
     return Trajectory.join(parts)
 
 
-def beside(path: Path, scene: Scene, run: Trajectory, told: dict[str, Any] | None = None) -> Beside:
+def beside(path: Path, scene: Scene, run: Trajectory, told: dict[str, Any] | None = None) -> RecordingComparison:
     with Recording(path, description=told or describe(scene)) as recording:
         recording.block(run.channels, run.samples)
     return compare_with(open_recording(path), scene)

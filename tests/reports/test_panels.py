@@ -10,16 +10,16 @@ from matplotlib.figure import Figure
 
 from ab_sim.reports.envelope import Envelope
 from ab_sim.reports.grid import LEAST_HEIGHT, grid_of
-from ab_sim.reports.panels import TIME, Curve, Panel, panels_of
+from ab_sim.reports.panels import TIME, PanelLine, Panel, panels_of
 from ab_sim.reports.picture import report_picture
-from ab_sim.reports.vibration import Spectrum
+from ab_sim.reports.vibration_spectra import PowerSpectrum
 from tests.figures.collisions import overlaps, written
 
 T = np.linspace(0.0, 2.0, 201)
 
 
 def panel(values: np.ndarray, time: np.ndarray = T, log: bool = False) -> list[Panel]:
-    curve = Curve("ball 0", time, values, "k")
+    curve = PanelLine("ball 0", time, values, "k")
     return [Panel("angles", "Balls", TIME, "ball angle [deg]", curves=(curve,), log=log)]
 
 
@@ -46,7 +46,7 @@ def test_one_wild_run_flattens_no_other(
 def test_a_legend_covers_no_curve(tmp_path: Path, drawn: list[Figure]) -> None:
     """However many entries it has, and in whichever column."""
     time = np.linspace(0.0, 2.0, 50)
-    curves = tuple(Curve(f"ball {k}", time, np.sin(time + 7 * k), "k") for k in range(8))
+    curves = tuple(PanelLine(f"ball {k}", time, np.sin(time + 7 * k), "k") for k in range(8))
     levels = ((0.5, "opposite the unbalance"),)
     made = Panel("angles", "Balls", TIME, "ball angle [deg]", 0.8, curves, levels)
     report_picture(grid_of("ab", [[made], [made]]), tmp_path / "report.png")
@@ -71,7 +71,7 @@ def test_a_spectrum_has_no_floor_that_looks_like_data() -> None:
     """Of a sine, what is far below it is not drawn at all; of nothing, nothing."""
     for size, shown in ((1.0, True), (0.0, False)):
         time = np.arange(20_000) * 1e-3
-        spectrum = Spectrum(len(time))
+        spectrum = PowerSpectrum(len(time))
         wave = size * np.sin(2.0 * np.pi * 125.0 * time)[:, None]
         spectrum.take(np.arange(len(time)), time, wave)
         (found,) = (each for each in panels_of(data(spectrum)) if each.key == "spectrum")
@@ -84,7 +84,7 @@ def test_a_spectrum_has_no_floor_that_looks_like_data() -> None:
             assert len(y) < len(found.curves[0].y)
 
 
-def data(spectrum: Spectrum) -> Any:
+def data(spectrum: PowerSpectrum) -> Any:
     """As ``gather`` gives it, of a run of which there is a vibration only."""
     fall = SimpleNamespace(amplitudes=np.empty((1, 0)), edges=np.array([0.0, 0.0]))
     none = np.empty((0, 3))

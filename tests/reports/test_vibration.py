@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import welch
 
 from ab_sim.reports.envelope import Envelope
-from ab_sim.reports.vibration import OncePerTurn, Segments, Spectrum, Waterfall
+from ab_sim.reports.vibration_spectra import OncePerTurn, WelchSegments, PowerSpectrum, Waterfall
 
 RATE = 1000.0
 
@@ -23,7 +23,7 @@ def test_the_spectrum_is_welchs() -> None:
     time = np.arange(20_000) / RATE
     noise = np.random.default_rng(0).normal(size=(2, len(time)))
     axes = np.column_stack([3 + 2 * np.sin(2 * math.pi * 50 * time), np.cos(900 * time)]) + noise.T
-    spectrum = Spectrum(len(time))
+    spectrum = PowerSpectrum(len(time))
     for part in blocks(np.column_stack([np.arange(len(time)), time, axes])):
         spectrum.take(part[:, 0], part[:, 1], part[:, 2:])
     frequencies, density = welch(axes, RATE, nperseg=spectrum.length, axis=0)
@@ -38,7 +38,7 @@ def test_the_spectrum_is_welchs() -> None:
 @pytest.mark.parametrize("size", [1, 7, 64, 1000])
 def test_segments_do_not_depend_on_blocks(size: int) -> None:
     rows = np.column_stack([np.arange(1000), np.random.default_rng(0).normal(size=1000)])
-    segments = Segments(64, 48)
+    segments = WelchSegments(64, 48)
     found = [each for part in blocks(rows, size) for each in segments.take(part)]
     assert [each[0, 0] for each in found] == list(range(0, 1000 - 63, 48))
     for each in found:
@@ -48,7 +48,7 @@ def test_segments_do_not_depend_on_blocks(size: int) -> None:
 @pytest.mark.parametrize("size", [1, 100, 5000])
 def test_no_segment_lies_across_a_gap(size: int) -> None:
     steps = np.concatenate([np.arange(100), np.arange(130, 500), np.arange(500, 3000, 10)])
-    segments = Segments(64, 64)
+    segments = WelchSegments(64, 64)
     found = [each for part in blocks(steps[:, None], size) for each in segments.take(part)]
     assert segments.stride == 1.0
     for each in found:

@@ -13,14 +13,14 @@ from ab_sim.errors import SceneError
 from ab_sim.scene import check_scene
 from ab_sim.scene.profile_file import load_profile
 from ab_sim.scene.profiles import AnyProfile
-from ab_sim.spindle import SpeedProfile, top_speed_of
-from ab_sim.spindle.course import Course
+from ab_sim.spindle import SpeedSchedule, top_speed_of
+from ab_sim.spindle.schedule_in_progress import ScheduleInProgress
 
 QUIET = {"vibration_rms_below": 0.5, "over": 0.1, "at_most": 4.0}
 
 
-def profile_of(*segments: dict[str, Any], first: float = 0.0) -> SpeedProfile:
-    return SpeedProfile.asked(asked(*segments), first)
+def profile_of(*segments: dict[str, Any], first: float = 0.0) -> SpeedSchedule:
+    return SpeedSchedule.asked(asked(*segments), first)
 
 
 def asked(*segments: dict[str, Any]) -> AnyProfile:
@@ -49,11 +49,11 @@ def test_closed_forms_up_and_down_through_zero() -> None:
 
 def test_a_start_up_with_a_hold_is_a_list_of_segments() -> None:
     """The thesis' start-up, said in both ways, is the same to the bit."""
-    one = SpeedProfile.start_up(0.0, 40.0, 200.0, period=(100.0, 0.5, 0.0))
+    one = SpeedSchedule.start_up(0.0, 40.0, 200.0, period=(100.0, 0.5, 0.0))
     other = profile_of(
         {"to": 100, "acceleration": 40}, {"hold": 0.5}, {"to": 200, "acceleration": 40}
     )
-    assert one.pieces == other.pieces
+    assert one.segments == other.segments
 
 
 SPEEDS, SHORT = st.floats(-400, 400), st.floats(1e-6, 10)
@@ -69,11 +69,11 @@ def test_speed_and_angle_are_continuous_and_breakpoints_are_where_they_belong(
     first: float, segments: list[dict[str, Any]]
 ) -> None:
     profile = profile_of(*segments, first=first)
-    assert len(profile.pieces) == len(segments) + 1
+    assert len(profile.segments) == len(segments) + 1
     # Times are rounded, and late ones more.
     blurred = 1e-9 + 8.0 * math.ulp(profile.end) * profile.steepest
     due, speed, angle = 0.0, first, 0.0
-    for segment, piece in zip(segments, profile.pieces, strict=False):
+    for segment, scheduled in zip(segments, profile.segments, strict=False):
         # By itself: how long each lasts, and what has been turned by its mean speed.
         if "to" in segment:
             end = segment["to"]
@@ -81,10 +81,10 @@ def test_speed_and_angle_are_continuous_and_breakpoints_are_where_they_belong(
         else:
             lasts = segment.get("hold") or segment["duration"]
             end = speed + segment.get("acceleration", 0.0) * lasts
-        assert piece.start == pytest.approx(due, rel=1e-12, abs=1e-12)
-        assert piece.segment.speed(0.0) == pytest.approx(speed, rel=1e-12, abs=1e-9)
-        assert piece.segment.speed(piece.end - piece.start) == pytest.approx(end, abs=blurred)
-        assert piece.start_angle == pytest.approx(angle, rel=1e-9, abs=1e-6)
+        assert scheduled.start == pytest.approx(due, rel=1e-12, abs=1e-12)
+        assert scheduled.segment.speed(0.0) == pytest.approx(speed, rel=1e-12, abs=1e-9)
+        assert scheduled.segment.speed(scheduled.end - scheduled.start) == pytest.approx(end, abs=blurred)
+        assert scheduled.start_angle == pytest.approx(angle, rel=1e-9, abs=1e-6)
         due, angle, speed = due + lasts, angle + 0.5 * (speed + end) * lasts, end
     assert profile.end == pytest.approx(due, rel=1e-12, abs=1e-12)
     assert profile.speed(profile.end + 1.0) == pytest.approx(speed, abs=1e-9)
@@ -95,7 +95,7 @@ def test_speed_and_angle_are_continuous_and_breakpoints_are_where_they_belong(
 
 
 def test_a_course_goes_on_from_where_a_condition_was_met() -> None:
-    course = Course(
+    course = ScheduleInProgress(
         asked(
             {"to": 100, "acceleration": 50},
             {"until": QUIET, "acceleration": 5},
@@ -119,12 +119,12 @@ def test_a_course_goes_on_from_where_a_condition_was_met() -> None:
 
 
 def test_a_course_says_what_is_held_and_along_what_speed_changes() -> None:
-    held = Course(asked({"hold": 2.5}, {"until": QUIET}, {"to": -70, "acceleration": 7}), 70.0)
+    held = ScheduleInProgress(asked({"hold": 2.5}, {"until": QUIET}, {"to": -70, "acceleration": 7}), 70.0)
     assert held.words(0) == "hold 70 rad/s for 2.5 s"
     assert held.words(1) == "hold 70 rad/s until vibration below 0.5 m/s^2, at most 4 s"
     assert held.words(2) == "from 70 to -70 rad/s at -7 rad/s^2"
     change = load_profile("{kind: speed_change, to_speed: 90, start_time: 1, duration: 2}").profile
-    course = Course(change, 70.0)
+    course = ScheduleInProgress(change, 70.0)
     assert course.count == 2 and course.until(0) is None
     assert course.words(0) == "hold 70 rad/s for 1 s"
     assert course.words(1) == "from 70 to 90 rad/s along a raised cosine in 2 s"
@@ -143,7 +143,7 @@ def test_a_drive_follows_segments_exactly(scene: Any) -> None:
         {"to": -20.0, "acceleration": 99.0},
     )
     assert check_scene(made.as_mapping(), "again") == made
-    drive, profile = Drive(made), SpeedProfile.of_scene(made)
+    drive, profile = Drive(made), SpeedSchedule.of_scene(made)
     path = drive.advance(1200)
     for t, speed, angle in zip(path["time"], path["speed"], path["angle"], strict=True):
         assert speed == pytest.approx(profile.speed(t), abs=1e-11)
@@ -157,8 +157,8 @@ def test_without_measurements_conditions_are_refused_by_name(scene: Any) -> None
         Drive(made)
     Drive(made, commanded=True)
     assert top_speed_of(made) == explain(made)["top_speed"] == 100.0
-    lasting = SpeedProfile.asked(made.profile.lasting, 0.0)
-    assert lasting.pieces == SpeedProfile.asked(made.profile, 0.0).pieces
+    lasting = SpeedSchedule.asked(made.profile.lasting, 0.0)
+    assert lasting.segments == SpeedSchedule.asked(made.profile, 0.0).segments
 
 
 @pytest.mark.parametrize(

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from ab_sim.compiling import compiled
-from ab_sim.drive.way import Way
-from ab_sim.dynamics.assemble import start_modes, start_state, state_bounds, system_of
+from ab_sim.drive.step_plan import StepPlan
+from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds, system_of
 from ab_sim.events.run import DIRECTION, LOADED, TURNS, Run
 from ab_sim.integrate.steppers.rk8 import RK8
 from ab_sim.kernels.code import code_of
 from ab_sim.scene import load_scene
-from ab_sim.spindle import SpeedProfile
-from ab_sim.spindle.stretches import Grid
+from ab_sim.spindle import SpeedSchedule
+from ab_sim.spindle.step_ranges import StepGrid
 from ab_sim.stepping.assemble import run_of
 from ab_sim.stepping.fixed_step import (
     ANGLE,
@@ -51,14 +51,14 @@ class Drive:
     def __init__(self, name: str, translated: bool = True) -> None:
         scene = load_scene(name, [*SCENES[name], "solver.stepper=rk8"])
         system, step = system_of(scene), float(scene.solver.step)
-        profile = SpeedProfile.of_scene(scene)
-        self.legs = [leg for leg, _ in Way.along(profile, Grid(step, step), 0).after(0)]
+        profile = SpeedSchedule.of_scene(scene)
+        self.legs = [leg for leg, _ in StepPlan.along(profile, StepGrid(step, step), 0).after(0)]
         weights = RK8.weights
         kind = self.legs[0].kind
         assert all(leg.kind is kind for leg in self.legs)
         code = code_of(system, kind)
         address = code.step(weights.a, weights.b, weights.c)
-        state, discrete = start_state(scene, system), start_modes(scene, system)
+        state, discrete = start_state(scene, system), start_discrete_state(scene, system)
         bounds = state_bounds(system, step)
         self.run = run_of(system, code, address, step, state, discrete, bounds)
         self.width = self.run.ball_column + ANGLE + 2 * self.run.balls.number

@@ -19,13 +19,13 @@ from ab_sim.figures.accuracy_cost import accuracy_figure
 from ab_sim.integrate.registry import stepper_named, steppers
 from ab_sim.scene import check_scene, load_scene
 from ab_sim.scene.load import with_solver
-from ab_sim.studies.accuracy_cost import AccuracyCost, Bound, SettingCost, measure
+from ab_sim.studies.accuracy_cost import AccuracyCost, ErrorBound, SettingCost, measure
 from ab_sim.studies.accuracy_cost import families as families_module
 from ab_sim.studies.accuracy_cost.collocation import gauss_nodes
-from ab_sim.studies.accuracy_cost.energy import ledger_refusal
+from ab_sim.studies.accuracy_cost.energy import energy_balance_refusal
 from ab_sim.studies.accuracy_cost.families import all_families
 from ab_sim.studies.accuracy_cost.mujoco_peer import MuJoCo, mujoco_refusal
-from ab_sim.studies.accuracy_cost.ours import Stepping
+from ab_sim.studies.accuracy_cost.ours import OwnStepper
 from ab_sim.studies.accuracy_cost.reference import event_reference, smooth_reference
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
 from ab_sim.studies.accuracy_cost.sampling import LADDER, sampling_of
@@ -154,7 +154,7 @@ def test_mujoco_starts_as_the_scene_does() -> None:
     }
     scene = made(**merge(SMOOTH, {"start": start, "duration": 0.12}))
     sampling = sampling_of(scene)
-    peer, own = MuJoCo(scene, sampling, 0.1e-3), Stepping(scene, sampling, "rk8", 0.5e-3)
+    peer, own = MuJoCo(scene, sampling, 0.1e-3), OwnStepper(scene, sampling, "rk8", 0.5e-3)
     peer.prepare()
     unit = scene.whirl_unit[0]
     found = deviation(peer.samples(peer.run()), Samples.of(own.drive.advance(240)), unit)
@@ -215,8 +215,8 @@ def test_the_reference_meets_the_independent_simulator() -> None:
 
 
 def test_errors_below_the_uncertainty_are_bounds() -> None:
-    assert str(Bound.of(1e-15, 3e-13)) == "<= 3.0e-13"
-    assert str(Bound.of(2e-9, 3e-13)) == "2.0e-09"
+    assert str(ErrorBound.of(1e-15, 3e-13)) == "<= 3.0e-13"
+    assert str(ErrorBound.of(2e-9, 3e-13)) == "2.0e-09"
     for row in study().rows:
         assert row.failure or (row.errors and row.errors.angle.value >= study().uncertainty.angle)
 
@@ -231,8 +231,8 @@ def test_energy_errors_fall_with_the_motions() -> None:
 
 
 def test_without_spindle_acceleration_there_is_no_energy_balance() -> None:
-    assert "ledger" in ledger_refusal(made(effects={"spindle_acceleration": None}))
-    assert ledger_refusal(made()) == ""
+    assert "energy balance" in energy_balance_refusal(made(effects={"spindle_acceleration": None}))
+    assert energy_balance_refusal(made()) == ""
 
 
 def test_the_cheapest_setting_for_an_error() -> None:
@@ -261,7 +261,7 @@ def test_the_reference_of_a_scene_with_events_is_another_steppers() -> None:
     assert {"steppers", "location of events"} <= set(reference.shares)
     assert reference.samples_for("rk8") is reference.second
     assert reference.samples_for("rk4") is reference.first
-    run = Stepping(scene, sampling, "rk8", 1e-3)
+    run = OwnStepper(scene, sampling, "rk8", 1e-3)
     found = deviation(run.samples(run.run()), reference.samples_for("rk8"), scene.whirl_unit[0])
     assert run.events > 0
     assert found.angle < 1e-10 and reference.uncertainty.angle < 1e-11

@@ -9,7 +9,7 @@ import numpy as np
 
 from ab_sim.tracing.c_text import c_function
 from ab_sim.tracing.expression import Expression
-from ab_sim.tracing.llvm_text import Body, Function, Place, Shape, module_text
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, module_text
 from ab_sim.tracing.machine_code import MachineCode
 from ab_sim.tracing.plain import python_function
 from ab_sim.tracing.unrolled import name_of, unrolled
@@ -58,11 +58,11 @@ def by_machine(
     """The same by machine code made here; runs in lanes as the shape says."""
     balls, lanes = shape
     into = Function("evaluate", ["x", "out"], shape)
-    places = {name: Place("x", k) for k, name in enumerate(NAMES)}
-    places |= {name: Place("x", len(NAMES) + k * balls) for k, name in enumerate(EACH)}
+    places = {name: MemorySlot("x", k) for k, name in enumerate(NAMES)}
+    places |= {name: MemorySlot("x", len(NAMES) + k * balls) for k, name in enumerate(EACH)}
     body, at = Body(into, places), 0
     for root in roots:
-        body.store(root, Place("out", at))
+        body.store(root, MemorySlot("out", at))
         at += balls if root.each else 1
     code = MachineCode(module_text([into]), features)
     function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(code.address("evaluate"))

@@ -8,7 +8,7 @@ import numpy as np
 from ab_sim.analysis.equilibria.extremes import known_positions, positions_at
 from ab_sim.analysis.equilibria.finder import BEST, WORST, found_states
 from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, phase, radii
-from ab_sim.analysis.equilibria.resting import LEFT_OUT, Rotor, resting_system, rotor_of
+from ab_sim.analysis.equilibria.resting import LEFT_OUT, ClosedFormRotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState, resting_state
 from ab_sim.dynamics.system import System
 from ab_sim.presentation import Column, Columns, Presented, number
@@ -92,12 +92,12 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
     return Equilibria(scene.name, speed, tuple(states), left, rotor is None, known)
 
 
-def resting_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:
+def resting_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
     """By the closed forms; arguments as ``resting_state`` takes them."""
     return [*clustered_states(system, rotor, speed), *balanced_states(system, rotor, speed)]
 
 
-def clustered_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:
+def clustered_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
     """Those with W > 0: balls on the side of the displacement and opposite."""
     found = []
     for pattern in patterns_of(rotor):
@@ -108,7 +108,7 @@ def clustered_states(system: System, rotor: Rotor, speed: float) -> list[Resting
 
 
 def clustered_state(
-    system: System, rotor: Rotor, speed: float, pattern: Pattern, roots: list[float], rank: int
+    system: System, rotor: ClosedFormRotor, speed: float, pattern: Pattern, roots: list[float], rank: int
 ) -> RestingState:
     """Of a pattern's radii, the state with the one at this rank."""
     u, theta = clustered_place(rotor, speed, pattern, roots[rank])
@@ -117,7 +117,7 @@ def clustered_state(
 
 
 def clustered_place(
-    rotor: Rotor, speed: float, pattern: Pattern, W: float
+    rotor: ClosedFormRotor, speed: float, pattern: Pattern, W: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Displacement [m] and ball angles [rad] of a pattern at one of its radii W [m]."""
     phi = phase(rotor, pattern.moment, speed, W)
@@ -125,7 +125,7 @@ def clustered_place(
     return u, np.array([phi if sign > 0 else _opposite(phi) for sign in pattern.signs])
 
 
-def balanced_states(system: System, rotor: Rotor, speed: float) -> list[RestingState]:
+def balanced_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
     """The balanced set; of three and more balls a symmetric, the worst and the best position."""
     if speed == 0.0:
         return [_standing(system, rotor)]
@@ -143,7 +143,7 @@ def balanced_states(system: System, rotor: Rotor, speed: float) -> list[RestingS
     ]  # fmt: skip
 
 
-def balanced_state(system: System, rotor: Rotor, speed: float, theta: np.ndarray) -> RestingState:
+def balanced_state(system: System, rotor: ClosedFormRotor, speed: float, theta: np.ndarray) -> RestingState:
     """The state with W = 0 at a balanced position [rad]."""
     n = len(theta)
     zeros = max(0, n - 2, _turning(rotor))
@@ -152,13 +152,13 @@ def balanced_state(system: System, rotor: Rotor, speed: float, theta: np.ndarray
     return resting_state(system, speed, "balanced", np.zeros(2), theta, zeros, ways, alike)
 
 
-def _standing(system: System, rotor: Rotor) -> RestingState:
+def _standing(system: System, rotor: ClosedFormRotor) -> RestingState:
     """Nothing turns: balls rest wherever they are put, here at 0."""
     n = len(rotor.moments)
     return resting_state(system, 0.0, "standing", np.zeros(2), np.zeros(n), n)
 
 
-def _turning(rotor: Rotor) -> int:
+def _turning(rotor: ClosedFormRotor) -> int:
     """1 if states can be turned about the shaft, for no unbalance says where theta counts from."""
     return int(rotor.unbalance == 0.0 and len(rotor.moments) > 0)
 

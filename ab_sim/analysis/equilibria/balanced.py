@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from ab_sim.analysis.equilibria.resting import Rotor
+from ab_sim.analysis.equilibria.resting import ClosedFormRotor
 from ab_sim.drive import balance
 
 LEVELS = 17
@@ -31,12 +31,12 @@ SAME = 1e-12
 """Values of rho this near to each other are one."""
 
 
-def can_balance(rotor: Rotor) -> bool:
+def can_balance(rotor: ClosedFormRotor) -> bool:
     """Whether balls can cancel the unbalance: the vectors close to a polygon."""
     return balance.can_balance(rotor.unbalance, rotor.moments)
 
 
-def symmetric(rotor: Rotor) -> np.ndarray | None:
+def symmetric(rotor: ClosedFormRotor) -> np.ndarray | None:
     """The balanced position that is its own mirror image, of equal balls; None of others.
 
     Pairs at +-beta, and of an odd number the last one at pi.
@@ -52,12 +52,12 @@ def symmetric(rotor: Rotor) -> np.ndarray | None:
     return np.array([-beta, beta] * (n // 2) + [math.pi] * odd)
 
 
-def completed(rotor: Rotor, given: np.ndarray) -> np.ndarray | None:
+def completed(rotor: ClosedFormRotor, given: np.ndarray) -> np.ndarray | None:
     """``balance.completed``, of a rotor."""
     return balance.completed(rotor.unbalance, rotor.moments, given)
 
 
-def positions(rotor: Rotor) -> np.ndarray:
+def positions(rotor: ClosedFormRotor) -> np.ndarray:
     """Balanced positions from one end of the set to the other, shape (some, n).
 
     The first is ``symmetric`` where there is such a one. Of one ball and of two there is one
@@ -70,7 +70,7 @@ def positions(rotor: Rotor) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def _positions(unbalance: float, moments: tuple[float, ...], kinds: tuple[int, ...]) -> np.ndarray:
-    rotor = Rotor(1.0, unbalance, 0.0, 0.0, 0.0, moments, kinds)
+    rotor = ClosedFormRotor(1.0, unbalance, 0.0, 0.0, 0.0, moments, kinds)
     n, middle = len(moments), symmetric(rotor)
     if n <= 2:
         return np.array([completed(rotor, np.empty(0)) if middle is None else middle])
@@ -83,7 +83,7 @@ def _positions(unbalance: float, moments: tuple[float, ...], kinds: tuple[int, .
     return np.array(found)
 
 
-def ends(rotor: Rotor) -> tuple[np.ndarray, np.ndarray]:
+def ends(rotor: ClosedFormRotor) -> tuple[np.ndarray, np.ndarray]:
     """Balanced positions of three and more balls with the smallest and the largest rho."""
     _, low, high = _ends(rotor.unbalance, rotor.moments, rotor.kinds)
     return low, high
@@ -94,7 +94,7 @@ def _ends(
     unbalance: float, moments: tuple[float, ...], kinds: tuple[int, ...]
 ) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
     """Some positions, and the two ends of the set."""
-    rotor = Rotor(1.0, unbalance, 0.0, 0.0, 0.0, moments, kinds)
+    rotor = ClosedFormRotor(1.0, unbalance, 0.0, 0.0, 0.0, moments, kinds)
     n, middle = len(moments), symmetric(rotor)
     draw = np.random.default_rng(0)
     starts = [] if middle is None else [middle]
@@ -105,7 +105,7 @@ def _ends(
     return starts, sound[0], sound[-1]
 
 
-def position_at(rotor: Rotor, rho: float) -> np.ndarray:
+def position_at(rotor: ClosedFormRotor, rho: float) -> np.ndarray:
     """A balanced position of three and more balls with a rho between those of the ``ends``."""
     known = sorted(positions(rotor), key=lambda x: abs(doubling(rotor, x) - rho))
     if abs(doubling(rotor, known[0]) - rho) <= SAME:
@@ -117,13 +117,13 @@ def position_at(rotor: Rotor, rho: float) -> np.ndarray:
     return next((x for x in tries if x is not None), known[0])
 
 
-def _there(rotor: Rotor, starts: np.ndarray) -> list[np.ndarray]:
+def _there(rotor: ClosedFormRotor, starts: np.ndarray) -> list[np.ndarray]:
     """Balanced positions near others, where there are."""
     return [x for x in (_closed(rotor, start) for start in starts) if x is not None]
 
 
 def _between(
-    rotor: Rotor,
+    rotor: ClosedFormRotor,
     low: np.ndarray,
     high: np.ndarray,
     starts: list[np.ndarray],
@@ -141,13 +141,13 @@ def _between(
     return [*found, high]
 
 
-def doubling(rotor: Rotor, theta: np.ndarray) -> float:
+def doubling(rotor: ClosedFormRotor, theta: np.ndarray) -> float:
     """rho, of balls that differ weighed by m_i R: 1 where all are on one line through the shaft."""
     moments = np.array(rotor.moments)
     return float(abs(moments @ np.exp(2j * theta)) / moments.sum())
 
 
-def _closed(rotor: Rotor, theta: np.ndarray, level: float | None = None) -> np.ndarray | None:
+def _closed(rotor: ClosedFormRotor, theta: np.ndarray, level: float | None = None) -> np.ndarray | None:
     """The nearest balanced position, by Newton's method; with a level, at that rho."""
     moments = np.array(rotor.moments)
     total = moments.sum()
@@ -170,7 +170,7 @@ def _closed(rotor: Rotor, theta: np.ndarray, level: float | None = None) -> np.n
     return theta if np.abs(off).max() <= 1e-13 * len(moments) else None
 
 
-def _extreme(rotor: Rotor, start: np.ndarray, sense: float) -> np.ndarray | None:
+def _extreme(rotor: ClosedFormRotor, start: np.ndarray, sense: float) -> np.ndarray | None:
     """A balanced position where rho is smallest (sense 1) or largest (-1) nearby."""
     moments = np.array(rotor.moments) / sum(rotor.moments)
     unbalance = rotor.unbalance / sum(rotor.moments)

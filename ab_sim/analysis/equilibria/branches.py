@@ -11,9 +11,9 @@ from ab_sim.analysis.equilibria.balanced import can_balance
 from ab_sim.analysis.equilibria.extremes import positions_at
 from ab_sim.analysis.equilibria.finder import BEST, WORST
 from ab_sim.analysis.equilibria.folds import Fold, folds_of
-from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch, grid_between, stretch_of
+from ab_sim.analysis.equilibria.over_speed import OverSpeed, BranchInterval, grid_between, stretch_of
 from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, radii
-from ab_sim.analysis.equilibria.resting import Rotor, resting_system, rotor_of
+from ab_sim.analysis.equilibria.resting import ClosedFormRotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.analysis.equilibria.traced import traced_branches
 from ab_sim.analysis.results import Result, Results
@@ -55,19 +55,19 @@ def branches_over_speed(
     patterns = patterns_of(rotor)
     if len(rotor.moments) > MANY and len(speeds) > FEWER:
         speeds = speeds[np.linspace(0, len(speeds) - 1, FEWER).astype(int)]
-    stretches: list[Stretch] = []
+    intervals: list[BranchInterval] = []
     folds: list[tuple[str, Fold]] = []
     for k, pattern in enumerate(patterns):
         if progress is not None:
             progress(pattern.label, k, len(patterns) + 1)
         own = [f for f in folds_of(rotor, pattern.moment) if speeds[0] < f.speed < speeds[-1]]
         folds += [(pattern.label, fold) for fold in own]
-        stretches += _clustered(system, rotor, pattern, own, speeds)
+        intervals += _clustered(system, rotor, pattern, own, speeds)
     if progress is not None:
         progress("balanced", len(patterns), len(patterns) + 1)
-    stretches += _balanced(system, rotor, speeds)
+    intervals += _balanced(system, rotor, speeds)
     folds.sort(key=lambda each: each[1])
-    return OverSpeed((float(speeds[0]), float(speeds[-1])), tuple(stretches), tuple(folds))
+    return OverSpeed((float(speeds[0]), float(speeds[-1])), tuple(intervals), tuple(folds))
 
 
 def kept_branches(scene: Scene, speeds: np.ndarray, progress: Progress | None = None) -> OverSpeed:
@@ -80,8 +80,8 @@ def kept_branches(scene: Scene, speeds: np.ndarray, progress: Progress | None = 
 
 
 def _clustered(
-    system: System, rotor: Rotor, pattern: Pattern, folds: list[Fold], speeds: np.ndarray
-) -> Iterator[Stretch]:
+    system: System, rotor: ClosedFormRotor, pattern: Pattern, folds: list[Fold], speeds: np.ndarray
+) -> Iterator[BranchInterval]:
     """Between folds the number of radii does not change, nor does their order.
 
     But where balls weigh just what balances: a branch then ends in the balanced set, with W = 0.
@@ -102,7 +102,7 @@ def _clustered(
 
 
 def _changes(
-    rotor: Rotor, pattern: Pattern, low: float, high: float, speeds: np.ndarray
+    rotor: ClosedFormRotor, pattern: Pattern, low: float, high: float, speeds: np.ndarray
 ) -> Iterator[float]:
     """Speeds [rad/s] between two folds at which the number of radii changes."""
 
@@ -121,7 +121,7 @@ def _changes(
         yield two
 
 
-def _balanced(system: System, rotor: Rotor, speeds: np.ndarray) -> Iterator[Stretch]:
+def _balanced(system: System, rotor: ClosedFormRotor, speeds: np.ndarray) -> Iterator[BranchInterval]:
     """The balanced set: its position, or of three and more balls a symmetric, worst and best one.
 
     Which position is worst can change with speed.

@@ -26,7 +26,7 @@ STEP = 0.05
 MOST_POINTS = 4000
 
 
-class Point(NamedTuple):
+class CurvePoint(NamedTuple):
     """On a curve of resting states."""
 
     speed: float
@@ -36,20 +36,20 @@ class Point(NamedTuple):
     """Whether the speed turns here."""
 
 
-class Curve:
+class EquilibriumCurve:
     """Resting states of a system, as a curve in z = (state / scale, speed / fastest)."""
 
     def __init__(self, system: System, fastest: float) -> None:
         self.system, self.fastest = system, fastest
         self.scales: Scales = scales_of(system, fastest)
 
-    def z(self, point: Point) -> np.ndarray:
+    def z(self, point: CurvePoint) -> np.ndarray:
         """Without units."""
         return np.append(point.state / self.scales.state, point.speed / self.fastest)
 
-    def point(self, z: np.ndarray) -> Point:
+    def point(self, z: np.ndarray) -> CurvePoint:
         """With units."""
-        return Point(float(z[-1]) * self.fastest, z[:-1] * self.scales.state)
+        return CurvePoint(float(z[-1]) * self.fastest, z[:-1] * self.scales.state)
 
     def off(self, z: np.ndarray) -> np.ndarray:
         """The slope, 0 on the curve."""
@@ -84,7 +84,7 @@ class Curve:
                 return z
         return None
 
-    def traced(self, start: Point, sense: float, low: float, high: float) -> list[Point]:
+    def traced(self, start: CurvePoint, sense: float, low: float, high: float) -> list[CurvePoint]:
         """From a point on, at first with the speed rising (1) or falling (-1), within speeds.
 
         Until it leaves the range of speeds, comes back, or ends. Folds are among the points.
@@ -106,7 +106,7 @@ class Curve:
             if not low <= point.speed <= high:
                 edge = low if point.speed < low else high
                 state = converged(self.system, edge, _between(found[-1], point, edge))
-                return found if state is None else [*found, Point(edge, state)]
+                return found if state is None else [*found, CurvePoint(edge, state)]
             found.append(point)
             if len(found) > 5 and np.abs(z - first).max() < 0.5 * STEP:
                 return [*found, start]
@@ -121,12 +121,12 @@ class Curve:
         return at(float(part))
 
 
-def _between(one: Point, two: Point, speed: float) -> np.ndarray:
+def _between(one: CurvePoint, two: CurvePoint, speed: float) -> np.ndarray:
     part = (speed - one.speed) / (two.speed - one.speed)
     return one.state + part * (two.state - one.state)
 
 
-def monotone(points: list[Point]) -> Iterator[list[Point]]:
+def monotone(points: list[CurvePoint]) -> Iterator[list[CurvePoint]]:
     """A curve's parts along which the speed rises, each put in that order."""
     moved = [k == 0 or points[k].speed != points[k - 1].speed for k in range(len(points))]
     points = [point for point, new in zip(points, moved, strict=True) if new]
@@ -139,7 +139,7 @@ def monotone(points: list[Point]) -> Iterator[list[Point]]:
             yield part if part[-1].speed > part[0].speed else part[::-1]
 
 
-def state_along(system: System, part: list[Point], speed: float) -> np.ndarray:
+def state_along(system: System, part: list[CurvePoint], speed: float) -> np.ndarray:
     """The state of a monotone part at a speed."""
     speeds = np.array([point.speed for point in part])
     k = int(np.clip(np.searchsorted(speeds, speed), 1, len(part) - 1))
@@ -148,7 +148,7 @@ def state_along(system: System, part: list[Point], speed: float) -> np.ndarray:
     return start if found is None else found
 
 
-def lies_on(parts: list[list[Point]], system: System, point: Point) -> bool:
+def lies_on(parts: list[list[CurvePoint]], system: System, point: CurvePoint) -> bool:
     """Whether a state is on one of the parts known, equal balls changing places."""
     return any(
         same(system, point.speed, state_along(system, part, point.speed), point.state)

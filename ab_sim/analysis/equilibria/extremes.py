@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ab_sim.analysis.equilibria.balanced import doubling, ends, position_at, positions, symmetric
-from ab_sim.analysis.equilibria.resting import Rotor, field_at, state_of
+from ab_sim.analysis.equilibria.resting import ClosedFormRotor, field_at, state_of
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import MOMENT, RACE_RADIUS, ROLLING_MASS, System
 
@@ -30,7 +30,7 @@ ALL, SAMPLED = "all", "sampled"
 Growth = Callable[[np.ndarray], np.ndarray]
 
 
-def known_positions(rotor: Rotor | None, balls: int) -> str | None:
+def known_positions(rotor: ClosedFormRotor | None, balls: int) -> str | None:
     """Of which balanced positions worst and best are known: ``ALL`` or ``SAMPLED`` ones.
 
     Args:
@@ -45,7 +45,7 @@ def known_positions(rotor: Rotor | None, balls: int) -> str | None:
     return ALL if rotor is not None and len({*rotor.kinds}) == 1 else SAMPLED
 
 
-def positions_at(system: System, rotor: Rotor, speed: float) -> list[np.ndarray]:
+def positions_at(system: System, rotor: ClosedFormRotor, speed: float) -> list[np.ndarray]:
     """Balanced positions [rad] of which one is worst and one is best at a speed [rad/s], not 0.
 
     Of three and more equal balls the symmetric one, and the worst and the best of all; of others
@@ -95,12 +95,12 @@ def growths(system: System, speed: float, theta: np.ndarray) -> Growth:
         theta: any balanced position with rho < 1.
     """
     layout, n = layout_of(system), len(theta)
-    mass, moment = system.carrier.total_mass, float(system.balls[0, MOMENT])
+    mass, moment = system.deck_model.total_mass, float(system.balls[0, MOMENT])
     inertia = float(system.balls[0, ROLLING_MASS] * system.balls[0, RACE_RADIUS] ** 2)
     tangents = np.array([-np.sin(theta), np.cos(theta)])
     turn, reach, along = np.linalg.svd(tangents)
     basis = np.zeros((layout.size, 8))
-    basis[layout.carrier, :4] = np.kron(np.eye(2), turn)
+    basis[layout.deck, :4] = np.kron(np.eye(2), turn)
     basis[layout.angles, 4:6], basis[layout.rates, 6:] = along[:2].T, along[:2].T
     jacobian = field_at(system, speed).jacobian(0.0, state_of(system, speed, np.zeros(2), theta))
     across = along[2:].T if n > 2 else np.zeros((n, 0))

@@ -14,7 +14,7 @@ import numpy as np
 
 from ab_sim.analysis.equilibria.balanced import positions
 from ab_sim.analysis.equilibria.patterns import patterns_of, phase, radii
-from ab_sim.analysis.equilibria.resting import Rotor, base_rotor_of, field_at, kinds_of, state_of
+from ab_sim.analysis.equilibria.resting import ClosedFormRotor, base_rotor_of, field_at, kinds_of, state_of
 from ab_sim.analysis.equilibria.states import RestingState, resting_state, wrapped
 from ab_sim.dynamics.system import MASS, RACE_RADIUS, System
 
@@ -48,7 +48,7 @@ class Scales(NamedTuple):
 def scales_of(system: System, speed: float) -> Scales:
     """Lengths in units of all unbalance over all mass, rates in those of the speed."""
     moments = system.balls[:, MASS] * system.balls[:, RACE_RADIUS]
-    length = (system.carrier.unbalance + float(moments.sum())) / system.carrier.total_mass
+    length = (system.deck_model.unbalance + float(moments.sum())) / system.deck_model.total_mass
     rate, n = max(abs(speed), 1e-6), len(system.balls)
     length = max(length, 1e-9)
     deck = [length, length, length * rate, length * rate]
@@ -177,7 +177,7 @@ def same(system: System, speed: float, one: np.ndarray, two: np.ndarray) -> bool
 
 
 def _starts(system: System, speed: float) -> list[np.ndarray]:
-    rotor: Rotor = base_rotor_of(system)
+    rotor: ClosedFormRotor = base_rotor_of(system)
     n = len(system.balls)
     found = [state_of(system, speed, np.zeros(2), theta) for theta in positions(rotor)]
     for pattern in patterns_of(rotor):

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ab_sim.analysis.equilibria.resting import Rotor
+from ab_sim.analysis.equilibria.resting import ClosedFormRotor
 
 ASIDE = np.geomspace(1e-9, 1e9, 6001)
 """tan(-phi/2) of the points at which the curve is looked at."""
@@ -36,14 +36,14 @@ class Fold(NamedTuple):
     """appear or vanish, while the speed rises."""
 
 
-def folds_of(rotor: Rotor, moment: float) -> list[Fold]:
+def folds_of(rotor: ClosedFormRotor, moment: float) -> list[Fold]:
     """All folds of a pattern with S = ``moment`` [kg m], by rising speed."""
     if rotor.unbalance == 0.0 or rotor.damping == 0.0:
         return []
     return sorted(_linear(rotor, moment) if not rotor.cubic_stiffness else _cubic(rotor, moment))
 
 
-def _linear(rotor: Rotor, moment: float) -> Iterator[Fold]:
+def _linear(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
     """For S > 0 the lower root w^2, for S < 0 the higher one: there W > 0."""
     excess = (abs(moment) - rotor.unbalance) * (abs(moment) + rotor.unbalance)
     if excess <= 0.0:
@@ -111,7 +111,7 @@ class _Curve(NamedTuple):
         return None
 
 
-def _cubic(rotor: Rotor, moment: float) -> Iterator[Fold]:
+def _cubic(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
     per = 1.0 / rotor.unbalance
     curve = _Curve(
         rotor.mass * per,

@@ -56,7 +56,7 @@ class Along(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Stretch:
+class BranchInterval:
     """A branch between two speeds at which no state of its pattern begins or ends."""
 
     label: str
@@ -80,30 +80,30 @@ class OverSpeed:
 
     speeds: tuple[float, float]
     """From, to [rad/s]."""
-    stretches: tuple[Stretch, ...]
+    intervals: tuple[BranchInterval, ...]
     folds: tuple[tuple[str, Fold], ...]
     """By rising speed, each with its pattern's label."""
 
     @property
     def crossings(self) -> list[Crossing]:
         """Of all stretches, by rising speed."""
-        return sorted(each for stretch in self.stretches for each in stretch.crossings)
+        return sorted(each for interval in self.intervals for each in interval.crossings)
 
     @property
     def without_state(self) -> list[tuple[float, float]]:
         """Ranges of speed [rad/s] in which nothing can rest."""
-        return _others(self.speeds, [(s.speeds[0], s.speeds[-1]) for s in self.stretches])
+        return _others(self.speeds, [(s.speeds[0], s.speeds[-1]) for s in self.intervals])
 
     @property
     def without_stable_state(self) -> list[tuple[float, float]]:
         """Ranges of speed [rad/s] in which no state is stable by the linear test."""
-        return _others(self.speeds, [r for s in self.stretches for r in s.having(True)])
+        return _others(self.speeds, [r for s in self.intervals for r in s.having(True)])
 
     @property
     def undecided(self) -> list[tuple[float, float]]:
         """Those of them in which it decides nothing about some state."""
-        ranges = [r for s in self.stretches for r in s.having(None)]
-        decided = [r for s in self.stretches for r in s.having(True)]
+        ranges = [r for s in self.intervals for r in s.having(None)]
+        decided = [r for s in self.intervals for r in s.having(True)]
         return _others(self.speeds, [*decided, *_others(self.speeds, ranges)])
 
     def report(self) -> dict[str, Any]:
@@ -117,20 +117,20 @@ class OverSpeed:
             "undecided": [list(r) for r in self.undecided],
             "branches": [
                 {
-                    "label": stretch.label,
-                    "speeds": stretch.speeds.tolist(),
-                    **{key: [getattr(x, key) for x in stretch.states] for key in Along._fields},
-                    "crossings": [each.report() for each in stretch.crossings],
+                    "label": interval.label,
+                    "speeds": interval.speeds.tolist(),
+                    **{key: [getattr(x, key) for x in interval.states] for key in Along._fields},
+                    "crossings": [each.report() for each in interval.crossings],
                 }
-                for stretch in self.stretches
+                for interval in self.intervals
             ],
         }
 
     @classmethod
     def of(cls, report: dict[str, Any]) -> "OverSpeed":
         """What a report is of."""
-        stretches = [
-            Stretch(
+        intervals = [
+            BranchInterval(
                 each["label"],
                 tuple(map(Along, *(each[key] for key in Along._fields))),
                 np.array(each["speeds"]),
@@ -140,7 +140,7 @@ class OverSpeed:
         ]
         folds = [(each["label"], _of(Fold, each)) for each in report["folds"]]
         low, high = report["speeds"]
-        return cls((low, high), tuple(stretches), tuple(folds))
+        return cls((low, high), tuple(intervals), tuple(folds))
 
 
 Some = TypeVar("Some", Crossing, Fold)
@@ -168,11 +168,11 @@ def _others(
     return left
 
 
-def stretch_of(label: str, at: At, speeds: np.ndarray) -> Stretch:
+def stretch_of(label: str, at: At, speeds: np.ndarray) -> BranchInterval:
     """A stretch, with the crossings between the speeds at which it is looked at."""
     states = tuple(at(float(w)) for w in speeds)
     crossings = tuple(_crossings(label, at, speeds, states))
-    return Stretch(label, tuple(map(Along.of, states)), np.asarray(speeds, float), crossings)
+    return BranchInterval(label, tuple(map(Along.of, states)), np.asarray(speeds, float), crossings)
 
 
 def _crossings(

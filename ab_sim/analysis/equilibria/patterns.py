@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.equilibria.resting import Rotor
+from ab_sim.analysis.equilibria.resting import ClosedFormRotor
 from ab_sim.drive.balance import BALANCED
 from ab_sim.errors import SceneError
 
@@ -39,7 +39,7 @@ class Pattern(NamedTuple):
     """How many ways there are to give the places to the balls."""
 
 
-def patterns_of(rotor: Rotor) -> list[Pattern]:
+def patterns_of(rotor: ClosedFormRotor) -> list[Pattern]:
     """All patterns of signs that differ, those with more balls on the displacement's side first.
 
     Raises:
@@ -59,7 +59,7 @@ def patterns_of(rotor: Rotor) -> list[Pattern]:
     ]
 
 
-def _pattern(rotor: Rotor, kinds: list[list[int]], chosen: tuple[int, ...]) -> Pattern:
+def _pattern(rotor: ClosedFormRotor, kinds: list[list[int]], chosen: tuple[int, ...]) -> Pattern:
     signs = [-1] * len(rotor.kinds)
     for kind, count in zip(kinds, chosen, strict=True):
         for i in kind[:count]:
@@ -73,7 +73,7 @@ def _pattern(rotor: Rotor, kinds: list[list[int]], chosen: tuple[int, ...]) -> P
     return Pattern(label or "no balls", tuple(signs), moment, ways)
 
 
-def radii(rotor: Rotor, moment: float, speed: float) -> list[float]:
+def radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[float]:
     """Positive roots W of G [m], the largest first.
 
     Args:
@@ -92,7 +92,7 @@ def radii(rotor: Rotor, moment: float, speed: float) -> list[float]:
     return sorted((W for W in found if W > 0.0 and math.isfinite(W)), reverse=True)
 
 
-def _linear_radii(rotor: Rotor, moment: float, speed: float) -> list[float]:
+def _linear_radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[float]:
     """Roots of |D|^2 W^2 - 2 Re D w^2 S W + w^4 (S^2 - (M0 e)^2), without cancellation."""
     w2, real = speed * speed, rotor.stiffness - rotor.mass * speed * speed
     square = real * real + (rotor.damping * speed) ** 2
@@ -107,7 +107,7 @@ def _linear_radii(rotor: Rotor, moment: float, speed: float) -> list[float]:
     return [*{*one, *two}]
 
 
-def _polished(rotor: Rotor, moment: float, speed: float) -> Iterator[float]:
+def _polished(rotor: ClosedFormRotor, moment: float, speed: float) -> Iterator[float]:
     """Roots of the polynomial of the sixth degree, by Newton's method from its companion's."""
     w2 = speed * speed
     size = w2 * (abs(moment) + rotor.unbalance)
@@ -144,7 +144,7 @@ def _factored(a: float, b: float, s: float, d: float, e: float, x: float) -> tup
     return value, 2.0 * (bare - s) * (3.0 * a * x * x + b) + 2.0 * d * d * x
 
 
-def phase(rotor: Rotor, moment: float, speed: float, W: float) -> float:
+def phase(rotor: ClosedFormRotor, moment: float, speed: float, W: float) -> float:
     """phi [rad], of the displacement."""
     w2 = speed * speed
     real = (rotor.stiffness + rotor.cubic_stiffness * W * W - rotor.mass * w2) * W - w2 * moment

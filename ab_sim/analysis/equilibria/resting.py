@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.held import held
-from ab_sim.dynamics.layout import Layout, layout_of
+from ab_sim.analysis.held_speed import held
+from ab_sim.dynamics.layout import StateLayout, layout_of
 from ab_sim.dynamics.system import (
     MASS,
-    MODES,
+    DISCRETE_COLUMNS,
     MOMENT,
     RACE_RADIUS,
     ROLLING_MASS,
@@ -21,7 +21,7 @@ from ab_sim.equations.effects.suspension import Suspension
 from ab_sim.errors import SceneError
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle import SpeedSchedule
 
 LEFT_OUT = ("rolling_friction", "race_friction", "ball_contact")
 """Effects that are set-valued where balls rest: verdicts are of the smooth equations."""
@@ -64,20 +64,20 @@ def _what_turns(scene: Scene) -> str:
 
 def field_at(system: System, speed: float) -> VectorField:
     """The equations of a ``resting_system`` at a speed [rad/s] that is held."""
-    piece = SpeedProfile.constant(speed, 0.0).piece_at(0.0)
-    return VectorField(system, piece, np.zeros((ball_count(system) + 1, MODES), np.int64))
+    scheduled = SpeedSchedule.constant(speed, 0.0).segment_at(0.0)
+    return VectorField(system, scheduled, np.zeros((ball_count(system) + 1, DISCRETE_COLUMNS), np.int64))
 
 
 def state_of(system: System, speed: float, u: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """The state that rests on the rotating axes at u [m], theta [rad]: v = w J u."""
-    layout: Layout = layout_of(system)
+    layout: StateLayout = layout_of(system)
     state = np.zeros(layout.size)
-    state[layout.carrier] = u[0], u[1], -speed * u[1], speed * u[0]
+    state[layout.deck] = u[0], u[1], -speed * u[1], speed * u[0]
     state[layout.angles] = theta
     return state
 
 
-class Rotor(NamedTuple):
+class ClosedFormRotor(NamedTuple):
     """What the closed forms know of a scene: a round race, an isotropic suspension."""
 
     mass: float
@@ -96,7 +96,7 @@ class Rotor(NamedTuple):
     """Equal balls have the same number, counted from 0."""
 
 
-def rotor_of(system: System) -> Rotor | None:
+def rotor_of(system: System) -> ClosedFormRotor | None:
     """The closed forms' parameters; None where another effect decides where balls rest."""
     known = (Suspension, HardeningSuspension)
     others = (effect for effect in system.effects if not isinstance(effect, known))
@@ -104,7 +104,7 @@ def rotor_of(system: System) -> Rotor | None:
     return None if decided else base_rotor_of(system)
 
 
-def base_rotor_of(system: System) -> Rotor:
+def base_rotor_of(system: System) -> ClosedFormRotor:
     """The same without the effects that the closed forms do not know."""
     stiffness = damping = cubic = 0.0
     for effect in system.effects:
@@ -112,9 +112,9 @@ def base_rotor_of(system: System) -> Rotor:
             stiffness, damping = effect.stiffness, effect.damping
         elif isinstance(effect, HardeningSuspension):
             cubic = effect.cubic_stiffness
-    return Rotor(
-        system.carrier.total_mass,
-        system.carrier.unbalance,
+    return ClosedFormRotor(
+        system.deck_model.total_mass,
+        system.deck_model.unbalance,
         stiffness,
         damping,
         cubic,

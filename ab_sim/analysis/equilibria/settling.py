@@ -29,7 +29,7 @@ TURNS = 2000.0
 """Of the spindle, that each motion is given."""
 
 
-class Outcome(NamedTuple):
+class DisturbanceOutcome(NamedTuple):
     """What became of a disturbance; how far off it was, scaled, is the largest over all states."""
 
     coordinate: str
@@ -51,7 +51,7 @@ class Outcome(NamedTuple):
 class Settling(NamedTuple):
     """The nonlinear test's result."""
 
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[DisturbanceOutcome, ...]
 
     @property
     def stable(self) -> bool:
@@ -105,7 +105,7 @@ def settles(
                 drive.advance(steps, every=steps)
                 final = drive.snapshot().state
                 offs.append(_off(final, rest, scale, n, state.structural_zeros))
-            outcomes.append(Outcome(f"{'+' if sign > 0 else '-'} {name}", size, *offs))
+            outcomes.append(DisturbanceOutcome(f"{'+' if sign > 0 else '-'} {name}", size, *offs))
     return Settling(tuple(outcomes))
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eig, matrix_balance
 
-from ab_sim.dynamics.layout import Layout
+from ab_sim.dynamics.layout import StateLayout
 
 SAFETY = 30.0
 """Rounding errors of eigenvalues are taken to be this much larger than one rounding's."""
@@ -20,7 +20,7 @@ TOGETHER = 1e-9
 """Balls this near to each other are at one place [rad]."""
 
 
-class Spectrum(NamedTuple):
+class EigenvalueSpectrum(NamedTuple):
     """Eigenvalues, by falling real part, and how far each may be off by rounding."""
 
     values: np.ndarray
@@ -40,8 +40,8 @@ class Spectrum(NamedTuple):
 
 
 def spectrum_of(
-    jacobian: np.ndarray, layout: Layout, theta: np.ndarray, kinds: Sequence[int]
-) -> Spectrum:
+    jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray, kinds: Sequence[int]
+) -> EigenvalueSpectrum:
     """Eigenvalues of a Jacobian at a state where balls are at ``theta``.
 
     Args:
@@ -53,14 +53,14 @@ def spectrum_of(
     groups = _together(theta, kinds)
     size, first = layout.size, layout.rates.start
     common = np.zeros((size, size - 2 * (len(theta) - len(groups))))
-    common[layout.carrier, layout.carrier] = np.eye(layout.carrier.stop)
+    common[layout.deck, layout.deck] = np.eye(layout.deck.stop)
     found = []
     for k, group in enumerate(groups):
         angles = layout.angles.start + np.array(group)
         rates = first + np.array(group)
         weight = len(group) ** -0.5
-        common[angles, layout.carrier.stop + k] = weight
-        common[rates, layout.carrier.stop + len(groups) + k] = weight
+        common[angles, layout.deck.stop + k] = weight
+        common[rates, layout.deck.stop + len(groups) + k] = weight
         if len(group) > 1:
             one, other = (np.array([angles[i], rates[i]]) for i in (0, 1))
             apart = jacobian[np.ix_(one, one)] - jacobian[np.ix_(one, other)]
@@ -69,7 +69,7 @@ def spectrum_of(
     return _sorted(found)
 
 
-def balanced_spectrum(jacobian: np.ndarray, layout: Layout, theta: np.ndarray) -> Spectrum:
+def balanced_spectrum(jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray) -> EigenvalueSpectrum:
     """Eigenvalues of a Jacobian where three and more equal balls balance.
 
     Args:
@@ -81,7 +81,7 @@ def balanced_spectrum(jacobian: np.ndarray, layout: Layout, theta: np.ndarray) -
     return _sorted([once, *[_eigenvalues(alone)] * (len(theta) - 2)])
 
 
-def reaching_the_deck(layout: Layout, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def reaching_the_deck(layout: StateLayout, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Of three and more balls: motions that the deck feels, and one that it does not.
 
     Returns:
@@ -89,18 +89,18 @@ def reaching_the_deck(layout: Layout, theta: np.ndarray) -> tuple[np.ndarray, np
         one more combination of angles, and of rates, like which there are n - 2.
     """
     along = np.linalg.svd(np.array([-np.sin(theta), np.cos(theta)]))[2]
-    felt, apart = np.zeros((layout.size, layout.carrier.stop + 4)), np.zeros((layout.size, 2))
-    felt[layout.carrier, layout.carrier] = np.eye(layout.carrier.stop)
+    felt, apart = np.zeros((layout.size, layout.deck.stop + 4)), np.zeros((layout.size, 2))
+    felt[layout.deck, layout.deck] = np.eye(layout.deck.stop)
     felt[layout.angles, -4:-2] = felt[layout.rates, -2:] = along[:2].T
     apart[layout.angles, 0] = apart[layout.rates, 1] = along[2]
     return felt, apart
 
 
-def _sorted(found: Sequence[tuple[np.ndarray, np.ndarray]]) -> Spectrum:
+def _sorted(found: Sequence[tuple[np.ndarray, np.ndarray]]) -> EigenvalueSpectrum:
     values = np.concatenate([each[0] for each in found])
     doubts = np.concatenate([each[1] for each in found])
     order = np.lexsort((values.imag, -values.real))
-    return Spectrum(values[order], doubts[order])
+    return EigenvalueSpectrum(values[order], doubts[order])
 
 
 def _together(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ab_sim.analysis.equilibria.resting import Rotor, resting_system, rotor_of
+from ab_sim.analysis.equilibria.resting import ClosedFormRotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.dynamics.system import MASS, RACE_RADIUS, RADIUS
 from ab_sim.equations.motion import Ball
@@ -90,7 +90,7 @@ def _interval(slack, theta: np.ndarray, ball: int) -> Sticking:  # type: ignore[
     return Sticking(ball, float(ends[0]), float(ends[1]))
 
 
-def _deck(rotor: Rotor, speed: float, theta: np.ndarray, near: np.ndarray) -> np.ndarray:
+def _deck(rotor: ClosedFormRotor, speed: float, theta: np.ndarray, near: np.ndarray) -> np.ndarray:
     """u [m] of a deck at rest with balls that are held: D z = w^2 (M0 e + sum m R exp(i theta))."""
     w2 = speed * speed
     pull = w2 * (rotor.unbalance + complex(np.array(rotor.moments) @ np.exp(1j * theta)))

@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from ab_sim.analysis.equilibria.continuation import (
-    Curve,
-    Point,
+    EquilibriumCurve,
+    CurvePoint,
     lies_on,
     monotone,
     state_along,
@@ -21,7 +21,7 @@ from ab_sim.analysis.equilibria.finder import (
     nullity,
 )
 from ab_sim.analysis.equilibria.folds import Fold
-from ab_sim.analysis.equilibria.over_speed import OverSpeed, Stretch, stretch_of
+from ab_sim.analysis.equilibria.over_speed import OverSpeed, BranchInterval, stretch_of
 from ab_sim.analysis.equilibria.resting import state_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.dynamics.system import System
@@ -31,7 +31,7 @@ SEEDS = 9
 MOST_SPEEDS = 60
 """Of a curve's own, at which stability is looked at."""
 Progress = Callable[[str, int, int], None]
-Part = list[Point]
+Part = list[CurvePoint]
 
 
 def traced_branches(
@@ -52,7 +52,7 @@ def traced_branches(
                 state.structural_zeros and _covered(continua, state.label, speed)
             ):
                 continue
-            start = Point(speed, state_of(system, speed, state.u, state.theta))
+            start = CurvePoint(speed, state_of(system, speed, state.u, state.theta))
             if lies_on(parts, system, start):
                 continue
             whole = list(_followed(system, start, bool(state.structural_zeros), low, high))
@@ -63,9 +63,9 @@ def traced_branches(
                 fresh = [_fresh(system, part, [*parts, *own[:i]]) for i, part in enumerate(own)]
                 folds += _folds(system, own, fresh, low, high)
                 parts += [part for part, new in zip(own, fresh, strict=True) if new]
-    stretches = [_stretch(system, part, speeds) for part in parts]
+    intervals = [_interval(system, part, speeds) for part in parts]
     folds.sort(key=lambda each: each[1])
-    return OverSpeed((low, high), tuple(stretches), tuple(folds))
+    return OverSpeed((low, high), tuple(intervals), tuple(folds))
 
 
 def _covered(continua: list[tuple[str, Part]], label: str, speed: float) -> bool:
@@ -78,24 +78,24 @@ def _covered(continua: list[tuple[str, Part]], label: str, speed: float) -> bool
 def _fresh(system: System, part: Part, parts: list[Part]) -> bool:
     """Whether a part is none of those known, equal balls changing places."""
     speed = 0.5 * (part[0].speed + part[-1].speed)
-    return not lies_on(parts, system, Point(speed, state_along(system, part, speed)))
+    return not lies_on(parts, system, CurvePoint(speed, state_along(system, part, speed)))
 
 
 def _followed(
-    system: System, start: Point, continuum: bool, low: float, high: float
+    system: System, start: CurvePoint, continuum: bool, low: float, high: float
 ) -> Iterator[Part]:
     """The curve through a point; of a continuum, states that are near each other."""
     if continuum:
         yield _natural(system, start, low, high)
         return
-    curve = Curve(system, high)
+    curve = EquilibriumCurve(system, high)
     up = curve.traced(start, 1.0, low, high)
     closed = len(up) > 5 and up[-1] is start
     down = [] if closed else curve.traced(start, -1.0, low, high)
     yield [*down[:0:-1], *up]
 
 
-def _natural(system: System, start: Point, low: float, high: float) -> Part:
+def _natural(system: System, start: CurvePoint, low: float, high: float) -> Part:
     """Speed by speed from a point, as far as there are states nearby that lose as much."""
     lost, sides = nullity(system, start.speed, start.state), []
     for end in (low, high):
@@ -104,7 +104,7 @@ def _natural(system: System, start: Point, low: float, high: float) -> Part:
             state = converged(system, speed, side[-1].state)
             if state is None or nullity(system, speed, state) != lost:
                 break
-            side.append(Point(speed, state))
+            side.append(CurvePoint(speed, state))
         sides.append(side)
     return [*sides[0][:0:-1], *sides[1]]
 
@@ -113,7 +113,7 @@ def _at(system: System, part: Part, speed: float) -> RestingState:
     return labelled(system, speed, [state_along(system, part, speed)])[0]
 
 
-def _stretch(system: System, part: Part, speeds: np.ndarray) -> Stretch:
+def _interval(system: System, part: Part, speeds: np.ndarray) -> BranchInterval:
     kept = np.linspace(0, len(part) - 1, min(len(part), MOST_SPEEDS)).astype(int)
     own = np.array([part[k].speed for k in kept])
     inside = speeds[(speeds > own[0]) & (speeds < own[-1])]

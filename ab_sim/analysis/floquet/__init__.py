@@ -1,6 +1,6 @@
 """Periodic solutions at a held spindle speed, and whether they are stable (Floquet)."""
 
-from ab_sim.analysis.floquet.follow import Border, Followed, Point, follow
+from ab_sim.analysis.floquet.follow import Border, Followed, FollowedPoint, follow
 from ab_sim.analysis.floquet.stability import (
     Stability,
     held_speed,
@@ -16,7 +16,7 @@ __all__ = [
     "Border",
     "Followed",
     "Orbit",
-    "Point",
+    "FollowedPoint",
     "Stability",
     "TurnMap",
     "follow",

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ab_sim.analysis.floquet.solution import Search, Solution, solution
+from ab_sim.analysis.floquet.solution import SolutionSearch, Solution, solution
 from ab_sim.analysis.floquet.starts import STARTS
 from ab_sim.errors import SceneError
 from ab_sim.presentation import Column, Columns, Presented
@@ -26,7 +26,7 @@ Case = Callable[[float], tuple[Scene, float]]
 """The scene and its spindle speed [rad/s] for a value of a parameter."""
 
 
-class Point(NamedTuple):
+class FollowedPoint(NamedTuple):
     """What was found at a value of the parameter."""
 
     value: float
@@ -76,7 +76,7 @@ class Followed(Presented):
     _picture = "followed"
 
     over: str
-    points: tuple[Point, ...]
+    points: tuple[FollowedPoint, ...]
     borders: tuple[Border, ...]
     scene: str = ""
     """Its name, where it was said."""
@@ -105,7 +105,7 @@ class Followed(Presented):
         }
 
     @property
-    def unlocated(self) -> list[tuple[Point, Point]]:
+    def unlocated(self) -> list[tuple[FollowedPoint, FollowedPoint]]:
         """Points one after the other of different verdicts, and no border found in between."""
         found = [(point, point.found.verdict) for point in self.points if point.found is not None]
         return [
@@ -149,30 +149,30 @@ def follow(
     Raises:
         SceneError, InputError: a value makes no scene, or one without a turn map.
     """
-    points: list[Point] = []
+    points: list[FollowedPoint] = []
     borders: list[Border] = []
     for done, value in enumerate(map(float, values), start=1):
         scene, speed = case(value)
-        points.append(Point(value, speed, *solution(scene, speed, _search(points, value, starts))))
+        points.append(FollowedPoint(value, speed, *solution(scene, speed, _search(points, value, starts))))
         if len(points) > 1 and not points[-1].new:
             borders += _border(case, *points[-2:])
         progress(done)
     return Followed(over, tuple(points), tuple(borders))
 
 
-def _search(points: Sequence[Point], value: float, starts: Sequence[str]) -> Search:
+def _search(points: Sequence[FollowedPoint], value: float, starts: Sequence[str]) -> SolutionSearch:
     """Where those before point to at a value."""
     if not points or (last := points[-1]).found is None:
-        return Search(None, 1.0, starts)
+        return SolutionSearch(None, 1.0, starts)
     before = points[-2] if len(points) > 1 and not last.new else last
     assert before.found is not None
     share = 1.0
     if last.value != before.value:
         share = (value - before.value) / (last.value - before.value)
-    return Search((before.found.start, last.found.start), share, starts)
+    return SolutionSearch((before.found.start, last.found.start), share, starts)
 
 
-def _border(case: Case, one: Point, other: Point) -> list[Border]:
+def _border(case: Case, one: FollowedPoint, other: FollowedPoint) -> list[Border]:
     """Where between two points of a followed solution the largest modulus is 1; or nothing."""
     first, last = one.found, other.found
     if first is None or last is None or first.stable is last.stable or None in (
@@ -183,7 +183,7 @@ def _border(case: Case, one: Point, other: Point) -> list[Border]:
     def at(value: float) -> tuple[float, Solution]:
         scene, speed = case(value)
         share = (value - one.value) / (other.value - one.value)
-        found, _ = solution(scene, speed, Search((first.start, last.start), share, ()))
+        found, _ = solution(scene, speed, SolutionSearch((first.start, last.start), share, ()))
         if found is None:
             raise _Lost
         return speed, found

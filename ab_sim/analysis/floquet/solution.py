@@ -47,7 +47,7 @@ class Solution(NamedTuple):
         return {**self._asdict(), "multipliers": multipliers}
 
 
-class Search(NamedTuple):
+class SolutionSearch(NamedTuple):
     """Where to look for a solution: on the way from one to another, then from starts."""
 
     way: tuple[list[float], list[float]] | None
@@ -58,7 +58,7 @@ class Search(NamedTuple):
     """Of ``STARTS``, where nothing is found along the way; none: then nothing is."""
 
 
-def solution(scene: Scene, speed: float, search: Search) -> tuple[Solution | None, bool]:
+def solution(scene: Scene, speed: float, search: SolutionSearch) -> tuple[Solution | None, bool]:
     """The solution found first, and whether it was found from a start.
 
     Raises:

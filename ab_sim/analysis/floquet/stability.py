@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 import ab_sim
 from ab_sim.analysis.floquet.starts import STARTS, find_orbit
 from ab_sim.analysis.floquet.turn import MOST, Orbit, TurnMap, within_turn
-from ab_sim.analysis.held import last_speed
+from ab_sim.analysis.held_speed import last_speed
 from ab_sim.analysis.rest import rest_of
 from ab_sim.dynamics.system import RACE_HEIGHT
 from ab_sim.errors import InputError, nearest
@@ -249,7 +249,7 @@ def _largest(multipliers: np.ndarray, structural: int) -> float:
 
 
 def _keeps_still(turn: TurnMap, orbit: Orbit) -> bool:
-    own = turn.layout.carrier
+    own = turn.layout.deck
     away = np.abs(orbit.states[:, own] - turn.rest()) / turn.scale[own]
     return bool(away.max() <= STILL)
 
@@ -259,16 +259,16 @@ def _structural(turn: TurnMap, multipliers: np.ndarray) -> int:
     n, heights = len(turn.system.balls), turn.system.balls[:, RACE_HEIGHT]
     races = np.unique(heights, return_counts=True)[1] if turn.scene.deck is not None else [n]
     free = sum(max(0, int(balls) - 2) for balls in races)
-    if n and turn.scene.deck is None and turn.system.carrier.unbalance == 0.0:
+    if n and turn.scene.deck is None and turn.system.deck_model.unbalance == 0.0:
         free = max(free, 1)  # Balls that balance nothing but each other can sit anywhere.
     return min(free, int(np.sum(np.abs(multipliers - 1.0) <= STRUCTURAL)))
 
 
 def _whirl(turn: TurnMap, orbit: Orbit) -> tuple[float, float]:
     """Smallest and largest distance of C from where it hangs, across the shaft, over a turn [m]."""
-    carrier, own = turn.system.carrier, turn.layout.carrier
+    deck_model, own = turn.system.deck_model, turn.layout.deck
     psi = turn.scene.start.angle + turn.speed * turn.period * np.linspace(0, 1, orbit.steps + 1)
-    x, y = carrier.place(orbit.states[:, own], psi)[:-1, :2].T
+    x, y = deck_model.place(orbit.states[:, own], psi)[:-1, :2].T
     place = rest_of(turn.scene).place
     whirl = np.abs(between((x - place[0]) + 1j * (y - place[1])))
     return float(whirl.min()), float(whirl.max())

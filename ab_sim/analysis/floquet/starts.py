@@ -23,7 +23,7 @@ def from_balance(turn: TurnMap) -> np.ndarray:
     The nearest such place to balls spread evenly: of more than two, one of many.
     """
     state = np.zeros(turn.layout.size)
-    state[turn.layout.carrier] = turn.rest()
+    state[turn.layout.deck] = turn.rest()
     state[turn.layout.angles] = balanced_angles(turn)
     return state
 
@@ -61,7 +61,7 @@ def balanced_angles(turn: TurnMap) -> np.ndarray:
     if n == 0:
         return np.zeros(0)
     heavy = balls[:, MASS] * balls[:, RACE_RADIUS]
-    levers, rotor = [heavy], [turn.system.carrier.unbalance + 0.0j]
+    levers, rotor = [heavy], [turn.system.deck_model.unbalance + 0.0j]
     if scene.deck is not None:
         levers.append(heavy * balls[:, RACE_HEIGHT] / scene.race.radius)
         rotor.append(scene.couple_unbalance / scene.race.radius)

@@ -5,7 +5,7 @@ state is P(y); y = P(y) is a periodic solution, and M = dP/dy its monodromy matr
 as many steps of a Runge-Kutta method, M their exact derivative (``integrate.flow``).
 
 Fixed points are found by Newton's method (shooting), in the 2 (K + n) genuine coordinates of K
-unknowns of the deck and n balls: a quaternion's length is no motion (``carriers``: tangent), and
+unknowns of the deck and n balls: a quaternion's length is no motion (the deck model's ``tangent``), and
 turns of a ball's angle are none either, so that a ball that stays behind by a turn each turn of the
 spindle, hanging in space, is periodic too.
 
@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.held import FASTEST, held
+from ab_sim.analysis.held_speed import FASTEST, held
 from ab_sim.dynamics.assemble import linear_rates, start_state
 from ab_sim.dynamics.system import has_contact, has_friction
 from ab_sim.errors import InputError, SceneError, exact
@@ -101,11 +101,11 @@ class TurnMap:
                 f"that it would have to be cut into {self.fewest} steps; {MOST // 2} at most are "
                 "taken, and half as long ones to check them: lower that rate, or raise the speed"
             )
-        self._flow = Flow(self.system, field.piece, field.modes, stepper)
+        self._flow = Flow(self.system, field.scheduled, field.discrete_state, stepper)
         length, _ = scene.whirl_unit
         self.scale = np.ones(self.layout.size)
         """Magnitudes of the states, shape (states,)."""
-        self.scale[self.layout.carrier] = self.system.carrier.scale(length, abs(speed))
+        self.scale[self.layout.deck] = self.system.deck_model.scale(length, abs(speed))
         self.scale[self.layout.rates] = abs(speed)
 
     def scene_start(self) -> np.ndarray:
@@ -113,9 +113,9 @@ class TurnMap:
         return start_state(self.scene, self.system)
 
     def rest(self) -> np.ndarray:
-        """The carrier's states where the deck hangs at rest."""
+        """The deck model's states where the deck hangs at rest."""
         scene = self.scene.model_copy(update={"start": Start()})
-        rest: np.ndarray = start_state(scene, self.system)[self.layout.carrier]
+        rest: np.ndarray = start_state(scene, self.system)[self.layout.deck]
         return rest
 
     def after_turn(self, state: np.ndarray, steps: int) -> np.ndarray:
@@ -127,8 +127,8 @@ class TurnMap:
 
     def ways(self, state: np.ndarray) -> np.ndarray:
         """The genuine coordinates' directions at a state, columns, shape (states, 2 (K + n))."""
-        own = self.layout.carrier.stop
-        tangent = self.system.carrier.tangent(state[:own])
+        own = self.layout.deck.stop
+        tangent = self.system.deck_model.tangent(state[:own])
         balls = self.layout.size - own
         found = np.zeros((own + balls, tangent.shape[1] + balls))
         found[:own, : tangent.shape[1]] = tangent
@@ -185,7 +185,7 @@ class TurnMap:
 
     def _normalise(self, state: np.ndarray) -> None:
         """Make a quaternion in the state a unit one."""
-        first = type(self.system.carrier).UNIT_AT
+        first = type(self.system.deck_model).UNIT_AT
         if first >= 0:
             normalise(state, first)
 

@@ -3,7 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
-from ab_sim.analysis.maps.kept import Tell
+from ab_sim.analysis.maps.checkpoint import Tell
 from ab_sim.analysis.maps.plane import SPEED, Plane
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.errors import InputError

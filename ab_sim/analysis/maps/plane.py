@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.held import FASTEST
+from ab_sim.analysis.held_speed import FASTEST
 from ab_sim.errors import InputError, exact
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene

@@ -12,7 +12,7 @@ import numpy as np
 import ab_sim
 from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED, known_positions
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
-from ab_sim.analysis.maps.kept import KeptPoints, Tell
+from ab_sim.analysis.maps.checkpoint import PointCheckpoint, Tell
 from ab_sim.analysis.maps.plane import SPEED, Axis, Plane
 from ab_sim.analysis.maps.refine import Point, refined
 from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
@@ -135,7 +135,7 @@ def stability_map(
             for name, axis in (("across", plane.across), ("up", plane.up))
         },
     }
-    with Workers(workers) as each, KeptPoints(map_points, plane.scene, numbers) as kept:
+    with Workers(workers) as each, PointCheckpoint(map_points, plane.scene, numbers) as kept:
 
         def verdicts(points: Sequence[Point]) -> list[int]:
             labels = functools.partial(each.each, functools.partial(label_at, plane))

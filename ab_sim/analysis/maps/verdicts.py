@@ -15,14 +15,14 @@ from ab_sim.analysis.equilibria.at_speed import (
 from ab_sim.analysis.equilibria.extremes import positions_at
 from ab_sim.analysis.equilibria.patterns import patterns_of, radii
 from ab_sim.analysis.equilibria.resting import (
-    Rotor,
+    ClosedFormRotor,
     field_at,
     resting_system,
     rotor_of,
     state_of,
 )
 from ab_sim.analysis.equilibria.states import RestingState
-from ab_sim.dynamics.layout import Layout, layout_of
+from ab_sim.dynamics.layout import StateLayout, layout_of
 from ab_sim.dynamics.system import RACE_RADIUS, System
 from ab_sim.scene.model import Scene
 
@@ -132,7 +132,7 @@ class _Place(NamedTuple):
     """The same with all that there is to know, which takes longer."""
 
 
-def _verdicts(system: System, rotor: Rotor, speed: float) -> Iterator[tuple[int, bool | None]]:
+def _verdicts(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[tuple[int, bool | None]]:
     """Kind, and what ``RestingState.stable`` says, of all states that closed forms give.
 
     Eigenvalues of all at once; those whose sign rounding could have changed are looked at again.
@@ -152,7 +152,7 @@ def _verdicts(system: System, rotor: Rotor, speed: float) -> Iterator[tuple[int,
         yield place.kind, growth < 0.0 if abs(growth) > doubt else place.state().stable
 
 
-def _clustered(system: System, rotor: Rotor, speed: float) -> Iterator[_Place]:
+def _clustered(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[_Place]:
     for pattern in patterns_of(rotor):
         kind = CLUSTERED if len({*pattern.signs}) == 1 else SPLIT
         roots = radii(rotor, pattern.moment, speed)
@@ -162,7 +162,7 @@ def _clustered(system: System, rotor: Rotor, speed: float) -> Iterator[_Place]:
             yield _Place(kind, 0, *place, state)
 
 
-def _balanced(system: System, rotor: Rotor, speed: float) -> Iterator[_Place]:
+def _balanced(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[_Place]:
     zeros = max(0, len(rotor.moments) - 2)
     for theta in positions_at(system, rotor, speed):
         state = partial(balanced_state, system, rotor, speed, theta)
@@ -171,8 +171,8 @@ def _balanced(system: System, rotor: Rotor, speed: float) -> Iterator[_Place]:
 
 def _magnitudes(system: System, speed: float) -> np.ndarray:
     """Of the states, for numbers in them to be compared with each other."""
-    layout: Layout = layout_of(system)
+    layout: StateLayout = layout_of(system)
     found = np.ones(layout.size)
-    found[layout.carrier] = system.carrier.scale(float(system.balls[0, RACE_RADIUS]), abs(speed))
+    found[layout.deck] = system.deck_model.scale(float(system.balls[0, RACE_RADIUS]), abs(speed))
     found[layout.rates] = abs(speed)
     return found

@@ -25,7 +25,7 @@ from ab_sim.drive.drive import AT_ONCE
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.errors import InputError, SceneError, exact
 from ab_sim.scene.model import Scene
-from ab_sim.scene.profiles import SpeedChange
+from ab_sim.scene.profiles import SpeedChangeProfile
 
 BAND = 1e-9
 """Half the width of the band around the steady whirl [m]."""
@@ -100,14 +100,14 @@ def recover(scene: Scene, band: float = BAND) -> Recovery:
     return found._replace(rested_before=len(before) > 1 and _rests(before, band))
 
 
-def speed_change_of(scene: Scene) -> SpeedChange:
+def speed_change_of(scene: Scene) -> SpeedChangeProfile:
     """The scene's change of speed.
 
     Raises:
         SceneError: it has none, or ends before it is over.
     """
     change = scene.profile
-    if not isinstance(change, SpeedChange):
+    if not isinstance(change, SpeedChangeProfile):
         has = "none" if change is None else change.kind
         raise SceneError(
             f"profile.kind = {has}: {scene.name} has no change of speed to recover from; take a "
@@ -149,7 +149,7 @@ def _kept(run: Trajectory) -> np.ndarray:
 
 
 def _judge(
-    change: SpeedChange, path: np.ndarray, state: RestingState | None, rests: bool, band: float
+    change: SpeedChangeProfile, path: np.ndarray, state: RestingState | None, rests: bool, band: float
 ) -> Recovery:
     """What a run shows that has come to a resting state, or to none; ``rests``: it can settle."""
     run = Trajectory(_KEPT, path)

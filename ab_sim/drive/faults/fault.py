@@ -31,7 +31,7 @@ class Fault(NamedTuple):
         return said if self.size is None else f"{said} {exact(self.size)}"
 
 
-class Kind(NamedTuple):
+class FaultKind(NamedTuple):
     """A way in which things break."""
 
     meaning: str
@@ -68,23 +68,23 @@ def _disc(_: Scene) -> list[str]:
 
 
 KINDS = {
-    "sticks": Kind("is held where it is in the race, at once", balls_of),
-    "lost": Kind("leaves the race, its mass with it", balls_of),
-    "softens": Kind(
+    "sticks": FaultKind("is held where it is in the race, at once", balls_of),
+    "lost": FaultKind("leaves the race, its mass with it", balls_of),
+    "softens": FaultKind(
         "keeps this part of its stiffness, and all of its damping",
         supports_of,
         "the part that is left",
         lambda part: 0.0 < part < 1.0,
         "between 0 and 1",
     ),
-    "slips": Kind(
+    "slips": FaultKind(
         "falls behind the hub, in small jerks",
         _disc,
         "rad/s",
         lambda rate: 0.0 < abs(rate) <= 100.0,
         "not 0, from -100 to 100",
     ),
-    "drops": Kind(
+    "drops": FaultKind(
         "is not heard of",
         sensors_of,
         "the part of its messages that is lost",
@@ -92,14 +92,14 @@ KINDS = {
         "above 0, at most 1",
         1.0,
     ),
-    "saturates": Kind(
+    "saturates": FaultKind(
         "shows no more than this, either way",
         sensors_of,
         "in its unit",
         lambda most: 0.0 <= most <= 1e9,
         "from 0 to 1e9",
     ),
-    "drifts": Kind(
+    "drifts": FaultKind(
         "shows ever more than there is, on all its axes",
         sensors_of,
         "in its unit per second",

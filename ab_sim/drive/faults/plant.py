@@ -53,8 +53,8 @@ def faulty_system(sound: System, scene: Scene, faults: Iterable[Fault]) -> Syste
         elif fault.ails == "softens":
             assert fault.size is not None
             system = _softened(system, scene, fault.thing, fault.size)
-    carrier = system.carrier._replace(total_mass=system.carrier.total_mass - missing)
-    return system._replace(balls=balls, carrier=carrier)
+    deck_model = system.deck_model._replace(total_mass=system.deck_model.total_mass - missing)
+    return system._replace(balls=balls, deck_model=deck_model)
 
 
 def ball_number(fault: Fault) -> int:
@@ -70,7 +70,7 @@ def held_balls(faults: Iterable[Fault]) -> list[int]:
 def jam(
     system: System,
     state: np.ndarray,
-    modes: np.ndarray,
+    discrete_state: np.ndarray,
     held: Iterable[int],
     psi: float,
 ) -> None:
@@ -83,7 +83,7 @@ def jam(
     Args:
         system: with the faults.
         state: changed.
-        modes: changed: in which direction balls slide.
+        discrete_state: changed: in which direction balls slide.
         held: which balls.
         psi: the spindle's angle [rad].
     """
@@ -91,8 +91,8 @@ def jam(
     stopped = layout.rates.start + np.array(list(held), int)
     if not state[stopped].any():
         return
-    own = int(type(system.carrier).UNKNOWNS)
-    bearing = [layout.carrier.stop - own + k for k in range(own)]
+    own = int(type(system.deck_model).UNKNOWNS)
+    bearing = [layout.deck.stop - own + k for k in range(own)]
     if has_motor(system.effects):
         bearing.append(layout.spindle.start + 1)
     balls = [layout.rates.start + i for i in range(n) if system.balls[i, MOBILITY] > 0.0]
@@ -102,15 +102,15 @@ def jam(
     state[free] += np.linalg.solve(inertia[:f, :f], -inertia[:f, f:] @ leap)
     state[stopped] = 0.0
     if has_friction(system.effects):
-        modes[:n, DIRECTION] = np.sign(state[layout.rates])
+        discrete_state[:n, DIRECTION] = np.sign(state[layout.rates])
 
 
 def _softened(system: System, scene: Scene, thing: str, part: float) -> System:
     kind, _, which = thing.rpartition("_")
     if kind == "mount":
-        mounts = system.carrier.mounts.copy()
+        mounts = system.deck_model.mounts.copy()
         mounts[int(which), STIFFNESS:DAMPING] *= part
-        return system._replace(carrier=system.carrier._replace(mounts=mounts))
+        return system._replace(deck_model=system.deck_model._replace(mounts=mounts))
     at = list(scene.effects).index(thing)
     effect = system.effects[at]
     weaker = {key: part * getattr(effect, key) for key in effect._fields if "stiffness" in key}
@@ -136,7 +136,7 @@ def _mass_matrix(
         found[at, at] = shared(its_rate, its_rate)
         for row, one in enumerate(bearing):
             # A motor's states lie behind all balls'.
-            there = one if one < layout.carrier.stop else one - layout.size + its.size
+            there = one if one < layout.deck.stop else one - layout.size + its.size
             found[row, at] = found[at, row] = shared(there, its_rate)
     return found
 
@@ -146,15 +146,15 @@ def _with_one_ball(system: System, state: np.ndarray, ball: int) -> tuple[System
     layout = layout_of(system)
     one = system._replace(balls=system.balls[[ball]], contacts=np.empty((0, 2)))
     own = state[layout.angles.start + ball], state[layout.rates.start + ball]
-    return one, np.concatenate([state[layout.carrier], own, state[layout.spindle]])
+    return one, np.concatenate([state[layout.deck], own, state[layout.spindle]])
 
 
 def _inertias(system: System, state: np.ndarray, psi: float) -> Callable[[int, int], float]:
     """Entries of G by the velocities' places: second differences of the energy, exact ones."""
     layout, driven = layout_of(system), has_motor(system.effects)
     at_rest = state.copy()
-    own = int(type(system.carrier).UNKNOWNS)
-    at_rest[layout.carrier.stop - own : layout.carrier.stop] = 0.0
+    own = int(type(system.deck_model).UNKNOWNS)
+    at_rest[layout.deck.stop - own : layout.deck.stop] = 0.0
     at_rest[layout.rates] = 0.0
     if driven:
         at_rest[layout.spindle][1] = 0.0

@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from ab_sim.equations.motion import Deck
+from ab_sim.equations.motion import DeckMotion
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 
@@ -22,7 +22,7 @@ class HardeningSuspension(NamedTuple):
         Number, quantity("k_3, force per displacement cubed", "N/m^3", ge=0, le=1e18)
     ]
 
-    def deck_force(self, deck: Deck) -> tuple[float, float]:
+    def deck_force(self, deck: DeckMotion) -> tuple[float, float]:
         stiffness = self.cubic_stiffness * (deck.x * deck.x + deck.y * deck.y)
         return (-stiffness * deck.x, -stiffness * deck.y)
 
@@ -32,6 +32,6 @@ class HardeningSuspension(NamedTuple):
     def mount_energy(self, square: float) -> float:
         return 0.25 * self.cubic_stiffness * square * square
 
-    def deck_energy(self, deck: Deck) -> float:
+    def deck_energy(self, deck: DeckMotion) -> float:
         square = deck.x * deck.x + deck.y * deck.y
         return 0.25 * self.cubic_stiffness * square * square

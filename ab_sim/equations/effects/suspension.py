@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from ab_sim.equations.motion import Deck
+from ab_sim.equations.motion import DeckMotion
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 
@@ -18,12 +18,12 @@ class Suspension(NamedTuple):
     stiffness: Annotated[Number, quantity("k, of the spring", "N/m", ge=0, le=1e12)]
     damping: Annotated[Number, quantity("c, of the damper", "N s/m", ge=0, le=1e9)]
 
-    def deck_force(self, deck: Deck) -> tuple[float, float]:
+    def deck_force(self, deck: DeckMotion) -> tuple[float, float]:
         k, c = self.stiffness, self.damping
         return (-c * deck.vx - k * deck.x, -c * deck.vy - k * deck.y)
 
-    def deck_energy(self, deck: Deck) -> float:
+    def deck_energy(self, deck: DeckMotion) -> float:
         return 0.5 * self.stiffness * (deck.x * deck.x + deck.y * deck.y)
 
-    def deck_loss(self, deck: Deck) -> float:
+    def deck_loss(self, deck: DeckMotion) -> float:
         return self.damping * (deck.vx * deck.vx + deck.vy * deck.vy)

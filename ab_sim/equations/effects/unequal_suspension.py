@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from ab_sim.equations.motion import Deck
+from ab_sim.equations.motion import DeckMotion
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import register
 from ab_sim.tracing.functions import cos, sin
@@ -35,7 +35,7 @@ class UnequalSuspension(NamedTuple):
         Number, quantity("from the x axis to principal axis 1", "rad", ge=-6.3, le=6.3)
     ] = 0.0
 
-    def space_force(self, deck: Deck) -> tuple[float, float]:
+    def space_force(self, deck: DeckMotion) -> tuple[float, float]:
         c, s = cos(self.axis_angle), sin(self.axis_angle)
         f1 = -self.stiffness_1 * (c * deck.x + s * deck.y)
         f1 -= self.damping_1 * (c * deck.vx + s * deck.vy)
@@ -43,12 +43,12 @@ class UnequalSuspension(NamedTuple):
         f2 -= self.damping_2 * (c * deck.vy - s * deck.vx)
         return (c * f1 - s * f2, s * f1 + c * f2)
 
-    def space_energy(self, deck: Deck) -> float:
+    def space_energy(self, deck: DeckMotion) -> float:
         c, s = cos(self.axis_angle), sin(self.axis_angle)
         u1, u2 = c * deck.x + s * deck.y, c * deck.y - s * deck.x
         return 0.5 * (self.stiffness_1 * u1 * u1 + self.stiffness_2 * u2 * u2)
 
-    def space_loss(self, deck: Deck) -> float:
+    def space_loss(self, deck: DeckMotion) -> float:
         c, s = cos(self.axis_angle), sin(self.axis_angle)
         v1, v2 = c * deck.vx + s * deck.vy, c * deck.vy - s * deck.vx
         return self.damping_1 * v1 * v1 + self.damping_2 * v2 * v2

@@ -35,7 +35,7 @@ SIXTEEN = Setting(16, (*EIGHT.samples, 24, 32), 10)
 SETTINGS = {setting.nodes: setting for setting in (EIGHT, SIXTEEN)}
 
 
-class Collocation(NamedTuple):
+class CollocationParameters(NamedTuple):
     """What the method is told."""
 
     setting: Setting | None
@@ -47,7 +47,7 @@ class Collocation(NamedTuple):
 
 
 TOLERANCE = Parameter(
-    "what each of its spans may leave of an error, in balls' angles and in the deck's displacement "
+    "what each of its collocation steps may leave of an error, in balls' angles and in the deck's displacement "
     "over the race's radius",
     1e-11,
     1e-16,
@@ -55,7 +55,7 @@ TOLERANCE = Parameter(
     "rad",
 )
 STEPS = Parameter(
-    "how many of the scene's steps each of its spans goes over, rounded down to 1, 2, 3, 4, 6, 8, "
+    "how many of the scene's steps each of its collocation steps goes over, rounded down to 1, 2, 3, 4, 6, 8, "
     "12 or 16, with 16 nodes 24 or 32, whatever error that leaves; 0 for as many as the tolerance "
     "allows",
     0.0,
@@ -86,10 +86,10 @@ def collocation(tolerance: float, steps: float, nodes: float) -> Stepper:
         "collocation",
         2 * count,
         "Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339, on Gauss nodes",
-        Collocation(setting, tolerance, steps),
+        CollocationParameters(setting, tolerance, steps),
         evaluations=5 * count,
         growth=growth_of,
-        spans=True,
+        collocation_steps=True,
         parts=PARTS,
         needs_own_motion=True,
         solves_drag=True,
@@ -98,7 +98,7 @@ def collocation(tolerance: float, steps: float, nodes: float) -> Stepper:
     )
 
 
-def setting_for(own: Collocation, is_smooth: bool) -> Setting:
+def setting_for(own: CollocationParameters, is_smooth: bool) -> Setting:
     """The setting that makes runs of a scene fastest, if none is named.
 
     Long steps are worth little where events cut them; in space they take many iterations.

@@ -6,7 +6,7 @@ from ab_sim.papers.deck_3d.case import NAME, Tell
 from ab_sim.papers.deck_3d.maps import map_section
 from ab_sim.papers.deck_3d.responses import response_section
 from ab_sim.papers.deck_3d.verdicts import border_section, verdict_section
-from ab_sim.papers.page import Paper, Section
+from ab_sim.papers.page import Paper, PageSection
 
 TITLE = "Dynamic analysis of an optical disk drive with an automatic ball balancer"
 SOURCE = (
@@ -27,9 +27,9 @@ def regenerate(folder: Path, tell: Tell) -> Paper:
     return Paper(NAME, TITLE, SOURCE, sections)
 
 
-def _assumed() -> Section:
+def _assumed() -> PageSection:
     """What the paper leaves out, and what is ours."""
-    return Section(
+    return PageSection(
         "What the paper leaves out",
         (
             "The paper prints no parameter but d = .03 m: no mass, stiffness, damping, no race "

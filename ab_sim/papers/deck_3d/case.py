@@ -22,7 +22,7 @@ PUBLISHED = {speed: speed > TRANSLATION[-1] for speed in SPEEDS}
 Tell = Callable[[str, int, int], None]
 
 
-class Parameters(NamedTuple):
+class DeckParameters(NamedTuple):
     """What the paper varies; the rest is the scene feeding-deck's."""
 
     c: float = 0.6
@@ -37,7 +37,7 @@ class Parameters(NamedTuple):
     """Balls, with the mass of the paper's two between them."""
 
 
-def deck_of(p: Parameters) -> Scene:
+def deck_of(p: DeckParameters) -> Scene:
     """The scene with these parameters; balls evenly spread."""
     base = load_scene("feeding-deck")
     assert base.deck is not None and base.rotor.eccentric_mass is not None
@@ -67,7 +67,7 @@ def deck_of(p: Parameters) -> Scene:
 
 def least_radius() -> float:
     """Of a race in which the paper's two balls can balance the rotor: M eps / (n m) [m]."""
-    scene = deck_of(Parameters())
+    scene = deck_of(DeckParameters())
     return scene.eccentric_mass * scene.rotor.eccentricity / scene.balls.total_mass
 
 

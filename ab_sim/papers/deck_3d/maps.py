@@ -11,14 +11,14 @@ from ab_sim.analysis.floquet import STARTS, TurnMap, largest_of
 from ab_sim.analysis.results import Results
 from ab_sim.papers.deck_3d.case import (
     SPEEDS,
-    Parameters,
+    DeckParameters,
     Tell,
     deck_of,
     least_radius,
     mark_frequencies,
     written,
 )
-from ab_sim.papers.page import Section
+from ab_sim.papers.page import PageSection
 from ab_sim.scene import Scene
 
 OVER = np.linspace(100.0, 500.0, 81)
@@ -45,7 +45,7 @@ MAPS = (
 )
 
 
-def map_section(folder: Path, tell: Tell) -> Section:
+def map_section(folder: Path, tell: Tell) -> PageSection:
     """The four maps, and whether the published verdicts hold all over them."""
     figure = Figure(figsize=(12.0, 9.0), layout="constrained")
     figure.suptitle("Balanced deck: stable (shaded) over spindle speed and one parameter each")
@@ -67,7 +67,7 @@ def map_section(folder: Path, tell: Tell) -> Section:
         "instability around the rotational frequency 335 rad/s, which the paper says never "
         "matters.",
     )
-    return Section(
+    return PageSection(
         "Stability over four parameters: figures 4 to 7", text, (),
         (written(figure, folder, "maps", caption),),
     )  # fmt: skip
@@ -78,7 +78,7 @@ def _rows(each: Map, tell: Tell) -> np.ndarray:
     found = []
     for k, value in enumerate(each.values.tolist()):
         tell(f"figure {each.number}", k, len(each.values))
-        scene = deck_of(Parameters(**{each.key: value}))
+        scene = deck_of(DeckParameters(**{each.key: value}))
         row = Results(balanced_moduli).of(scene, speeds=OVER.tolist())
         found.append([np.nan if x is None else x for x in row["largest"]])
     return np.array(found)
@@ -104,7 +104,7 @@ def _draw(axes: Axes, each: Map, moduli: np.ndarray) -> None:
     if each.logarithmic:
         axes.set_yscale("log")
     mark_frequencies(axes)
-    usual = getattr(Parameters(), each.key)
+    usual = getattr(DeckParameters(), each.key)
     axes.plot(SPEEDS, [usual] * len(SPEEDS), "kx", ms=5)
     axes.set_title(f"Figure {each.number}: over {each.key}", fontsize=10)
     axes.set_xlabel("spindle speed [rad/s]")

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from ab_sim.analysis import run_scene, without_balls
 from ab_sim.figures.curves import draw_curve
-from ab_sim.papers.deck_3d.case import PUBLISHED, Parameters, Tell, deck_of, written
-from ab_sim.papers.page import Section, Table
+from ab_sim.papers.deck_3d.case import PUBLISHED, DeckParameters, Tell, deck_of, written
+from ab_sim.papers.page import PageSection, Table
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 
@@ -24,7 +24,7 @@ LAST = 0.1
 """Share of a run that its end is."""
 
 
-class Response(NamedTuple):
+class DeckResponse(NamedTuple):
     """A run."""
 
     time: np.ndarray
@@ -40,7 +40,7 @@ class Response(NamedTuple):
         return float(np.sqrt(np.mean(end**2)))
 
 
-def response_section(folder: Path, tell: Tell) -> Section:
+def response_section(folder: Path, tell: Tell) -> PageSection:
     """The time responses, and what becomes of the vibration."""
     figure = Figure(figsize=(12.0, 15.0), layout="constrained")
     figure.suptitle("Held speed, from rest: vibration VQ and ball angles from the unbalance")
@@ -73,7 +73,7 @@ def response_section(folder: Path, tell: Tell) -> Section:
         "179 rad/s they find no place and the motion goes on changing, above they balance.",
     )
     caption = "Figures 8 to 13: left VQ with (blue) and without balls (grey); right the balls"
-    return Section(
+    return PageSection(
         "Time responses: figures 8 to 13", text, (table,),
         (written(figure, folder, "responses", caption),),
     )  # fmt: skip
@@ -85,23 +85,23 @@ def started(speed: float) -> Scene:
         "start.speed": speed, "start.ball_angles": [*START], "solver.step": 5e-4,
         "duration": DURATION,
     }  # fmt: skip
-    return changed_scene(deck_of(Parameters()), changes, "time response")
+    return changed_scene(deck_of(DeckParameters()), changes, "time response")
 
 
-def response(scene: Scene) -> Response:
+def response(scene: Scene) -> DeckResponse:
     """A run of a scene."""
     run = run_scene(scene).trajectory
-    return Response(run["time"], np.linalg.norm(run.position, axis=1), run.ball_angles)
+    return DeckResponse(run["time"], np.linalg.norm(run.position, axis=1), run.ball_angles)
 
 
-def _ends(balls: Response) -> np.ndarray:
+def _ends(balls: DeckResponse) -> np.ndarray:
     """The balls' last angles, within +-pi [rad]."""
     last = balls.angles[-1]
     return np.asarray(last - 2.0 * math.pi * np.round(last / (2.0 * math.pi)))
 
 
 def _draw(
-    panels: tuple[Axes, Axes], number: int, speed: float, balls: Response, bare: Response
+    panels: tuple[Axes, Axes], number: int, speed: float, balls: DeckResponse, bare: DeckResponse
 ) -> None:
     left, right = panels
     draw_curve(left, bare.time, 1e6 * bare.vibration, color="0.6", lw=1.0, label="without balls")

@@ -16,13 +16,13 @@ from ab_sim.papers.deck_3d.case import (
     ROTATION,
     SPEEDS,
     TRANSLATION,
-    Parameters,
+    DeckParameters,
     Tell,
     deck_of,
     mark_frequencies,
     written,
 )
-from ab_sim.papers.page import Section, Table
+from ab_sim.papers.page import PageSection, Table
 from ab_sim.scene import Scene
 
 DAMPINGS = (0.6, 0.2, 0.1, 0.05)
@@ -32,9 +32,9 @@ COUNTS = (1, 2, 3, 4)
 WORDS = {True: "stable", False: "unstable", None: "undecided"}
 
 
-def verdict_section(folder: Path, tell: Tell) -> Section:
+def verdict_section(folder: Path, tell: Tell) -> PageSection:
     """Frequencies, the balanced angle, and stability at the speeds that are judged."""
-    scene = deck_of(Parameters())
+    scene = deck_of(DeckParameters())
     modes = vibration_of(scene).modes
     named = zip((*TRANSLATION, *ROTATION), (mode.frequency for mode in modes), strict=True)
     frequencies = Table(
@@ -59,17 +59,17 @@ def verdict_section(folder: Path, tell: Tell) -> Section:
         "eight verdicts all are reached. Multipliers are those of the deck's 16 genuine "
         "coordinates over one turn; the paper prints none.",
     )
-    return Section("Frequencies and verdicts", text, (frequencies, verdicts))
+    return PageSection("Frequencies and verdicts", text, (frequencies, verdicts))
 
 
-def border_section(folder: Path, tell: Tell) -> Section:
+def border_section(folder: Path, tell: Tell) -> PageSection:
     """Where balance becomes stable, over damping and the number of balls."""
     figure = Figure(figsize=(11.0, 12.0), layout="constrained")
     figure.suptitle("Largest modulus of a multiplier over spindle speed")
     panels = figure.subplots(4, 2, sharex=True)
-    cases = [(f"c = {c:g} N s/m, 2 balls", Parameters(c=c)) for c in DAMPINGS]
+    cases = [(f"c = {c:g} N s/m, 2 balls", DeckParameters(c=c)) for c in DAMPINGS]
     cases += [
-        (f"{n} ball{'s' if n > 1 else ''} of {4e-4 / n:.3g} kg, c = .6", Parameters(n=n))
+        (f"{n} ball{'s' if n > 1 else ''} of {4e-4 / n:.3g} kg, c = .6", DeckParameters(n=n))
         for n in COUNTS
     ]
     rows: list[tuple[Any, ...]] = []
@@ -93,7 +93,7 @@ def border_section(folder: Path, tell: Tell) -> Section:
         "Left: over the mounts' damping; right: over the number of balls, which have the same mass "
         "together. Shaded: stable; dotted: the published natural frequencies"
     )
-    least = Results(least_dampings).of(deck_of(Parameters()), speeds=[*ROTATION, 500.0])
+    least = Results(least_dampings).of(deck_of(DeckParameters()), speeds=[*ROTATION, 500.0])
     lowest = Table(
         "Damping of a mount below which the balance is not stable",
         ("speed [rad/s]", "c [N s/m]"),
@@ -112,7 +112,7 @@ def border_section(folder: Path, tell: Tell) -> Section:
     )
     names = "case", "borders [rad/s]", "whirl at 500 rad/s [um]"
     table = Table("Borders from 100 to 500 rad/s", names, tuple(rows))
-    return Section(
+    return PageSection(
         "Where the balance becomes stable", text, (table, lowest),
         (written(figure, folder, "borders", caption),),
     )  # fmt: skip
@@ -132,7 +132,7 @@ def least_dampings(scene: Scene, speeds: list[float]) -> dict[str, Any]:
 
     def least(speed: float) -> float | None:
         def case(c: float) -> tuple[Scene, float]:
-            return deck_of(Parameters(c=c)), speed
+            return deck_of(DeckParameters(c=c)), speed
 
         followed = follow("c", case, np.geomspace(0.6, 0.002, 12).tolist(), ["balanced"])
         return max((border.value for border in followed.borders), default=None)

@@ -17,7 +17,7 @@ PRINTED_MASSES = (0.273e-3, 0.303e-3, 0.333e-3)
 Tell = Callable[[str, int, int], None]
 
 
-class Case(NamedTuple):
+class BallMassCase(NamedTuple):
     """One of the three ball masses."""
 
     number: int
@@ -43,11 +43,11 @@ def own_speed(scene: Scene) -> float:
     return speed
 
 
-def cases() -> tuple[Case, ...]:
+def cases() -> tuple[BallMassCase, ...]:
     """The three, with two balls."""
     marks = (("<", "tab:blue"), ("=", "tab:orange"), (">", "tab:green"))
     return tuple(
-        Case(k, load_scene(f"nsc-case-{k}"), f"2 m R {sign} M2 ε", colour)
+        BallMassCase(k, load_scene(f"nsc-case-{k}"), f"2 m R {sign} M2 ε", colour)
         for k, (sign, colour) in enumerate(marks, 1)
     )
 

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 from ab_sim.analysis.recovery.over_drag import kept_recovery
-from ab_sim.papers.page import Cell, Section, Table
+from ab_sim.papers.page import Cell, PageSection, Table
 from ab_sim.papers.relative_stability.cases import PRINTED_MASSES, Tell, cases
 from ab_sim.scene.load import changed_scene
 
 
-def parameter_section(folder: Path, tell: Tell) -> Section:
+def parameter_section(folder: Path, tell: Tell) -> PageSection:
     """The three cases as scenes, with the printed masses beside the exact ones."""
     tell("Table 1", 0, 1)
     rows: list[tuple[Cell, ...]] = []
@@ -44,4 +44,4 @@ def parameter_section(folder: Path, tell: Tell) -> Section:
         "- (25) holds on [t_b, t_b + t_r] only;\n"
         "- Table 1's ω_n is that of case 2; figure 2's landmarks are by each case's own.",
     )
-    return Section("Parameters: Table 1", text, (table,))
+    return PageSection("Parameters: Table 1", text, (table,))

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from ab_sim.analysis.recovery import DRAGS, Recovery, composite_of, in_one_ball
 from ab_sim.analysis.recovery.over_drag import kept_recovery, with_drag
-from ab_sim.papers.page import Cell, Picture, Section, Table
-from ab_sim.papers.relative_stability.cases import Case, Tell, cases, written
+from ab_sim.papers.page import Cell, Picture, PageSection, Table
+from ab_sim.papers.relative_stability.cases import BallMassCase, Tell, cases, written
 from ab_sim.scene.load import changed_scene
 
 PUBLISHED = {
@@ -44,7 +44,7 @@ def table_3() -> Table:
     return Table("Table 3", columns, tuple(rows))
 
 
-def table_section(folder: Path, tell: Tell) -> Section:
+def table_section(folder: Path, tell: Tell) -> PageSection:
     """Table 3, and what decides it."""
     tell("Table 3", 0, 1)
     text = (
@@ -52,15 +52,15 @@ def table_section(folder: Path, tell: Tell) -> Section:
         "counts from the largest whirl to the instant from which on the whirl stays within "
         "1e-6 mm of its steady value (section 5.1). One ball has the mass of both.",
     )
-    return Section("One ball against two: Table 3", text, (table_3(),))
+    return PageSection("One ball against two: Table 3", text, (table_3(),))
 
 
-def over_drag(case: Case, drags: tuple[float, ...], band: float = 1e-9) -> list[Recovery]:
+def over_drag(case: BallMassCase, drags: tuple[float, ...], band: float = 1e-9) -> list[Recovery]:
     """A case's recoveries over drags [N s/m]."""
     return [kept_recovery(with_drag(case.scene, drag), band) for drag in drags]
 
 
-def drag_section(folder: Path, tell: Tell) -> Section:
+def drag_section(folder: Path, tell: Tell) -> PageSection:
     """Figures 5 and 6: amplitude and settling time over drag, and the drag that serves best."""
     runs = _fine(tell)
     figure = Figure(figsize=(9, 3.6), layout="constrained")
@@ -82,7 +82,7 @@ def drag_section(folder: Path, tell: Tell) -> Section:
     )
     table, six = _composite(runs, folder)
     heading = "Amplitude, settling time and the best drag: figures 5 and 6"
-    return Section(heading, text, (table,), (five, six))
+    return PageSection(heading, text, (table,), (five, six))
 
 
 def _fine(tell: Tell) -> dict[int, list[Recovery]]:
@@ -119,7 +119,7 @@ def _composite(runs: dict[int, list[Recovery]], folder: Path) -> tuple[Table, Pi
     return Table("The best drag", columns, tuple(rows)), picture
 
 
-def strength_and_response_section(folder: Path, tell: Tell) -> Section:
+def strength_and_response_section(folder: Path, tell: Tell) -> PageSection:
     """Figures 7 and 8: settling time and amplitude over lambda_Rmax."""
     runs = _fine(tell)
     pictures = []
@@ -152,7 +152,7 @@ def strength_and_response_section(folder: Path, tell: Tell) -> Section:
         "Both fall as 1/drag, so that the figures have the published trend all the same.",
     )
     heading = "Settling time and amplitude against lambda_Rmax: figures 7 and 8"
-    return Section(heading, text, (), tuple(pictures))
+    return PageSection(heading, text, (), tuple(pictures))
 
 
 def _response(found: Recovery, number: int) -> float | None:
@@ -163,7 +163,7 @@ APART = ("3.0, 3.3", [3.0, 3.3])
 """Start angles [rad], as text and as they are."""
 
 
-def together_section(folder: Path, tell: Tell) -> Section:
+def together_section(folder: Path, tell: Tell) -> PageSection:
     """What the balls' start decides, which the report does not say."""
     tell("the balls' start", 0, 1)
     rows: list[tuple[Cell, ...]] = []
@@ -193,7 +193,7 @@ def together_section(folder: Path, tell: Tell) -> Section:
         "falls towards 0, as the report has it, but would be within 1e-6 mm of it only after more "
         "than an hour.",
     )
-    return Section(
+    return PageSection(
         "What the balls' start decides",
         text_of,
         (Table("Together and apart", columns, tuple(rows)),),

@@ -13,8 +13,8 @@ from scipy.optimize import minimize_scalar
 
 from ab_sim.analysis import without_balls
 from ab_sim.analysis.equilibria import RestingState, equilibria_of
-from ab_sim.papers.page import Cell, Section, Table
-from ab_sim.papers.relative_stability.cases import Case, Tell, cases, own_speed, written
+from ab_sim.papers.page import Cell, PageSection, Table
+from ab_sim.papers.relative_stability.cases import BallMassCase, Tell, cases, own_speed, written
 from ab_sim.scene import Scene
 
 RATIOS = np.linspace(0.01, 2.5, 250)
@@ -106,7 +106,7 @@ def landmark_rows() -> list[tuple[Cell, ...]]:
     return rows
 
 
-def resting_section(folder: Path, tell: Tell) -> Section:
+def resting_section(folder: Path, tell: Tell) -> PageSection:
     """Figure 2 with a table of its landmarks."""
     figure = Figure(figsize=(8, 9), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
@@ -131,10 +131,10 @@ def resting_section(folder: Path, tell: Tell) -> Section:
         "that the whirl has no real solution there; that is so of (15), the clustered balls.",
         "In case 2 lambda_Rmax is 0 above ω_n, and decides nothing: see the last section.",
     )
-    return Section("Resting states: figure 2", text, (table,), (picture,))
+    return PageSection("Resting states: figure 2", text, (table,), (picture,))
 
 
-def _panel(axes: Axes, case: Case) -> None:
+def _panel(axes: Axes, case: BallMassCase) -> None:
     states = [holding(case.scene, ratio * case.omega_n) for ratio in RATIOS]
     alone = without_balls(case.scene)
     bare = [equilibria_of(alone, ratio * case.omega_n).branches[0].W for ratio in RATIOS]

@@ -5,15 +5,15 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ab_sim.papers.page import Section
+from ab_sim.papers.page import PageSection
 from ab_sim.papers.relative_stability.cases import Tell, cases, written
-from ab_sim.spindle import SpeedProfile
+from ab_sim.spindle import SpeedSchedule
 
 
-def speed_section(folder: Path, tell: Tell) -> Section:
+def speed_section(folder: Path, tell: Tell) -> PageSection:
     """The raised cosine as the scenes have it."""
     tell("figure 4", 0, 1)
-    profile = SpeedProfile.of_scene(cases()[0].scene)
+    profile = SpeedSchedule.of_scene(cases()[0].scene)
     begin, end = profile.breakpoints
     times = np.linspace(begin - 0.1, end + 0.1, 1001)
     figure = Figure(figsize=(7, 3), layout="constrained")
@@ -33,4 +33,4 @@ def speed_section(folder: Path, tell: Tell) -> Section:
         "Equation (25) as printed swings on for ever; it is meant on [t_b, t_b + t_r] only: the "
         "speed drops once, from 1000 to 900 rad/s within 0.11 s, and stays there (section 5.1).",
     )
-    return Section("The change of speed: figure 4", text, (), (picture,))
+    return PageSection("The change of speed: figure 4", text, (), (picture,))

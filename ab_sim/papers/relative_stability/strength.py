@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from ab_sim.analysis.recovery.over_drag import with_drag
 from ab_sim.analysis.results import Results
-from ab_sim.papers.page import Section
+from ab_sim.papers.page import PageSection
 from ab_sim.papers.relative_stability.cases import Tell, cases, written
 from ab_sim.papers.relative_stability.resting import strength
 from ab_sim.scene import Scene
@@ -27,7 +27,7 @@ def strengths(scene: Scene, ratios: list[float]) -> dict[str, Any]:
     return {"lambda_max": [None if np.isnan(value) else value for value in values]}
 
 
-def strength_section(folder: Path, tell: Tell) -> Section:
+def strength_section(folder: Path, tell: Tell) -> PageSection:
     """Figure 3, as maps instead of surfaces."""
     kept = Results(strengths)
     figure = Figure(figsize=(9, 9), layout="constrained")
@@ -56,4 +56,4 @@ def strength_section(folder: Path, tell: Tell) -> Section:
         "its turns. In case 2 lambda_Rmax is 0 above ω_n at every drag. The grid has steps of 0.05 "
         "in Ω: the gap without a stable state is as in figure 2's table.",
     )
-    return Section("Strength over speed and drag: figure 3, Table 2", text, (), (picture,))
+    return PageSection("Strength over speed and drag: figure 3, Table 2", text, (), (picture,))

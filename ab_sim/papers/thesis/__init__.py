@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ab_sim.papers.page import Paper, Section
+from ab_sim.papers.page import Paper, PageSection
 from ab_sim.papers.thesis.drive import Tell
 from ab_sim.papers.thesis.experiment import experiment_section
 from ab_sim.papers.thesis.head import in_short
@@ -15,7 +15,7 @@ from ab_sim.papers.thesis.without_period import without_period_section
 
 TITLE = "Reduction Method of Residual Balancing Error in Auto-Balancer and its Motion Analysis"
 SOURCE = "Shuichi Yoshida, doctoral thesis, Kyoto Institute of Technology, 2014; chapters 4 to 6."
-LEFT_OUT = Section(
+LEFT_OUT = PageSection(
     "What the thesis leaves out, and its slips",
     (
         "The acceleration before and after the period is 40 rad/s², twice the printed half, "

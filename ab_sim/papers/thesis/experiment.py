@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ab_sim.papers.page import Cell, Picture, Section, Table
+from ab_sim.papers.page import Cell, Picture, PageSection, Table
 from ab_sim.papers.thesis.claims import table_of
 from ab_sim.papers.thesis.drive import HOLD, Tell
 from ab_sim.papers.thesis.five_balls import CHOICES, Bar, Case, alone, bars_of
@@ -36,7 +36,7 @@ OF_SPEEDS = 30
 """Starts for each speed of figure 6.5."""
 
 
-def experiment_section(folder: Path, tell: Tell) -> Section:
+def experiment_section(folder: Path, tell: Tell) -> PageSection:
     """Figures 6.3 to 6.6."""
     named = [Case(rpm) for rpm in PERIODS.values()]
     bars = dict(zip(PERIODS, bars_of("figures 6.3 and 6.4", named, THOUSAND, tell), strict=True))
@@ -66,7 +66,7 @@ def experiment_section(folder: Path, tell: Tell) -> Section:
         f"place, here they line up. Five that touch span {math.degrees(4.0 * NEIGHBOUR):.0f} deg "
         f"between the outer centres, and then carry {TOUCHING:.2f} g cm, as much as they can.",
     )  # fmt: skip
-    return Section(
+    return PageSection(
         "6.2 The experiments: figures 6.3 to 6.6",
         text,
         (

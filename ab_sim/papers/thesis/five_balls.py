@@ -19,7 +19,7 @@ from ab_sim.papers.thesis.drive import Tell
 from ab_sim.papers.thesis.many import many
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
-from ab_sim.scene.profiles import StartUp
+from ab_sim.scene.profiles import StartUpProfile
 
 SCENE, CONTACT = "five-balls-8000-rpm", "effects.ball_contact={restitution_coefficient: 0.5}"
 RPM = math.pi / 30.0
@@ -157,7 +157,7 @@ def motion_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
     time, rates = trajectory["time"], trajectory.ball_rates
     above = trajectory["speed"] > CRITICAL * RPM
     last = float(np.abs(rates[time > time[-1] - 0.2]).max())
-    assert isinstance(scene.profile, StartUp)
+    assert isinstance(scene.profile, StartUpProfile)
     period = scene.profile.variable_speed_period
     if period is None:
         return [float(-rates[above].min()), last, None]

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 
-from ab_sim.papers.page import Section
+from ab_sim.papers.page import PageSection
 from ab_sim.papers.thesis.claims import FAILS, HOLDS
 from ab_sim.papers.thesis.ratios import FARTHER as DONE
 
@@ -26,23 +26,23 @@ OPTIMISED = {
 """By what is changed, m with it, the row of the best end time."""
 
 
-def in_short(sections: Sequence[Section]) -> Section:
+def in_short(sections: Sequence[PageSection]) -> PageSection:
     """Of the sections that have rows."""
-    return Section(
+    return PageSection(
         "In five lines",
         (_count(sections), _balance(sections), _soonest(sections), _rules(sections),
          _five_balls(sections)),
     )  # fmt: skip
 
 
-def counted(sections: Sequence[Section]) -> tuple[int, int]:
+def counted(sections: Sequence[PageSection]) -> tuple[int, int]:
     """How many statements have a verdict, and how many hold."""
     verdicts = [row[-1] for row in _rows(sections)]
     hold = sum(verdict == HOLDS for verdict in verdicts)
     return hold + sum(verdict.startswith(FAILS) for verdict in verdicts), hold
 
 
-def _count(sections: Sequence[Section]) -> str:
+def _count(sections: Sequence[PageSection]) -> str:
     each = [(section.heading.split()[0], *counted([section])) for section in sections]
     by_section = ", ".join(f"{hold} of {all_} in {name}" for name, all_, hold in each if all_)
     most, hold = counted(sections)
@@ -52,7 +52,7 @@ def _count(sections: Sequence[Section]) -> str:
     )
 
 
-def _balance(sections: Sequence[Section]) -> str:
+def _balance(sections: Sequence[PageSection]) -> str:
     gone = "residual unbalance is eliminated"
     left = [_ours(sections, f, gone).split()[0] for f in ("4.7, 4.8", "4.9, 4.10", "4.11, 4.12")]
     none, hold, light, light_held = [row[-1] for row in _table(sections, MATCHED)]
@@ -64,7 +64,7 @@ def _balance(sections: Sequence[Section]) -> str:
     )
 
 
-def _soonest(sections: Sequence[Section]) -> str:
+def _soonest(sections: Sequence[PageSection]) -> str:
     ours = _ours(sections, "section 4.4", "the aim: initial learning")
     times = re.findall(r"([\d.]+) s\b", ours)
     return (
@@ -74,7 +74,7 @@ def _soonest(sections: Sequence[Section]) -> str:
     )
 
 
-def _rules(sections: Sequence[Section]) -> str:
+def _rules(sections: Sequence[PageSection]) -> str:
     serve = {row[1]: row[3] for row in _table(sections, RULES)}
     alone = [name for name, row in ASKED.items() if _fails(sections, *row)]
     farther = [
@@ -95,7 +95,7 @@ def _rules(sections: Sequence[Section]) -> str:
     )
 
 
-def _five_balls(sections: Sequence[Section]) -> str:
+def _five_balls(sections: Sequence[PageSection]) -> str:
     bars = {row[0]: row for row in _table(sections, BARS)}
     none, hold = bars["6.3 (b)"], bars["6.3 (c), 6.4 (a)"]
     share = 1.0 - float(hold[3]) / float(none[3])
@@ -112,7 +112,7 @@ def _five_balls(sections: Sequence[Section]) -> str:
     )
 
 
-def _rows(sections: Sequence[Section]) -> list[list[str]]:
+def _rows(sections: Sequence[PageSection]) -> list[list[str]]:
     """Of all statements."""
     return [
         row for section in sections for table in section.tables
@@ -120,7 +120,7 @@ def _rows(sections: Sequence[Section]) -> list[list[str]]:
     ]  # fmt: skip
 
 
-def _table(sections: Sequence[Section], title: str) -> list[list[str]]:
+def _table(sections: Sequence[PageSection], title: str) -> list[list[str]]:
     """Rows of the one table whose title begins so."""
     (found,) = [
         table for section in sections for table in section.tables if table.title.startswith(title)
@@ -128,21 +128,21 @@ def _table(sections: Sequence[Section], title: str) -> list[list[str]]:
     return found.texts()
 
 
-def _row(sections: Sequence[Section], figure: str, printed: str) -> list[str]:
+def _row(sections: Sequence[PageSection], figure: str, printed: str) -> list[str]:
     """The one row of a figure whose statement begins so."""
     (found,) = [row for row in _rows(sections) if row[0] == figure and row[1].startswith(printed)]
     return found
 
 
-def _has(sections: Sequence[Section], figure: str, printed: str) -> bool:
+def _has(sections: Sequence[PageSection], figure: str, printed: str) -> bool:
     return any(row[0] == figure and row[1].startswith(printed) for row in _rows(sections))
 
 
-def _ours(sections: Sequence[Section], figure: str, printed: str) -> str:
+def _ours(sections: Sequence[PageSection], figure: str, printed: str) -> str:
     return _row(sections, figure, printed)[2]
 
 
-def _fails(sections: Sequence[Section], figure: str, printed: str) -> bool:
+def _fails(sections: Sequence[PageSection], figure: str, printed: str) -> bool:
     return _row(sections, figure, printed)[3].startswith(FAILS)
 
 

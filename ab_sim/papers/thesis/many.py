@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from ab_sim.analysis.maps.kept import KeptPoints
+from ab_sim.analysis.maps.checkpoint import PointCheckpoint
 from ab_sim.analysis.maps.workers import Workers
 from ab_sim.analysis.merits import merits_of
 from ab_sim.batch import simulate_batch
@@ -71,7 +71,7 @@ def many(
     with (
         Workers(os.cpu_count() or 1) as workers,
         # Known by the judge's name; it is not called there.
-        KeptPoints(cast("Callable[..., dict[str, Any]]", judge), scene, numbers) as kept,
+        PointCheckpoint(cast("Callable[..., dict[str, Any]]", judge), scene, numbers) as kept,
     ):
 
         def run(wanted: Sequence[tuple[int, int]]) -> Iterable[Any]:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from ab_sim.papers.page import Picture, Section
+from ab_sim.papers.page import Picture, PageSection
 from ab_sim.papers.thesis.claims import ODD, at_odd, table_of
 from ab_sim.papers.thesis.drive import HOLD, THESIS, StartUp, Tell, start_ups
 from ab_sim.papers.thesis.many import ends
@@ -29,7 +29,7 @@ MOST = 6.0
 """Ball positions that are shown over c_b, times -180 deg, as in the map."""
 
 
-def rotation_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
+def rotation_sections(folder: Path, tell: Tell) -> tuple[PageSection, PageSection]:
     """Figures 5.1 to 5.12, and how wide the good region is."""
     tell("chapter 5", 0, 1)
     runs = histories_of()
@@ -37,7 +37,7 @@ def rotation_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
     held = {HELD[n]: runs[HELD[n]] for n in PAIRS}
     ends_drag, ends_e = over_drag(tell), over_eccentricity(tell)
     good = region(tell)
-    first = Section(
+    first = PageSection(
         "5.1 Non-synchronous motion without a period: figures 5.1 to 5.6",
         (
             f"Times are printed to half a second, and hold within {HALF_SECOND:g} s; angles within "
@@ -53,7 +53,7 @@ def rotation_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
             _ends_picture(folder, "5.4", 0, ends_drag, ends_e),
         ),
     )
-    second = Section(
+    second = PageSection(
         "5.2 Non-synchronous motion with a period: figures 5.7 to 5.12, and how wide it is good",
         (
             "The thesis leaves open how carefully m and c_b must be matched. The map shows it: "

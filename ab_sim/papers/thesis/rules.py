@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from ab_sim.papers.page import Picture, Section, Table
+from ab_sim.papers.page import Picture, PageSection, Table
 from ab_sim.papers.thesis.claims import Claim, opposite, stretches, table_of
 from ab_sim.papers.thesis.drive import ACCELERATION, OPPOSITE, THESIS, Parameters, Tell
 from ab_sim.papers.thesis.many import ends
@@ -73,7 +73,7 @@ RULES = (
 )  # fmt: skip
 
 
-def rules_section(folder: Path, tell: Tell) -> Section:
+def rules_section(folder: Path, tell: Tell) -> PageSection:
     """Figures 4.24 to 4.45, and each rule over a range."""
     tell("section 4.5", 0, 1)
     ranges = over_ranges(tell)
@@ -96,7 +96,7 @@ def rules_section(folder: Path, tell: Tell) -> Section:
         "of 0.4 s, the figures have 0.5 s: both have rows.",
     )
     picture = _picture(folder, ranges)
-    return Section("4.5 Rules for other drives: figures 4.24 to 4.45", text, tables, (picture,))
+    return PageSection("4.5 Rules for other drives: figures 4.24 to 4.45", text, tables, (picture,))
 
 
 def over_ranges(tell: Tell, factors: Sequence[float] = tuple(FACTORS)) -> dict[Rule, Ends]:

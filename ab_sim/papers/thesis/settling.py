@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ab_sim.papers.page import Cell, Section, Table
+from ab_sim.papers.page import Cell, PageSection, Table
 from ab_sim.papers.thesis.claims import ABOUT, Claim, table_of
 from ab_sim.papers.thesis.drive import THESIS, Period, StartUp, Tell, start_ups
 from ab_sim.papers.thesis.judged import (
@@ -32,7 +32,7 @@ TOUCHING = "4.21"
 FIGURES = {(0.0, 0.4): "4.19", (0.0, 0.6): "4.20", (20.0, 0.4): "4.21", (20.0, 0.6): "4.22"}
 
 
-def settling_section(folder: Path, tell: Tell) -> Section:
+def settling_section(folder: Path, tell: Tell) -> PageSection:
     """Figures 4.19 to 4.23, a fine line in place of eight points, and a grid."""
     tell("section 4.4", 0, 1)
     runs = {
@@ -70,7 +70,7 @@ def settling_section(folder: Path, tell: Tell) -> Section:
         f"balls slip by turns and have not come to rest (up to {final.max():.1f}). Most of the "
         "time until W is in its band is ringing down.",
     )
-    return Section(
+    return PageSection(
         "4.4 The best variable-speed period: figures 4.19 to 4.23", text, tables, tuple(pictures)
     )
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ab_sim.papers.page import Section
+from ab_sim.papers.page import PageSection
 from ab_sim.papers.thesis.accelerated import acceleration_claims
 from ab_sim.papers.thesis.causes import alike_claim, joined_claim
 from ab_sim.papers.thesis.claims import (
@@ -60,12 +60,12 @@ def all_runs() -> dict[str, StartUp]:
     return dict(zip(CASES, start_ups(list(CASES.values())), strict=True))
 
 
-def period_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
+def period_sections(folder: Path, tell: Tell) -> tuple[PageSection, PageSection]:
     """Figures 4.7 to 4.18."""
     tell("sections 4.2 and 4.3", 0, 1)
     runs = all_runs()
 
-    held = Section(
+    held = PageSection(
         "4.2 A period at constant speed: figures 4.7 to 4.14",
         (),
         (
@@ -83,7 +83,7 @@ def period_sections(folder: Path, tell: Tell) -> tuple[Section, Section]:
             ),
         ),
     )  # fmt: skip
-    accelerated = Section(
+    accelerated = PageSection(
         "4.3 A period of lower acceleration: figures 4.15 to 4.18",
         (),
         (table_of("Constant acceleration in the period", acceleration_claims(runs)),),

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ab_sim.papers.page import Cell, Section, Table
+from ab_sim.papers.page import Cell, PageSection, Table
 from ab_sim.papers.thesis.causes import parted_claim, remains_claim
 from ab_sim.papers.thesis.claims import (
     ABOUT,
@@ -43,7 +43,7 @@ SOON = 0.5
 """"Immediately after" [s]; ours."""
 
 
-def without_period_section(folder: Path, tell: Tell) -> Section:
+def without_period_section(folder: Path, tell: Tell) -> PageSection:
     """Figures 4.1 to 4.6 and table 4.1."""
     tell("section 4.1", 0, 1)
     runs = dict(zip(STARTS, start_ups([(_at(s), None) for s in STARTS.values()]), strict=True))
@@ -66,7 +66,7 @@ def without_period_section(folder: Path, tell: Tell) -> Section:
         '"(ours: ...)". How far a force alone moves a ball is its integral over time, over c_b R. '
         "Where the balls would end with the mean of both forces is reckoned so, too, not run.",
     )
-    return Section(
+    return PageSection(
         "4.1 Without a variable-speed period: figures 4.1 to 4.6", text, tables, (picture,)
     )
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ab_sim.papers.page import Paper, Section
+from ab_sim.papers.page import Paper, PageSection
 from ab_sim.papers.three_ball.branches import branches_section
 from ab_sim.papers.three_ball.drive import MU_OVER_DELTA
 from ab_sim.papers.three_ball.growth import growth_section
@@ -14,7 +14,7 @@ TITLE = "Stability Analysis of a Three-Ball Automatic Balancer"
 SOURCE = (
     "C.-J. Lu, C.-H. Hung, Journal of Vibration and Acoustics 130, 2008, DOI 10.1115/1.2948415."
 )
-LEFT_OUT = Section(
+LEFT_OUT = PageSection(
     "What the paper leaves out",
     (
         "Its figures are printed without zeta, zeta_B, mu and delta (but for the zeta_B of curves "

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ab_sim.analysis.equilibria import RestingState, equilibria_of
-from ab_sim.papers.page import Picture, Section, Table
+from ab_sim.papers.page import Picture, PageSection, Table
 from ab_sim.papers.three_ball.drive import drive
 from ab_sim.papers.three_ball.settled import STARTS, at_rest_on_rotor, runs, settled
 from ab_sim.papers.three_ball.written import Tell, written
@@ -39,7 +39,7 @@ class Settled(NamedTuple):
     angles: tuple[float, ...]
 
 
-def branches_section(folder: Path, tell: Tell) -> Section:
+def branches_section(folder: Path, tell: Tell) -> PageSection:
     """Figures 3 and 5, and the ranges of stability read off them."""
     pictures, rows = [], []
     for done, (number, eta) in enumerate(((3, 0.2), (5, 0.4))):
@@ -66,7 +66,7 @@ def branches_section(folder: Path, tell: Tell) -> Section:
         "r11 ends in a fold, at the speed where (1 - Ω²)² = 4 (9 η² - 1) ζ² Ω²: between it and "
         "the threshold of r = 0 nothing is stable.",
     )
-    return Section("Resting states: figures 3 and 5", text, (table,), tuple(pictures))
+    return PageSection("Resting states: figures 3 and 5", text, (table,), tuple(pictures))
 
 
 def _ends(scene: Scene) -> list[Settled]:

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from ab_sim.analysis.equilibria import RestingState, equilibria_of
-from ab_sim.papers.page import Cell, Section, Table
+from ab_sim.papers.page import Cell, PageSection, Table
 from ab_sim.papers.three_ball.drive import drive
 from ab_sim.papers.three_ball.written import Tell, written
 from ab_sim.scene import Scene
@@ -39,7 +39,7 @@ def threshold(scene: Scene, label: str = SYMMETRIC, low: float = 1.05, high: flo
     )
 
 
-def growth_section(folder: Path, tell: Tell) -> Section:
+def growth_section(folder: Path, tell: Tell) -> PageSection:
     """Figure 2, and what its threshold depends on."""
     tell("figure 2", 0, 1)
     rows: list[tuple[Cell, ...]] = []
@@ -84,4 +84,4 @@ def growth_section(folder: Path, tell: Tell) -> Section:
     axes.grid(alpha=0.3)
     axes.legend(loc="upper right", fontsize=9)
     picture = written(figure, folder, 2, caption)
-    return Section("Where balance is lost: figure 2", text, (table,), (picture,))
+    return PageSection("Where balance is lost: figure 2", text, (table,), (picture,))

@@ -13,7 +13,7 @@ from ab_sim.analysis.maps.balls import Against
 from ab_sim.analysis.maps.plane import SPEED, Plane, axis
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import CLUSTERED
-from ab_sim.papers.page import Cell, Picture, Section, Table
+from ab_sim.papers.page import Cell, Picture, PageSection, Table
 from ab_sim.papers.three_ball.drive import DAMPING, MASS, drive
 from ab_sim.papers.three_ball.growth import BEST, WORST, threshold
 from ab_sim.papers.three_ball.written import Tell, written
@@ -58,7 +58,7 @@ def region_map(
     return stability_map(plane, COARSE, tell=tell)
 
 
-def bell_section(folder: Path, tell: Tell) -> Section:
+def bell_section(folder: Path, tell: Tell) -> PageSection:
     """Figure 4: where three balls that are too light are stable all together."""
     figure = Figure(figsize=(7.5, 5), layout="constrained")
     axes = figure.subplots()
@@ -90,10 +90,10 @@ def bell_section(folder: Path, tell: Tell) -> Section:
     )
     caption = "borders of the region where r11 is unstable, eta = 0.2"
     picture = written(figure, folder, 4, caption)
-    return Section("Balls that are too light: figure 4", text, (table,), (picture,))
+    return PageSection("Balls that are too light: figure 4", text, (table,), (picture,))
 
 
-def against_section(folder: Path, tell: Tell) -> Section:
+def against_section(folder: Path, tell: Tell) -> PageSection:
     """Figures 7 and 9: three balls against two at equal total unbalance."""
     pictures, rows = [], []
     for number, total in TOTALS:
@@ -147,7 +147,7 @@ def against_section(folder: Path, tell: Tell) -> Section:
         'robust than two" is true as the paper defines it, and false at 2.4 for a designer who '
         "cannot choose the position.",
     )
-    return Section(
+    return PageSection(
         "Three balls against two: figures 7 and 9", text, (shares, thresholds), tuple(pictures)
     )
 

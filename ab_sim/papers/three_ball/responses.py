@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.papers.page import Cell, Section, Table
+from ab_sim.papers.page import Cell, PageSection, Table
 from ab_sim.papers.three_ball.drive import drive
 from ab_sim.papers.three_ball.growth import WORST, balanced, threshold
 from ab_sim.papers.three_ball.settled import STARTS, at_rest_on_rotor, runs
@@ -25,7 +25,7 @@ LONG = 3000.0
 """Of figure 8, [1/w_n]: both balancers are near their thresholds."""
 
 
-def two_places_section(folder: Path, tell: Tell) -> Section:
+def two_places_section(folder: Path, tell: Tell) -> PageSection:
     """Figure 6: two starts that end balanced, with the balls elsewhere."""
     tell("figure 6", 0, 1)
     eta, speed, zeta, zeta_b = TWO_PLACES
@@ -61,7 +61,7 @@ def two_places_section(folder: Path, tell: Tell) -> Section:
     )
     caption = f"two starts at eta = {eta:g}, Ω = {speed:g}, zeta = {zeta:g}, zeta_B = {zeta_b:g}"
     picture = written(figure, folder, 6, caption)
-    return Section("Two starts, two places: figure 6", text, (table,), (picture,))
+    return PageSection("Two starts, two places: figure 6", text, (table,), (picture,))
 
 
 def point_b() -> float:
@@ -71,7 +71,7 @@ def point_b() -> float:
     return 0.5 * (two + three)
 
 
-def point_b_section(folder: Path, tell: Tell) -> Section:
+def point_b_section(folder: Path, tell: Tell) -> PageSection:
     """Figure 8: at a point where three balls hold the balance and two do not."""
     tell("figure 8", 0, 1)
     speed = point_b()
@@ -105,7 +105,7 @@ def point_b_section(folder: Path, tell: Tell) -> Section:
     )
     caption = f"whirl near balance, eta_total = {TOTAL:g}, zeta_B = {ZETA_B:g}, at our point B"
     picture = written(figure, folder, 8, caption)
-    return Section("Point B: figure 8", text, (table,), (picture,))
+    return PageSection("Point B: figure 8", text, (table,), (picture,))
 
 
 def _beside(scene: Scene, speed: float) -> dict[str, object]:

@@ -29,7 +29,7 @@ SETTLED = 3e-16
 """The iteration ends at changes of this share of each state's magnitude."""
 
 
-class Nodes(NamedTuple):
+class CollocationCoefficients(NamedTuple):
     """The method's coefficients."""
 
     c: np.ndarray
@@ -37,7 +37,7 @@ class Nodes(NamedTuple):
     b: np.ndarray
 
 
-class Steps(NamedTuple):
+class CollocationSteps(NamedTuple):
     """What steps are taken with."""
 
     field: Field
@@ -81,11 +81,11 @@ def integration(nodes: np.ndarray) -> np.ndarray:
     return np.array([c / 2.0 * (w @ lagrange(nodes, c * (x + 1.0) / 2.0)) for c in nodes])
 
 
-def gauss_nodes(count: int = NODES) -> Nodes:
+def gauss_nodes(count: int = NODES) -> CollocationCoefficients:
     """Of the method with so many nodes."""
     x, w = legendre.leggauss(count)
     c = (x + 1.0) / 2.0
-    return Nodes(c, integration(c), w / 2.0)
+    return CollocationCoefficients(c, integration(c), w / 2.0)
 
 
 def step_for(f: RightHandSide) -> float:
@@ -109,7 +109,7 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
     room = np.empty(shape), np.empty(shape), state.copy()
     kept = []
     for leg in f.legs:
-        steps_of = Steps(leg.field.emitted, *nodes, f.scale, rest, *room)
+        steps_of = CollocationSteps(leg.field.emitted, *nodes, f.scale, rest, *room)
         states = [state.copy()]
         for begin, end in zip(leg.grid[:-1], leg.grid[1:], strict=True):
             steps = math.ceil((end - begin) / longest - 1e-9)
@@ -124,7 +124,7 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
     return np.concatenate(kept)
 
 
-def take_steps(own: Steps, clock: Clock, state: Floats) -> bool:
+def take_steps(own: CollocationSteps, clock: Clock, state: Floats) -> bool:
     """Take steps; ``own.rest`` is what of the state is too small to be in it.
 
     Args:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from ab_sim.studies.accuracy_cost.methods import FailedError
-from ab_sim.studies.accuracy_cost.right_hand_side import Leg
-from ab_sim.studies.accuracy_cost.tolerance import LegSolver, Outcome
+from ab_sim.studies.accuracy_cost.right_hand_side import SmoothInterval
+from ab_sim.studies.accuracy_cost.tolerance import LegSolver, IntervalOutcome
 
 MOST_STEPS = 10**7
 
@@ -27,8 +27,8 @@ def cvode_solvers() -> dict[str, LegSolver]:
 
 
 def _solve(
-    solver: Any, method: str, leg: Leg, state: np.ndarray, relative: float, absolute: np.ndarray
-) -> Outcome:
+    solver: Any, method: str, leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray
+) -> IntervalOutcome:
     cvode = solver(
         leg.fill,
         method=method,
@@ -42,4 +42,4 @@ def _solve(
         raise FailedError(f"gave up: {error}") from error
     if not done.success:
         raise FailedError(f"gave up: {done.message}")
-    return Outcome(done.y, int(done.nfev))
+    return IntervalOutcome(done.y, int(done.nfev))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.drive import Drive
-from ab_sim.drive.observation import Energy
+from ab_sim.drive.observation import EnergyBalance
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
@@ -13,10 +13,10 @@ INSTANTS = 200
 """About so many samples of a run are looked at; each takes some Python."""
 
 
-class EnergyBalance(NamedTuple):
+class RunEnergies(NamedTuple):
     """Energies at some instants of a run."""
 
-    energies: list[Energy]
+    energies: list[EnergyBalance]
 
     def error(self) -> float:
         """Largest |stored - at start - motor work + dissipated|, relative.
@@ -30,10 +30,10 @@ class EnergyBalance(NamedTuple):
         return gap / size if size > 0.0 else 0.0
 
 
-def ledger_refusal(scene: Scene) -> str:
-    """Why no ledger can be kept of a scene; empty where one can."""
+def energy_balance_refusal(scene: Scene) -> str:
+    """Why no energy balance can be kept of a scene; empty where one can."""
     try:
-        Drive(scene, ledger=True)
+        Drive(scene, energy_balance=True)
     except SceneError as error:
         return str(error)
     return ""

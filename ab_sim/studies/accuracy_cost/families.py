@@ -12,12 +12,12 @@ from ab_sim.integrate.registry import steppers
 from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
 from ab_sim.studies.accuracy_cost.cvode_peer import cvode_solvers
-from ab_sim.studies.accuracy_cost.methods import Method
+from ab_sim.studies.accuracy_cost.methods import MeasuredMethod
 from ab_sim.studies.accuracy_cost.mujoco_peer import MuJoCo, mujoco_refusal
-from ab_sim.studies.accuracy_cost.ours import Stepping
-from ab_sim.studies.accuracy_cost.results import LeftOut
+from ab_sim.studies.accuracy_cost.ours import OwnStepper
+from ab_sim.studies.accuracy_cost.results import OmittedMethod
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
-from ab_sim.studies.accuracy_cost.sampling import Sampling
+from ab_sim.studies.accuracy_cost.sampling import SampleTimes
 from ab_sim.studies.accuracy_cost.scipy_peers import SCIPY
 from ab_sim.studies.accuracy_cost.tolerance import ByTolerance, LegSolver
 
@@ -27,7 +27,7 @@ FINER = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
 LEAST_STEPS = 3
 EXTRA = "not installed; pip install 'ab_sim[peers]'"
 
-Setting = tuple[str, Callable[[], Method]]
+Setting = tuple[str, Callable[[], MeasuredMethod]]
 """What it is, for people, and what makes it."""
 Family = tuple[str, Sequence[Setting]]
 """A method, with its settings from coarse to fine."""
@@ -35,46 +35,46 @@ Family = tuple[str, Sequence[Setting]]
 
 def all_families(
     scene: Scene,
-    sampling: Sampling,
+    sampling: SampleTimes,
     f: RightHandSide | None,
-    with_ledger: bool,
+    with_energy_balance: bool,
     steps: Sequence[float],
     tolerances: Sequence[float],
-) -> tuple[list[Family], list[LeftOut]]:
+) -> tuple[list[Family], list[OmittedMethod]]:
     """All methods for a scene, and those it cannot be studied with.
 
     Args:
         scene: the scene.
         sampling: when runs are compared.
         f: the scene as a right-hand side; None if it has events.
-        with_ledger: whether it can keep a ledger.
+        with_energy_balance: whether it can keep an energy balance.
         steps: steps to try [s].
         tolerances: relative tolerances to try.
     """
     divides = [step for step in steps if sampling.per_period(step)]
     missing = [
-        LeftOut(f"steps of {1e3 * step:g} ms", f"do not divide {sampling.period:g} s, at which "
+        OmittedMethod(f"steps of {1e3 * step:g} ms", f"do not divide {sampling.period:g} s, at which "
                 "runs are compared")
         for step in steps
         if step not in divides
     ]  # fmt: skip
     families = [*_ours(scene, sampling, divides)]
     if f is None:
-        missing += [LeftOut(name, _events_reason(scene)) for name in (*SCIPY, "CVODE")]
+        missing += [OmittedMethod(name, _events_reason(scene)) for name in (*SCIPY, "CVODE")]
     else:
         tolerances = sorted(tolerances, reverse=True)
-        families += _by_tolerance(f, with_ledger, tolerances, missing)
+        families += _by_tolerance(f, with_energy_balance, tolerances, missing)
     families += _mujoco(scene, sampling, divides, missing)
     return families, missing
 
 
-def _ours(scene: Scene, sampling: Sampling, steps: Sequence[float]) -> Iterator[Family]:
+def _ours(scene: Scene, sampling: SampleTimes, steps: Sequence[float]) -> Iterator[Family]:
     """Every registered stepper."""
     own = [scene.solver.step] if sampling.per_period(scene.solver.step) else []
     ladder = sorted({*steps, *own}, reverse=True)
     for name in steppers():
         settings = [
-            (f"{1e3 * step:g} ms", partial(Stepping, scene, sampling, name, step))
+            (f"{1e3 * step:g} ms", partial(OwnStepper, scene, sampling, name, step))
             for step in ladder
         ]
         longest = _longest(scene, name, ladder[-1] if ladder else FINER[-1])
@@ -82,7 +82,7 @@ def _ours(scene: Scene, sampling: Sampling, steps: Sequence[float]) -> Iterator[
         finer = [s for s in FINER if s <= longest and sampling.per_period(s)]
         if allowed < LEAST_STEPS:
             settings += [
-                (f"{1e3 * step:g} ms", partial(Stepping, scene, sampling, name, step))
+                (f"{1e3 * step:g} ms", partial(OwnStepper, scene, sampling, name, step))
                 for step in finer[: LEAST_STEPS - allowed]
             ]
         yield name, settings
@@ -100,16 +100,16 @@ def _longest(scene: Scene, stepper: str, step: float) -> float:
 
 
 def _by_tolerance(
-    f: RightHandSide, with_ledger: bool, tolerances: Sequence[float], missing: list[LeftOut]
+    f: RightHandSide, with_energy_balance: bool, tolerances: Sequence[float], missing: list[OmittedMethod]
 ) -> list[Family]:
     """SciPy's integrators and CVODE."""
     solvers: dict[str, LegSolver] = dict(SCIPY)
     try:
         solvers.update(cvode_solvers())
     except ImportError:
-        missing.append(LeftOut("CVODE", f"scikit-sundae is {EXTRA}"))
+        missing.append(OmittedMethod("CVODE", f"scikit-sundae is {EXTRA}"))
     # Compiled once, when the first of them asks for it.
-    booked = lru_cache(partial(RightHandSide, f.scene, f.sampling, True)) if with_ledger else None
+    booked = lru_cache(partial(RightHandSide, f.scene, f.sampling, True)) if with_energy_balance else None
     return [
         (
             name,
@@ -123,13 +123,13 @@ def _by_tolerance(
 
 
 def _mujoco(
-    scene: Scene, sampling: Sampling, steps: Sequence[float], missing: list[LeftOut]
+    scene: Scene, sampling: SampleTimes, steps: Sequence[float], missing: list[OmittedMethod]
 ) -> list[Family]:
     refusal = mujoco_refusal(scene)
     if not refusal and importlib.util.find_spec("mujoco") is None:
         refusal = f"MuJoCo is {EXTRA}"
     if refusal:
-        missing.append(LeftOut(MuJoCo.name, refusal))
+        missing.append(OmittedMethod(MuJoCo.name, refusal))
         return []
     ladder = sorted(steps, reverse=True)
     settings = [(f"{1e3 * step:g} ms", partial(MuJoCo, scene, sampling, step)) for step in ladder]

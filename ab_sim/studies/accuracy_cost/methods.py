@@ -10,7 +10,7 @@ class FailedError(AbSimError):
     """A method could not finish the run; the text says how, and becomes a row of the table."""
 
 
-class Method(Protocol):
+class MeasuredMethod(Protocol):
     """One method at one setting, on one scene."""
 
     name: str
@@ -37,4 +37,4 @@ class Method(Protocol):
         """What ``run`` returned, as samples."""
 
     def energy_error(self) -> float | None:
-        """The energy balance's error, in a run of its own; None where nothing keeps a ledger."""
+        """The energy balance's error, in a run of its own; None where nothing keeps an energy balance."""

@@ -18,11 +18,11 @@ from ab_sim.equations.neighbours import start_angles
 from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedProfile
-from ab_sim.spindle.segments import Ramp
+from ab_sim.spindle import SpeedSchedule
+from ab_sim.spindle.speed_laws import Ramp
 from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.right_hand_side import SAME_INSTANT
-from ab_sim.studies.accuracy_cost.sampling import Sampling
+from ab_sim.studies.accuracy_cost.sampling import SampleTimes
 
 KNOWN = {"suspension", "viscous_drag", "spindle_acceleration", "ball_spin"}
 IMMOVABLE = 1e15
@@ -38,7 +38,7 @@ def mujoco_refusal(scene: Scene) -> str:
     others = [name for name in scene.effects if name not in KNOWN]
     if others:
         return f"its model here has no {', '.join(others)}"
-    segments = [piece.segment for piece in SpeedProfile.of_scene(scene).pieces]
+    segments = [piece.segment for piece in SpeedSchedule.of_scene(scene).segments]
     if not all(isinstance(segment, Ramp) for segment in segments):
         return "its model here takes profiles of constant accelerations only"
     turning = any(segment.acceleration(0.0) for segment in segments)
@@ -60,7 +60,7 @@ class MuJoCo:
     tolerance: float | None = None
     evaluations: int | None = None
 
-    def __init__(self, scene: Scene, sampling: Sampling, step: float) -> None:
+    def __init__(self, scene: Scene, sampling: SampleTimes, step: float) -> None:
         import mujoco
 
         why = mujoco_refusal(scene)
@@ -72,7 +72,7 @@ class MuJoCo:
         self.scene, self.sampling = scene, sampling
         self.step: float | None = step
         self.length = step
-        self.profile = SpeedProfile.of_scene(scene)
+        self.profile = SpeedSchedule.of_scene(scene)
         effects = tuple(scene.effects.values())
         balls = [Ball(*each) for each in zip(scene.balls.masses, scene.balls.radii, strict=True)]
         R = scene.race.radius
@@ -133,7 +133,7 @@ class MuJoCo:
         """Positions of all joints at the sample times; its steps end at every breakpoint."""
         kept: list[np.ndarray] = []
         now, times = 0.0, self.sampling.times
-        for piece in self.profile.pieces:
+        for piece in self.profile.segments:
             end = min(piece.end, self.sampling.end)
             if end - now < SAME_INSTANT:
                 continue
@@ -164,5 +164,5 @@ class MuJoCo:
         return Samples(kept[:, :2], kept[:, 3:])
 
     def energy_error(self) -> float | None:
-        """It keeps no ledger of the motor's work and of losses."""
+        """It keeps no energy balance of the motor's work and of losses."""
         return None

@@ -8,12 +8,12 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError
 from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
-from ab_sim.studies.accuracy_cost.energy import INSTANTS, EnergyBalance
+from ab_sim.studies.accuracy_cost.energy import INSTANTS, RunEnergies
 from ab_sim.studies.accuracy_cost.methods import FailedError
-from ab_sim.studies.accuracy_cost.sampling import Sampling
+from ab_sim.studies.accuracy_cost.sampling import SampleTimes
 
 
-class Stepping:
+class OwnStepper:
     """A stepper at a step.
 
     Raises:
@@ -24,7 +24,7 @@ class Stepping:
     tolerance: float | None = None
     evaluations: int | None = None
 
-    def __init__(self, scene: Scene, sampling: Sampling, stepper: str, step: float) -> None:
+    def __init__(self, scene: Scene, sampling: SampleTimes, stepper: str, step: float) -> None:
         self.name, self.sampling = stepper, sampling
         self.step: float | None = step
         self.each = sampling.per_period(step)
@@ -54,8 +54,8 @@ class Stepping:
         return Samples.of(kept)
 
     def energy_error(self) -> float | None:
-        """In a run of its own, because the ledger takes time."""
-        drive = Drive(self.scene, ledger=True)
+        """In a run of its own, because the energy balance takes time."""
+        drive = Drive(self.scene, energy_balance=True)
         every = -(-self.sampling.number // INSTANTS)
         energies = []
         try:
@@ -64,4 +64,4 @@ class Stepping:
                 energies.append(drive.energy())
         except DivergedError:
             return None
-        return EnergyBalance(energies).error()
+        return RunEnergies(energies).error()

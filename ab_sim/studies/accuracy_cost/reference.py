@@ -16,9 +16,9 @@ from ab_sim.integrate.steppers.tsit5 import TSIT5
 from ab_sim.scene.model import Scene
 from ab_sim.studies.accuracy_cost.collocation import NODES, collocate, step_for
 from ab_sim.studies.accuracy_cost.methods import FailedError
-from ab_sim.studies.accuracy_cost.ours import Stepping
+from ab_sim.studies.accuracy_cost.ours import OwnStepper
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
-from ab_sim.studies.accuracy_cost.sampling import LADDER, Sampling
+from ab_sim.studies.accuracy_cost.sampling import LADDER, SampleTimes
 from ab_sim.studies.accuracy_cost.scipy_peers import dop853, lsoda, radau
 from ab_sim.studies.accuracy_cost.tolerance import ByTolerance
 
@@ -92,7 +92,7 @@ def _by_tolerance(f: RightHandSide, name: str, tolerance: float) -> Samples:
     return run.samples(run.run())
 
 
-def event_reference(scene: Scene, sampling: Sampling) -> Reference:
+def event_reference(scene: Scene, sampling: SampleTimes) -> Reference:
     """Of a scene with events: rk8 at a short step, and tsit5 for rk8 itself.
 
     Nobody else here locates events, so both use the package's code for that, and share its
@@ -122,15 +122,15 @@ def event_reference(scene: Scene, sampling: Sampling) -> Reference:
 
 
 def _shortest(
-    scene: Scene, sampling: Sampling, stepper: str, below: float
-) -> tuple[Stepping, float]:
+    scene: Scene, sampling: SampleTimes, stepper: str, below: float
+) -> tuple[OwnStepper, float]:
     refusal = ""
     for step in SHORT:
         if step >= below:
             continue
         if sampling.finest.per_period(step) and sampling.end / step <= MOST_STEPS:
             try:
-                return Stepping(scene, sampling, stepper, step), step
+                return OwnStepper(scene, sampling, stepper, step), step
             except SceneError as error:
                 refusal = str(error)
     raise InputError(

@@ -7,17 +7,17 @@ from typing import Any, NamedTuple
 from ab_sim.accuracy.deviation import Deviation
 from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.studies.accuracy_cost.reference import EQUATIONS
-from ab_sim.studies.effect_cost import Spread, conditions
+from ab_sim.studies.effect_cost import Quartiles, conditions
 
 
-class Bound(NamedTuple):
+class ErrorBound(NamedTuple):
     """An error, or what it is at most, where the reference itself is no better."""
 
     value: float
     at_most: bool
 
     @classmethod
-    def of(cls, error: float, uncertainty: float) -> "Bound":
+    def of(cls, error: float, uncertainty: float) -> "ErrorBound":
         """An error that was seen against a reference of that uncertainty."""
         return cls(max(error, uncertainty), error <= uncertainty)
 
@@ -25,24 +25,24 @@ class Bound(NamedTuple):
         return f"{'<= ' if self.at_most else ''}{self.value:.1e}"
 
 
-class Errors(NamedTuple):
+class RunErrors(NamedTuple):
     """Of one run, over the run and at its end."""
 
-    angle: Bound
+    angle: ErrorBound
     """Of any ball's angle, over the run [rad]."""
-    whirl: Bound
+    whirl: ErrorBound
     """Of the deck's displacement, over the run [e]."""
-    angle_end: Bound
+    angle_end: ErrorBound
     """As ``angle``, at the end."""
-    whirl_end: Bound
+    whirl_end: ErrorBound
     """As ``whirl``, at the end."""
     energy: float | None
-    """Of the energy balance over the run, relative; None where no ledger is kept."""
+    """Of the energy balance over the run, relative; None where no energy balance is kept."""
 
     @classmethod
-    def of(cls, found: Deviation, uncertainty: Deviation, energy: float | None) -> "Errors":
+    def of(cls, found: Deviation, uncertainty: Deviation, energy: float | None) -> "RunErrors":
         """From what was seen."""
-        angle, whirl, angle_end, whirl_end = map(Bound.of, found, uncertainty)
+        angle, whirl, angle_end, whirl_end = map(ErrorBound.of, found, uncertainty)
         return cls(angle, whirl, angle_end, whirl_end, energy)
 
 
@@ -56,9 +56,9 @@ class SettingCost(NamedTuple):
     """s; None for methods that choose their steps by a tolerance."""
     tolerance: float | None
     """Relative; None for fixed steps."""
-    errors: Errors | None
+    errors: RunErrors | None
     """None where it failed."""
-    cpu: Spread | None
+    cpu: Quartiles | None
     """CPU seconds per simulated second, which is the fraction of one core that real time takes."""
     repeats: int
     """Runs timed; fewer than asked for where one takes long."""
@@ -78,7 +78,7 @@ class SettingCost(NamedTuple):
         errors = None
         if self.errors is not None:
             bounds = {
-                name: bound._asdict() if isinstance(bound, Bound) else bound
+                name: bound._asdict() if isinstance(bound, ErrorBound) else bound
                 for name, bound in self.errors._asdict().items()
             }
             errors = bounds
@@ -86,7 +86,7 @@ class SettingCost(NamedTuple):
         return {**self._asdict(), "errors": errors, "cpu": cpu}
 
 
-class LeftOut(NamedTuple):
+class OmittedMethod(NamedTuple):
     """A method, or a setting of it, that was not measured."""
 
     method: str
@@ -123,7 +123,7 @@ class AccuracyCost(Presented):
     """Of the reference: of its integration, not of the equations."""
     repeats: int
     rows: tuple[SettingCost, ...]
-    left_out: tuple[LeftOut, ...]
+    omitted: tuple[OmittedMethod, ...]
     notes: tuple[str, ...]
 
     @property
@@ -198,7 +198,7 @@ class AccuracyCost(Presented):
             "reference_independent": self.independent,
             "uncertainty": self.uncertainty._asdict(),
             "rows": [row.report() for row in self.rows],
-            "left_out": [each._asdict() for each in self.left_out],
+            "left_out": [each._asdict() for each in self.omitted],
         }
 
     def _order(self, row: SettingCost) -> tuple[float, float]:

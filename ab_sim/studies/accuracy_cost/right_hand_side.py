@@ -11,29 +11,29 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.accuracy.deviation import Samples
-from ab_sim.drive.observation import Energy
-from ab_sim.dynamics.assemble import place_on, start_modes, start_state, system_of
+from ab_sim.drive.observation import EnergyBalance
+from ab_sim.dynamics.assemble import place_on, start_discrete_state, start_state, system_of
 from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import TURNS, Place, has_events
+from ab_sim.dynamics.system import TURNS, ActiveSegment, has_events
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedProfile
-from ab_sim.studies.accuracy_cost.energy import EnergyBalance
-from ab_sim.studies.accuracy_cost.sampling import Sampling
+from ab_sim.spindle import SpeedSchedule
+from ab_sim.studies.accuracy_cost.energy import RunEnergies
+from ab_sim.studies.accuracy_cost.sampling import SampleTimes
 
 SAME_INSTANT = 1e-12
 """s."""
 
 
-class Leg(NamedTuple):
+class SmoothInterval(NamedTuple):
     """A stretch of time in which f is smooth."""
 
     grid: np.ndarray
     """Times [s]: its begin, the sample times within, its end."""
     keep: np.ndarray
     """Which of them are sample times, as indices."""
-    place: Place
+    place: ActiveSegment
     start: float
     """When the segment begins [s]: local time is counted from it."""
     field: VectorField
@@ -56,19 +56,19 @@ class RightHandSide:
     Args:
         scene: what to simulate.
         sampling: when samples are kept.
-        ledger: also the two states of the ledger.
+        energy_balance: also the two states of the energy balance.
     """
 
-    def __init__(self, scene: Scene, sampling: Sampling, ledger: bool = False) -> None:
+    def __init__(self, scene: Scene, sampling: SampleTimes, energy_balance: bool = False) -> None:
         self.scene, self.sampling = scene, sampling
-        self.system = system_of(scene, ledger)
+        self.system = system_of(scene, energy_balance)
         assert not has_events(self.system.effects), "f of a scene with events has kinks"
         self.start = start_state(scene, self.system)
-        self.modes = start_modes(scene, self.system)
-        self.profile = SpeedProfile.of_scene(scene)
+        self.discrete_state = start_discrete_state(scene, self.system)
+        self.profile = SpeedSchedule.of_scene(scene)
         self.legs = tuple(self._legs())
 
-    def sampled(self, sampling: Sampling) -> "RightHandSide":
+    def sampled(self, sampling: SampleTimes) -> "RightHandSide":
         """The same at other sample times."""
         other = copy.copy(self)
         other.sampling = sampling
@@ -82,24 +82,24 @@ class RightHandSide:
         length = self.scene.whirl_unit[0]
         energy = 0.5 * self.scene.total_mass * (length * speed) ** 2
         scale = np.empty(layout.size)
-        scale[layout.carrier] = self.system.carrier.scale(length, speed)
-        scale[layout.angles], scale[layout.rates], scale[layout.ledger] = 1.0, speed, energy
+        scale[layout.deck] = self.system.deck_model.scale(length, speed)
+        scale[layout.angles], scale[layout.rates], scale[layout.energy_balance] = 1.0, speed, energy
         return scale
 
     def samples(self, states: np.ndarray) -> Samples:
         """States at the sample times, shape (samples, states), as samples."""
-        layout, carrier = layout_of(self.system), self.system.carrier
+        layout, deck_model = layout_of(self.system), self.system.deck_model
         psi = np.array([self.profile.angle(float(t)) for t in self.sampling.times])
-        position = carrier.place(states[:, layout.carrier], psi)
-        turns = 2.0 * math.pi * self.modes[: self.scene.balls.count, TURNS]
+        position = deck_model.place(states[:, layout.deck], psi)
+        turns = 2.0 * math.pi * self.discrete_state[: self.scene.balls.count, TURNS]
         return Samples(position, states[:, layout.angles] + turns)
 
     def energy_error(self, states: np.ndarray) -> float:
-        """Of a run with a ledger, from its states at the sample times."""
+        """Of a run with an energy balance, from its states at the sample times."""
         before = self._stored(self.start, 0.0)
-        return EnergyBalance(
+        return RunEnergies(
             [
-                Energy(self._stored(state, float(t)), before, float(state[-2]), float(state[-1]))
+                EnergyBalance(self._stored(state, float(t)), before, float(state[-2]), float(state[-1]))
                 for t, state in zip(self.sampling.times, states, strict=True)
             ]
         ).error()
@@ -110,16 +110,16 @@ class RightHandSide:
 
     def _legs(self) -> Any:
         times = self.sampling.times
-        for piece in self.profile.pieces:
-            begin, end = piece.start, min(piece.end, self.sampling.end)
+        for scheduled in self.profile.segments:
+            begin, end = scheduled.start, min(scheduled.end, self.sampling.end)
             if end - begin < SAME_INSTANT:
                 continue
             inside = times[(times > begin + SAME_INSTANT) & (times < end - SAME_INSTANT)]
             last = np.abs(times - end).min() <= SAME_INSTANT
-            yield Leg(
+            yield SmoothInterval(
                 np.concatenate([[begin], inside, [end]]),
                 np.arange(1, len(inside) + 1 + last),
-                place_on(piece),
-                piece.start,
-                VectorField(self.system, piece, self.modes),
+                place_on(scheduled),
+                scheduled.start,
+                VectorField(self.system, scheduled, self.discrete_state),
             )

@@ -17,7 +17,7 @@ DENSE = 0.5e-3
 spindle's acceleration, errors of long steps peak for some milliseconds."""
 
 
-class Sampling(NamedTuple):
+class SampleTimes(NamedTuple):
     """Sample times: whole multiples of a period, so that every run has a step that ends there."""
 
     period: float
@@ -38,9 +38,9 @@ class Sampling(NamedTuple):
         return self.number * self.period
 
     @property
-    def finest(self) -> "Sampling":
+    def finest(self) -> "SampleTimes":
         """The reference's: a sample at each of the parts."""
-        return Sampling(self.period / self.parts, self.number * self.parts)
+        return SampleTimes(self.period / self.parts, self.number * self.parts)
 
     def per_period(self, step: float) -> int:
         """How many steps make a period; 0 if it is not a whole number."""
@@ -48,7 +48,7 @@ class Sampling(NamedTuple):
         return period // one if period % one == 0 else 0
 
 
-def sampling_of(scene: Scene) -> Sampling:
+def sampling_of(scene: Scene) -> SampleTimes:
     """The common sample times of a scene.
 
     The period is the ladder's longest step, or the least multiple of it that the scene's own step
@@ -65,7 +65,7 @@ def sampling_of(scene: Scene) -> Sampling:
     wished = [math.lcm(longest, own)] + [nanoseconds(step) for step in reversed(LADDER)]
     for period in wished:
         if duration // period >= LEAST_SAMPLES:
-            found = Sampling(period / 1e9, duration // period)
+            found = SampleTimes(period / 1e9, duration // period)
             return found._replace(parts=_parts(found, [scene.solver.step, *reversed(LADDER)]))
     least = LEAST_SAMPLES * LADDER[0]
     raise InputError(
@@ -74,7 +74,7 @@ def sampling_of(scene: Scene) -> Sampling:
     )
 
 
-def _parts(sampling: Sampling, steps: list[float]) -> int:
+def _parts(sampling: SampleTimes, steps: list[float]) -> int:
     parts = 1
     for step in steps:
         each = sampling.per_period(step)

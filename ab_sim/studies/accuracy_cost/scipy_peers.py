@@ -8,8 +8,8 @@ import numpy as np
 from scipy.integrate import ODEintWarning, odeint, solve_ivp
 
 from ab_sim.studies.accuracy_cost.methods import FailedError
-from ab_sim.studies.accuracy_cost.right_hand_side import Leg
-from ab_sim.studies.accuracy_cost.tolerance import LegSolver, Outcome
+from ab_sim.studies.accuracy_cost.right_hand_side import SmoothInterval
+from ab_sim.studies.accuracy_cost.tolerance import LegSolver, IntervalOutcome
 
 MOST_STEPS = 10**7
 # Their hints do not know compiled functions, nor methods that are named at run time.
@@ -18,8 +18,8 @@ _ODEINT: Any = odeint
 
 
 def _solve_ivp(
-    method: str, leg: Leg, state: np.ndarray, relative: float, absolute: np.ndarray
-) -> Outcome:
+    method: str, leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray
+) -> IntervalOutcome:
     grid = leg.grid
     done = _SOLVE_IVP(
         leg.f,
@@ -32,10 +32,10 @@ def _solve_ivp(
     )
     if not done.success:
         raise FailedError(f"gave up: {done.message}")
-    return Outcome(done.y.T, done.nfev)
+    return IntervalOutcome(done.y.T, done.nfev)
 
 
-def lsoda(leg: Leg, state: np.ndarray, relative: float, absolute: np.ndarray) -> Outcome:
+def lsoda(leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray) -> IntervalOutcome:
     """LSODA through ``odeint``: its loop is compiled, where solve_ivp's is Python and 3 x slower.
 
     It integrates past the leg's end and interpolates: f continues smoothly there.
@@ -55,7 +55,7 @@ def lsoda(leg: Leg, state: np.ndarray, relative: float, absolute: np.ndarray) ->
             )
         except ODEintWarning as warning:
             raise FailedError(f"gave up: {warning}") from warning
-    return Outcome(states, int(done["nfe"][-1]))
+    return IntervalOutcome(states, int(done["nfe"][-1]))
 
 
 dop853: LegSolver = partial(_solve_ivp, "DOP853")

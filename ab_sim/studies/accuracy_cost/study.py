@@ -13,14 +13,14 @@ from ab_sim.dynamics.system import has_events
 from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene.model import Scene
-from ab_sim.studies.accuracy_cost.energy import ledger_refusal
+from ab_sim.studies.accuracy_cost.energy import energy_balance_refusal
 from ab_sim.studies.accuracy_cost.families import TOLERANCES, Setting, all_families
-from ab_sim.studies.accuracy_cost.methods import FailedError, Method
+from ab_sim.studies.accuracy_cost.methods import FailedError, MeasuredMethod
 from ab_sim.studies.accuracy_cost.reference import Reference, event_reference, smooth_reference
-from ab_sim.studies.accuracy_cost.results import AccuracyCost, Errors, LeftOut, SettingCost
+from ab_sim.studies.accuracy_cost.results import AccuracyCost, RunErrors, OmittedMethod, SettingCost
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
-from ab_sim.studies.accuracy_cost.sampling import LADDER, Sampling, nanoseconds, sampling_of
-from ab_sim.studies.effect_cost import Progress, Spread
+from ab_sim.studies.accuracy_cost.sampling import LADDER, SampleTimes, nanoseconds, sampling_of
+from ab_sim.studies.effect_cost import Progress, Quartiles
 
 REPEATS = 9
 
@@ -35,7 +35,7 @@ TIME_FOR_ONE = 6.0
 class _Candidate:
     """A method at a setting, with what was seen of it."""
 
-    def __init__(self, method: Method, errors: Errors, seconds: float, repeats: int) -> None:
+    def __init__(self, method: MeasuredMethod, errors: RunErrors, seconds: float, repeats: int) -> None:
         self.method, self.errors = method, errors
         self.repeats = max(1, min(repeats, math.ceil(TIME_FOR_ONE / max(seconds, 1e-9))))
         self.seconds: list[float] = []
@@ -84,15 +84,15 @@ def measure(
     smooth = not has_events(system_of(scene).effects)
     f = RightHandSide(scene, sampling) if smooth else None
     reference = event_reference(scene, sampling) if f is None else smooth_reference(f)
-    no_ledger = ledger_refusal(scene)
-    study = _Study(scene, sampling, reference, repeats, not no_ledger)
-    families, missing = all_families(scene, sampling, f, not no_ledger, steps, tolerances)
-    study.left_out += missing
+    no_energy_balance = energy_balance_refusal(scene)
+    study = _Study(scene, sampling, reference, repeats, not no_energy_balance)
+    families, missing = all_families(scene, sampling, f, not no_energy_balance, steps, tolerances)
+    study.omitted += missing
     for done, (name, settings) in enumerate(families):
         tell(f"errors of {name}", done, len(families))
         study.family(name, settings)
     rows = study.timed(tell)
-    notes = [f"no energy balance: {no_ledger}"] if no_ledger else []
+    notes = [f"no energy balance: {no_energy_balance}"] if no_energy_balance else []
     if nanoseconds(sampling.end) != nanoseconds(scene.duration):
         notes.append(
             f"compared up to {sampling.end:g} s of {scene.duration:g} s: the last whole multiple "
@@ -112,7 +112,7 @@ def measure(
         reference.uncertainty,
         repeats,
         tuple(rows),
-        tuple(study.left_out),
+        tuple(study.omitted),
         tuple(notes),
     )
 
@@ -123,16 +123,16 @@ class _Study:
     def __init__(
         self,
         scene: Scene,
-        sampling: Sampling,
+        sampling: SampleTimes,
         reference: Reference,
         repeats: int,
-        with_ledger: bool,
+        with_energy_balance: bool,
     ) -> None:
         self.scene, self.sampling, self.reference = scene, sampling, reference
-        self.repeats, self.with_ledger = repeats, with_ledger
+        self.repeats, self.with_energy_balance = repeats, with_energy_balance
         self.candidates: list[_Candidate] = []
         self.failed: list[SettingCost] = []
-        self.left_out: list[LeftOut] = []
+        self.omitted: list[OmittedMethod] = []
 
     def family(self, name: str, settings: Sequence[Setting]) -> None:
         """Run a method's settings, from coarse to fine, for their errors."""
@@ -148,12 +148,12 @@ class _Study:
                 finer = [what for what, _ in settings[at + 1 :]]
                 if finer:
                     what = f"{name} at {', '.join(finer)}"
-                    self.left_out.append(LeftOut(what, f"at {setting} {reason}"))
+                    self.omitted.append(OmittedMethod(what, f"at {setting} {reason}"))
                 break
         for reason, which in refused.items():
-            self.left_out.append(LeftOut(f"{name} at {', '.join(which)}", f"refused: {reason}"))
+            self.omitted.append(OmittedMethod(f"{name} at {', '.join(which)}", f"refused: {reason}"))
 
-    def _run(self, method: Method) -> str:
+    def _run(self, method: MeasuredMethod) -> str:
         """Errors of one setting; says why finer ones would be of no use, if they would not."""
         try:
             method.prepare()
@@ -168,8 +168,8 @@ class _Study:
             self.failed.append(row)
             return ""
         found = self._deviation(method.name, samples)
-        energy = method.energy_error() if self.with_ledger else None
-        errors = Errors.of(found, self.reference.uncertainty, energy)
+        energy = method.energy_error() if self.with_energy_balance else None
+        errors = RunErrors.of(found, self.reference.uncertainty, energy)
         self.candidates.append(_Candidate(method, errors, seconds, self.repeats))
         limit = self.reference.uncertainty
         if found.angle <= NEAR * limit.angle and found.whirl <= NEAR * limit.whirl:
@@ -201,7 +201,7 @@ class _Study:
             method.step,
             method.tolerance,
             candidate.errors,
-            Spread.of(np.array(candidate.seconds) / simulated),
+            Quartiles.of(np.array(candidate.seconds) / simulated),
             len(candidate.seconds),
             None if evaluations is None else evaluations / simulated,
         )

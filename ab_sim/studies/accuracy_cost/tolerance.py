@@ -7,13 +7,13 @@ import numpy as np
 
 from ab_sim.accuracy.deviation import Samples
 from ab_sim.studies.accuracy_cost.methods import FailedError
-from ab_sim.studies.accuracy_cost.right_hand_side import Leg, RightHandSide
+from ab_sim.studies.accuracy_cost.right_hand_side import SmoothInterval, RightHandSide
 
 ABSOLUTE = 0.01
 """Absolute tolerances are this share of the relative one, times each state's magnitude."""
 
 
-class Outcome(NamedTuple):
+class IntervalOutcome(NamedTuple):
     """One leg, integrated."""
 
     states: np.ndarray
@@ -21,7 +21,7 @@ class Outcome(NamedTuple):
     evaluations: int
 
 
-LegSolver = Callable[[Leg, np.ndarray, float, np.ndarray], Outcome]
+LegSolver = Callable[[SmoothInterval, np.ndarray, float, np.ndarray], IntervalOutcome]
 """From a leg, the state at its begin, relative and absolute tolerances; raises FailedError."""
 
 
@@ -30,8 +30,8 @@ class ByTolerance:
 
     Args:
         f: the scene.
-        with_ledger: makes the scene with a ledger; called only for ``energy_error``. None where
-            no ledger can be kept.
+        with_energy_balance: makes the scene with an energy balance; called only for ``energy_error``. None where
+            no energy balance can be kept.
         name: of the integrator.
         solver: integrates a leg.
         tolerance: relative.
@@ -43,12 +43,12 @@ class ByTolerance:
     def __init__(
         self,
         f: RightHandSide,
-        with_ledger: Callable[[], RightHandSide] | None,
+        with_energy_balance: Callable[[], RightHandSide] | None,
         name: str,
         solver: LegSolver,
         tolerance: float,
     ) -> None:
-        self.f, self.with_ledger, self.name = f, with_ledger, name
+        self.f, self.with_energy_balance, self.name = f, with_energy_balance, name
         self.solver = solver
         self.tolerance: float | None = tolerance
         self.evaluations: int | None = None
@@ -65,10 +65,10 @@ class ByTolerance:
         return self.f.samples(kept)
 
     def energy_error(self) -> float | None:
-        """With the ledger's states integrated along."""
-        if self.with_ledger is None:
+        """With the energy balance's states integrated along."""
+        if self.with_energy_balance is None:
             return None
-        f = self.with_ledger()
+        f = self.with_energy_balance()
         before = self.evaluations
         try:
             return f.energy_error(self._run(f))

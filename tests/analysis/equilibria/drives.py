@@ -82,8 +82,8 @@ def altered(system: System, draw: np.random.Generator) -> System:
     k3 = 0.0 if draw.random() < 0.5 else k / (e * 10.0 ** draw.uniform(0, 2)) ** 2
     own = {"Suspension": Suspension(k, c), "HardeningSuspension": HardeningSuspension(k3)}
     effects = tuple(own.get(type(effect).__name__, effect) for effect in system.effects)
-    carrier = system.carrier._replace(total_mass=M, unbalance=M * e, eccentricity=e)
-    return system._replace(carrier=carrier, balls=balls, effects=effects)
+    deck_model = system.deck_model._replace(total_mass=M, unbalance=M * e, eccentricity=e)
+    return system._replace(deck_model=deck_model, balls=balls, effects=effects)
 
 
 def base() -> System:

@@ -15,14 +15,14 @@ from ab_sim.analysis.equilibria.balanced import (
     symmetric,
 )
 from ab_sim.analysis.equilibria.extremes import growths, positions_at
-from ab_sim.analysis.equilibria.resting import Rotor, resting_system, rotor_of
+from ab_sim.analysis.equilibria.resting import ClosedFormRotor, resting_system, rotor_of
 from ab_sim.papers.three_ball.drive import drive as three_balls
 from tests.analysis.equilibria.drives import altered, base, drive
 
 
-def rotor(*moments: float, unbalance: float = 1.0) -> Rotor:
+def rotor(*moments: float, unbalance: float = 1.0) -> ClosedFormRotor:
     kinds = tuple(sorted({*moments}).index(x) for x in moments)
-    return Rotor(1.0, unbalance, 1.0, 0.0, 0.0, moments, kinds)
+    return ClosedFormRotor(1.0, unbalance, 1.0, 0.0, 0.0, moments, kinds)
 
 
 @pytest.mark.parametrize(

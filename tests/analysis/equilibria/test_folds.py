@@ -4,7 +4,7 @@ import numpy as np
 
 from ab_sim.analysis.equilibria.folds import folds_of
 from ab_sim.analysis.equilibria.patterns import radii
-from ab_sim.analysis.equilibria.resting import Rotor
+from ab_sim.analysis.equilibria.resting import ClosedFormRotor
 
 
 def test_between_folds_the_number_of_radii_does_not_change() -> None:
@@ -13,7 +13,7 @@ def test_between_folds_the_number_of_radii_does_not_change() -> None:
     speeds = np.geomspace(5.0, 3000.0, 300)
     for _ in range(30):
         c, k3 = 10.0 ** draw.uniform(-2.5, 0.5), 10.0 ** draw.uniform(5, 12)
-        rotor, moment = Rotor(0.1, 1e-5, 1000.0, c, k3, (), ()), 1e-5 * draw.uniform(-3, 3)
+        rotor, moment = ClosedFormRotor(0.1, 1e-5, 1000.0, c, k3, (), ()), 1e-5 * draw.uniform(-3, 3)
         folds = folds_of(rotor, moment)
         counts = np.array([len(radii(rotor, moment, w)) for w in speeds])
         expected = (
@@ -38,7 +38,7 @@ def test_between_folds_the_number_of_radii_does_not_change() -> None:
 
 
 def test_a_small_cubic_spring_moves_them_little() -> None:
-    linear = Rotor(0.1, 9.8e-6, 1000.0, 0.2, 0.0, (), ())
+    linear = ClosedFormRotor(0.1, 9.8e-6, 1000.0, 0.2, 0.0, (), ())
     for moment in (2e-5, -2e-5):
         (one,), (two,) = (folds_of(r, moment) for r in (linear, linear._replace(cubic_stiffness=1)))
         assert abs(two.speed / one.speed - 1.0) < 1e-7
@@ -46,5 +46,5 @@ def test_a_small_cubic_spring_moves_them_little() -> None:
 
 
 def test_none_where_balls_cannot_outdo_the_unbalance() -> None:
-    rotor = Rotor(0.1, 1e-5, 1000.0, 0.2, 0.0, (), ())
+    rotor = ClosedFormRotor(0.1, 1e-5, 1000.0, 0.2, 0.0, (), ())
     assert folds_of(rotor, 0.99e-5) == folds_of(rotor, -0.99e-5) == []

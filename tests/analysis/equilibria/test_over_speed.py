@@ -116,7 +116,7 @@ def test_balls_that_weigh_just_what_balances_end_in_the_balanced_set() -> None:
     ((low, high),) = over_speed.without_stable_state
     assert low == pytest.approx(scene.critical_speed, rel=1e-9) and high == 400.0
     assert over_speed.undecided == [(low, high)]
-    below = [s for s in over_speed.stretches if s.label == "2+0"]
+    below = [s for s in over_speed.intervals if s.label == "2+0"]
     assert [s.speeds[-1] < scene.critical_speed * (1 + 1e-9) for s in below] == [True]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ab_sim.analysis.held import held
+from ab_sim.analysis.held_speed import held
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import start_state
 from ab_sim.integrate.flow import Flow
@@ -17,7 +17,7 @@ SPEED, DURATION = 120.0, 0.05
 
 def flow_of(scene: Scene, stepper: str = "rk8") -> Flow:
     field = held(scene, SPEED)
-    return Flow(field.system, field.piece, field.modes, steppers()[stepper])
+    return Flow(field.system, field.scheduled, field.discrete_state, steppers()[stepper])
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -81,7 +81,7 @@ def test_derivatives_converge_at_the_stepper_s_order(stepper: str) -> None:
 def test_events_and_steppers_that_take_floats_only_are_refused() -> None:
     field = held(load_scene("thesis-baseline"), SPEED)
     with pytest.raises(ValueError, match="has events"):
-        Flow(field.system, field.piece, field.modes, steppers()["rk8"])
+        Flow(field.system, field.scheduled, field.discrete_state, steppers()["rk8"])
     only = next(s for s in steppers().values() if not s.takes_lanes)
     with pytest.raises(ValueError, match=f"{only.name}: is no explicit Runge-Kutta method"):
         flow_of(plane(), only.name)

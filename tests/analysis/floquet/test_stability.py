@@ -9,7 +9,7 @@ from ab_sim.analysis.floquet import STARTS, TurnMap, follow, solutions_of
 from ab_sim.analysis.floquet.simulated import growth_of
 from ab_sim.analysis.floquet.stability import apart
 from ab_sim.analysis.floquet.starts import balanced_angles
-from ab_sim.analysis.held import held
+from ab_sim.analysis.held_speed import held
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene import check_scene, load_scene
 from tests.analysis.floquet.scenes import PLANE, deck, equal, plane
@@ -161,7 +161,7 @@ def test_unequal_balls_are_sent_to_where_they_balance() -> None:
     scene = plane(balls={"count": 3, "mass": [6e-4, 8e-4, 5e-4]}, start={"ball_angles": None})
     turn = TurnMap(scene, 200.0)
     pull = np.array([6e-6, 8e-6, 5e-6]) @ np.exp(1j * balanced_angles(turn))
-    assert pull == pytest.approx(-turn.system.carrier.unbalance, abs=1e-15)
+    assert pull == pytest.approx(-turn.system.deck_model.unbalance, abs=1e-15)
 
 
 def test_a_ball_that_hangs_in_space_is_periodic_too() -> None:

@@ -1,0 +1,82 @@
+"""Merge the ways of eight runs along their speed profiles into one that all can go together."""
+
+import bisect
+import itertools
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ab_sim.dynamics.assemble import place_on
+from ab_sim.dynamics.system import ActiveSegment
+from ab_sim.integrate.side_by_side import LANES, LanePlan
+from ab_sim.spindle.speed_laws import RampAndCosine
+from ab_sim.spindle.step_ranges import StepRange
+
+
+def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type, LanePlan]:
+    """One plan for eight runs, cut wherever one of them has a breakpoint.
+
+    Where a run has more parts of a step than another, the other takes parts of no length, which
+    change nothing.
+
+    Args:
+        step_plans: the stretches of each run, over the same steps.
+        step: s.
+
+    Returns:
+        The kind of all segments, and the plan.
+    """
+    rows = [row for doing in _between_cuts(step_plans) for row in _abreast(doing, step)]
+    alike = len({type(step_range.scheduled.segment) for _, _, lanes in rows for step_range in lanes}) == 1
+    numbers = [(lanes[0].first, steps, finishes) for steps, finishes, lanes in rows]
+    places = [[_place(step_range, alike) for step_range in lanes] for _, _, lanes in rows]
+    times = [
+        [(step_range.scheduled.start, step_range.offset, step_range.length) for step_range in lanes]
+        for _, _, lanes in rows
+    ]
+    constants = [[[*place.segment, *place[1:]] for place in row] for row in places]
+    return type(places[0][0].segment), LanePlan(
+        np.array(numbers, np.int64), _by_lane(constants), _by_lane(times)
+    )
+
+
+def _place(step_range: StepRange, alike: bool) -> ActiveSegment:
+    place = place_on(step_range.scheduled)
+    return place if alike else place._replace(segment=RampAndCosine.of(place.segment))
+
+
+def _between_cuts(step_plans: Sequence[Sequence[StepRange]]) -> Iterator[list[list[StepRange]]]:
+    """From cut to cut, what each run does there: whole steps, or the parts of one."""
+    grouped = [
+        [list(group) for _, group in itertools.groupby(step_plan, key=lambda step_range: step_range.first)]
+        for step_plan in step_plans
+    ]
+    firsts = [[group[0].first for group in groups] for groups in grouped]
+    cuts = sorted(set().union(*firsts))
+    last = step_plans[0][-1]
+    for first, end in itertools.pairwise([*cuts, last.first + max(last.steps, 1)]):
+        doing = []
+        for starts, groups in zip(firsts, grouped, strict=True):
+            parts = groups[bisect.bisect_right(starts, first) - 1]
+            if parts[0].steps:
+                parts = [parts[0]._replace(first=first, steps=end - first)]
+            doing.append(parts)
+        yield doing
+
+
+def _abreast(doing: list[list[StepRange]], step: float) -> Iterator[tuple[int, bool, list[StepRange]]]:
+    """Rows of a plan: steps, whether they are finished then, and what each run does."""
+    most = max(len(parts) for parts in doing)
+    for k in range(most):
+        lanes = [
+            parts[k] if k < len(parts) else parts[-1]._replace(offset=step, length=0.0)
+            for parts in doing
+        ]
+        yield max(1, *(step_range.steps for step_range in lanes)), k + 1 == most, lanes
+
+
+def _by_lane(values: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:
+    """From (stretches, lanes, floats) to (stretches, floats, lanes)."""
+    table = np.array(values, float).transpose(0, 2, 1)
+    assert table.shape[-1] == LANES
+    return np.ascontiguousarray(table)

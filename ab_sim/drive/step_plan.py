@@ -1,0 +1,98 @@
+"""The way of a drive's steps along its speed profile, as tables that its kernel walks along."""
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Iterator
+from itertools import groupby, pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.dynamics.assemble import place_on
+from ab_sim.spindle import ScheduledSegment, Ramp, SpeedSchedule
+from ab_sim.spindle.schedule import Segment
+from ab_sim.spindle.step_ranges import StepGrid, StepRange, step_ranges
+
+KernelOf = Callable[[type[Segment]], Callable[..., int]]
+FOREVER = 2**52
+"""Steps after which nobody asks any more; their numbers are exact as floats."""
+
+
+class StepPlanPart(NamedTuple):
+    """Step ranges along segments of one kind: what one call of the kernel can take."""
+
+    kind: type
+    """Of the segments."""
+    table: np.ndarray
+    """A line for each stretch, columns as of ``stepping.fixed_step.FIRST``."""
+    first: int
+    """Stretches of the way before it."""
+
+
+class StepPlan:
+    """Made once for all steps ahead, so that a call has nothing to find out but where it begins.
+
+    Args:
+        ahead: the stretches, at least one, whole steps with all their parts.
+    """
+
+    def __init__(self, ahead: Iterable[StepRange]) -> None:
+        taken = list(ahead)
+        self.begin = taken[0].first
+        """Steps taken before it."""
+        self._firsts = [step_range.first for step_range in taken]
+        self._legs: list[StepPlanPart] = []
+        lines = [_line(*pair) for pair in pairwise([*taken, _END])]
+        alike = groupby(zip(taken, lines, strict=True), lambda pair: type(pair[0].scheduled.segment))
+        for kind, pairs in alike:
+            table = np.array([line for _, line in pairs], float)
+            self._legs.append(StepPlanPart(kind, table, sum(len(leg.table) for leg in self._legs)))
+
+    @classmethod
+    def along(cls, profile: SpeedSchedule, grid: StepGrid, first: int) -> "StepPlan":
+        """Of all steps along a profile, after so many."""
+        return cls(step_ranges(profile, grid, first, FOREVER))
+
+    @property
+    def kinds(self) -> set[type[Segment]]:
+        """Of its segments: there is a kernel for each."""
+        return {leg.kind for leg in self._legs}
+
+    def after(self, steps: int) -> Iterator[tuple[StepPlanPart, int]]:
+        """The legs after so many steps, and at which of its stretches each is begun."""
+        at = bisect_left(self._firsts, steps)
+        if at == len(self._firsts) or self._firsts[at] != steps:
+            at -= 1
+        for leg in self._legs:
+            if at < leg.first + len(leg.table):
+                yield leg, max(at - leg.first, 0)
+
+    def walk(
+        self, kernel: KernelOf, first: int, steps: int, command: float, samples: np.ndarray
+    ) -> int:
+        """Take steps after so many; arguments and what is returned as of ``fixed_step.advance``.
+
+        Args:
+            kernel: the ``fixed_step.stepping`` for segments of a kind.
+        """
+        done = 0
+        for leg, at in self.after(first):
+            left = steps - done
+            taken = kernel(leg.kind)(leg.table, at, first + done, left, command, samples[done:])
+            if taken < 0:
+                return taken - done
+            done += taken
+            if done == steps:
+                break
+        return done
+
+
+_END = StepRange(ScheduledSegment(0.0, 0.0, 0.0, Ramp(0.0, 0.0)), -1, 0, 0.0, 0.0)
+"""Behind the last stretch."""
+
+
+def _line(step_range: StepRange, next_: StepRange) -> list[float]:
+    # The last part of a step ends it.
+    ended = step_range.steps or int(next_.first != step_range.first)
+    place, first, start = place_on(step_range.scheduled), step_range.first, step_range.scheduled.start
+    times = first, first + ended, start, step_range.offset, step_range.length
+    return [*times, *place.segment, place.phase, place.until, place.angle]

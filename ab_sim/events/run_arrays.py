@@ -1,0 +1,83 @@
+"""What events and drivers work with, made of a system."""
+
+import math
+
+import numpy as np
+
+from ab_sim.dynamics.system import System, has_contact, has_friction, has_motor
+from ab_sim.events.balls import put_branches
+from ab_sim.events.event_functions import slots
+from ab_sim.events.rows import WIDTH
+from ab_sim.events.run import REACH, BallEvents, Workspace
+
+
+def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
+    """The balls of a system, with room for what is evaluated of them.
+
+    Args:
+        system: what moves.
+        discrete: ``BallEvents.discrete``; changes at events.
+    """
+    n, states = len(system.balls), type(system.deck_model).STATES
+    every, contact = type(system.deck_model).UNKNOWNS + 1, has_contact(system.effects)
+    driven = has_motor(system.effects)
+    return BallEvents(
+        number=n,
+        constants=np.ascontiguousarray(system.balls),
+        contacts=np.ascontiguousarray(system.contacts),
+        discrete=discrete,
+        branches=aligned((n + n * (n if contact else 1) + 1,)),
+        table=aligned((REACH + 2 * every, n)),
+        block=aligned((every, every + 1)),
+        x=aligned((every,)),
+        motor=aligned((3,)),
+        force=aligned((n,)),
+        push=aligned((n,)),
+        accelerations=every,
+        free=every if driven else every - 1,
+        first_angle=states,
+        first_rate=states + n,
+        spindle=states + 2 * n,
+        has_friction=has_friction(system.effects),
+        has_contact=contact,
+        has_motor=driven,
+        has_energy_balance=bool(system.energy_balance),
+    )
+
+
+def branches_of(system: System, discrete: np.ndarray) -> np.ndarray:
+    """Branches of set-valued laws as a scene's code reads them: see ``balls.put_branches``."""
+    balls = balls_of(system, discrete)
+    put_branches(balls)
+    return balls.branches
+
+
+def workspace(balls: BallEvents, bounds: np.ndarray, memory: tuple[int, int] = (0, 0)) -> Workspace:
+    """A workspace for balls, states with such bounds, and a stepper with such a memory."""
+    states, size = (len(bounds),), (slots(balls.number),)
+    return Workspace(
+        slope=aligned(states),
+        trial=aligned(states),
+        slope_ahead=aligned(states),
+        memory=aligned(memory),
+        smooth=np.full(1, math.nan),
+        bounds=np.array(bounds),
+        value=aligned(size),
+        value_ahead=aligned(size),
+        rate=aligned(size),
+        rate_ahead=aligned(size),
+        rounding=aligned(size),
+        rows=aligned((balls.number, WIDTH)),
+        near=aligned((2, *states)),
+        near_value=aligned((3, *size)),
+        force_rate=aligned((2, *size)),
+        counts=np.zeros(2, np.int64),
+    )
+
+
+def aligned(shape: tuple[int, ...]) -> np.ndarray:
+    """Zeros that begin at a cache line: numpy's own alignment costs 10 % or so, at random."""
+    size = 8 * math.prod(shape)
+    raw = np.zeros(size + 64, np.uint8)
+    first = -raw.ctypes.data % 64
+    return raw[first : first + size].view(np.float64).reshape(shape)

@@ -1,0 +1,139 @@
+"""A scene made ready to run live: nothing is compiled or measured any more when time goes on."""
+
+import contextlib
+import copy
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from ab_sim.accuracy import WorkPrecision, resolve_accuracy
+from ab_sim.accuracy.live_checks import LiveChecks
+from ab_sim.drive import Drive
+from ab_sim.drive.description import describe
+from ab_sim.drive.faults.fault import Fault
+from ab_sim.errors import DivergedError
+from ab_sim.integrate.registry import AUTO
+from ab_sim.nodes.drive_health import DriveHealth, RealTimeTolerance
+from ab_sim.nodes.pacing import Pacer
+from ab_sim.nodes.parameters import whole_ratio
+from ab_sim.scene import Scene, load_scene
+
+LONGEST_CHECK = 0.25
+"""Of the time between two wake-ups, the most that a check of the error may take at one of them."""
+
+
+class Rates(NamedTuple):
+    """How often what is done."""
+
+    wake: float
+    """1/s."""
+    block: float
+    """1/s."""
+    patience: float
+    """s of lag beyond which steps are dropped."""
+    catch_up: float
+    """Most steps at one wake-up, in wake-ups."""
+
+
+def scene_of(name: str, changes: Sequence[str], rates: Rates) -> Scene:
+    """The scene that parameters name, if it can be run at these rates.
+
+    Raises:
+        SceneError, InputError: there is none, or it cannot.
+    """
+    scene = load_scene(name, filter(None, changes))
+    if scene.accuracy is None:
+        _per_wake(scene.solver.step, rates)
+    return scene
+
+
+class PreparedDrive:
+    """A scene with all that runs it.
+
+    Args:
+        scene: what.
+        rates: how often it is woken.
+        share: of the loop's work, what checks of the error may take; 0: none.
+        tolerance: beyond it there is something to warn of.
+        say: told what takes long.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        rates: Rates,
+        share: float,
+        tolerance: RealTimeTolerance,
+        say: Callable[[str], Any],
+    ) -> None:
+        if scene.accuracy is not None:
+            say(f"{scene.name}: measuring what delivers the accuracy asked for")
+        period = 1.0 / rates.wake
+        self.scene, self.work_precision = resolve_accuracy(scene, period=period, commanded=True)
+        self._rates = rates
+        self.drive = Drive(self.scene, commanded=True)
+        step = self.drive.step
+        self.per_wake = _per_wake(step, rates)
+        self.step_ns = round(step * 1e9)
+        self.checks = self.checks_for(share)
+        self.pacer = Pacer(step, self.per_wake, int(rates.catch_up * self.per_wake), rates.patience)
+        self.health = DriveHealth(self.drive, self.pacer, self.checks, tolerance, self.work_precision)
+        self._warm_up()
+
+    def altered(self, scene: Scene, faults: tuple[Fault, ...], share: float) -> "PreparedDrive":
+        """Another drive of the same set of effects, to go on with: at the same pace and price.
+
+        Args:
+            scene: with the solver of this one's.
+            faults: all that the drive has.
+            share: of checks of the error.
+
+        Raises:
+            SceneError: the scene cannot be run.
+            InputError: it has nothing that could be broken so.
+        """
+        other = copy.copy(self)
+        other.scene, other.drive = scene, Drive(scene, commanded=True, faults=faults)
+        other.checks = other.checks_for(share)
+        tolerance = self.health.tolerance
+        other.health = DriveHealth(other.drive, self.pacer, other.checks, tolerance, self.work_precision)
+        return other
+
+    @property
+    def time_ns(self) -> int:
+        """Simulated time [ns]."""
+        return self.drive.steps * self.step_ns
+
+    def checks_for(self, share: float) -> LiveChecks | None:
+        """Checks of the drive's error; none of a disc that slips: each jerk ends a window."""
+        if not share or any(fault.ails == "slips" for fault in self.drive.faults):
+            return None
+        return LiveChecks(self.drive, share, longest=LONGEST_CHECK / self._rates.wake)
+
+    def description(self) -> dict[str, Any]:
+        """What is simulated."""
+        work_precision: WorkPrecision | None = self.work_precision
+        return describe(self.scene, None if work_precision is None else work_precision.report())
+
+    def words(self) -> str:
+        """The same, for people."""
+        scene, drive = self.scene, self.drive
+        chosen = scene.solver.stepper == AUTO or self.work_precision is not None
+        reason = f" ({self.health.stepper_chosen})" if chosen else ""
+        what = ", ".join([f"{scene.balls.count} balls", *scene.effects, *scene.sensors])
+        return f"{scene.name}: {what}; {drive.stepper.name} at {drive.step:g} s{reason}"
+
+    def _warm_up(self) -> None:
+        # Nothing may be compiled inside the real-time loop: go once through all it will call.
+        drive = self.drive
+        with contextlib.suppress(DivergedError):  # The loop will find that too, and say so.
+            drive.advance(self.per_wake)
+            drive.command(drive.servo.max_speed)
+            drive.advance(self.per_wake)
+        if self.checks is not None:
+            self.checks.warm_up(drive.servo.max_speed, self.per_wake)
+        drive.observe()
+        drive.reset()
+
+
+def _per_wake(step: float, rates: Rates) -> int:
+    return whole_ratio(1.0 / rates.wake, step, "period of wake_rate over the scene's step")

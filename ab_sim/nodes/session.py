@@ -1,0 +1,289 @@
+"""A drive on the bench: what `drive_sim` has from the loading of a scene to its unloading."""
+
+import time
+import uuid
+from collections.abc import Callable
+
+from rclpy.node import Node
+
+from ab_msgs_py import Level, topics
+from ab_msgs_py.samples import description_message
+from ab_sim.accuracy.live_checks import LiveChecks
+from ab_sim.drive.faults.active import transfer_faults
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import DivergedError
+from ab_sim.nodes.command_path import CommandPath
+from ab_sim.nodes.commanded_drive import CommandedDrive
+from ab_sim.nodes.commands import PendingCommands
+from ab_sim.nodes.drive_settings import Fixed, TimeMode, mode_of, rules_of, tolerance_of
+from ab_sim.nodes.fault_marks import FaultMarks
+from ab_sim.nodes.outputs import Outputs
+from ab_sim.nodes.prepared_drive import PreparedDrive
+from ab_sim.nodes.settings import Settings, Values
+from ab_sim.nodes.stages import Stages
+
+INACTIVE = "inactive: time stands still until the node is activated"
+
+
+class Session:
+    """Steps a drive as the steady clock asks for it; the authority on simulated time.
+
+    What is public is for the loop's thread, or for whoever has the node's ``turn``.
+
+    Args:
+        node: it is a part of.
+        outputs: what is published goes there.
+        fixed: what stays as it is.
+        settings: what may change, see ``follow``.
+        prepared: the drive.
+    """
+
+    def __init__(
+        self, node: Node, outputs: Outputs, fixed: Fixed, settings: Settings, prepared: PreparedDrive
+    ) -> None:
+        self._node, self._outputs, self._settings = node, outputs, settings
+        self._hardening, self.paused = fixed.hardening, fixed.paused
+        self.active = False
+        """Whether its time may go on at all."""
+        self._per_block = fixed.per_block
+        self.trouble = ""
+        self.pending: list[Trajectory] = []
+        self.stepped_for = 0
+        """Commands that had come when ~/step was last answered; see ``new_commands``."""
+        self._wakes, self._reported = 0, False
+        self._stages = Stages("inputs", "integration", "observing", "publishing")
+        drive = prepared.drive
+        self.path = CommandPath(drive.servo, drive.step, rules_of(settings.values), fixed.seed)
+        self._commands = PendingCommands(node, self.path)
+        self._description = topics.DESCRIPTION.publisher(node)
+        self.marks = FaultMarks(node)
+        # By its number, one that was started again is told from one that was heard of again.
+        self._run = {"run": uuid.uuid4().hex}
+        self.now = prepared
+        self.begin(prepared)
+
+    @property
+    def mode(self) -> TimeMode:
+        """What makes time go on."""
+        return mode_of(self._settings.values)
+
+    @property
+    def new_commands(self) -> int:
+        """How many have come since ~/step was last answered, and have not been forgotten since."""
+        return self.path.heard - max(self.stepped_for, self.path.forgotten)
+
+    @property
+    def standing(self) -> bool:
+        """Whether time stands still until it is asked to go on."""
+        return self.paused or self.mode is TimeMode.LOCK_STEP
+
+    def begin(self, prepared: PreparedDrive) -> None:
+        """Run this from now on."""
+        prepared.pacer.count_on(self.now.pacer)
+        self.now = prepared
+        self.led = CommandedDrive(prepared.drive, self.path, prepared.checks)
+        self.pending = [prepared.drive.present()]
+        self._outputs.begin(prepared.scene, prepared.drive.channels)
+        self.marks.tell(())
+        # Latched, and only now: who has read it knows that the drive is ready.
+        self._description.publish(description_message(prepared.description() | self._run))
+        self._node.get_logger().info(prepared.words() + (", paused" if self.paused else ""))
+
+    def go_on_with(self, prepared: PreparedDrive) -> None:
+        """Run what is the same but for its faults from now on, from where it is."""
+        faults = transfer_faults(self.now.drive, prepared.drive, self.led.faults)
+        self.now = prepared
+        self.led = CommandedDrive(prepared.drive, self.path, prepared.checks, faults)
+        self.pending = self.pending and [prepared.drive.present()]
+        self.marks.tell(prepared.drive.faults)
+
+    def activate(self) -> None:
+        """Listen to commands; time goes on, where it does so by itself."""
+        for refusal in self._hardening.apply():
+            self._node.get_logger().warning(refusal)
+        self._commands.listen()
+        self.active = True
+        self.publish()
+        self.restart_clock()
+
+    def deactivate(self) -> None:
+        """Time stands still, nobody is listened to, and nothing is left unpublished."""
+        self.settle()
+        self.finish(INACTIVE)
+        self.now.health.begin(time.monotonic())
+        self._commands.close()
+        self.active = False
+
+    def finish(self, text: str) -> None:
+        """Last words, with what to say of it."""
+        self.take_commands()
+        self.flush()
+        self.report(text)
+
+    def close(self) -> None:
+        """Nothing is described any more, and nothing is broken."""
+        self.marks.tell(())
+        self._outputs.end()
+        self._node.destroy_publisher(self._description)
+        self.marks.close()
+
+    def wake(self) -> None:
+        """What is to be done at a wake-up."""
+        begin, pacer = time.thread_time(), self.now.pacer
+        self._stages.begin()
+        self.take_commands()
+        self._stages.end("inputs")
+        if self.standing:
+            pacer.start(time.monotonic())
+        elif self.mode is TimeMode.FREE:
+            self.advance(self.now.per_wake)
+        # After catching up nothing may be due; time that stands still is not published.
+        elif due := pacer.due(time.monotonic()):
+            self.advance(due)
+        if self.led.checks is not None:
+            # Last: what has been published does not wait for it.
+            self.led.checks.work(time.thread_time() - begin)
+
+    def rest(self) -> float:
+        """How long to sleep until the next wake-up [s]."""
+        if self.mode is TimeMode.FREE and not self.paused:
+            return 0.0
+        return self.now.pacer.wait(time.monotonic())
+
+    def take_commands(self) -> None:
+        """Put on their path what has come."""
+        self._commands.take(self.now.drive.steps, self.standing)
+
+    def advance(self, steps: int) -> None:
+        """Take steps and publish what comes of them; a drive that diverges is paused."""
+        self._stages.begin()
+        first = len(self.pending)
+        try:
+            for part in self.led.advance(steps):
+                self.pending.append(part)
+        except DivergedError as error:
+            self.trouble = str(error)
+            self.paused = True
+            self._node.get_logger().error(f"paused: {error}")
+            self._outputs.sampled(self.pending[first:], self.led.faults)
+            self._commands.shown()
+            self.flush()
+            self.report()
+            return
+        self._stages.end("integration")
+        self._outputs.sampled(self.pending[first:], self.led.faults)
+        self.publish()
+        self._commands.shown()
+        self._wakes += 1
+        if self._wakes % self._per_block == 0:
+            self.flush()
+        self._stages.end("publishing")
+
+    def settle(self) -> None:
+        """A last wake-up before time stands still: no lag is forgotten."""
+        self._take(self.now.pacer.stop)
+
+    def catch_up(self) -> None:
+        """What is due by now, for what is to happen now; time goes on and loses nothing by it."""
+        self._take(self.now.pacer.early)
+
+    def _take(self, due: Callable[[float], int]) -> None:
+        """Commands that have come, and steps that a pacer says are due at a time [s]."""
+        self.take_commands()
+        if not self.standing and self.mode is TimeMode.PACED:
+            if steps := due(time.monotonic()):
+                self.advance(steps)
+
+    def restart_clock(self, now: float | None = None) -> None:
+        """Time stands still, or goes on, from now on [s, of the steady clock]."""
+        now = time.monotonic() if now is None else now
+        self.now.pacer.start(now, self._settings.values["speed_factor"])
+        self.path.forget_stamps()
+        self.go_on(now)
+
+    def go_on(self, now: float) -> None:
+        """Another drive, or at another time, from now on [s], at the same pace."""
+        self.now.health.paced = self.mode is TimeMode.PACED
+        self.now.health.begin(now)
+
+    def publish(self) -> None:
+        """Publish the present."""
+        self._stages.begin()
+        present = self.pending[-1] if self.pending else self.now.drive.present()
+        shown, silent = self._outputs.look(present, self.led.faults)
+        self._stages.end("observing")
+        self._outputs.show(self.now.time_ns, shown, silent)
+
+    def flush(self) -> None:
+        """Publish the samples since the last block."""
+        self._outputs.write(self.pending)
+        self.pending = []
+
+    def report(self, instead: str = "") -> None:
+        """Publish this node's health, with what to say instead of what it does."""
+        health = self.now.health
+        self._commands.look_for_other_types()
+        news = [*self.marks.news(), *health.news(), *self._commands.news()]
+        level = Level.WARN if news else Level.OK
+        text = "; ".join([self._state(), *news])
+        if self.trouble:
+            level, text = Level.ERROR, self.trouble
+        elif rival := self._outputs.rival():
+            level, text = Level.ERROR, rival
+        values = {
+            **health.values(),
+            **self._stages.values(),
+            **self._commands.values(self.now.drive.steps),
+            **self.marks.values(),
+            "time": self.mode.value,
+            "scheduling": self._hardening.words,
+        }
+        self._outputs.report(self.now.time_ns, level, instead or text, values)
+        if refusals := self._commands.refusals():
+            self._node.get_logger().warning(refusals)
+
+    def report_now_and_then(self) -> None:
+        """Once a second, and as soon as somebody else can command."""
+        due = self.now.health.period_over(time.monotonic(), self.standing)
+        if self._commands.others_came() or due:
+            self.report()
+        elif self._reported:
+            # Not behind the same wake-up: either takes much of a period of a millisecond.
+            self._hardening.spare_moment()
+            self._reported = False
+        if due:
+            self._reported = True
+            if self.standing:
+                # For those who come late: a clock that says nothing might be none.
+                self._outputs.tell_time(self.now.time_ns)
+
+    def checks_after(self, before: Values) -> LiveChecks | None:
+        """Checks of the error after settings have changed; others may take long to make."""
+        share = self._settings.values["error_checks"]
+        return self.led.checks if share == before["error_checks"] else self.now.checks_for(share)
+
+    def follow(self, before: Values, checks: LiveChecks | None) -> None:
+        """Settings have changed.
+
+        Args:
+            before: what held until now.
+            checks: those of ``checks_after``.
+        """
+        values = self._settings.values
+        if any(values[name] != before[name] for name in ("time_mode", "speed_factor")):
+            # With what held until now: the pacer still has it.
+            now = time.monotonic()
+            if self.active and mode_of(before) is TimeMode.PACED and not self.paused:
+                self.take_commands()
+                if due := self.now.pacer.stop(now):
+                    self.advance(due)
+            self.restart_clock(now)
+        self.path.rules = rules_of(values)
+        self.now.health.tolerance = tolerance_of(values)
+        self.now.health.checks = checks
+        self.led.check_with(checks)
+
+    def _state(self) -> str:
+        if self.mode is TimeMode.LOCK_STEP:
+            return "lock-step: time goes on by ~/step"
+        return self.now.health.state(self.paused)
