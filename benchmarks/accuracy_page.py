@@ -16,8 +16,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from beside.page import limited_part, peers_part  # noqa: E402
 from collocation_page import collocation_part  # noqa: E402
-from page_parts import conditions, error, left_out_list, sentence, spread, table  # noqa: E402
 from collocation_step_page import collocation_step_part  # noqa: E402
+from page_parts import conditions, error, left_out_list, sentence, spread, table  # noqa: E402
 
 from ab_sim.accuracy import SAFETY  # noqa: E402
 

@@ -56,7 +56,9 @@ def measure(plant: str, seed: int, repeats: int) -> list[dict[str, Any]]:
 
     def drive_of(stepper: str, step: float, **parameters: float) -> Drive:
         own = {"parameters": parameters} if parameters else {}
-        return Drive(scene_at_random(plant, seed, stepper=stepper, step=step, **own), energy_balance=True)
+        return Drive(
+            scene_at_random(plant, seed, stepper=stepper, step=step, **own), energy_balance=True
+        )
 
     fine = drive_of("rk8", FINE)
     true = angles(fine)

@@ -53,7 +53,11 @@ class InC:
         drive, scene = package.drive, package.drive.scene
         tableau = drive.stepper.weights
         assert isinstance(tableau, Tableau)
-        deck_model, effects, segment = drive.system.deck_model, scene.effects, package.scheduled.segment
+        deck_model, effects, segment = (
+            drive.system.deck_model,
+            scene.effects,
+            package.scheduled.segment,
+        )
         self._constants = CDrive(
             deck_model.total_mass,
             deck_model.unbalance,

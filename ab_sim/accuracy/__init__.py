@@ -1,8 +1,17 @@
 """What an accuracy costs, how far runs are apart, and how far a live one may be from the truth."""
 
-from ab_sim.accuracy.work_precision import SAFETY, WorkPrecision, share_of
 from ab_sim.accuracy.resolve import resolve_accuracy
 from ab_sim.accuracy.search import cheapest
 from ab_sim.accuracy.trials import Run, Tell, Timed
+from ab_sim.accuracy.work_precision import SAFETY, WorkPrecision, share_of
 
-__all__ = ["SAFETY", "WorkPrecision", "Run", "Tell", "Timed", "cheapest", "resolve_accuracy", "share_of"]
+__all__ = [
+    "SAFETY",
+    "WorkPrecision",
+    "Run",
+    "Tell",
+    "Timed",
+    "cheapest",
+    "resolve_accuracy",
+    "share_of",
+]

@@ -80,7 +80,9 @@ class LiveChecks:
 
     def __init__(self, drive: Drive, share: float, longest: float = math.inf) -> None:
         if drive.system.energy_balance:
-            raise ValueError("checks need a drive without an energy balance, which would be done again, too")
+            raise ValueError(
+                "checks need a drive without an energy balance, which would be done again, too"
+            )
         if not 0.0 < share <= 1.0:
             raise ValueError(f"share = {share}: must be above 0, and at most 1")
         self._drive, self._most, self._longest = drive, share, longest

@@ -3,9 +3,9 @@
 import time
 
 from ab_sim.accuracy.deviation import Samples
-from ab_sim.accuracy.work_precision import WorkPrecision
 from ab_sim.accuracy.search import cheapest
 from ab_sim.accuracy.trials import Tell, Timed
+from ab_sim.accuracy.work_precision import WorkPrecision
 from ab_sim.drive import Drive
 from ab_sim.scene.model import Scene
 

@@ -28,8 +28,8 @@ import math
 from collections.abc import Mapping
 
 from ab_sim.accuracy.deviation import Deviation, deviation, rounding
-from ab_sim.accuracy.work_precision import SAFETY, WorkPrecision, setting, share_of
 from ab_sim.accuracy.trials import NO_PARAMETERS, Run, Tell, Trials, Tried
+from ab_sim.accuracy.work_precision import SAFETY, WorkPrecision, setting, share_of
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.choose import USUAL, limiting, solving_drag, top_speed
@@ -197,7 +197,9 @@ class _Search:
         unit, radius = self.scene.whirl_unit[0], self.scene.race.radius
         asked_tolerances = (self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius)
         allowed = parameters_of(stepper.name)["tolerance"]
-        largest = min(*(tolerance for tolerance in asked_tolerances if tolerance is not None), allowed.highest)
+        largest = min(
+            *(tolerance for tolerance in asked_tolerances if tolerance is not None), allowed.highest
+        )
         last = math.ceil(math.log10(allowed.lowest))
         powers = range(max(math.floor(math.log10(largest)), last + STALLED), last, -1)
         tolerances = [*(10.0**power for power in powers), allowed.lowest]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import ab_sim
-from ab_sim.accuracy import WorkPrecision, Tell, resolve_accuracy
+from ab_sim.accuracy import Tell, WorkPrecision, resolve_accuracy
 from ab_sim.analysis.merits import LAST, Merits, merits_of
 from ab_sim.drive import Drive
 from ab_sim.drive.observation import Observation

@@ -10,8 +10,8 @@ from typing import NamedTuple
 from ab_sim.bags import contract
 from ab_sim.bags.contract import BLOCK, DESCRIPTION, NUMBER, THINNED, TopicKind
 from ab_sim.bags.drives import DriveLog
-from ab_sim.bags.reader import Bag
 from ab_sim.bags.foreign_bag import ForeignBag
+from ab_sim.bags.reader import Bag
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.recording import Recording
 

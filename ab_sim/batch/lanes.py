@@ -27,7 +27,10 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
         The kind of all segments, and the plan.
     """
     rows = [row for doing in _between_cuts(step_plans) for row in _abreast(doing, step)]
-    alike = len({type(step_range.scheduled.segment) for _, _, lanes in rows for step_range in lanes}) == 1
+    alike = (
+        len({type(step_range.scheduled.segment) for _, _, lanes in rows for step_range in lanes})
+        == 1
+    )
     numbers = [(lanes[0].first, steps, finishes) for steps, finishes, lanes in rows]
     places = [[_place(step_range, alike) for step_range in lanes] for _, _, lanes in rows]
     times = [
@@ -48,7 +51,10 @@ def _place(step_range: StepRange, alike: bool) -> ActiveSegment:
 def _between_cuts(step_plans: Sequence[Sequence[StepRange]]) -> Iterator[list[list[StepRange]]]:
     """From cut to cut, what each run does there: whole steps, or the parts of one."""
     grouped = [
-        [list(group) for _, group in itertools.groupby(step_plan, key=lambda step_range: step_range.first)]
+        [
+            list(group)
+            for _, group in itertools.groupby(step_plan, key=lambda step_range: step_range.first)
+        ]
         for step_plan in step_plans
     ]
     firsts = [[group[0].first for group in groups] for groups in grouped]
@@ -64,7 +70,9 @@ def _between_cuts(step_plans: Sequence[Sequence[StepRange]]) -> Iterator[list[li
         yield doing
 
 
-def _abreast(doing: list[list[StepRange]], step: float) -> Iterator[tuple[int, bool, list[StepRange]]]:
+def _abreast(
+    doing: list[list[StepRange]], step: float
+) -> Iterator[tuple[int, bool, list[StepRange]]]:
     """Rows of a plan: steps, whether they are finished then, and what each run does."""
     most = max(len(parts) for parts in doing)
     for k in range(most):

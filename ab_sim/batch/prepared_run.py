@@ -10,14 +10,14 @@ import numpy as np
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.sample_room import SampleRoom
 from ab_sim.drive.rows import RowReader, channels_of
-from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.step_plan import StepPlan
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import has_events
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.kernels.constants import pattern
 from ab_sim.scene import Scene
-from ab_sim.spindle import ScheduledSegment, Ramp, SpeedSchedule
+from ab_sim.spindle import Ramp, ScheduledSegment, SpeedSchedule
 from ab_sim.spindle.step_ranges import StepGrid, StepRange, step_ranges
 
 
@@ -64,7 +64,9 @@ class PreparedRun:
         scheduled_segments = SpeedSchedule.of_scene(self.scene).segments
         # Ramps do not ask for the cycle, which is another one for each mass and stiffness.
         curved = any(not isinstance(scheduled.segment, Ramp) for scheduled in scheduled_segments)
-        self.course = StepPlanKey(scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0))
+        self.course = StepPlanKey(
+            scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
+        )
         smooth = not has_events(self.system.effects)
         self.fits_a_lane = self.stepper.takes_lanes and smooth
         self.takes_collocation_steps = self.stepper.collocation_steps and smooth

@@ -9,8 +9,8 @@ import numpy as np
 from ab_sim.batch.prepared_run import BatchRun, PreparedRun, kept_at_first, step_plan_of
 from ab_sim.batch.sample_room import SampleRoom
 from ab_sim.drive import Drive
-from ab_sim.drive.steps import Steps
 from ab_sim.drive.step_plan import StepPlan
+from ab_sim.drive.steps import Steps
 from ab_sim.dynamics.assemble import start_discrete_state, start_state
 from ab_sim.errors import DivergedError
 

@@ -11,10 +11,17 @@ from typing import Any
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.batch.sequential import SequentialRuns, one_by_one
 from ab_sim.batch.lanes import merged
-from ab_sim.batch.prepared_run import BatchRun, StepPlanKey, PreparedRun, kept_at_first, room_for, steps_of
+from ab_sim.batch.prepared_run import (
+    BatchRun,
+    PreparedRun,
+    StepPlanKey,
+    kept_at_first,
+    room_for,
+    steps_of,
+)
 from ab_sim.batch.sample_room import SampleRoom
+from ab_sim.batch.sequential import SequentialRuns, one_by_one
 from ab_sim.compiling import compiled
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
 from ab_sim.dynamics.layout import layout_of
@@ -127,7 +134,9 @@ def simulate_batch(
         first = prepared[members[0]]
         fit = first.fits_a_lane
         sample_room = room_for([prepared[i] for i in members], every)
-        alone = SequentialRuns(first, sample_room).run if first.takes_collocation_steps else one_by_one
+        alone = (
+            SequentialRuns(first, sample_room).run if first.takes_collocation_steps else one_by_one
+        )
         width = LANES if fit else 1
         for begin in range(0, len(members), width):
             chosen = members[begin : begin + width]

@@ -7,7 +7,7 @@ from rich.table import Table
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import interruptible
 from ab_sim.recording import open_recording
-from ab_sim.reports.compare import RecordingComparison, ChannelDeviation, compare_with
+from ab_sim.reports.compare import ChannelDeviation, RecordingComparison, compare_with
 from ab_sim.scene import load_scene
 
 

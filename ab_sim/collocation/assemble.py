@@ -18,9 +18,9 @@ from ab_sim.collocation.run import (
     SHARE,
     STRIDE,
     Buffers,
-    CollocationRun,
     CollocationFunctions,
     CollocationMethod,
+    CollocationRun,
     ResponseTables,
     size_of_memory,
 )
@@ -31,8 +31,8 @@ from ab_sim.dynamics.own_motion import DAMPINGS, FROM_MODES, STIFFNESSES, TO_MOD
 from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.sums import over_effects
-from ab_sim.events.run_arrays import aligned
 from ab_sim.events.run import Run
+from ab_sim.events.run_arrays import aligned
 from ab_sim.integrate.steppers import collocation as stepper
 from ab_sim.integrate.steppers.collocation import Setting, setting_for
 from ab_sim.kernels.code import Code, code_of
@@ -67,7 +67,10 @@ class CollocationCode:
         names = {function.name: function.name for function in made}
         names.setdefault("iterate_near", "iterate")
         self.functions = CollocationFunctions(
-            *(self._code.address(names[x]) if x in names else 0 for x in CollocationFunctions._fields)
+            *(
+                self._code.address(names[x]) if x in names else 0
+                for x in CollocationFunctions._fields
+            )
         )
 
     @property
@@ -131,7 +134,9 @@ def method_of(setting: Setting, tolerance: float, steps: float) -> CollocationMe
     return CollocationMethod(own, lines, bounds, tolerance, steps, reach_of(tolerance))
 
 
-def collocation_of(run: Run, system: System, code: CollocationCode, method: CollocationMethod) -> CollocationRun:
+def collocation_of(
+    run: Run, system: System, code: CollocationCode, method: CollocationMethod
+) -> CollocationRun:
     """A Collocation.
 
     Args:

@@ -55,7 +55,13 @@ UNTIL = 2
 
 
 def advance_by_collocation(
-    own: CollocationRun, step_plan: Table, at: int, first: int, steps: int, command: float, samples: Table
+    own: CollocationRun,
+    step_plan: Table,
+    at: int,
+    first: int,
+    steps: int,
+    command: float,
+    samples: Table,
 ) -> int:
     """See ``fixed_step.advance``."""
     only_record = steps == 0 and samples.shape[0] > 0
@@ -76,7 +82,9 @@ def advance_by_collocation(
     return done if sound else -1 - done
 
 
-def collocate(own: CollocationRun, step_range: EqualSteps, until: float, samples: Table, steps: int) -> int:
+def collocate(
+    own: CollocationRun, step_range: EqualSteps, until: float, samples: Table, steps: int
+) -> int:
     """See ``fixed_step.step_by_step``; ``until``: local time at which the profile's piece ends."""
     run, head = own.run, head_of(own)
     if steps == 0:
@@ -93,7 +101,9 @@ def collocate(own: CollocationRun, step_range: EqualSteps, until: float, samples
             written = done
             continue
         if head[TAKEN] == head[GOOD] or head[STEP] != step_range.length:
-            now = EqualSteps(step_range.start, step_range.first + done, step_range.offset, step_range.length)
+            now = EqualSteps(
+                step_range.start, step_range.first + done, step_range.offset, step_range.length
+            )
             due = min(steps_due(own, step_range.length), steps - done)
             anew = due > 0 or head[STEP] != step_range.length
             if written < done and (anew or has_turns_to_unwind(run)):
@@ -169,7 +179,9 @@ def take_samples(own: CollocationRun, steps: int, done: int, written: int) -> tu
     return end - taken, sound
 
 
-def write(own: CollocationRun, step_range: EqualSteps, samples: Table, written: int, done: int) -> None:
+def write(
+    own: CollocationRun, step_range: EqualSteps, samples: Table, written: int, done: int
+) -> None:
     """Rows of the states that have been taken but not written: N cost what one does."""
     run, buffers, count = own.run, own.buffers, own.method.nodes.at.size
     balls, states, line = run.balls, buffers.states, STRIDE * count

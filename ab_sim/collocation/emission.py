@@ -272,7 +272,9 @@ class CollocationEmission:
         self._store(body, self._iterate[near], self._hoisted)
         return into
 
-    def compute(self, body: Body, roots: Iterable[Expression], known: Mapping[int, MemorySlot]) -> None:
+    def compute(
+        self, body: Body, roots: Iterable[Expression], known: Mapping[int, MemorySlot]
+    ) -> None:
         """Emit expressions in the order in which they are written.
 
         Matrices column by column, then: what is known of all balls is held at the same time, if
@@ -297,7 +299,9 @@ class CollocationEmission:
             ahead += x.args
         return [found[number] for number in sorted(found) if found[number].op != "lane"]
 
-    def _store(self, body: Body, roots: Roots, known: Mapping[int, MemorySlot] | None = None) -> None:
+    def _store(
+        self, body: Body, roots: Roots, known: Mapping[int, MemorySlot] | None = None
+    ) -> None:
         self.compute(body, roots.values(), known or {})
         for x in roots.values():
             body.values(x)

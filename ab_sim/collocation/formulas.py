@@ -121,7 +121,9 @@ class Formulas:
         """What is known of an equation's left-hand side, as an input."""
         return self.model.graph.input(f"{name}[{of.side}]", Level.TIME, of.side_each)
 
-    def _equation(self, name: str, each: bool, side: str, side_each: bool = False) -> SecondOrderEquation:
+    def _equation(
+        self, name: str, each: bool, side: str, side_each: bool = False
+    ) -> SecondOrderEquation:
         def columns(what: str) -> list[Expression]:
             inputs = (f"{what}.{k}[{side}]" for k in range(self.nodes))
             return [self.model.graph.input(one, Level.TIME, side_each) for one in inputs]

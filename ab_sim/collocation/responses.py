@@ -88,7 +88,9 @@ def fill(
     numbers[BEYOND] = most
 
 
-def begin_chain(nodes: CollocationNodes, chosen: int, before: Table, now: Table, impulse_now: Floats) -> float:
+def begin_chain(
+    nodes: CollocationNodes, chosen: int, before: Table, now: Table, impulse_now: Floats
+) -> float:
     """What a chain begins with; returns where."""
     count = nodes.at.size
     if nodes.begins[chosen] == 0:
@@ -206,7 +208,9 @@ def response_to_one(end: float, length: float, c: float, k: float) -> float:
     return (expm1(-fast * t) / fast - expm1(-slow * t) / slow) / (fast - slow)
 
 
-def integrate(nodes: CollocationNodes, end: float, length: float, c: float, k: float, now: Table) -> None:
+def integrate(
+    nodes: CollocationNodes, end: float, length: float, c: float, k: float, now: Table
+) -> None:
     """Responses at an instant, by quadrature in panels as long as a response lasts."""
     count, points = nodes.at.size, nodes.points.shape[1]
     until, ago, polynomials = end * length, 0.0, scratch(count + 1)

@@ -177,7 +177,9 @@ def first_step_size(own: CollocationRun, begin: float, length: float, whole: flo
     return size
 
 
-def try_step(own: CollocationRun, begin: float, length: float, size: int) -> tuple[int, float, float]:
+def try_step(
+    own: CollocationRun, begin: float, length: float, size: int
+) -> tuple[int, float, float]:
     """A step from ``trial``, as long as it may be.
 
     Args:

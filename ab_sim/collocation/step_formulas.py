@@ -2,7 +2,7 @@
 
 from itertools import groupby
 
-from ab_sim.collocation.formulas import TINY, SecondOrderEquation, Formulas, Roots, Term, product
+from ab_sim.collocation.formulas import TINY, Formulas, Roots, SecondOrderEquation, Term, product
 from ab_sim.equations.sums import Number
 from ab_sim.kernels.model import Evaluated, TracedState
 from ab_sim.tracing import Expression, Level, cos, sin, total, where
@@ -75,7 +75,9 @@ class StepFormulas:
         turned_by = product(self.of.integral.response.into_v, speed)
         return cos(turned_by), sin(turned_by)
 
-    def _begun(self, at: TracedState) -> list[tuple[SecondOrderEquation, tuple[Expression, Expression]]]:
+    def _begun(
+        self, at: TracedState
+    ) -> list[tuple[SecondOrderEquation, tuple[Expression, Expression]]]:
         """Of each equation x and v at the step's beginning."""
         of = self.of
         x, v = of.coordinates.of_state(of.own, at.deck)

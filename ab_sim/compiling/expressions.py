@@ -7,17 +7,25 @@ from types import FunctionType
 from typing import Any, Protocol
 
 from ab_sim.compiling import elementary
-from ab_sim.compiling.blocks import ELEMENT, Fields, Number, StoredRecord, Value, ArrayView, constant
+from ab_sim.compiling.blocks import (
+    ELEMENT,
+    ArrayView,
+    Fields,
+    Number,
+    StoredRecord,
+    Value,
+    constant,
+)
 from ab_sim.compiling.kinds import Array
 from ab_sim.compiling.operations import COMPARED, RANK, Operations
 from ab_sim.compiling.source import (
     BOOL,
     FLOAT,
     INT,
+    FunctionSource,
     Kind,
     Record,
     Scalar,
-    FunctionSource,
     element_of,
     is_record,
     kind_of,

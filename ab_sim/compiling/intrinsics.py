@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ab_sim.compiling import kinds
-from ab_sim.compiling.blocks import Fields, Number, StoredRecord, Value, ArrayView, constant
+from ab_sim.compiling.blocks import ArrayView, Fields, Number, StoredRecord, Value, constant
 from ab_sim.compiling.expressions import Expressions
 from ab_sim.compiling.kinds import Array
 from ab_sim.compiling.source import BOOL, FLOAT, INT

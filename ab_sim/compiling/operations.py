@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from ab_sim.compiling.blocks import BlockWriter, Number, constant
-from ab_sim.compiling.source import BOOL, FLOAT, INT, Scalar, FunctionSource
+from ab_sim.compiling.source import BOOL, FLOAT, INT, FunctionSource, Scalar
 
 MOST_POWER = 16
 RANK = {BOOL: 0, INT: 1, FLOAT: 2}

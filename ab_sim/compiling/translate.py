@@ -16,15 +16,23 @@ from collections import Counter
 from collections.abc import Sequence
 from types import FunctionType
 
-from ab_sim.compiling.blocks import ELEMENT, METADATA, Number, StoredRecord, Value, ArrayView, is_known
+from ab_sim.compiling.blocks import (
+    ELEMENT,
+    METADATA,
+    ArrayView,
+    Number,
+    StoredRecord,
+    Value,
+    is_known,
+)
 from ab_sim.compiling.expressions import MISSING, Callees, Expressions, result_type
 from ab_sim.compiling.intrinsics import INTRINSICS
 from ab_sim.compiling.source import (
     INT,
+    FunctionSource,
     Kind,
     Record,
     Scalar,
-    FunctionSource,
     element_of,
     kind_of,
     leaves,

@@ -81,7 +81,10 @@ def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapsh
             discrete_state[balls, TURNS] += int(turns)
         # What a stepper remembers is on the old axes.
         return kept._replace(
-            state=state, discrete_state=discrete_state, memory=np.empty(0), profile=kept.profile.moved(0.0, further)
+            state=state,
+            discrete_state=discrete_state,
+            memory=np.empty(0),
+            profile=kept.profile.moved(0.0, further),
         )
 
     return moved

@@ -8,9 +8,9 @@ from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
 from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
+from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.steps import Steps
 from ab_sim.drive.trajectory import Trajectory, check_room
-from ab_sim.drive.step_plan import StepPlan
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, system_of
 from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.layout import layout_of
@@ -20,7 +20,7 @@ from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import ScheduledSegment, SpeedSchedule, SpeedServo
-from ab_sim.spindle.step_ranges import StepGrid, StepRange, parts, segment_after, same_instant
+from ab_sim.spindle.step_ranges import StepGrid, StepRange, parts, same_instant, segment_after
 
 AT_ONCE = 10_000
 """Steps between two thinnings of what need not all be kept."""
@@ -392,5 +392,9 @@ class Drive:
     def _stuck(self) -> np.ndarray:
         """Whether friction holds a ball on the race, shape (balls,)."""
         discrete_state = self._discrete_state[: self.scene.balls.count]
-        stuck: np.ndarray = (discrete_state[:, DIRECTION] == 0) & (discrete_state[:, LOADED] == 1) & self._has_friction
+        stuck: np.ndarray = (
+            (discrete_state[:, DIRECTION] == 0)
+            & (discrete_state[:, LOADED] == 1)
+            & self._has_friction
+        )
         return stuck

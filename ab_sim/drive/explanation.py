@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
 from ab_sim.drive.balance import balance_of
 from ab_sim.drive.driving_forces import DrivenBalls
+from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule, top_speed_of
 

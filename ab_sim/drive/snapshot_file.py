@@ -156,7 +156,8 @@ def _as_values(snapshot: Snapshot) -> dict[str, Any]:
         "modes": snapshot.discrete_state.tolist(),
         "memory": [snapshot.memory.shape, snapshot.memory.ravel().tolist()],
         "pieces": [
-            [*scheduled[:3], type(scheduled.segment).__name__, scheduled[3]] for scheduled in profile.segments
+            [*scheduled[:3], type(scheduled.segment).__name__, scheduled[3]]
+            for scheduled in profile.segments
         ],
         "variable_speed_period": profile.variable_speed_period,
         "command": snapshot.command,
@@ -174,8 +175,16 @@ def _from_values(kept: dict[str, Any]) -> Snapshot:
         ScheduledSegment(float(start), float(end), float(angle), SEGMENTS[kind](*map(float, parts)))
         for start, end, angle, kind, parts in kept["pieces"]
     ]
-    starts, ends = [scheduled.start for scheduled in scheduled_segments], [scheduled.end for scheduled in scheduled_segments]
-    if not scheduled_segments or starts[1:] != ends[:-1] or sorted(starts) != starts or ends[-1] != math.inf:
+    starts, ends = (
+        [scheduled.start for scheduled in scheduled_segments],
+        [scheduled.end for scheduled in scheduled_segments],
+    )
+    if (
+        not scheduled_segments
+        or starts[1:] != ends[:-1]
+        or sorted(starts) != starts
+        or ends[-1] != math.inf
+    ):
         raise ValueError("its profile is not one piece after the other")
     steps, state = kept["steps"], np.array(kept["state"], float)
     if not isinstance(steps, int) or not abs(steps) * float(kept["step"]) < MOST_TIME:

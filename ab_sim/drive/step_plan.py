@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.dynamics.assemble import place_on
-from ab_sim.spindle import ScheduledSegment, Ramp, SpeedSchedule
+from ab_sim.spindle import Ramp, ScheduledSegment, SpeedSchedule
 from ab_sim.spindle.schedule import Segment
 from ab_sim.spindle.step_ranges import StepGrid, StepRange, step_ranges
 
@@ -42,7 +42,9 @@ class StepPlan:
         self._firsts = [step_range.first for step_range in taken]
         self._legs: list[StepPlanPart] = []
         lines = [_line(*pair) for pair in pairwise([*taken, _END])]
-        alike = groupby(zip(taken, lines, strict=True), lambda pair: type(pair[0].scheduled.segment))
+        alike = groupby(
+            zip(taken, lines, strict=True), lambda pair: type(pair[0].scheduled.segment)
+        )
         for kind, pairs in alike:
             table = np.array([line for _, line in pairs], float)
             self._legs.append(StepPlanPart(kind, table, sum(len(leg.table) for leg in self._legs)))
@@ -93,6 +95,10 @@ _END = StepRange(ScheduledSegment(0.0, 0.0, 0.0, Ramp(0.0, 0.0)), -1, 0, 0.0, 0.
 def _line(step_range: StepRange, next_: StepRange) -> list[float]:
     # The last part of a step ends it.
     ended = step_range.steps or int(next_.first != step_range.first)
-    place, first, start = place_on(step_range.scheduled), step_range.first, step_range.scheduled.start
+    place, first, start = (
+        place_on(step_range.scheduled),
+        step_range.first,
+        step_range.scheduled.start,
+    )
     times = first, first + ended, start, step_range.offset, step_range.length
     return [*times, *place.segment, place.phase, place.until, place.angle]

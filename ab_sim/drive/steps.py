@@ -10,8 +10,8 @@ from ab_sim.collocation.drive import advance_by_collocation
 from ab_sim.compiling import compiled
 from ab_sim.dynamics.assemble import state_bounds
 from ab_sim.dynamics.system import System
-from ab_sim.events.run_arrays import aligned, balls_of, workspace
 from ab_sim.events.run import ImplicitWork, Run
+from ab_sim.events.run_arrays import aligned, balls_of, workspace
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.collocation import CollocationParameters
@@ -41,7 +41,9 @@ class Steps:
         work: what a step writes to.
     """
 
-    def __init__(self, system: System, stepper: Stepper, step: float, discrete_state: np.ndarray) -> None:
+    def __init__(
+        self, system: System, stepper: Stepper, step: float, discrete_state: np.ndarray
+    ) -> None:
         bounds = state_bounds(system, step / stepper.parts)
         weights, self._by_collocation = stepper.weights, None
         if isinstance(weights, CollocationParameters):

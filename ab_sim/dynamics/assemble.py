@@ -10,11 +10,11 @@ from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.own_motion import DAMPINGS
 from ab_sim.dynamics.system import (
     BALL_CONSTANTS,
+    DISCRETE_COLUMNS,
     FIRST_TURNS,
     JOINED,
     LOADED,
     MASS,
-    DISCRETE_COLUMNS,
     RADIUS,
     ROLLING_MASS,
     SPACING,

@@ -110,7 +110,9 @@ def yields_of(system: System) -> list[np.ndarray]:
         Each of shape (balls, balls), all balls side by side, in directions all around.
     """
     weights, found = system.balls[:, MASS], []
-    empty = system.deck_model._replace(total_mass=system.deck_model.total_mass - float(weights.sum()))
+    empty = system.deck_model._replace(
+        total_mass=system.deck_model.total_mass - float(weights.sum())
+    )
     bare = linearised(_weightless(system._replace(deck_model=empty, balls=system.balls[:0]))).mass
     for along in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False):
         c, s = math.cos(along), math.sin(along)

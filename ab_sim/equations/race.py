@@ -82,7 +82,9 @@ def on_race(effects: Any, balls: BallConstants, c: Number, s: Number, rate: Numb
     return OnRace(c, s, h, x, m * h, m * x, lever, curve, 1.0 / curve, bend, rate, curve * rate)
 
 
-def relative_load(effects: Any, balls: BallConstants, on: OnRace, w: Number) -> tuple[Number, Number]:
+def relative_load(
+    effects: Any, balls: BallConstants, on: OnRace, w: Number
+) -> tuple[Number, Number]:
     """-m times the ball's acceleration on axes that do not turn with rotor and race [N].
 
     Returns:

@@ -39,7 +39,9 @@ class Torques(NamedTuple):
     """N m: what the speed loop asks for, and the most that it gets."""
 
 
-def prescribed(effects: Any, place: SegmentInputs, time: Number, angle_needed: bool) -> SpindleMotion:
+def prescribed(
+    effects: Any, place: SegmentInputs, time: Number, angle_needed: bool
+) -> SpindleMotion:
     """The spindle's motion at a local time [s] of a segment."""
     acceleration = over_effects(
         effects, "spindle_acceleration", 0.0, place.segment.acceleration(time)

@@ -2,7 +2,16 @@
 
 from ab_sim.compiling.kinds import Floats
 from ab_sim.events.balls import around, ball_at, moves_along, row_start
-from ab_sim.events.run import FRICTION, GRIP, INERTIA, LOAD, PATH_ACCELERATION, PULL, REACH, BallEvents
+from ab_sim.events.run import (
+    FRICTION,
+    GRIP,
+    INERTIA,
+    LOAD,
+    PATH_ACCELERATION,
+    PULL,
+    REACH,
+    BallEvents,
+)
 
 
 def put_normal_forces(balls: BallEvents, x: Floats) -> None:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from ab_sim.analysis.equilibria import Equilibria
-from ab_sim.analysis.equilibria.over_speed import OverSpeed, BranchInterval
+from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed
 from ab_sim.figures.colours import distinct_colours
 from ab_sim.figures.curves import say_conventions
 from ab_sim.figures.saved import Picture, save
@@ -83,7 +83,9 @@ def _pattern(label: str) -> str:
     return label.split("/")[0].split(",")[0]
 
 
-def _draw(axes: Axes, interval: BranchInterval, colour: str, value: Callable, breaks: bool = False) -> None:
+def _draw(
+    axes: Axes, interval: BranchInterval, colour: str, value: Callable, breaks: bool = False
+) -> None:
     values = np.array([value(state) for state in interval.states])
     verdicts = [state.stable for state in interval.states]
     if breaks:

@@ -41,7 +41,13 @@ class Flow:
             would have to be cut at; or the stepper is of another kind.
     """
 
-    def __init__(self, system: System, scheduled: ScheduledSegment, discrete_state: np.ndarray, stepper: Stepper) -> None:
+    def __init__(
+        self,
+        system: System,
+        scheduled: ScheduledSegment,
+        discrete_state: np.ndarray,
+        stepper: Stepper,
+    ) -> None:
         if has_events(system.effects):
             raise ValueError("the system has events, and its flow no derivative without them")
         if not stepper.takes_lanes:

@@ -46,11 +46,15 @@ class VectorField:
         ValueError: the modes are not those of so many balls.
     """
 
-    def __init__(self, system: System, scheduled: ScheduledSegment, discrete_state: np.ndarray) -> None:
+    def __init__(
+        self, system: System, scheduled: ScheduledSegment, discrete_state: np.ndarray
+    ) -> None:
         self.system, self.scheduled = system, scheduled
         self.layout = layout_of(system)
         """What the states are, and where."""
-        self.discrete_state = _shaped("modes", discrete_state, (ball_count(system) + 1, DISCRETE_COLUMNS), np.int64)
+        self.discrete_state = _shaped(
+            "modes", discrete_state, (ball_count(system) + 1, DISCRETE_COLUMNS), np.int64
+        )
         self._code = code_of(system, type(scheduled.segment))
         place = place_on(scheduled)
         c = self._code.constants(system)

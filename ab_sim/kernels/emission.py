@@ -22,7 +22,9 @@ class Emission:
         segment_fields: how many numbers a segment has.
     """
 
-    def __init__(self, model: Model, layout: ConstantsLayout, segment_fields: tuple[str, ...]) -> None:
+    def __init__(
+        self, model: Model, layout: ConstantsLayout, segment_fields: tuple[str, ...]
+    ) -> None:
         self.model, self.layout = model, layout
         n = model.count
         columns = model.balls._fields[1:]

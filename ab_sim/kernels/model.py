@@ -14,7 +14,14 @@ from ab_sim.equations.race import (
     path_length,
     rate_change,
 )
-from ab_sim.equations.spindle import MotorState, SegmentInputs, Torques, motor_driven, has_motor, prescribed
+from ab_sim.equations.spindle import (
+    MotorState,
+    SegmentInputs,
+    Torques,
+    has_motor,
+    motor_driven,
+    prescribed,
+)
 from ab_sim.equations.sums import Number, any_has, over_effects
 from ab_sim.kernels.constants import traced_balls, traced_bodies
 from ab_sim.tracing import Expression, Graph, Level, cos, sin
@@ -58,7 +65,9 @@ class Model:
         self.deck, self.effects = traced_bodies(system, self._parameter)
         self.balls = traced_balls(self.count, lambda name: self._parameter(name, each=True))
         fields = [self._parameter(f"segment.{name}") for name in segment._fields]
-        self.place = SegmentInputs(segment(*fields), self._parameter("phase"), self._parameter("angle"))
+        self.place = SegmentInputs(
+            segment(*fields), self._parameter("phase"), self._parameter("angle")
+        )
         self.states = type(system.deck_model).STATES
         self.unknowns: int = type(system.deck_model).UNKNOWNS + 1
         self.has_motor = has_motor(self.effects)

@@ -18,8 +18,8 @@ from ab_sim.nodes.prepared_drive import PreparedDrive
 from ab_sim.scene import Scene
 
 if TYPE_CHECKING:
-    from ab_sim.nodes.session import Session
     from ab_sim.nodes.drive_sim import DriveSim
+    from ab_sim.nodes.session import Session
 
 PATIENCE = 1.0
 """s for which a request waits for the commands that it is to follow."""

@@ -55,7 +55,11 @@ class DriveHealth:
     @property
     def stepper_chosen(self) -> str:
         """Why the drive has its stepper."""
-        return self._drive.choice.reason if self._work_precision is None else self._work_precision.reason
+        return (
+            self._drive.choice.reason
+            if self._work_precision is None
+            else self._work_precision.reason
+        )
 
     def begin(self, now: float) -> None:
         """Time stands still, or goes on, from ``now`` on: the factor begins anew."""
@@ -90,7 +94,9 @@ class DriveHealth:
         """What has gone less than well since the last call."""
         pacing, drive = self._pacer.recent(), self._drive
         # A drive that was reset has begun to count again.
-        crowded = drive.steps_with_unresolved_events - min(self._unresolved, drive.steps_with_unresolved_events)
+        crowded = drive.steps_with_unresolved_events - min(
+            self._unresolved, drive.steps_with_unresolved_events
+        )
         self._unresolved = drive.steps_with_unresolved_events
         news = []
         if pacing.dropped:

@@ -12,7 +12,6 @@ from ab_msgs_py import ENDED, Level
 from ab_msgs_py.services import EMERGENCY_STOP
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.errors import AbSimError, CommandError, Interrupted
-from ab_sim.nodes.session import INACTIVE, Session
 from ab_sim.nodes.commands import at_wake_ups
 from ab_sim.nodes.drive_control import DriveControl
 from ab_sim.nodes.drive_health import PERIOD
@@ -23,6 +22,7 @@ from ab_sim.nodes.outputs import Outputs
 from ab_sim.nodes.parameters import close_parameters, path_of
 from ab_sim.nodes.prepared_drive import PreparedDrive, scene_of
 from ab_sim.nodes.process import run_node
+from ab_sim.nodes.session import INACTIVE, Session
 from ab_sim.nodes.settings import Values
 from ab_sim.output_file import REPORT, check_ending
 from ab_sim.scene import Scene

@@ -13,8 +13,8 @@ from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import DECK, HOUSING, frame_of, text_message
 from ab_msgs_py.topics import transforms
 from ab_sim.drive.driving_forces import DrivenBalls
-from ab_sim.drive.faults.fault import SPINDLE, VIBRATION
 from ab_sim.drive.faults.active import ActiveFaults
+from ab_sim.drive.faults.fault import SPINDLE, VIBRATION
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.urdf import urdf_of
 from ab_sim.nodes.accelerometers import Accelerometers

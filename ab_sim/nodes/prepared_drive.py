@@ -76,7 +76,9 @@ class PreparedDrive:
         self.step_ns = round(step * 1e9)
         self.checks = self.checks_for(share)
         self.pacer = Pacer(step, self.per_wake, int(rates.catch_up * self.per_wake), rates.patience)
-        self.health = DriveHealth(self.drive, self.pacer, self.checks, tolerance, self.work_precision)
+        self.health = DriveHealth(
+            self.drive, self.pacer, self.checks, tolerance, self.work_precision
+        )
         self._warm_up()
 
     def altered(self, scene: Scene, faults: tuple[Fault, ...], share: float) -> "PreparedDrive":
@@ -95,7 +97,9 @@ class PreparedDrive:
         other.scene, other.drive = scene, Drive(scene, commanded=True, faults=faults)
         other.checks = other.checks_for(share)
         tolerance = self.health.tolerance
-        other.health = DriveHealth(other.drive, self.pacer, other.checks, tolerance, self.work_precision)
+        other.health = DriveHealth(
+            other.drive, self.pacer, other.checks, tolerance, self.work_precision
+        )
         return other
 
     @property

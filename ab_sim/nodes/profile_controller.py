@@ -246,7 +246,11 @@ class ProfileController(PlainLog):
                 before = self._began = self._now
                 self.run.shift(self._now * 1e-9)
             leapt = f"time leapt from {before / 1e9:g} to {self._now / 1e9:g} s"
-            if self.run.state not in (ProfileState.IDLE, ProfileState.WAITING, ProfileState.ABORTED):
+            if self.run.state not in (
+                ProfileState.IDLE,
+                ProfileState.WAITING,
+                ProfileState.ABORTED,
+            ):
                 if self._now < before:
                     # The drive was reset or restarted, and stands where it stood at first.
                     self.get_logger().warning(leapt)

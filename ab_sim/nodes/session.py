@@ -39,7 +39,12 @@ class Session:
     """
 
     def __init__(
-        self, node: Node, outputs: Outputs, fixed: Fixed, settings: Settings, prepared: PreparedDrive
+        self,
+        node: Node,
+        outputs: Outputs,
+        fixed: Fixed,
+        settings: Settings,
+        prepared: PreparedDrive,
     ) -> None:
         self._node, self._outputs, self._settings = node, outputs, settings
         self._hardening, self.paused = fixed.hardening, fixed.paused

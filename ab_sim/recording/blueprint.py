@@ -143,7 +143,9 @@ def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
     )
 
 
-def _health(scalars: Sequence[str], shown_beside: Mapping[str, list[PlottedCurves]]) -> rrb.Container:
+def _health(
+    scalars: Sequence[str], shown_beside: Mapping[str, list[PlottedCurves]]
+) -> rrb.Container:
     """The page of how the run itself goes."""
     plots: list[rrb.View] = []
     for scalar in scalars:

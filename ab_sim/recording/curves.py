@@ -73,7 +73,9 @@ class Curves:
     @staticmethod
     def real_time() -> PlottedCurves:
         """What keeps up."""
-        return PlottedCurves.derived(FRAMES, _REAL_TIME, rr.SeriesLines(names="real time", colors=GREY))
+        return PlottedCurves.derived(
+            FRAMES, _REAL_TIME, rr.SeriesLines(names="real time", colors=GREY)
+        )
 
     def tilt(self) -> PlottedCurves:
         """Of a deck in space."""
@@ -92,7 +94,9 @@ class Curves:
     def driving(self) -> PlottedCurves:
         """Forces on the balls."""
         names, widths, colors = self._of_balls()
-        return PlottedCurves.derived(FRAMES, _DRIVING, lines(names, widths, swings=True, colors=colors))
+        return PlottedCurves.derived(
+            FRAMES, _DRIVING, lines(names, widths, swings=True, colors=colors)
+        )
 
     def of_samples(self, run: Trajectory, channels: Sequence[str], rows: Array) -> dict[str, Array]:
         """Values that every sample has, shape (rows, series).

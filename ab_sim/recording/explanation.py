@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
 from ab_sim.drive.balance import Balance
 from ab_sim.drive.driving_forces import DrivenBalls
+from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
 from ab_sim.recording.layout import Array
 
 

@@ -35,7 +35,10 @@ def size_curves() -> list[PlottedCurves]:
     names = ["once per turn", "the rest"]
     orders = lines(names, [2.5, 2.0], colors=[UNBALANCE, SKY])
     whole = lines(["r.m.s. of all"], [2.5], colors=[ORANGE])
-    return [PlottedCurves.derived(SIZES, _ORDERS, orders), PlottedCurves.derived(SIZES, _RMS, whole)]
+    return [
+        PlottedCurves.derived(SIZES, _ORDERS, orders),
+        PlottedCurves.derived(SIZES, _RMS, whole),
+    ]
 
 
 class VibrationCurves:

@@ -27,7 +27,7 @@ from ab_sim.recording.layout import (
     named_columns,
 )
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
-from ab_sim.recording.shown import ALWAYS, ShownDrive, PlainPlots
+from ab_sim.recording.shown import ALWAYS, PlainPlots, ShownDrive
 from ab_sim.recording.thinning import AROUND, Thinned, Thinning
 
 BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.

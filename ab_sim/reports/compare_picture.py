@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from ab_sim.figures.curves import say_conventions
 from ab_sim.figures.saved import Picture, save, with_plain_texts
 from ab_sim.reports.colours import BLACK, BLUE, ORANGE
-from ab_sim.reports.compare import RecordingComparison, ChannelDeviation
+from ab_sim.reports.compare import ChannelDeviation, RecordingComparison
 
 MOST = 6
 """Channels drawn, those that matter to people first."""

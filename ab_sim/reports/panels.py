@@ -107,7 +107,9 @@ def _panels(data: RunData) -> Iterator[Panel]:
         most = float(values.max(initial=0.0))
         title, up = "Whirl radius of the deck", f"{whirl} [{unit}]"
         if most > 0:
-            curve = PanelLine(whirl, time, np.where(values > LEAST * most, values, np.nan), VERMILION)
+            curve = PanelLine(
+                whirl, time, np.where(values > LEAST * most, values, np.nan), VERMILION
+            )
             yield Panel("whirl", title, TIME, up, 1.2, (curve,), log=True)
         else:
             yield Panel("whirl", title, TIME, up, 1.2, note="the deck does not move")

@@ -49,10 +49,14 @@ class SpeedSchedule:
     ) -> None:
         scheduled_segments = []
         for duration, segment in segments:
-            scheduled_segments.append(ScheduledSegment(start, start + duration, start_angle, segment))
+            scheduled_segments.append(
+                ScheduledSegment(start, start + duration, start_angle, segment)
+            )
             start += duration
             start_angle += segment.angle(duration)
-        scheduled_segments.append(ScheduledSegment(start, math.inf, start_angle, Ramp(final_speed, 0.0)))
+        scheduled_segments.append(
+            ScheduledSegment(start, math.inf, start_angle, Ramp(final_speed, 0.0))
+        )
         self.segments = tuple(scheduled_segments)
         self.variable_speed_period = variable_speed_period
         self._starts = [scheduled.start for scheduled in scheduled_segments]
@@ -110,7 +114,12 @@ class SpeedSchedule:
         begins = self.variable_speed_period
         return SpeedSchedule.of_scheduled(
             [
-                ScheduledSegment(scheduled.start + by, scheduled.end + by, scheduled.start_angle + turned, scheduled.segment)
+                ScheduledSegment(
+                    scheduled.start + by,
+                    scheduled.end + by,
+                    scheduled.start_angle + turned,
+                    scheduled.segment,
+                )
                 for scheduled in self.segments
             ],
             None if begins is None else begins + by,
@@ -118,7 +127,9 @@ class SpeedSchedule:
 
     @classmethod
     def of_scheduled(
-        cls, scheduled_segments: Sequence[ScheduledSegment], variable_speed_period: float | None = None
+        cls,
+        scheduled_segments: Sequence[ScheduledSegment],
+        variable_speed_period: float | None = None,
     ) -> "SpeedSchedule":
         """A profile out of scheduled segments, of which each begins where the one before ends."""
         made = cls((), 0.0, variable_speed_period=variable_speed_period)

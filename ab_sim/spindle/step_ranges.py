@@ -48,7 +48,9 @@ def segment_after(profile: SpeedSchedule, time: float, step: float) -> Scheduled
     return profile.segment_at(time + same_instant(time, step))
 
 
-def step_ranges(profile: SpeedSchedule, grid: StepGrid, first: int, steps: int) -> Iterator[StepRange]:
+def step_ranges(
+    profile: SpeedSchedule, grid: StepGrid, first: int, steps: int
+) -> Iterator[StepRange]:
     """The stretches of so many steps, ``first`` steps having been taken before.
 
     A step with breakpoints in it, or along a short curve, comes in parts, one after the other.

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ab_sim.dynamics.system import System
-from ab_sim.events.run_arrays import balls_of, workspace
 from ab_sim.events.run import BallEvents, ImplicitWork, Run, SceneFunctions, Workspace
+from ab_sim.events.run_arrays import balls_of, workspace
 from ab_sim.kernels.code import Code
 
 NOWHERE, NO_NUMBERS, NO_TABLE = 0, np.zeros(0), np.zeros((0, 0))

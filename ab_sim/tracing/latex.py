@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 
 from ab_sim.tracing.expression import Expression
-from ab_sim.tracing.printed import Holds, Notation, Printer, PrintedText
+from ab_sim.tracing.printed import Holds, Notation, PrintedText, Printer
 
 GREEK = frozenset(
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "

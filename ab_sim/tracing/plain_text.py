@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from ab_sim.tracing.expression import Expression
-from ab_sim.tracing.printed import Holds, Notation, Printer, PrintedText
+from ab_sim.tracing.printed import Holds, Notation, PrintedText, Printer
 
 
 def plain_text(

@@ -77,7 +77,9 @@ class Tolerant(FakeRuns):
 def test_a_tolerance_is_found_that_delivers_the_accuracy() -> None:
     for accuracy, tolerance in ((1e-3, 1e-5), (3e-8, 1e-9)):
         scene, work_precision = cheapest(wished("nsc-case-1", angle=accuracy), Tolerant())
-        assert work_precision.stepper == "collocation" and work_precision.parameters == {"tolerance": tolerance}
+        assert work_precision.stepper == "collocation" and work_precision.parameters == {
+            "tolerance": tolerance
+        }
         assert scene.solver.parameters == work_precision.parameters
         assert f"tolerance {tolerance:g}" in work_precision.reason
         assert work_precision.step == 0.005, "samples as close as the usual method would need them"

@@ -100,7 +100,9 @@ def test_where_drag_is_stiff_it_is_met_too() -> None:
         return resolved(load_scene("thesis-hold", [*changes, f"accuracy.angle={angle!r}"]))
 
     drive, work_precision = asked(1e-6)
-    assert work_precision.stepper == "collocation" and work_precision.reference.startswith("collocation at ")
+    assert work_precision.stepper == "collocation" and work_precision.reference.startswith(
+        "collocation at "
+    )
     count = round(0.2 / drive.step)
     run, times = drive.advance(count), drive.step * np.arange(1, count + 1)
     scene = drive.scene
@@ -118,7 +120,8 @@ def test_where_drag_is_stiff_it_is_met_too() -> None:
 def test_looser_wishes_are_not_wasted() -> None:
     """What is taken for them errs more: which setting it is depends on this machine's times."""
     loose, tight = (
-        resolved(wished("thesis-hold", angle=tolerance))[1].measured.angle for tolerance in (1e-3, 1e-12)
+        resolved(wished("thesis-hold", angle=tolerance))[1].measured.angle
+        for tolerance in (1e-3, 1e-12)
     )
     assert loose > 1e3 * tight
 
@@ -134,13 +137,18 @@ def test_below_double_precision_is_refused_with_the_best_there_is(name: str, acc
     best = float(text.split(" is about ")[1].split()[0])
     assert 1e-15 < best < 1e-8
     _, work_precision = resolved(wished(name, **{accuracy: best}))
-    assert SAFETY * getattr(work_precision.measured, accuracy) <= best, "that much can be had indeed"
+    assert SAFETY * getattr(work_precision.measured, accuracy) <= best, (
+        "that much can be had indeed"
+    )
 
 
 def test_both_wishes_are_met() -> None:
     _, work_precision = resolved(wished("one-ball", angle=1e-4, whirl=1e-8))
     assert SAFETY * work_precision.measured.whirl <= 1e-8
-    assert " rad, " in work_precision.reason and " e (asked 0.0001 rad, 1e-08 e" in work_precision.reason
+    assert (
+        " rad, " in work_precision.reason
+        and " e (asked 0.0001 rad, 1e-08 e" in work_precision.reason
+    )
 
 
 def test_resolved_scene_is_what_is_recorded_and_runs_again_to_the_same_bits() -> None:

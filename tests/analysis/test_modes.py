@@ -19,7 +19,7 @@ from ab_sim.dynamics.space_scene import angular_velocity
 from ab_sim.errors import SceneError
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene import Scene, load_scene, scene_names
-from ab_sim.spindle import ScheduledSegment, Ramp
+from ab_sim.spindle import Ramp, ScheduledSegment
 from tests.deck.of_params import scene_of
 from tests.deck.scenes import ODD, Changes, made
 from tests.reference import deck_modes

@@ -8,7 +8,7 @@ import pytest
 
 from ab_sim.conventions import NOTATION
 from ab_sim.papers import PAPERS
-from ab_sim.papers.page import Paper, Picture, PageSection, Table
+from ab_sim.papers.page import PageSection, Paper, Picture, Table
 from ab_sim.papers.relative_stability.speed import speed_section
 from tests.cli.tool import PNG, ab_sim
 

@@ -17,7 +17,13 @@ from ab_sim.collocation.run import CollocationRun
 from ab_sim.compiling import compiled
 from ab_sim.drive import Drive
 from ab_sim.drive.step_plan import StepPlan
-from ab_sim.dynamics.assemble import place_on, start_discrete_state, start_state, state_bounds, system_of
+from ab_sim.dynamics.assemble import (
+    place_on,
+    start_discrete_state,
+    start_state,
+    state_bounds,
+    system_of,
+)
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.integrate.steppers.collocation import EIGHT, PARTS, Setting
@@ -135,7 +141,9 @@ class Runge:
 
     def __init__(self, scene: Scene, most: float = 5e-4) -> None:
         self.system, self.most = system_of(scene), most
-        (kind,) = StepPlan.along(SpeedSchedule.of_scene(scene), StepGrid(scene.solver.step, 1.0), 0).kinds
+        (kind,) = StepPlan.along(
+            SpeedSchedule.of_scene(scene), StepGrid(scene.solver.step, 1.0), 0
+        ).kinds
         code = code_of(self.system, kind)
         rk8: Any = stepper_named("rk8").weights
         self._step, self._slope = code.step(rk8.a, rk8.b, rk8.c), code.address("slope")

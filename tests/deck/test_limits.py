@@ -66,7 +66,8 @@ def test_auto_takes_what_stiff_mounts_leave_stable() -> None:
     """And follows the deck on them, as the other method does in a hundred times as many steps."""
     solvers = {"stepper": "auto", "step": 1e-3}, {"stepper": "rk8", "step": 1e-5}
     auto, fine = (
-        Drive(odd("plain", {"mounts": STIFF, "solver": solver}), energy_balance=True) for solver in solvers
+        Drive(odd("plain", {"mounts": STIFF, "solver": solver}), energy_balance=True)
+        for solver in solvers
     )
     assert auto.choice.stepper.name == "collocation"
     assert "for the deck's motion on its mounts, whose rate is" in auto.choice.reason

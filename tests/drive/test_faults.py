@@ -9,8 +9,8 @@ import pytest
 
 from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
-from ab_sim.drive.faults.fault import check_faults, faults_of
 from ab_sim.drive.faults.active import transfer_faults
+from ab_sim.drive.faults.fault import check_faults, faults_of
 from ab_sim.drive.faults.plant import faulty_system
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import Trajectory

@@ -215,7 +215,9 @@ def test_balance_with_friction_closes_over_a_whole_start_up(with_hold: Any) -> N
         residual = energy.stored - energy.at_start - energy.motor_work + energy.dissipated
         assert abs(residual) < 1e-10 * energy.stored
     assert drive.events > 5 and drive.steps_with_unresolved_events == 0
-    drag_only = Drive(check_scene(merge(scene.as_mapping(), NO_FRICTION), "test"), energy_balance=True)
+    drag_only = Drive(
+        check_scene(merge(scene.as_mapping(), NO_FRICTION), "test"), energy_balance=True
+    )
     drag_only.advance(6000)
     assert abs(energy.dissipated / drag_only.energy().dissipated - 1) > 1e-3, "it rubbed"
 

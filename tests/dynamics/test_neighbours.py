@@ -62,7 +62,9 @@ def test_a_packed_row_has_no_gaps_and_no_overlap(
     found = gaps(scene)
     assert np.abs(found[:-1]).max() < 1e-12 and found[-1] > 0.0
     system = system_of(scene)
-    assert start_discrete_state(scene, system)[: len(radii), JOINED].tolist() == [1] * (len(radii) - 1) + [0]
+    assert start_discrete_state(scene, system)[: len(radii), JOINED].tolist() == [1] * (
+        len(radii) - 1
+    ) + [0]
     chain = chain_of(Model(params_of(scene)), np.array(start_angles(scene)))
     others = chain.gaps(np.array(start_angles(scene))) / chain.closest
     np.testing.assert_allclose(np.sort(others), np.sort(found), rtol=0.0, atol=1e-12)

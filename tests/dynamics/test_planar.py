@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import DIRECTION, LOADED, DISCRETE_COLUMNS
+from ab_sim.dynamics.system import DIRECTION, DISCRETE_COLUMNS, LOADED
 from ab_sim.integrate.vector_field import VectorField
-from ab_sim.spindle import ScheduledSegment, Ramp
+from ab_sim.spindle import Ramp, ScheduledSegment
 from tests.dynamics.inertial import Thesis, accelerations
 
 FRICTION = {"rolling_friction": {"arm": 2e-4}}
@@ -30,7 +30,10 @@ def slope_of(
     """The state's derivative; balls slide as their rates say where they are loaded."""
     n, system = scene.balls.count, system_of(scene)
     discrete_state = np.zeros((n + 1, DISCRETE_COLUMNS), np.int64)
-    discrete_state[:n, DIRECTION], discrete_state[:n, LOADED] = np.sign(state[layout_of(system).rates]), loaded
+    discrete_state[:n, DIRECTION], discrete_state[:n, LOADED] = (
+        np.sign(state[layout_of(system).rates]),
+        loaded,
+    )
     scheduled = ScheduledSegment(0.0, np.inf, 0.0, Ramp(speed, slope))
     return VectorField(system, scheduled, discrete_state).slope(0.0, state)
 

@@ -36,7 +36,12 @@ class OnFixedAxes(NamedTuple):
     eccentricity: Number
 
     def arrow(
-        self, effects: Any, balls: BallConstants, on: OnRace, spindle: SpindleMotion, state: Sequence[Number]
+        self,
+        effects: Any,
+        balls: BallConstants,
+        on: OnRace,
+        spindle: SpindleMotion,
+        state: Sequence[Number],
     ) -> Arrow:
         n, m, w, M = balls.number, balls.mass, spindle.speed, self.total_mass
         nx, ny = on.c * spindle.cos - on.s * spindle.sin, on.s * spindle.cos + on.c * spindle.sin

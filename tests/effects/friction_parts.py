@@ -52,7 +52,9 @@ class FrictionParts(FiveParts):
         """Balls slide both ways, and friction holds them at times."""
         self.watch()
         seen = self.watch(self.law(0.2), {"effects": {"gravity": {"tilt": 1.2}}}, least=0.05)
-        stuck = (seen.discrete_state[:, :2, DIRECTION] == 0) & (seen.discrete_state[:, :2, LOADED] == 1)
+        stuck = (seen.discrete_state[:, :2, DIRECTION] == 0) & (
+            seen.discrete_state[:, :2, LOADED] == 1
+        )
         assert stuck.any() and not stuck.all() and seen.drive.steps_with_unresolved_events == 0
         assert np.all(seen.states[:, seen.drive.layout.rates][stuck] == 0.0), "held exactly"
 

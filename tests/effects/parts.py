@@ -118,7 +118,10 @@ def run(scene: Scene, steps: int, energy_balance: bool = True) -> Run:
             energies.append(drive.energy())
     for part in parts:
         assert_apart(drive, part)
-    states, discrete_state = np.array([k.state for k in kept]), np.array([k.discrete_state for k in kept])
+    states, discrete_state = (
+        np.array([k.state for k in kept]),
+        np.array([k.discrete_state for k in kept]),
+    )
     return Run(drive, Trajectory.join(parts), states, discrete_state, tuple(energies))
 
 

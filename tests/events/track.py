@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.events.run_arrays import workspace
 from ab_sim.events.run import (
     ALONG,
     CURVE,
@@ -26,6 +25,7 @@ from ab_sim.events.run import (
     Run,
     SceneFunctions,
 )
+from ab_sim.events.run_arrays import workspace
 from ab_sim.stepping.assemble import NOT_IMPLICIT
 from tests.events.arrays import loose_balls
 

@@ -179,7 +179,9 @@ def test_arrays_of_balls_compute_what_the_trace_does() -> None:
     each = {name: generator.uniform(0.1, 1.0, n) for name in ("m", "R", "lever", "theta", "rate")}
 
     def formula(x: Any, cos: Any, sin: Any, w: Any) -> list[Any]:
-        balls = BallConstants(n, x["m"], 1.0, 1.0, 1.0, x["m"] * x["R"], x["lever"], x["R"], 1.0, 0.0)
+        balls = BallConstants(
+            n, x["m"], 1.0, 1.0, 1.0, x["m"] * x["R"], x["lever"], x["R"], 1.0, 0.0
+        )
         on = on_race((runout,), balls, cos(x["theta"]), sin(x["theta"]), x["rate"])
         return [*relative_load((runout,), balls, on, w), on.lever, on.path, on.bend]
 

@@ -11,9 +11,9 @@ from ab_sim.dynamics.assemble import start_discrete_state, system_of
 from ab_sim.dynamics.layout import StateLayout, layout_of
 from ab_sim.dynamics.system import (
     DIRECTION,
+    DISCRETE_COLUMNS,
     JOINED,
     LOADED,
-    DISCRETE_COLUMNS,
     System,
 )
 from ab_sim.equations.effects import BallSpin, RaceRunout, SpindleAcceleration, ViscousDrag
@@ -181,7 +181,9 @@ def test_jacobian_is_that_of_central_differences(name: str) -> None:
     Of f that is some 2^-53 of its size, times fifteen for what cancels within f, over STEP.
     """
     case = CASES[name]()
-    fields = [VectorField(case.system, CURVE, discrete_state) for discrete_state in case.discrete_state]
+    fields = [
+        VectorField(case.system, CURVE, discrete_state) for discrete_state in case.discrete_state
+    ]
     states = states_of(case)
     slopes = [fields[k % len(fields)].slope(NOW, state) for k, state in enumerate(states)]
     scale = np.abs(slopes).max(axis=0)[:, None] / case.sizes
@@ -231,8 +233,16 @@ def test_a_drive_s_own_is_what_runs_now(scene: SceneMaker, with_hold: Any) -> No
 @pytest.mark.parametrize(
     ("state", "discrete_state", "message"),
     [
-        (np.zeros(7), np.zeros((3, DISCRETE_COLUMNS)), r"state: has the shape \(7,\), must have \(8,\)"),
-        (np.zeros(8), np.zeros((2, DISCRETE_COLUMNS)), r"modes: has the shape \(2, 4\), must have \(3, 4\)"),
+        (
+            np.zeros(7),
+            np.zeros((3, DISCRETE_COLUMNS)),
+            r"state: has the shape \(7,\), must have \(8,\)",
+        ),
+        (
+            np.zeros(8),
+            np.zeros((2, DISCRETE_COLUMNS)),
+            r"modes: has the shape \(2, 4\), must have \(3, 4\)",
+        ),
     ],
 )
 def test_arrays_of_another_size_are_refused(

@@ -113,7 +113,10 @@ def test_a_stepper_that_was_measured_says_at_what_price() -> None:
     assert work_precision is not None
     drive = Drive(scene, commanded=True)
     pacer, tolerance = Pacer(drive.step, 4, 40, 60.0), RealTimeTolerance(0.05, 0.1)
-    assert DriveHealth(drive, pacer, None, tolerance, work_precision).stepper_chosen == work_precision.reason
+    assert (
+        DriveHealth(drive, pacer, None, tolerance, work_precision).stepper_chosen
+        == work_precision.reason
+    )
     assert DriveHealth(drive, pacer, None, tolerance).stepper_chosen == drive.choice.reason
 
 

@@ -77,7 +77,9 @@ def test_the_loudest_sensor_counts_and_its_word_is_awaited() -> None:
     session = started(*HELD)
     session.shaking = {"near": 0.1, "far": 3.0}
     session.go(2.0)
-    assert "segment 2" in session.run.status and session.run.vibration == pytest.approx(3.0, rel=0.02)
+    assert "segment 2" in session.run.status and session.run.vibration == pytest.approx(
+        3.0, rel=0.02
+    )
     session.shaking["far"] = 0.1
     session.go(0.45)
     assert "segment 3" in session.run.status

@@ -16,7 +16,9 @@ def test_the_head_is_that_of_the_rows() -> None:
 def test_only_verdicts_are_counted() -> None:
     columns = ("figure", "the thesis", "ours", "verdict")
     rows = (("1", "a", "b", "holds"), ("2", "a", "b", "does not hold: c"), ("3", "a", "b", "given"))
-    section = PageSection("1", (), (Table("t", columns, rows), Table("u", columns[:2], (("x", "y"),))))
+    section = PageSection(
+        "1", (), (Table("t", columns, rows), Table("u", columns[:2], (("x", "y"),)))
+    )
     assert counted([section, section]) == (4, 2)
 
 

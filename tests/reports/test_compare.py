@@ -35,7 +35,9 @@ def live(scene: Scene) -> Trajectory:
     return Trajectory.join(parts)
 
 
-def beside(path: Path, scene: Scene, run: Trajectory, told: dict[str, Any] | None = None) -> RecordingComparison:
+def beside(
+    path: Path, scene: Scene, run: Trajectory, told: dict[str, Any] | None = None
+) -> RecordingComparison:
     with Recording(path, description=told or describe(scene)) as recording:
         recording.block(run.channels, run.samples)
     return compare_with(open_recording(path), scene)

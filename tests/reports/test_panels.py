@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ab_sim.reports.envelope import Envelope
 from ab_sim.reports.grid import LEAST_HEIGHT, grid_of
-from ab_sim.reports.panels import TIME, PanelLine, Panel, panels_of
+from ab_sim.reports.panels import TIME, Panel, PanelLine, panels_of
 from ab_sim.reports.picture import report_picture
 from ab_sim.reports.vibration_spectra import PowerSpectrum
 from tests.figures.collisions import overlaps, written

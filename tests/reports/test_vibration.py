@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import welch
 
 from ab_sim.reports.envelope import Envelope
-from ab_sim.reports.vibration_spectra import OncePerTurn, WelchSegments, PowerSpectrum, Waterfall
+from ab_sim.reports.vibration_spectra import OncePerTurn, PowerSpectrum, Waterfall, WelchSegments
 
 RATE = 1000.0
 

@@ -83,7 +83,9 @@ def test_speed_and_angle_are_continuous_and_breakpoints_are_where_they_belong(
             end = speed + segment.get("acceleration", 0.0) * lasts
         assert scheduled.start == pytest.approx(due, rel=1e-12, abs=1e-12)
         assert scheduled.segment.speed(0.0) == pytest.approx(speed, rel=1e-12, abs=1e-9)
-        assert scheduled.segment.speed(scheduled.end - scheduled.start) == pytest.approx(end, abs=blurred)
+        assert scheduled.segment.speed(scheduled.end - scheduled.start) == pytest.approx(
+            end, abs=blurred
+        )
         assert scheduled.start_angle == pytest.approx(angle, rel=1e-9, abs=1e-6)
         due, angle, speed = due + lasts, angle + 0.5 * (speed + end) * lasts, end
     assert profile.end == pytest.approx(due, rel=1e-12, abs=1e-12)
@@ -119,7 +121,9 @@ def test_a_course_goes_on_from_where_a_condition_was_met() -> None:
 
 
 def test_a_course_says_what_is_held_and_along_what_speed_changes() -> None:
-    held = ScheduleInProgress(asked({"hold": 2.5}, {"until": QUIET}, {"to": -70, "acceleration": 7}), 70.0)
+    held = ScheduleInProgress(
+        asked({"hold": 2.5}, {"until": QUIET}, {"to": -70, "acceleration": 7}), 70.0
+    )
     assert held.words(0) == "hold 70 rad/s for 2.5 s"
     assert held.words(1) == "hold 70 rad/s until vibration below 0.5 m/s^2, at most 4 s"
     assert held.words(2) == "from 70 to -70 rad/s at -7 rad/s^2"

@@ -18,7 +18,9 @@ def curve(start: float, duration: float) -> SpeedSchedule:
 
 
 def within(taken: Sequence[StepRange], start: float, duration: float) -> list[StepRange]:
-    return [one for one in taken if one.scheduled.start == start and math.isfinite(one.scheduled.end)]
+    return [
+        one for one in taken if one.scheduled.start == start and math.isfinite(one.scheduled.end)
+    ]
 
 
 @pytest.mark.parametrize("start", [0.1, 0.1003])

@@ -108,7 +108,12 @@ def clustered_states(system: System, rotor: ClosedFormRotor, speed: float) -> li
 
 
 def clustered_state(
-    system: System, rotor: ClosedFormRotor, speed: float, pattern: Pattern, roots: list[float], rank: int
+    system: System,
+    rotor: ClosedFormRotor,
+    speed: float,
+    pattern: Pattern,
+    roots: list[float],
+    rank: int,
 ) -> RestingState:
     """Of a pattern's radii, the state with the one at this rank."""
     u, theta = clustered_place(rotor, speed, pattern, roots[rank])
@@ -143,7 +148,9 @@ def balanced_states(system: System, rotor: ClosedFormRotor, speed: float) -> lis
     ]  # fmt: skip
 
 
-def balanced_state(system: System, rotor: ClosedFormRotor, speed: float, theta: np.ndarray) -> RestingState:
+def balanced_state(
+    system: System, rotor: ClosedFormRotor, speed: float, theta: np.ndarray
+) -> RestingState:
     """The state with W = 0 at a balanced position [rad]."""
     n = len(theta)
     zeros = max(0, n - 2, _turning(rotor))

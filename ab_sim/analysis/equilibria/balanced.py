@@ -147,7 +147,9 @@ def doubling(rotor: ClosedFormRotor, theta: np.ndarray) -> float:
     return float(abs(moments @ np.exp(2j * theta)) / moments.sum())
 
 
-def _closed(rotor: ClosedFormRotor, theta: np.ndarray, level: float | None = None) -> np.ndarray | None:
+def _closed(
+    rotor: ClosedFormRotor, theta: np.ndarray, level: float | None = None
+) -> np.ndarray | None:
     """The nearest balanced position, by Newton's method; with a level, at that rho."""
     moments = np.array(rotor.moments)
     total = moments.sum()

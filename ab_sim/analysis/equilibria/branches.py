@@ -11,7 +11,12 @@ from ab_sim.analysis.equilibria.balanced import can_balance
 from ab_sim.analysis.equilibria.extremes import positions_at
 from ab_sim.analysis.equilibria.finder import BEST, WORST
 from ab_sim.analysis.equilibria.folds import Fold, folds_of
-from ab_sim.analysis.equilibria.over_speed import OverSpeed, BranchInterval, grid_between, stretch_of
+from ab_sim.analysis.equilibria.over_speed import (
+    BranchInterval,
+    OverSpeed,
+    grid_between,
+    stretch_of,
+)
 from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, radii
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState
@@ -121,7 +126,9 @@ def _changes(
         yield two
 
 
-def _balanced(system: System, rotor: ClosedFormRotor, speeds: np.ndarray) -> Iterator[BranchInterval]:
+def _balanced(
+    system: System, rotor: ClosedFormRotor, speeds: np.ndarray
+) -> Iterator[BranchInterval]:
     """The balanced set: its position, or of three and more balls a symmetric, worst and best one.
 
     Which position is worst can change with speed.

@@ -14,7 +14,13 @@ import numpy as np
 
 from ab_sim.analysis.equilibria.balanced import positions
 from ab_sim.analysis.equilibria.patterns import patterns_of, phase, radii
-from ab_sim.analysis.equilibria.resting import ClosedFormRotor, base_rotor_of, field_at, kinds_of, state_of
+from ab_sim.analysis.equilibria.resting import (
+    ClosedFormRotor,
+    base_rotor_of,
+    field_at,
+    kinds_of,
+    state_of,
+)
 from ab_sim.analysis.equilibria.states import RestingState, resting_state, wrapped
 from ab_sim.dynamics.system import MASS, RACE_RADIUS, System
 

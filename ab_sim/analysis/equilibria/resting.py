@@ -7,8 +7,8 @@ import numpy as np
 from ab_sim.analysis.held_speed import held
 from ab_sim.dynamics.layout import StateLayout, layout_of
 from ab_sim.dynamics.system import (
-    MASS,
     DISCRETE_COLUMNS,
+    MASS,
     MOMENT,
     RACE_RADIUS,
     ROLLING_MASS,
@@ -65,7 +65,9 @@ def _what_turns(scene: Scene) -> str:
 def field_at(system: System, speed: float) -> VectorField:
     """The equations of a ``resting_system`` at a speed [rad/s] that is held."""
     scheduled = SpeedSchedule.constant(speed, 0.0).segment_at(0.0)
-    return VectorField(system, scheduled, np.zeros((ball_count(system) + 1, DISCRETE_COLUMNS), np.int64))
+    return VectorField(
+        system, scheduled, np.zeros((ball_count(system) + 1, DISCRETE_COLUMNS), np.int64)
+    )
 
 
 def state_of(system: System, speed: float, u: np.ndarray, theta: np.ndarray) -> np.ndarray:

@@ -69,7 +69,9 @@ def spectrum_of(
     return _sorted(found)
 
 
-def balanced_spectrum(jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray) -> EigenvalueSpectrum:
+def balanced_spectrum(
+    jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray
+) -> EigenvalueSpectrum:
     """Eigenvalues of a Jacobian where three and more equal balls balance.
 
     Args:

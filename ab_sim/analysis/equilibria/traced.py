@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from ab_sim.analysis.equilibria.continuation import (
-    EquilibriumCurve,
     CurvePoint,
+    EquilibriumCurve,
     lies_on,
     monotone,
     state_along,
@@ -21,7 +21,7 @@ from ab_sim.analysis.equilibria.finder import (
     nullity,
 )
 from ab_sim.analysis.equilibria.folds import Fold
-from ab_sim.analysis.equilibria.over_speed import OverSpeed, BranchInterval, stretch_of
+from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed, stretch_of
 from ab_sim.analysis.equilibria.resting import state_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.dynamics.system import System

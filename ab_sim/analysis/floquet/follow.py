@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ab_sim.analysis.floquet.solution import SolutionSearch, Solution, solution
+from ab_sim.analysis.floquet.solution import Solution, SolutionSearch, solution
 from ab_sim.analysis.floquet.starts import STARTS
 from ab_sim.errors import SceneError
 from ab_sim.presentation import Column, Columns, Presented
@@ -153,7 +153,9 @@ def follow(
     borders: list[Border] = []
     for done, value in enumerate(map(float, values), start=1):
         scene, speed = case(value)
-        points.append(FollowedPoint(value, speed, *solution(scene, speed, _search(points, value, starts))))
+        points.append(
+            FollowedPoint(value, speed, *solution(scene, speed, _search(points, value, starts)))
+        )
         if len(points) > 1 and not points[-1].new:
             borders += _border(case, *points[-2:])
         progress(done)

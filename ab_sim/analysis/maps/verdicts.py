@@ -132,7 +132,9 @@ class _Place(NamedTuple):
     """The same with all that there is to know, which takes longer."""
 
 
-def _verdicts(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[tuple[int, bool | None]]:
+def _verdicts(
+    system: System, rotor: ClosedFormRotor, speed: float
+) -> Iterator[tuple[int, bool | None]]:
     """Kind, and what ``RestingState.stable`` says, of all states that closed forms give.
 
     Eigenvalues of all at once; those whose sign rounding could have changed are looked at again.

@@ -149,7 +149,11 @@ def _kept(run: Trajectory) -> np.ndarray:
 
 
 def _judge(
-    change: SpeedChangeProfile, path: np.ndarray, state: RestingState | None, rests: bool, band: float
+    change: SpeedChangeProfile,
+    path: np.ndarray,
+    state: RestingState | None,
+    rests: bool,
+    band: float,
 ) -> Recovery:
     """What a run shows that has come to a resting state, or to none; ``rests``: it can settle."""
     run = Trajectory(_KEPT, path)

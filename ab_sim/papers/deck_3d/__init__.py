@@ -6,7 +6,7 @@ from ab_sim.papers.deck_3d.case import NAME, Tell
 from ab_sim.papers.deck_3d.maps import map_section
 from ab_sim.papers.deck_3d.responses import response_section
 from ab_sim.papers.deck_3d.verdicts import border_section, verdict_section
-from ab_sim.papers.page import Paper, PageSection
+from ab_sim.papers.page import PageSection, Paper
 
 TITLE = "Dynamic analysis of an optical disk drive with an automatic ball balancer"
 SOURCE = (

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from ab_sim.analysis.recovery import DRAGS, Recovery, composite_of, in_one_ball
 from ab_sim.analysis.recovery.over_drag import kept_recovery, with_drag
-from ab_sim.papers.page import Cell, Picture, PageSection, Table
+from ab_sim.papers.page import Cell, PageSection, Picture, Table
 from ab_sim.papers.relative_stability.cases import BallMassCase, Tell, cases, written
 from ab_sim.scene.load import changed_scene
 

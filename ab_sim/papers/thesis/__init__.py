@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ab_sim.papers.page import Paper, PageSection
+from ab_sim.papers.page import PageSection, Paper
 from ab_sim.papers.thesis.drive import Tell
 from ab_sim.papers.thesis.experiment import experiment_section
 from ab_sim.papers.thesis.head import in_short

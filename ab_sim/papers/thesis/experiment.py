@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ab_sim.papers.page import Cell, Picture, PageSection, Table
+from ab_sim.papers.page import Cell, PageSection, Picture, Table
 from ab_sim.papers.thesis.claims import table_of
 from ab_sim.papers.thesis.drive import HOLD, Tell
 from ab_sim.papers.thesis.five_balls import CHOICES, Bar, Case, alone, bars_of

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from ab_sim.papers.page import Picture, PageSection
+from ab_sim.papers.page import PageSection, Picture
 from ab_sim.papers.thesis.claims import ODD, at_odd, table_of
 from ab_sim.papers.thesis.drive import HOLD, THESIS, StartUp, Tell, start_ups
 from ab_sim.papers.thesis.many import ends

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from ab_sim.papers.page import Picture, PageSection, Table
+from ab_sim.papers.page import PageSection, Picture, Table
 from ab_sim.papers.thesis.claims import Claim, opposite, stretches, table_of
 from ab_sim.papers.thesis.drive import ACCELERATION, OPPOSITE, THESIS, Parameters, Tell
 from ab_sim.papers.thesis.many import ends

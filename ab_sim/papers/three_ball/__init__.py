@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ab_sim.papers.page import Paper, PageSection
+from ab_sim.papers.page import PageSection, Paper
 from ab_sim.papers.three_ball.branches import branches_section
 from ab_sim.papers.three_ball.drive import MU_OVER_DELTA
 from ab_sim.papers.three_ball.growth import growth_section

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ab_sim.analysis.equilibria import RestingState, equilibria_of
-from ab_sim.papers.page import Picture, PageSection, Table
+from ab_sim.papers.page import PageSection, Picture, Table
 from ab_sim.papers.three_ball.drive import drive
 from ab_sim.papers.three_ball.settled import STARTS, at_rest_on_rotor, runs, settled
 from ab_sim.papers.three_ball.written import Tell, written

@@ -13,7 +13,7 @@ from ab_sim.analysis.maps.balls import Against
 from ab_sim.analysis.maps.plane import SPEED, Plane, axis
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import CLUSTERED
-from ab_sim.papers.page import Cell, Picture, PageSection, Table
+from ab_sim.papers.page import Cell, PageSection, Picture, Table
 from ab_sim.papers.three_ball.drive import DAMPING, MASS, drive
 from ab_sim.papers.three_ball.growth import BEST, WORST, threshold
 from ab_sim.papers.three_ball.written import Tell, written

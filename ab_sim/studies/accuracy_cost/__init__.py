@@ -7,7 +7,21 @@ Every method runs the same scene, with the same equations where it takes a right
 compared with one reference at common sample times.
 """
 
-from ab_sim.studies.accuracy_cost.results import AccuracyCost, ErrorBound, RunErrors, OmittedMethod, SettingCost
+from ab_sim.studies.accuracy_cost.results import (
+    AccuracyCost,
+    ErrorBound,
+    OmittedMethod,
+    RunErrors,
+    SettingCost,
+)
 from ab_sim.studies.accuracy_cost.study import REPEATS, measure
 
-__all__ = ["REPEATS", "AccuracyCost", "ErrorBound", "RunErrors", "OmittedMethod", "SettingCost", "measure"]
+__all__ = [
+    "REPEATS",
+    "AccuracyCost",
+    "ErrorBound",
+    "RunErrors",
+    "OmittedMethod",
+    "SettingCost",
+    "measure",
+]

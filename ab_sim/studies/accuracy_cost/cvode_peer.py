@@ -7,7 +7,7 @@ import numpy as np
 
 from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.right_hand_side import SmoothInterval
-from ab_sim.studies.accuracy_cost.tolerance import LegSolver, IntervalOutcome
+from ab_sim.studies.accuracy_cost.tolerance import IntervalOutcome, LegSolver
 
 MOST_STEPS = 10**7
 
@@ -27,7 +27,12 @@ def cvode_solvers() -> dict[str, LegSolver]:
 
 
 def _solve(
-    solver: Any, method: str, leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray
+    solver: Any,
+    method: str,
+    leg: SmoothInterval,
+    state: np.ndarray,
+    relative: float,
+    absolute: np.ndarray,
 ) -> IntervalOutcome:
     cvode = solver(
         leg.fill,

@@ -100,7 +100,10 @@ def _longest(scene: Scene, stepper: str, step: float) -> float:
 
 
 def _by_tolerance(
-    f: RightHandSide, with_energy_balance: bool, tolerances: Sequence[float], missing: list[OmittedMethod]
+    f: RightHandSide,
+    with_energy_balance: bool,
+    tolerances: Sequence[float],
+    missing: list[OmittedMethod],
 ) -> list[Family]:
     """SciPy's integrators and CVODE."""
     solvers: dict[str, LegSolver] = dict(SCIPY)
@@ -109,7 +112,11 @@ def _by_tolerance(
     except ImportError:
         missing.append(OmittedMethod("CVODE", f"scikit-sundae is {EXTRA}"))
     # Compiled once, when the first of them asks for it.
-    booked = lru_cache(partial(RightHandSide, f.scene, f.sampling, True)) if with_energy_balance else None
+    booked = (
+        lru_cache(partial(RightHandSide, f.scene, f.sampling, True))
+        if with_energy_balance
+        else None
+    )
     return [
         (
             name,

@@ -99,7 +99,9 @@ class RightHandSide:
         before = self._stored(self.start, 0.0)
         return RunEnergies(
             [
-                EnergyBalance(self._stored(state, float(t)), before, float(state[-2]), float(state[-1]))
+                EnergyBalance(
+                    self._stored(state, float(t)), before, float(state[-2]), float(state[-1])
+                )
                 for t, state in zip(self.sampling.times, states, strict=True)
             ]
         ).error()

@@ -9,7 +9,7 @@ from scipy.integrate import ODEintWarning, odeint, solve_ivp
 
 from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.right_hand_side import SmoothInterval
-from ab_sim.studies.accuracy_cost.tolerance import LegSolver, IntervalOutcome
+from ab_sim.studies.accuracy_cost.tolerance import IntervalOutcome, LegSolver
 
 MOST_STEPS = 10**7
 # Their hints do not know compiled functions, nor methods that are named at run time.
@@ -35,7 +35,9 @@ def _solve_ivp(
     return IntervalOutcome(done.y.T, done.nfev)
 
 
-def lsoda(leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray) -> IntervalOutcome:
+def lsoda(
+    leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray
+) -> IntervalOutcome:
     """LSODA through ``odeint``: its loop is compiled, where solve_ivp's is Python and 3 x slower.
 
     It integrates past the leg's end and interpolates: f continues smoothly there.

@@ -17,7 +17,7 @@ from ab_sim.studies.accuracy_cost.energy import energy_balance_refusal
 from ab_sim.studies.accuracy_cost.families import TOLERANCES, Setting, all_families
 from ab_sim.studies.accuracy_cost.methods import FailedError, MeasuredMethod
 from ab_sim.studies.accuracy_cost.reference import Reference, event_reference, smooth_reference
-from ab_sim.studies.accuracy_cost.results import AccuracyCost, RunErrors, OmittedMethod, SettingCost
+from ab_sim.studies.accuracy_cost.results import AccuracyCost, OmittedMethod, RunErrors, SettingCost
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
 from ab_sim.studies.accuracy_cost.sampling import LADDER, SampleTimes, nanoseconds, sampling_of
 from ab_sim.studies.effect_cost import Progress, Quartiles
@@ -35,7 +35,9 @@ TIME_FOR_ONE = 6.0
 class _Candidate:
     """A method at a setting, with what was seen of it."""
 
-    def __init__(self, method: MeasuredMethod, errors: RunErrors, seconds: float, repeats: int) -> None:
+    def __init__(
+        self, method: MeasuredMethod, errors: RunErrors, seconds: float, repeats: int
+    ) -> None:
         self.method, self.errors = method, errors
         self.repeats = max(1, min(repeats, math.ceil(TIME_FOR_ONE / max(seconds, 1e-9))))
         self.seconds: list[float] = []
@@ -151,7 +153,9 @@ class _Study:
                     self.omitted.append(OmittedMethod(what, f"at {setting} {reason}"))
                 break
         for reason, which in refused.items():
-            self.omitted.append(OmittedMethod(f"{name} at {', '.join(which)}", f"refused: {reason}"))
+            self.omitted.append(
+                OmittedMethod(f"{name} at {', '.join(which)}", f"refused: {reason}")
+            )
 
     def _run(self, method: MeasuredMethod) -> str:
         """Errors of one setting; says why finer ones would be of no use, if they would not."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from ab_sim.accuracy.deviation import Samples
 from ab_sim.studies.accuracy_cost.methods import FailedError
-from ab_sim.studies.accuracy_cost.right_hand_side import SmoothInterval, RightHandSide
+from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide, SmoothInterval
 
 ABSOLUTE = 0.01
 """Absolute tolerances are this share of the relative one, times each state's magnitude."""

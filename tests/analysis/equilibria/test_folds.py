@@ -13,7 +13,10 @@ def test_between_folds_the_number_of_radii_does_not_change() -> None:
     speeds = np.geomspace(5.0, 3000.0, 300)
     for _ in range(30):
         c, k3 = 10.0 ** draw.uniform(-2.5, 0.5), 10.0 ** draw.uniform(5, 12)
-        rotor, moment = ClosedFormRotor(0.1, 1e-5, 1000.0, c, k3, (), ()), 1e-5 * draw.uniform(-3, 3)
+        rotor, moment = (
+            ClosedFormRotor(0.1, 1e-5, 1000.0, c, k3, (), ()),
+            1e-5 * draw.uniform(-3, 3),
+        )
         folds = folds_of(rotor, moment)
         counts = np.array([len(radii(rotor, moment, w)) for w in speeds])
         expected = (
