@@ -2,8 +2,8 @@
 
     python benchmarks/energy_drift.py [--revolutions 1000000] [--out benchmarks/energy_drift.json]
 
-The thesis' drive at 200 rad/s without damping and drag, rk8 at 1 ms: the energy balance's residual relative
-to the energy, at every tenth of the way.
+The thesis' drive at 200 rad/s without damping and drag, rk8 at 1 ms: the energy balance's residual
+relative to the energy, at every tenth of the way.
 """
 
 import argparse

@@ -4,8 +4,8 @@
 
 So many commands in all, shared by the scenes: each holds for 10 to 400 ms, forwards or backwards,
 within the scene's ``spindle.max_speed``; every fourth follows within a few steps. Written down for
-each scene: events, steps with unresolved events, and the smallest gap between balls that cannot pass each other,
-as a part of their distance in contact.
+each scene: events, steps with unresolved events, and the smallest gap between balls that cannot
+pass each other, as a part of their distance in contact.
 """
 
 import argparse

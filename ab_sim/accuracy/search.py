@@ -184,9 +184,9 @@ class _Search:
     def _ladder(self, stepper: Stepper) -> list[tuple[int, Mapping[str, float]]]:
         """Of a method's settings, from coarse to fine: rungs, or a rung with tolerances.
 
-        Two rungs by turns for a reference: the smallest tolerances lead to the same collocation steps, and only
-        other ones show what rounding does. Collocation steps go over 2^k or 3 2^k samples, so that those of
-        samples five times as close are others.
+        Two rungs by turns for a reference: the smallest tolerances lead to the same collocation
+        steps, and only other ones show what rounding does. Collocation steps go over 2^k or 3 2^k
+        samples, so that those of samples five times as close are others.
         """
         rungs = self._trials.rungs(stepper)
         if not stepper.keeps_tolerance:
@@ -209,7 +209,7 @@ class _Search:
         ]
 
     def _allowed(self, tried: Tried) -> Deviation:
-        """What a run's collocation steps were allowed to leave, which two that are alike do not show."""
+        """Error allowed in a run's collocation steps, which two runs that are alike do not show."""
         angle = tried.parameters.get("tolerance", 0.0)
         whirl = angle * self.scene.race.radius / self.scene.whirl_unit[0]
         return Deviation(angle, whirl, angle, whirl)
@@ -238,8 +238,8 @@ class _Search:
                 "rounding and of what the motion makes of it"
             )
         raise SceneError(
-            f"{'; '.join(asked_tolerances)}, with {_told(best)} and a safety factor of {SAFETY:g}: {reason}; "
-            "ask for no more"
+            f"{'; '.join(asked_tolerances)}, with {_told(best)} and a safety factor of "
+            f"{SAFETY:g}: {reason}; ask for no more"
         )
 
     def _cheaper(self, stepper: Stepper, work_precision: float) -> list[Tried]:

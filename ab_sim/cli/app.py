@@ -92,9 +92,9 @@ def run(
     The JSON has `samples` (one per time, each with t, psi, omega, u, v, x, y, vx, vy, whirl,
     theta, ball_rate, stuck, and where the scene has them motor_torque, readings; of a deck in
     space also z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes), events,
-    steps_with_unresolved_events, what was run, and what the run is judged by: peak_whirl_over_e, peak_time;
-    final_whirl_over_e, the root mean square over the last tenth of the run (final_stretch), and
-    whether it is still_changing there, by a tenth of itself or more;
+    steps_with_unresolved_events, what was run, and what the run is judged by: peak_whirl_over_e,
+    peak_time; final_whirl_over_e, the root mean square over the last tenth of the run
+    (final_stretch), and whether it is still_changing there, by a tenth of itself or more;
     final_whirl_relative_to_no_balls; residual_unbalance, and of a deck in space residual_couple;
     peak_tilt and final_tilt of its shaft; circulating_balls, with numbers and mean speeds, that go
     round the race to the end (null if none does); overlapping_balls, pairs that for want of

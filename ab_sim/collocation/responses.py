@@ -46,7 +46,13 @@ def lines_of_table(count: int) -> int:
 
 
 def fill(
-    nodes: CollocationNodes, chosen: int, length: float, c: float, k: float, before: Table, table: Table,
+    nodes: CollocationNodes,
+    chosen: int,
+    length: float,
+    c: float,
+    k: float,
+    before: Table,
+    table: Table,
     numbers: Floats,
 ) -> None:  # fmt: skip
     """The table of a step up to a set of instants.
@@ -122,7 +128,13 @@ def put_column(now: Table, impulse_now: Floats, table: Table, column: int) -> No
 
 
 def go_on(
-    nodes: CollocationNodes, piece: int, begin: float, end: float, length: float, c: float, k: float,
+    nodes: CollocationNodes,
+    piece: int,
+    begin: float,
+    end: float,
+    length: float,
+    c: float,
+    k: float,
     now: Table, impulse_now: Floats,
 ) -> None:  # fmt: skip
     """Responses at the end of a piece of the step, from those at its beginning."""

@@ -75,7 +75,8 @@ class Drive:
     ) -> None:
         if energy_balance and "spindle_acceleration" not in scene.effects:
             raise SceneError(
-                "an energy balance needs the effect spindle_acceleration: without it the equations leave "
+                "an energy balance needs the effect spindle_acceleration: without it the equations "
+                "leave "
                 "out what the motor's torque does, and no energy balance can close"
             )
         if energy_balance and faults:

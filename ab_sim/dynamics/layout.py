@@ -1,8 +1,8 @@
 """Where in the state a quantity lies: the only file that knows.
 
 A state is a flat array: the deck's own states; theta_0 .. theta_n-1 [rad]; theta_0' .. [rad/s];
-with a motor psi [rad], w [rad/s] and the speed loop's integral [rad]; with an energy balance the motor's
-work and the energy dissipated [J].
+with a motor psi [rad], w [rad/s] and the speed loop's integral [rad]; with an energy balance the
+motor's work and the energy dissipated [J].
 """
 
 import functools

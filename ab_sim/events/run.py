@@ -9,28 +9,28 @@ RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
 """Columns of ``BallEvents.constants``: m [kg]; a [m]; mu = m + I/a^2 [kg]; 1/mu; m R [kg m];
 m R - (I/a^2) a [kg m]; whole turns in the ball's angle at the start; R [m]; 1/R; height [m]."""
 ORDER, SPACING = 0, 1
-"""Columns of ``BallEvents.contacts``: the ball at this place of the row; the distance along the race
-from it to the next one in contact [m]."""
+"""Columns of ``BallEvents.contacts``: the ball at this place of the row; the distance along the
+race from it to the next one in contact [m]."""
 DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
-"""Columns of ``BallEvents.discrete``. DIRECTION: +1 or -1, in which a ball slides along the race; 0, it
-sticks, or is held between others; of the last line, +1 or -1 while the motor gives all it can in
-that direction, else 0. LOADED: 1 where the race carries the ball. JOINED: 1 where the two balls at
-a contact touch and stay so: both slide, or both stick. TURNS: whole turns taken out of a ball's
+"""Columns of ``BallEvents.discrete``. DIRECTION: +1 or -1, in which a ball slides along the race;
+0, it sticks, or is held between others; of the last line, +1 or -1 while the motor gives all it can
+in that direction, else 0. LOADED: 1 where the race carries the ball. JOINED: 1 where the two balls
+at a contact touch and stay so: both slide, or both stick. TURNS: whole turns taken out of a ball's
 angle; of the last line, out of the spindle's."""
 LOAD, INERTIA, PULL, FRICTION, GRIP, PATH, CURVE, ALONG, PATH_ACCELERATION = range(9)
-"""Lines of ``BallEvents.table``, a column for each ball: normal force but for the accelerations [N];
-mu [kg]; force along the race but for accelerations, friction and neighbours [N]; coefficient of
-friction with the sign of sliding, 0 where the ball sticks or is unloaded; coefficient of friction;
-path speed [m/s]; the race's radius of curvature [m]; length along the race from angle 0, whole
-turns left out [m]; path acceleration g [m/s^2]."""
+"""Lines of ``BallEvents.table``, a column for each ball: normal force but for the accelerations
+[N]; mu [kg]; force along the race but for accelerations, friction and neighbours [N]; coefficient
+of friction with the sign of sliding, 0 where the ball sticks or is unloaded; coefficient of
+friction; path speed [m/s]; the race's radius of curvature [m]; length along the race from angle 0,
+whole turns left out [m]; path acceleration g [m/s^2]."""
 REACH = 9
 """The first of K lines; K of PRESS follow. With N the race's normal force,
 
     mu g = PULL + REACH.x - FRICTION N + pushes of its neighbours,      N = LOAD + PRESS.x
 """
 ASKED, MOST, SPEED = 0, 1, 2
-"""Of ``BallEvents.motor``: torque that its speed loop asks for, the most that it gives [N m], and the
-spindle's speed [rad/s]."""
+"""Of ``BallEvents.motor``: torque that its speed loop asks for, the most that it gives [N m], and
+the spindle's speed [rad/s]."""
 
 
 class SceneFunctions(NamedTuple):
@@ -47,8 +47,8 @@ class SceneFunctions(NamedTuple):
     finish: int
     """finish(c, b, y, slope, row, t, t_profile): slope and sample."""
     apply_impulse: int
-    """apply_impulse(c, b, y, jumps, v): adds jumps of velocity, in the order of x, to the deck's in v, where
-    they lie as in the state."""
+    """apply_impulse(c, b, y, jumps, v): adds jumps of velocity, in the order of x, to the deck's in
+    v, where they lie as in the state."""
     restitution: int
     """restitution(c, b, out, approach): speed of parting per speed of approach [m/s]."""
     c: Floats

@@ -29,9 +29,9 @@ class Stepper:
     """Rows of numbers that it carries from one step to the next; they belong to the state. It
     starts anew where they are zero, and they are made so where the motion has a kink."""
     collocation_steps: bool = False
-    """Its own steps are collocation steps of several of the scene's, and belong to the state: memory has a line
-    for each state's motion in it, one for the state at its beginning, and two more. It starts anew
-    where they are zero."""
+    """Its own steps are collocation steps of several of the scene's, and belong to the state:
+    memory has a line for each state's motion in it, one for the state at its beginning, and two
+    more. It starts anew where they are zero."""
     parts: int = 1
     """Into how many it divides a step of the scene, where the motion asks for that."""
     needs_own_motion: bool = False

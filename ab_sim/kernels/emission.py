@@ -196,7 +196,7 @@ class Emission:
         return into
 
     def apply_impulse(self) -> Function:
-        """``apply_impulse(c, b, y, jumps, v)``: adds jumps of velocity to v, of the state's layout."""
+        """``apply_impulse(c, b, y, jumps, v)``: adds jumps of velocity to v, laid out as states."""
         into, body = self.function("apply_impulse", ["y", "jumps", "v"], [], state="y")
         model = self.model
         places = dict(body.places) | {

@@ -10,10 +10,10 @@ from ab_sim.events.run import TURNS, Run, Workspace, evaluate, take_step
 from ab_sim.stepping.implicit import implicit_step
 
 FIRST, END, START, OFFSET, LENGTH, PLACE = range(6)
-"""Columns of a step plan, a line for each step range: steps taken before it, and after it, with the step
-that a part of one ends; when its piece of the profile begins [s]; where a part begins in its step
-[s]; length of each of its steps, or of the part [s]; the first of the numbers of its place on the
-profile, as they are in ``Scene.c``."""
+"""Columns of a step plan, a line for each step range: steps taken before it, and after it, with the
+step that a part of one ends; when its piece of the profile begins [s]; where a part begins in its
+step [s]; length of each of its steps, or of the part [s]; the first of the numbers of its place on
+the profile, as they are in ``Scene.c``."""
 STEP, TIME, ANGLE, SPEED, COMMAND, DECK = range(6)
 """Columns of a sample: how many steps have been taken; time [s]; angle and speed of the spindle
 [rad, rad/s]; the speed asked for; the first of the deck's channels. Behind these are each ball's
@@ -81,7 +81,7 @@ def advance(
 
 
 def enter_step_range(run: Run, line: Floats, first: int, only_record: bool) -> EqualSteps:
-    """Go to the place on the profile that a line of a step plan says, with so many steps taken before."""
+    """Begin the step range in a line of a step plan, with so many steps taken before."""
     if line[START] != run.work.smooth[0] and not only_record:
         # What a stepper remembers is of no use behind a kink.
         forget(run.work.memory)

@@ -65,8 +65,8 @@ def test_all_scenes_are_here() -> None:
 @pytest.mark.parametrize("name", [*SHORT, *EVENTFUL, "new"])
 def test_the_error_asked_for_is_met(name: str) -> None:
     """Against an independent simulator, for a loose, a tight and another kind of wish."""
-    asked_tolerances: list[dict[str, float]] = [{"angle": 1e-6}, {"angle": 1e-9}, {"whirl": 1e-6}]
-    for tolerance in asked_tolerances if name != "no-ball" else asked_tolerances[2:]:
+    tolerances: list[dict[str, float]] = [{"angle": 1e-6}, {"angle": 1e-9}, {"whirl": 1e-6}]
+    for tolerance in tolerances if name != "no-ball" else tolerances[2:]:
         drive, work_precision = resolved(wished(name, **tolerance))
         found, claimed = error_of(drive, name), work_precision.measured
         for key, asked in tolerance.items():

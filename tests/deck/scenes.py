@@ -1,8 +1,8 @@
 """Scenes of decks in space: everything off every symmetry, and few sets of effects for all tests.
 
 Every set of effects is compiled for itself, with or without an energy balance, which takes some ten
-seconds: so all tests here keep an energy balance, and those whose effects are fewer name more that do
-nothing.
+seconds: so all tests here keep an energy balance, and those whose effects are fewer name more that
+do nothing.
 """
 
 from typing import Any

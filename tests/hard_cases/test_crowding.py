@@ -1,4 +1,4 @@
-"""Several balls that come to rest, or part, at one time: decided at once, with no step with unresolved events.
+"""Several balls that come to rest, or part, at one time: decided at once, none unresolved.
 
 Before, of five balls on the way to rest one was changed after the other, until the step's events
 were used up: 34 times within these 200 s.

@@ -3,7 +3,8 @@
 At the start of a run-up one ball's normal force is negative for milliseconds, so that the friction
 law has no force to be proportional to; sign functions smoothed by a velocity either creep or are
 stiff. Asserted: the first 13 ms agree with the independent simulator; over 3 s energy balances at
-every coefficient, losses are positive, no step has unresolved events, and large friction ends in sticking.
+every coefficient, losses are positive, no step has unresolved events, and large friction ends in
+sticking.
 """
 
 import numpy as np

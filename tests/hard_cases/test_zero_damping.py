@@ -1,8 +1,8 @@
 """No damping, no drag: energy has nowhere to go, and a stepper's own damping shows.
 
 A dissipative method makes an undamped drive settle, an unstable one makes it grow, slowly enough
-to be believed. Asserted: over 20,000 revolutions the energy balance's residual stays below 1e-8 of the
-energy; half the step leaves a fiftieth of it or less, as order 8 should, until rounding shows.
+to be believed. Asserted: over 20,000 revolutions the energy balance's residual stays below 1e-8 of
+the energy; half the step leaves a fiftieth of it or less, as order 8 should, until rounding shows.
 `benchmarks/energy_drift.py` goes to a million.
 """
 

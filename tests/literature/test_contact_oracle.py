@@ -8,8 +8,8 @@ a packed row under commands, a thousand events.
 
 Frames: x, y, vx, vy inertial; theta from the unbalance, unwrapped; theta_rate relative to the race.
 Tolerance: as in ``test_oracle``, 1e-8 rad, 1e-8 of the deck's largest distance, and 1e-6 rad/s, of
-which the source's own uncertainty is a tenth at most; the scene's own step, no step with unresolved events, and
-who sticks exactly. E2's kernel gets a gravity of zero, so that it is U's.
+which the source's own uncertainty is a tenth at most; the scene's own step, no step with unresolved
+events, and who sticks exactly. E2's kernel gets a gravity of zero, so that it is U's.
 """
 
 import json

@@ -5,9 +5,9 @@ state is P(y); y = P(y) is a periodic solution, and M = dP/dy its monodromy matr
 as many steps of a Runge-Kutta method, M their exact derivative (``integrate.flow``).
 
 Fixed points are found by Newton's method (shooting), in the 2 (K + n) genuine coordinates of K
-unknowns of the deck and n balls: a quaternion's length is no motion (the deck model's ``tangent``), and
-turns of a ball's angle are none either, so that a ball that stays behind by a turn each turn of the
-spindle, hanging in space, is periodic too.
+unknowns of the deck and n balls: a quaternion's length is no motion (the deck model's ``tangent``),
+and turns of a ball's angle are none either, so that a ball that stays behind by a turn each turn of
+the spindle, hanging in space, is periodic too.
 
 Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics (1995), 3.2 (Floquet), 6.5 (shooting).
 """

@@ -47,7 +47,7 @@ class CollocationParameters(NamedTuple):
 
 
 TOLERANCE = Parameter(
-    "what each of its collocation steps may leave of an error, in balls' angles and in the deck's displacement "
+    "truncation error of each collocation step, in balls' angles and in the deck's displacement "
     "over the race's radius",
     1e-11,
     1e-16,
@@ -55,7 +55,7 @@ TOLERANCE = Parameter(
     "rad",
 )
 STEPS = Parameter(
-    "how many of the scene's steps each of its collocation steps goes over, rounded down to 1, 2, 3, 4, 6, 8, "
+    "how many of the scene's steps a collocation step goes over, rounded down to 1, 2, 3, 4, 6, 8, "
     "12 or 16, with 16 nodes 24 or 32, whatever error that leaves; 0 for as many as the tolerance "
     "allows",
     0.0,

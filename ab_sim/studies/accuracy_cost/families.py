@@ -53,8 +53,8 @@ def all_families(
     """
     divides = [step for step in steps if sampling.per_period(step)]
     missing = [
-        OmittedMethod(f"steps of {1e3 * step:g} ms", f"do not divide {sampling.period:g} s, at which "
-                "runs are compared")
+        OmittedMethod(f"steps of {1e3 * step:g} ms",
+                      f"do not divide {sampling.period:g} s, at which runs are compared")
         for step in steps
         if step not in divides
     ]  # fmt: skip

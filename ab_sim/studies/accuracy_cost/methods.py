@@ -37,4 +37,4 @@ class MeasuredMethod(Protocol):
         """What ``run`` returned, as samples."""
 
     def energy_error(self) -> float | None:
-        """The energy balance's error, in a run of its own; None where nothing keeps an energy balance."""
+        """Error of the energy balance, in a run of its own; None where none is kept."""

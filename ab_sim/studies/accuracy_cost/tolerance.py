@@ -30,8 +30,8 @@ class ByTolerance:
 
     Args:
         f: the scene.
-        with_energy_balance: makes the scene with an energy balance; called only for ``energy_error``. None where
-            no energy balance can be kept.
+        with_energy_balance: makes the scene with an energy balance; called only for
+            ``energy_error``. None where no energy balance can be kept.
         name: of the integrator.
         solver: integrates a leg.
         tolerance: relative.

@@ -1,0 +1,81 @@
+"""One name for one thing: classes, modules, and what the glossary says of them."""
+
+import ast
+import importlib
+import re
+from collections import defaultdict
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "ab_sim"
+GLOSSARY = ROOT / "docs" / "glossary.md"
+
+# Commands, figures and papers are named for their subject, on purpose.
+NAMED_FOR_A_SUBJECT = {"cli", "figures", "papers", "studies"}
+# Sections of a scene have the names of its keys, as rooms have that deal with them; the others are
+# what their room is about.
+SECTIONS = {"Accuracy", "Balls", "Deck", "Race", "Scene", "Spindle"}
+
+
+def room_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def public_classes() -> dict[str, list[Path]]:
+    found = defaultdict(list)
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found[node.name].append(path)
+    return found
+
+
+def test_a_class_name_is_there_once() -> None:
+    twice = {
+        name: [str(path.relative_to(ROOT)) for path in paths]
+        for name, paths in public_classes().items()
+        if len(paths) > 1
+    }
+    assert twice == {}
+
+
+def test_no_class_is_named_like_a_module_of_another_room() -> None:
+    rooms = defaultdict(set)
+    for path in PACKAGE.rglob("*.py"):
+        module = path.parent if path.name == "__init__.py" else path
+        if module != PACKAGE and room_of(module) not in NAMED_FOR_A_SUBJECT:
+            rooms[module.stem].add(room_of(module))
+    clashes = [
+        (name, str(path.relative_to(ROOT)), sorted(others))
+        for name, paths in public_classes().items()
+        for path in paths
+        if room_of(path) not in NAMED_FOR_A_SUBJECT and name not in SECTIONS
+        if (others := rooms[re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()])
+        and room_of(path) not in others
+    ]
+    assert clashes == []
+
+
+def glossary() -> list[list[str]]:
+    rows = re.findall(r"^\| (.+) \|$", GLOSSARY.read_text(encoding="utf-8"), re.MULTILINE)
+    return [re.split(r"(?<!\\) \| ", row) for row in rows[2:]]
+
+
+def test_the_glossary_is_short_and_sorted() -> None:
+    words = [row[0] for row in glossary()]
+    assert 0 < len(words) <= 60 and len(set(words)) == len(words)
+    assert words == sorted(words, key=str.lower)
+    assert {len(row) for row in glossary()} == {5}
+
+
+def test_what_the_glossary_names_is_there() -> None:
+    for word, *_, where in glossary():
+        names = re.findall(r"`([\w.]+)`", where)
+        assert names, word
+        for name in names:
+            module, _, attribute = name.rpartition(".")
+            if (PACKAGE / name.replace(".", "/")).is_dir() or (
+                PACKAGE / f"{name.replace('.', '/')}.py"
+            ).is_file():
+                continue
+            assert hasattr(importlib.import_module(f"ab_sim.{module}"), attribute), name
