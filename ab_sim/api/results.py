@@ -50,7 +50,7 @@ class Branches(Presented):
         return {
             "scene": self.scene.name,
             "speeds": ends(*found.speeds, "rad/s"),
-            "branches": str(len(found.stretches)),
+            "branches": str(len(found.intervals)),
             "folds": str(len(found.folds)),
             "nothing stable": f"{unstable} rad/s" if unstable else "nowhere",
         }
@@ -59,7 +59,7 @@ class Branches(Presented):
         """A row for each speed at which a branch was looked at."""
         rows = [
             (each.label, float(speed), state)
-            for each in self.over_speed.stretches
+            for each in self.over_speed.intervals
             for speed, state in zip(each.speeds, each.states, strict=True)
         ]
         return {

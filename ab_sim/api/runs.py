@@ -172,7 +172,7 @@ def resolve_accuracy(
     -------
     scene : Scene
         With that stepper and step; as it is if it asks for no accuracy.
-    price : Price or None
+    work_precision : WorkPrecision or None
         Error measured and time taken; None if the scene asks for no accuracy.
 
     Raises
@@ -186,10 +186,10 @@ def resolve_accuracy(
     --------
     >>> import ab_sim
     >>> asked = ab_sim.load_scene("nsc-case-1", ["accuracy.angle=1e-4", "duration=0.2"])
-    >>> scene, price = ab_sim.resolve_accuracy(asked)
-    >>> price.measured.angle < 1e-4
+    >>> scene, found = ab_sim.resolve_accuracy(asked)
+    >>> found.measured.angle < 1e-4
     True
-    >>> scene.solver.step == price.step
+    >>> scene.solver.step == found.step
     True
     """
     return accuracy.resolve_accuracy(as_scene(scene), tell=progress)
@@ -229,7 +229,7 @@ def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None
 
     if every < 1:
         raise InputError(f"every = {every}: must be at least 1")
-    found = None if run.price is None else run.price.report()
+    found = None if run.work_precision is None else run.work_precision.report()
     with Recording(path, description=describe(run.scene, found), every=every) as recording:
         samples = run.trajectory.samples
         for first in range(0, len(samples), ROWS):

@@ -40,13 +40,13 @@ class StepPlanKey(NamedTuple):
 
     def step_ranges(self, steps: int) -> list[StepRange]:
         """Of so many steps from the start."""
-        return list(step_ranges(SpeedSchedule.of_scheduled(self.segments), self.grid, 0, steps))
+        return list(step_ranges(SpeedSchedule.of_scheduled(self.scheduled_segments), self.grid, 0, steps))
 
 
 @functools.lru_cache(maxsize=8)
 def step_plan_of(course: StepPlanKey) -> StepPlan:
     """The way of all steps along a course."""
-    return StepPlan.along(SpeedSchedule.of_scheduled(course.segments), course.grid, 0)
+    return StepPlan.along(SpeedSchedule.of_scheduled(course.scheduled_segments), course.grid, 0)
 
 
 class PreparedRun:
