@@ -61,7 +61,7 @@ RULES = (
     Rule(3, "R", "4.33", "end time unchanged", lambda f: THESIS._replace(R=f * THESIS.R)),
     Rule(4, "c", "4.35", "same effect to some extent at the same times",
          lambda f: THESIS._replace(c=f * THESIS.c)),
-    Rule(5, "e", "4.37", "too much at the same times: adjust end time and m",
+    Rule(5, "e", "4.37", "a little too much at the same times: end time or m",
          lambda f: THESIS._replace(e=f * THESIS.e), TOO_MUCH),
     Rule(6, "a", "4.39", "no influence", lambda f: THESIS._replace(a=f * THESIS.a)),
     Rule(7, "m, c_b as its square", "4.41", "same effect at the same times (c_b = 4 at m = 2 g)",
