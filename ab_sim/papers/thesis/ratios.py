@@ -84,8 +84,12 @@ def _mass_claims(made: Ratios) -> list[Claim]:
         bound("4.26 (b)", "peak force over that of 4.24", 1 / 3, force("4.26", "4.24"), less=True),
         _by_whirl("4.26", "as a result of the whirl the force is quite small", made),
         value("4.27 (a)", "peak W/e over that of 4.25", 2 / 3, peak("4.27", "4.25")),
-        value("4.27 (b)", "peak force over that of 4.25 (the English: 2/3)", 1 / 3,
-              force("4.27", "4.25")),
+        value(
+            "4.27 (b)",
+            "peak force over that of 4.25 (the English: 2/3)",
+            1 / 3,
+            force("4.27", "4.25"),
+        ),
         angle("4.27 (c)", "end position", -100.0, made.end("4.27")),
         Claim(
             "4.27",

@@ -103,8 +103,9 @@ def settling_claims(lines: dict[float, list[Judged]], touching: StartUp) -> list
                     f"{NAMES[acceleration]} for {duration:g} s: settled in {published:g} s",
                     _words(found),
                     found is not None and abs(found - published) <= TIMED * published,
-                    ill if (acceleration, duration) == (20.0, 0.4) else
-                    f"{_or_never(found) / published - 1.0:+.1%}; as all, later than printed",
+                    ill
+                    if (acceleration, duration) == (20.0, 0.4)
+                    else f"{_or_never(found) / published - 1.0:+.1%}; as all, later than printed",
                 )
             )
     faster = [_or_never(ours[20.0, d]) < _or_never(ours[0.0, d]) for d in TRIED]
