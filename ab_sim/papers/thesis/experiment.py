@@ -204,8 +204,10 @@ def _speed_picture(folder: Path, speeds: Speeds) -> Picture:
     axes.grid(alpha=0.3, which="both")
     axes.legend()
     return written(
-        figure, folder, "6.5", "Figure 6.5: whirl over speed; with balls held at 2500 rpm"
-    )
+        figure, folder, "6.5",
+        "Figure 6.5: whirl over speed; with balls, and the hold at 2500 rpm for speeds above it: "
+        f"means of {OF_SPEEDS} random starts with their 95 % intervals",
+    )  # fmt: skip
 
 
 def _eccentric_picture(folder: Path, eccentric: Eccentric) -> Picture:

@@ -22,6 +22,8 @@ EASED = 0.5 * ACCELERATION
 """In an accelerating period, as in section 4.3 [rad/s^2]."""
 
 
+SHOWN = -600.0
+"""Lowest end position in the picture [deg]: so that the vicinity of -180 deg is seen."""
 ENOUGH, TOO_LITTLE, TOO_MUCH = "enough", "too little", "too much"
 
 
@@ -93,7 +95,8 @@ def rules_section(folder: Path, tell: Tell) -> Section:
         "goes on as c_b ~ m^2, that of c_b and m as a factor of 1.3 for each double. Where 2 m R "
         "is not M0 e balls at -180 deg leave much.",
         'The end time that is scaled is one "already optimized" by section 4.4. Its best is a hold '
-        "of 0.4 s, the figures have 0.5 s: both have rows.",
+        "of 0.4 s, the figures have 0.5 s: both have rows. Of figures 4.24 to 4.45 the numbers "
+        "that the text gives are compared; time histories are not drawn again.",
     )
     picture = _picture(folder, ranges)
     return Section("4.5 Rules for other drives: figures 4.24 to 4.45", text, tables, (picture,))
@@ -194,12 +197,14 @@ def _picture(folder: Path, ranges: dict[Rule, Ends]) -> Picture:
     figure = Figure(figsize=(12.0, 9.0), layout="constrained")
     panels = figure.subplots(3, 4, sharex=True).flat
     for axes, (rule, found) in zip(panels, ranges.items(), strict=False):
-        axes.axhspan(-180.0 - OPPOSITE, -180.0 + OPPOSITE, color="0.9", zorder=0)
+        axes.axhspan(-180.0 - OPPOSITE, -180.0 + OPPOSITE, color="0.85", zorder=0)
         axes.plot(FACTORS, found.without, ".-", color="tab:gray", ms=4, label="without a period")
         axes.plot(FACTORS, found.held, ".-", color="tab:blue", ms=4, label="with the rule's period")
         axes.plot(FACTORS, found.eased, "--", color="tab:red", lw=1.2, label="accelerating in it")
         axes.set_title(f"({rule.number}) {rule.what}", fontsize=10)
-        axes.axvline(2.0, color="0.7", lw=0.8, ls=":")
+        axes.axvline(2.0, color="0.3", lw=1.1, ls=":")
+        if min(each.min() for each in found) < SHOWN:
+            axes.set_ylim(SHOWN, 0.0)
         axes.grid(alpha=0.3)
     panels = figure.axes
     panels[-1].axis("off")
@@ -210,6 +215,6 @@ def _picture(folder: Path, ranges: dict[Rule, Ends]) -> Picture:
         axes.set_ylabel("end position [deg]")
     caption = (
         "The nine rules over a range of the parameter; grey: opposite to the unbalance, "
-        "upright: the thesis' factor 2"
+        f"upright: the thesis' factor 2; shown to {SHOWN:.0f} deg"
     )
     return written(figure, folder, "4.5-rules", caption)
