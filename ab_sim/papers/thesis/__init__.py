@@ -36,8 +36,9 @@ LEFT_OUT = Section(
         "more); W/e of 4.1 is largest at about 2.8 s (no time), of 4.34 a little smaller "
         "(suppressed); in 4.35 and 4.37 the end time or m is finely adjusted (not only the end "
         "time, but also m); balls do not reach -180 deg in 4.13 and 4.14 (not immediately); in "
-        "section 5.1 they turn backwards relative to the rotor (opposite to the motor, as the "
-        "head of chapter 5 in both); 5.8 has their movement promoted too much (promoted); in 6.3 "
+        "section 5.1 they turn backwards relative to the rotor (out of step with it; the head of "
+        'chapter 5 has "opposite to the motor" in both); the end time alone makes it difficult in '
+        "4.44 (is not sufficient); 5.8 has their movement promoted too much (promoted); in 6.3 "
         "it shakes less with a period (much less).",
         "Ranges of the axes of figures 5.5, 5.6, 5.11 and 5.12 and of the masses in them are in "
         "the figures only. The thesis settles in two ways, and so does this page: section 4.4's "

@@ -62,6 +62,8 @@ def experiment_section(folder: Path, tell: Tell) -> Section:
         f"hold at 2500 rpm, those that collide at {reasons.collide.words()} from the same {PASSED} "
         f"starts: a difference of {more:+.2f} +- {interval:.2f} um"
         + (", which is none. " if abs(more) < interval else ". ")
+        + "(Those of an accelerating period below are other runs; that they round to the same "
+        "numbers is chance.) "
         + "What differs is where they lie: in the thesis' model balls that meet may lie on one "
         f"place, here they line up. Five that touch span {math.degrees(4.0 * NEIGHBOUR):.0f} deg "
         f"between the outer centres, and then carry {TOUCHING:.2f} g cm, as much as they can.",

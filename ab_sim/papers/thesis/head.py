@@ -13,7 +13,7 @@ ASKED = {
     "M": ("4.27", "m must be increased"),
     "k": ("4.30", "m must be reduced"),
     "m": ("4.40", "m = 2 g: difficult"),
-    "c_b": ("4.44", "c_b = 2: not by"),
+    "c_b": ("4.44", "c_b = 2: difficult"),
 }
 """By what is changed the row that asks for more than another end time."""
 FARTHER = "ours: to -540"

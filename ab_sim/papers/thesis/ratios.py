@@ -265,7 +265,7 @@ def _ball_claims(made: Ratios) -> list[Claim]:
         Claim("4.44", "the viscous drag hinders: the effect is insufficient",
               f"{degrees(runs['4.44'].angles)}, in 4.24 {degrees(runs['4.24'].angles)}",
               made.end("4.44") > made.end("4.24") and not opposite(runs["4.44"].angles).any()),
-        _not_by_time("4.44", "c_b = 2: not by the end time alone", THESIS._replace(c_b=2.0)),
+        _not_by_time("4.44", "c_b = 2: difficult by the end time alone", THESIS._replace(c_b=2.0)),
         _effect("4.45", "m about 1.3 times gives the same effect", made, "4.45, m = 1.3 g"),
         own("4.45", "does m = 2 g of the caption?", degrees(runs["4.45, m = 2 g"].angles),
             "it does" if opposite(runs["4.45, m = 2 g"].angles).all() else "it does not"),

@@ -225,7 +225,7 @@ def _backwards(runs: list[StartUp]) -> Claim:
            for run, each, at in zip(runs, rates, late, strict=True)]  # fmt: skip
     return Claim(
         "chapter 5, 5.1, 5.2, 5.3", "this means that the balls turn backwards, relative to the "
-        "rotor (the English: opposite to the motor)",
+        "rotor (the head of chapter 5: opposite to the motor)",
         f"{_tenths(least)} rad/s relative to it; their own speed is {_tenths(own)} rad/s at least "
         "above the critical speed, with the motor's direction", max(least) < 0.0,
     )  # fmt: skip

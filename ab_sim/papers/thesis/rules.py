@@ -88,7 +88,9 @@ def rules_section(folder: Path, tell: Tell) -> Section:
     text = (
         "Times are those of the rule: start and end "
         "where the critical speed is scaled. End positions are those 2.5 s after the critical "
-        'speed. A printed ratio holds within 15 %, a position within 25 deg. Rows that say "not by '
+        "speed. A printed ratio holds within 15 %, a position within 25 deg. Whether the balance "
+        "effect is there is judged by the angle in all rows, as the thesis does, but where it says "
+        'that the balls cancel the unbalance (4.27, 4.28). Rows that say "not by '
         "the end time alone\" try other end times than the rule's; the last table keeps the rule's "
         'own: "too little" and "too much" are said of those. A rule between and beyond the '
         "thesis' one factor is ours: that of m and c_b "
