@@ -40,7 +40,9 @@ class StepPlanKey(NamedTuple):
 
     def step_ranges(self, steps: int) -> list[StepRange]:
         """Of so many steps from the start."""
-        return list(step_ranges(SpeedSchedule.of_scheduled(self.scheduled_segments), self.grid, 0, steps))
+        return list(
+            step_ranges(SpeedSchedule.of_scheduled(self.scheduled_segments), self.grid, 0, steps)
+        )
 
 
 @functools.lru_cache(maxsize=8)

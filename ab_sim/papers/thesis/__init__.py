@@ -30,6 +30,16 @@ LEFT_OUT = PageSection(
         "4.45 has m = 2 g in its caption, 1.3 times 1 g in its text, which is judged. Balls "
         '"settle near -540" and at -600 deg in one figure, 5.2: both are judged. The disc\'s '
         "unbalance is M0 e here, M0 = M - 2 m; section 5.1 takes M e, 2 % more with 1 g.",
+        "The thesis is in Japanese and in English. Where they differ, what the author says in "
+        "Japanese is judged: the force of 4.27 is only 1/3 of that of 4.25 (the English: 2/3), of "
+        "4.26 1/3 or less (about 1/3 times less), of 4.29 1.8 times or more (about 1.8 times "
+        "more); W/e of 4.1 is largest at about 2.8 s (no time), of 4.34 a little smaller "
+        "(suppressed); in 4.35 and 4.37 the end time or m is finely adjusted (not only the end "
+        "time, but also m); balls do not reach -180 deg in 4.13 and 4.14 (not immediately); in "
+        "section 5.1 they turn backwards relative to the rotor (out of step with it; the head of "
+        'chapter 5 has "opposite to the motor" in both); the end time alone makes it difficult in '
+        "4.44 (is not sufficient); 5.8 has their movement promoted too much (promoted); in 6.3 "
+        "it shakes less with a period (much less).",
         "Ranges of the axes of figures 5.5, 5.6, 5.11 and 5.12 and of the masses in them are in "
         "the figures only. The thesis settles in two ways, and so does this page: section 4.4's "
         '"settling period" is until both balls first are at -180 deg, chapter 5\'s balls "have '

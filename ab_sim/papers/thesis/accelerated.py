@@ -1,9 +1,9 @@
-"""Section 4.3: with a period of lower acceleration."""
+"""PageSection 4.3: with a period of lower acceleration."""
 
 import numpy as np
 from scipy.signal import find_peaks
 
-from ab_sim.papers.thesis.causes import sooner_claim
+from ab_sim.papers.thesis.causes import by_force, moved, sooner_claim
 from ab_sim.papers.thesis.claims import ABOUT, READ, TIMED, Claim, degrees, value
 from ab_sim.papers.thesis.drive import THESIS, Period, StartUp, start_ups
 from ab_sim.papers.thesis.matched import balance_claim, both_claim
@@ -20,7 +20,7 @@ ACCELERATIONS = (-20.0, -10.0, 0.0, 5.0, 10.0, 20.0, 30.0, 40.0)
 
 def acceleration_claims(runs: dict[str, StartUp]) -> list[Claim]:
     """What section 4.3 states."""
-    return [*_half_claims(runs), *_slower_claims(runs), _braked_claim(runs)]
+    return [*_half_claims(runs), *_slower_claims(runs), _braked_claim(runs), _inhibited(runs)]
 
 
 def _half_claims(runs: dict[str, StartUp]) -> list[Claim]:
@@ -113,6 +113,29 @@ def _braked_claim(runs: dict[str, StartUp]) -> Claim:
     )  # fmt: skip
 
 
+def _inhibited(runs: dict[str, StartUp]) -> Claim:
+    """That the balls' movement is inhibited because whirl and force are small (4.18)."""
+    braked = runs["4.18"]
+    beside = {number: runs[number] for number in ("4.18", "4.1", "4.7")}
+    forces = [float(by_force(run).mean()) for run in beside.values()]
+    ways = [float(moved(run).mean()) for run in beside.values()]
+    time, force = braked.trajectory["time"], braked.forces.mean(axis=1)
+    held = (time >= 2.5) & (time <= 3.25)
+    least = int(np.argmin(np.where(held, force, np.inf)))
+    back = np.degrees(braked.trajectory.ball_angles[held].mean(axis=1))
+    words = ", ".join(f"{f:.0f} deg of {w:.0f} in {number}" for number, f, w in
+                      zip(beside, forces, ways, strict=True))  # fmt: skip
+    return Claim(
+        "4.18", "whirl and force become small, so the movement of the balls is inhibited",
+        f"the force moves them by {words} (ours: {ABOUT:.0%} less than in both, and of the way to "
+        f"{ABOUT:.0%}); it not only is small, it turns: {force[least]:.3f} N at {time[least]:.1f} "
+        f"s, which drives them back from {back.min():.0f} to "
+        f"{back[int(np.argmin(back)):].max():.0f} deg",
+        forces[0] <= (1.0 - ABOUT) * min(forces[1:])
+        and all(abs(f - w) <= ABOUT * w for f, w in zip(forces, ways, strict=True)),
+    )  # fmt: skip
+
+
 def _why_farther(slower: list[StartUp]) -> Claim:
     """That the balls go farther because the force peaks later, not because it is larger.
 
@@ -132,16 +155,20 @@ def _why_farther(slower: list[StartUp]) -> Claim:
 
 
 def _encouraged(slower: list[StartUp], without: StartUp) -> Claim:
-    """That the balls move farther right after the critical speed than without a period."""
+    """That a later force moves the balls farther right after the critical speed."""
     went = [
         float(np.degrees(at_time(run.trajectory.ball_angles, run, 2.5 + SOON)).mean())
         for run in (*slower, without)
     ]
     return Claim(
-        SLOWER, "it encourages the balls to move immediately after the critical speed",
+        SLOWER, "therefore, being later, it encourages the balls to move immediately after the "
+        "critical speed",
         f"{SOON:g} s after it they are at " + ", ".join(f"{angle:.0f}" for angle in went[:-1])
-        + f" deg, in 4.1 at {went[-1]:.0f} deg (ours: {READ:g} deg farther)",
-        max(went[:-1]) <= went[-1] - READ,
+        + f" deg at 10, 20, 30 rad/s^2, in 4.1 at {went[-1]:.0f} deg (ours: farther the later the "
+        f"force, by {READ:g} deg from 30 to 10 rad/s^2)",
+        bool(np.all(np.diff(went[:-1]) > 0.0)) and went[0] <= went[2] - READ,
+        "all are farther than without a period, but those whose force is later are behind then, "
+        "and ahead only at last",
     )  # fmt: skip
 
 

@@ -52,6 +52,17 @@ def parted_claim(figure: str, run: StartUp) -> Claim:
     )  # fmt: skip
 
 
+def necessary_claim() -> Claim:
+    """That balls have to be at -180 deg to cancel the unbalance (4.1)."""
+    left, needed = abs(1.0 - THESIS.carried), np.degrees(np.arccos(-1.0 / THESIS.carried))
+    return Claim(
+        "4.1 (c)", "to cancel the unbalance the balls must be at -180 deg",
+        f"both there leave {left:.2f} of the disc's unbalance, at +-{needed:.1f} deg they leave "
+        f"none (ours: {BALANCED:g} at most there)", left <= BALANCED,
+        "so where 2 m R is M0 e; heavier balls must lie on both sides of it",
+    )  # fmt: skip
+
+
 def remains_claim(runs: Sequence[StartUp]) -> Claim:
     """That unbalance is left because not both balls are opposite (4.2, 4.4, 4.6)."""
     there, left = abs(1.0 - THESIS.carried), [run.residual for run in runs]

@@ -85,6 +85,15 @@ def value(
     )
 
 
+def bound(figure: str, what: str, printed: float, ours: float, less: bool) -> Claim:
+    """A printed number that ours is to be at most, or at least."""
+    words = "or less" if less else "or more"
+    return Claim(
+        figure, f"{what}: about {printed:.3g} {words}", f"{ours:.3g}",
+        ours <= printed if less else ours >= printed, f"{100 * (ours / printed - 1):+.0f} %",
+    )  # fmt: skip
+
+
 def angle(figure: str, what: str, printed: float, ours: float, why: str = "") -> Claim:
     """A printed angle [deg] beside ours: as near as what is in the vicinity."""
     return Claim(

@@ -115,16 +115,18 @@ class StartUp(NamedTuple):
     @property
     def forward(self) -> np.ndarray:
         """Larger one of the driving forces [N] until it reverses, above the critical speed."""
-        force = self.forces.max(axis=1)
-        rises = int(np.argmax(force > 0.5 * force.max()))
-        reverses = np.flatnonzero(force[rises:] < 0.0)
-        return np.asarray(force[: rises + int(reverses[0])] if len(reverses) else force)
+        return _until_reversed(self.forces.max(axis=1))
 
     @property
     def forward_peak(self) -> tuple[float, float]:
         """Largest of these [N], and when [s]: what the thesis reads off its figures."""
         top = int(np.argmax(self.forward))
         return float(self.forward[top]), float(self.trajectory["time"][top])
+
+    @property
+    def forward_each(self) -> np.ndarray:
+        """The largest force on each ball until that one reverses [N]."""
+        return np.array([_until_reversed(force).max() for force in self.forces.T])
 
     @property
     def angles(self) -> np.ndarray:
@@ -154,6 +156,13 @@ class StartUp(NamedTuple):
         """Root mean square of W/e over the last tenth of a second."""
         time = self.trajectory["time"]
         return rms(self.whirl[time > time[-1] - 0.1])
+
+
+def _until_reversed(force: np.ndarray) -> np.ndarray:
+    """A force's course until it reverses, above the critical speed."""
+    rises = int(np.argmax(force > 0.5 * force.max()))
+    reverses = np.flatnonzero(force[rises:] < 0.0)
+    return np.asarray(force[: rises + int(reverses[0])] if len(reverses) else force)
 
 
 def start_ups(

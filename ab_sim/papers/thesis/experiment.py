@@ -1,4 +1,4 @@
-"""Section 6.2: what was measured on a drive with five balls. Only orders are compared."""
+"""PageSection 6.2: what was measured on a drive with five balls. Only orders are compared."""
 
 import math
 from pathlib import Path
@@ -62,6 +62,8 @@ def experiment_section(folder: Path, tell: Tell) -> PageSection:
         f"hold at 2500 rpm, those that collide at {reasons.collide.words()} from the same {PASSED} "
         f"starts: a difference of {more:+.2f} +- {interval:.2f} um"
         + (", which is none. " if abs(more) < interval else ". ")
+        + "(Those of an accelerating period below are other runs; that they round to the same "
+        "numbers is chance.) "
         + "What differs is where they lie: in the thesis' model balls that meet may lie on one "
         f"place, here they line up. Five that touch span {math.degrees(4.0 * NEIGHBOUR):.0f} deg "
         f"between the outer centres, and then carry {TOUCHING:.2f} g cm, as much as they can.",
@@ -204,8 +206,10 @@ def _speed_picture(folder: Path, speeds: Speeds) -> Picture:
     axes.grid(alpha=0.3, which="both")
     axes.legend()
     return written(
-        figure, folder, "6.5", "Figure 6.5: whirl over speed; with balls held at 2500 rpm"
-    )
+        figure, folder, "6.5",
+        "Figure 6.5: whirl over speed; with balls, and the hold at 2500 rpm for speeds above it: "
+        f"means of {OF_SPEEDS} random starts with their 95 % intervals",
+    )  # fmt: skip
 
 
 def _eccentric_picture(folder: Path, eccentric: Eccentric) -> Picture:

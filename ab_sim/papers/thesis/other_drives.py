@@ -65,10 +65,3 @@ def nearest(p: Parameters) -> tuple[float, StartUp]:
     runs = holds_of(p)
     best = int(np.argmin([abs(run.angles.mean() + 180.0) for run in runs]))
     return float(DURATIONS[best]), runs[best]
-
-
-def least_left(p: Parameters) -> tuple[float, float]:
-    """Of all holds the duration [s] that leaves least of the disc's unbalance, and its share."""
-    left = [run.residual for run in holds_of(p)]
-    best = int(np.argmin(left))
-    return float(DURATIONS[best]), left[best]

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from ab_sim.figures.saved import save
 from ab_sim.papers.page import Picture
+from ab_sim.papers.thesis.claims import ODD
 from ab_sim.papers.thesis.drive import StartUp
 
 NAME = "thesis"
@@ -42,8 +43,11 @@ def speed_panel(axes: Axes, run: StartUp) -> None:
 
 def angle_panel(axes: Axes, run: StartUp) -> None:
     """(c) Where the balls are."""
-    _each(axes, run, np.degrees(run.trajectory.ball_angles))
-    axes.axhline(-180.0, color="0.6", lw=0.8, ls="--")
+    angles = np.degrees(run.trajectory.ball_angles)
+    _each(axes, run, angles)
+    # The next ones, too, where balls are more than half-way to them.
+    for odd in ODD if angles.min() < -360.0 else ODD[:1]:
+        axes.axhline(-180.0 * odd, color="0.6", lw=0.8, ls="--")
     axes.set_ylabel("ball angle [deg]")
 
 

@@ -20,7 +20,6 @@ from ab_sim.papers.thesis.rotation_ranges import (
     ECCENTRICITIES,
     MASSES,
     Ends,
-    width_claim,
     width_table,
 )
 from ab_sim.papers.thesis.rotation_settled import FINE
@@ -69,7 +68,7 @@ def rotation_sections(folder: Path, tell: Tell) -> tuple[PageSection, PageSectio
         (
             table_of(
                 "With a hold of 0.5 s",
-                [*hold_claims(runs, ends_drag, ends_e), width_claim(good, ends_drag)],
+                hold_claims(runs, ends_drag, ends_e),
             ),
             width_table(ends_drag, (at_odd(good[0]).mean(), at_odd(good[1]).mean())),
         ),

@@ -5,7 +5,6 @@ import numpy as np
 from ab_sim.papers.page import Cell, Table
 from ab_sim.papers.thesis.claims import FAR, READ, Claim, opposite, stretches
 from ab_sim.papers.thesis.drive import HOLD, OPPOSITE, THESIS, StartUp, start_ups
-from ab_sim.papers.thesis.region import MAP_DRAGS, MAP_MASSES
 from ab_sim.papers.thesis.rotation_measures import HALF_SECOND, settled_after
 
 MASSES = (0.5e-3, 1e-3, 1.5e-3, 2e-3)
@@ -77,24 +76,6 @@ def steadier_claims(ends: Ends) -> list[Claim]:
     ]  # fmt: skip
 
 
-def width_claim(ends: np.ndarray, drag: Ends) -> Claim:
-    """That 1 g and 1 N s/m with the hold are no pin point (chapter 7).
-
-    Args:
-        ends: the map's [deg]; of m only, along its c_b that is nearest.
-        drag: figure 5.11, of c_b.
-    """
-    at = int(np.argmin(np.abs(MAP_DRAGS - 1.0)))
-    masses = longest(1e3 * MAP_MASSES, opposite(ends[1][:, at]))
-    drags = longest(DRAGS, opposite(drag[THESIS.m][1]))
-    return Claim(
-        "5.7, chapter 7", "that 1 g and 1 N s/m serve is not a pin point: it has a certain width",
-        f"c_b from {drags[0]:.3g} to {drags[1]:.3g} N s/m at 1 g, m from {masses[0]:.3g} to "
-        f"{masses[1]:.3g} g at {MAP_DRAGS[at]:.3g} N s/m (ours: a factor of {WIDE:g} in both)",
-        all(low > 0.0 and high > WIDE * low for low, high in (masses, drags)),
-    )  # fmt: skip
-
-
 def width_table(drag: Ends, shares: tuple[float, float]) -> Table:
     """How wide the good stretch of c_b is, at each of some masses.
 
@@ -162,7 +143,7 @@ def _falling_words(ends: Ends, held: int) -> str:
 
 def _spread_words(ends: Ends, held: int) -> str:
     return "; ".join(
-        f"{1e3 * m:g} g: by {np.ptp(ends[m][held]):.0f} deg, {ends[m][held][0]:.0f} to "
-        f"{ends[m][held][-1]:.0f}"
+        f"{1e3 * m:g} g: by {np.ptp(ends[m][held]):.0f} deg, {ends[m][held].max():.0f} to "
+        f"{ends[m][held].min():.0f}"
         for m in MASSES
     )

@@ -155,9 +155,10 @@ def place_claims() -> list[Claim]:
             None not in settled,
         ),
         Claim(
-            "5.10", "m = 1.5 g: an unbalanced position, by what is left",
+            "5.10", "m = 1.5 g, unlike 1 g: an unbalanced position, by what is left",
             f"{degrees(other.angles)}, {other.residual:.2f} of the disc's unbalance left; 1 g "
-            f"{one.residual:.2f} (ours: more than {BALANCED:g})", bool(other.residual > BALANCED),
+            f"{one.residual:.2f} (ours: more than {BALANCED:g}, and 1 g less)",
+            bool(other.residual > BALANCED >= one.residual), "1 g is not balanced, either",
         ),
     ]  # fmt: skip
 

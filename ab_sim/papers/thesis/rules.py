@@ -1,4 +1,4 @@
-"""Section 4.5: nine rules for the variable-speed period of other drives."""
+"""PageSection 4.5: nine rules for the variable-speed period of other drives."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -22,6 +22,8 @@ EASED = 0.5 * ACCELERATION
 """In an accelerating period, as in section 4.3 [rad/s^2]."""
 
 
+SHOWN = -600.0
+"""Lowest end position in the picture [deg]: so that the vicinity of -180 deg is seen."""
 ENOUGH, TOO_LITTLE, TOO_MUCH = "enough", "too little", "too much"
 
 
@@ -61,7 +63,7 @@ RULES = (
     Rule(3, "R", "4.33", "end time unchanged", lambda f: THESIS._replace(R=f * THESIS.R)),
     Rule(4, "c", "4.35", "same effect to some extent at the same times",
          lambda f: THESIS._replace(c=f * THESIS.c)),
-    Rule(5, "e", "4.37", "too much at the same times: adjust end time and m",
+    Rule(5, "e", "4.37", "a little too much at the same times: end time or m",
          lambda f: THESIS._replace(e=f * THESIS.e), TOO_MUCH),
     Rule(6, "a", "4.39", "no influence", lambda f: THESIS._replace(a=f * THESIS.a)),
     Rule(7, "m, c_b as its square", "4.41", "same effect at the same times (c_b = 4 at m = 2 g)",
@@ -86,14 +88,17 @@ def rules_section(folder: Path, tell: Tell) -> PageSection:
     text = (
         "Times are those of the rule: start and end "
         "where the critical speed is scaled. End positions are those 2.5 s after the critical "
-        'speed. A printed ratio holds within 15 %, a position within 25 deg. Rows that say "not by '
+        "speed. A printed ratio holds within 15 %, a position within 25 deg. Whether the balance "
+        "effect is there is judged by the angle in all rows, as the thesis does, but where it says "
+        'that the balls cancel the unbalance (4.27, 4.28). Rows that say "not by '
         "the end time alone\" try other end times than the rule's; the last table keeps the rule's "
         'own: "too little" and "too much" are said of those. A rule between and beyond the '
         "thesis' one factor is ours: that of m and c_b "
         "goes on as c_b ~ m^2, that of c_b and m as a factor of 1.3 for each double. Where 2 m R "
         "is not M0 e balls at -180 deg leave much.",
         'The end time that is scaled is one "already optimized" by section 4.4. Its best is a hold '
-        "of 0.4 s, the figures have 0.5 s: both have rows.",
+        "of 0.4 s, the figures have 0.5 s: both have rows. Of figures 4.24 to 4.45 the numbers "
+        "that the text gives are compared; time histories are not drawn again.",
     )
     picture = _picture(folder, ranges)
     return PageSection("4.5 Rules for other drives: figures 4.24 to 4.45", text, tables, (picture,))
@@ -194,12 +199,14 @@ def _picture(folder: Path, ranges: dict[Rule, Ends]) -> Picture:
     figure = Figure(figsize=(12.0, 9.0), layout="constrained")
     panels = figure.subplots(3, 4, sharex=True).flat
     for axes, (rule, found) in zip(panels, ranges.items(), strict=False):
-        axes.axhspan(-180.0 - OPPOSITE, -180.0 + OPPOSITE, color="0.9", zorder=0)
+        axes.axhspan(-180.0 - OPPOSITE, -180.0 + OPPOSITE, color="0.85", zorder=0)
         axes.plot(FACTORS, found.without, ".-", color="tab:gray", ms=4, label="without a period")
         axes.plot(FACTORS, found.held, ".-", color="tab:blue", ms=4, label="with the rule's period")
         axes.plot(FACTORS, found.eased, "--", color="tab:red", lw=1.2, label="accelerating in it")
         axes.set_title(f"({rule.number}) {rule.what}", fontsize=10)
-        axes.axvline(2.0, color="0.7", lw=0.8, ls=":")
+        axes.axvline(2.0, color="0.3", lw=1.1, ls=":")
+        if min(each.min() for each in found) < SHOWN:
+            axes.set_ylim(SHOWN, 0.0)
         axes.grid(alpha=0.3)
     panels = figure.axes
     panels[-1].axis("off")
@@ -210,6 +217,6 @@ def _picture(folder: Path, ranges: dict[Rule, Ends]) -> Picture:
         axes.set_ylabel("end position [deg]")
     caption = (
         "The nine rules over a range of the parameter; grey: opposite to the unbalance, "
-        "upright: the thesis' factor 2"
+        f"upright: the thesis' factor 2; shown to {SHOWN:.0f} deg"
     )
     return written(figure, folder, "4.5-rules", caption)

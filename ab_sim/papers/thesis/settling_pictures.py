@@ -4,12 +4,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ab_sim.papers.page import Picture
 from ab_sim.papers.thesis.judged import DURATIONS, LINE, NAMES, PRINTED, SPEEDS, Judged
 from ab_sim.papers.thesis.pictures import written
+
+SHOWN = (0.4, 1.5)
+"""Of the settling periods of figure 4.23 [s]."""
+AT_REST = 1.39
+"""Final W/e that is shown at most: that of balls at rest is less (all but four grid points)."""
 
 
 def line_picture(folder: Path, lines: dict[float, list[Judged]]) -> Picture:
@@ -33,11 +39,12 @@ def line_picture(folder: Path, lines: dict[float, list[Judged]]) -> Picture:
             list(printed), list(printed.values()), "o", mfc="none", color=color,
             label=f"printed, {NAMES[acceleration]}",
         )  # fmt: skip
+    panels[0].set_ylim(*SHOWN)
     panels[0].legend(fontsize=9)
     panels[-1].set_xlabel("duration of the variable-speed period [s]")
     caption = (
-        "Figure 4.23 as a line (gaps: the balls never reach -180 deg), and below what a drive is "
-        "judged by; target 200 rad/s"
+        f"Figure 4.23 as a line up to {SHOWN[1]:g} s (gaps: the balls never reach -180 deg), and "
+        "below what a drive is judged by; target 200 rad/s"
     )
     return written(figure, folder, "4.23", caption)
 
@@ -54,20 +61,34 @@ def grid_picture(folder: Path, grid: dict[float, list[list[Judged]]]) -> Picture
             [[one.end.in_band for one in row] for row in rows],
             "in band from [s]",
         )
-        _map(figure, column[2], [[one.end.final_whirl for one in row] for row in rows], "final W/e")
+        _map(
+            figure,
+            column[2],
+            [[one.end.final_whirl for one in row] for row in rows],
+            "final W/e",
+            AT_REST,
+        )
         column[0].set_title(NAMES[acceleration])
         column[-1].set_xlabel("duration [s]")
     for axes in panels[:, 0]:
         axes.set_ylabel("start speed [rad/s]")
     caption = (
         "Start speed and duration of the period: settling as the thesis counts it, when the whirl "
-        "is in its final band, and the final whirl; grey: never, darker is better"
+        f"is in its final band, and the final whirl, shown up to {AT_REST:g} (red is more: balls "
+        "that have not come to rest); grey: never, darker is better"
     )
     return written(figure, folder, "4.4-grid", caption)
 
 
-def _map(figure: Figure, axes: Axes, values: list[list[float | None]], label: str) -> None:
+def _map(
+    figure: Figure,
+    axes: Axes,
+    values: list[list[float | None]],
+    label: str,
+    most: float | None = None,
+) -> None:
     axes.set_facecolor("0.8")
+    colors = colormaps["viridis"].with_extremes(over="tab:red")
     shown = np.array([[np.nan if v is None else v for v in row] for row in values])
-    drawn = axes.pcolormesh(DURATIONS, SPEEDS, shown, shading="nearest", cmap="viridis")
-    figure.colorbar(drawn, ax=axes, label=label)
+    drawn = axes.pcolormesh(DURATIONS, SPEEDS, shown, shading="nearest", cmap=colors, vmax=most)
+    figure.colorbar(drawn, ax=axes, label=label, extend="neither" if most is None else "max")
