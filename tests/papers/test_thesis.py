@@ -1,6 +1,6 @@
 """The thesis page: each verdict, and the values behind it; the whole page is written by hand.
 
-Source: Yoshida (2014), chapters 4 to 6. PageSection 6.2, of thousands of starts: test_thesis_6_2.py.
+Source: Yoshida (2014), chapters 4 to 6. Section 6.2, of thousands of starts: test_thesis_6_2.py.
 """
 
 from pathlib import Path

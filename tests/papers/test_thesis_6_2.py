@@ -1,4 +1,4 @@
-"""PageSection 6.2 of the thesis page: its verdicts, of bars made for it and of a few of its starts."""
+"""Section 6.2 of the thesis page: its verdicts, of bars made for it and of a few of its starts."""
 
 from typing import Any
 

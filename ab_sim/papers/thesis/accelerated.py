@@ -1,4 +1,4 @@
-"""PageSection 4.3: with a period of lower acceleration."""
+"""Section 4.3: with a period of lower acceleration."""
 
 import numpy as np
 from scipy.signal import find_peaks

@@ -1,4 +1,4 @@
-"""PageSection 4.5: when to start the period, how to adjust it finely, and why R changes little."""
+"""Section 4.5: when to start the period, how to adjust it finely, and why R changes little."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""PageSection 6.2: what was measured on a drive with five balls. Only orders are compared."""
+"""Section 6.2: what was measured on a drive with five balls. Only orders are compared."""
 
 import math
 from pathlib import Path

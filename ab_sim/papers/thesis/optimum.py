@@ -1,4 +1,4 @@
-"""PageSection 4.5, (1) and (2): whether an end time that section 4.4 found best scales with the drive.
+"""Section 4.5, (1) and (2): whether an end time that section 4.4 found best scales with the drive.
 
 The thesis takes an end time that "has been already optimized" by section 4.4 and scales it. The
 best hold of figure 4.23 is 0.4 s; its own figures 4.27 to 4.31 have the 0.5 s of section 4.2.

@@ -1,4 +1,4 @@
-"""PageSection 4.5: nine rules for the variable-speed period of other drives."""
+"""Section 4.5: nine rules for the variable-speed period of other drives."""
 
 import math
 from collections.abc import Callable, Sequence

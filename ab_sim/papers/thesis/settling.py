@@ -1,4 +1,4 @@
-"""PageSection 4.4: which variable-speed period is best, and by what measure."""
+"""Section 4.4: which variable-speed period is best, and by what measure."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""PageSection 4.1: start-ups without a variable-speed period."""
+"""Section 4.1: start-ups without a variable-speed period."""
 
 from pathlib import Path
 
@@ -57,7 +57,7 @@ def without_period_section(folder: Path, tell: Tell) -> PageSection:
     text = (
         "The thesis' sketches 4.2, 4.4 and 4.6 show where the balls of 4.1, 4.3 and 4.5 end. "
         f'"In the vicinity of -180 deg" is within {OPPOSITE:g} deg of it all over this page: the '
-        "thesis calls -200 deg so, and not -150 deg. (PageSection 5.2 calls -600 deg in the vicinity "
+        "thesis calls -200 deg so, and not -150 deg. (Section 5.2 calls -600 deg in the vicinity "
         "of -540 deg, too; that is not followed.) It judges by the angle alone; what is left of "
         "the unbalance stands beside it.",
         f"A printed number holds within {ABOUT:.0%} of it, a printed angle within {OPPOSITE:g} "
