@@ -98,6 +98,7 @@ setup(
             "mcap-ros2-support",  # reads what rosbags wrote
             "mpmath",
             "mypy",
+            "pandas; python_version >= '3.11'",  # what results become, where it is there
             "osrf-pycommon",  # what ROS's launch needs, of which there is no wheel
             "playwright",  # drives Debian's Chromium
             "pre-commit",

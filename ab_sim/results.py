@@ -7,7 +7,7 @@ from ab_sim.analysis.floquet import Followed, Stability
 from ab_sim.analysis.maps.stability import StabilityMap
 from ab_sim.analysis.modes import Mode, NaturalVibration
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag
-from ab_sim.api.results import Branches, PeriodicSolutions
+from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.batch import Batch
 from ab_sim.drive.observation import Observation
 from ab_sim.recording import StoredRun
@@ -21,7 +21,7 @@ __all__ = [
     "Basin",
     "Batch",
     "RecordingComparison",
-    "Branches",
+    "BranchesOverSpeed",
     "Comparison",
     "EffectCost",
     "Equilibria",

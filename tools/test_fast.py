@@ -36,6 +36,7 @@ ALSO = {
     "kernels": ("integrate", "drive"),
     "stepping": ("integrate",),
     "collocation": ("integrate",),
+    "api": ("test_public_api.py",),
 }
 """Folders of tests for rooms of the package, beside that of the room's name."""
 ELSEWHERE = {

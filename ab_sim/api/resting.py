@@ -12,7 +12,7 @@ from ab_sim.analysis.recovery import RecoveryOverDrag, recovery_over_drag
 from ab_sim.analysis.recovery.over_drag import DRAGS
 from ab_sim.analysis.recovery.response import BAND
 from ab_sim.api.common import Progress, SceneLike, as_scene, as_speed
-from ab_sim.api.results import Branches, PeriodicSolutions
+from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.errors import InputError
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -71,7 +71,7 @@ def branches(
     *,
     speeds: ArrayLike | None = None,
     progress: Progress | None = None,
-) -> Branches:
+) -> BranchesOverSpeed:
     """Follow all resting states over the spindle's speed; folds and borders of stability.
 
     Parameters
@@ -88,7 +88,7 @@ def branches(
 
     Returns
     -------
-    Branches
+    BranchesOverSpeed
         ``over_speed`` with branches, ``folds``, ``crossings`` and ``without_stable_state`` [rad/s].
 
     Raises
@@ -112,7 +112,7 @@ def branches(
     else:
         values = np.asarray(speeds, float)
     tell: Progress = progress or (lambda what, done, of: None)
-    return Branches(own, equilibria_of(own, at), kept_branches(own, values, tell))
+    return BranchesOverSpeed(own, equilibria_of(own, at), kept_branches(own, values, tell))
 
 
 def speeds_of_branches(scene: Scene, top: float) -> np.ndarray:

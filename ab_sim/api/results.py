@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Branches(Presented):
+class BranchesOverSpeed(Presented):
     """Resting states over the spindle's speed; see ``ab_sim.branches``."""
 
     scene: Scene

@@ -27,7 +27,7 @@ from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bo
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import TURNS
 from ab_sim.errors import InputError, SceneError
-from ab_sim.integrate.side_by_side import LANES, LanePlan, Runs, advance_side_by_side, stacked
+from ab_sim.integrate.side_by_side import LANES, LanePlan, LaneRuns, advance_side_by_side, stacked
 from ab_sim.kernels.code import code_of
 from ab_sim.presentation import Column, Columns, Presented, ends, number
 from ab_sim.scene import Scene
@@ -243,7 +243,7 @@ def _plan(courses: tuple[StepPlanKey, ...], steps: int) -> tuple[type, LanePlan]
     return merged([course.step_ranges(steps) for course in courses], courses[0].grid.step)
 
 
-def _runs(lanes: list[PreparedRun], kind: type, every: int) -> Runs:
+def _runs(lanes: list[PreparedRun], kind: type, every: int) -> LaneRuns:
     """What eight runs of a likeness work with, at their start."""
     first = lanes[0]
     code, layout, n = code_of(first.system, kind), layout_of(first.system), len(first.system.balls)
@@ -254,7 +254,7 @@ def _runs(lanes: list[PreparedRun], kind: type, every: int) -> Runs:
     sound = np.zeros((2, LANES))
     sound[0] = 1.0
     room = np.zeros((size, LANES))
-    return Runs(
+    return LaneRuns(
         prepare=code.address("prepare", LANES),
         slope=code.address("slope", LANES),
         step=code.step(tableau.a, tableau.b, tableau.c, LANES),

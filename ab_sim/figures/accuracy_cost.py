@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
 from ab_sim.figures.colours import distinct_colours
-from ab_sim.figures.saved import Picture, save
+from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.studies.accuracy_cost import AccuracyCost, ErrorBound, SettingCost
 
 OURS = ("tab:red", "tab:orange", "tab:purple", "tab:brown", "tab:pink", "tab:olive")
@@ -29,14 +29,14 @@ def accuracy_figure(cost: AccuracyCost, path: Path) -> None:
     save(drawn_accuracy(cost), path, 120)
 
 
-def drawn_accuracy(cost: AccuracyCost) -> Picture:
+def drawn_accuracy(cost: AccuracyCost) -> ResultFigure:
     """What ``accuracy_figure`` writes, not written yet; arguments as there."""
     unit = cost.unit
     panels = [("whirl", f"largest error in whirl [{unit}]", cost.uncertainty.whirl)]
     if cost.balls:
         text = "largest error in ball angle [rad]"
         panels.insert(0, ("angle", text, cost.uncertainty.angle))
-    figure = Picture(figsize=(6.2 * len(panels) + 1.8, 6), layout="constrained")
+    figure = ResultFigure(figsize=(6.2 * len(panels) + 1.8, 6), layout="constrained")
     axes = figure.subplots(1, len(panels), squeeze=False, sharex=True)
     for panel, (key, text, uncertainty) in zip(axes[0], panels, strict=True):
         _panel(panel, cost, key, text, uncertainty)

@@ -7,7 +7,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from ab_sim.figures.curves import say_conventions
-from ab_sim.figures.saved import Picture, save
+from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.studies.basin import (
     BALANCED,
     CHANGING,
@@ -39,9 +39,9 @@ def basin_figure(found: Basin, path: Path) -> None:
     save(drawn_basin(found), path, 110)
 
 
-def drawn_basin(found: Basin) -> Picture:
+def drawn_basin(found: Basin) -> ResultFigure:
     """What ``basin_figure`` writes, not written yet; arguments as there."""
-    figure = Picture(figsize=(13, 6.6), layout="constrained")
+    figure = ResultFigure(figsize=(13, 6.6), layout="constrained")
     figure.suptitle(f"Where runs of {found.scene.name} end, by where two balls start", fontsize=14)
     ends, left = figure.subplots(1, 2, sharex=True, sharey=True)
     degrees = np.degrees(found.angles)

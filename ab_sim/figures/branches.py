@@ -12,7 +12,7 @@ from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed
 from ab_sim.figures.colours import distinct_colours
 from ab_sim.figures.curves import say_conventions
-from ab_sim.figures.saved import Picture, save
+from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.scene.model import Scene
 
 COLOURS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown", "tab:cyan", "tab:olive")
@@ -35,9 +35,9 @@ def branches_figure(scene: Scene, found: Equilibria, over_speed: OverSpeed, path
     save(drawn_branches(scene, found, over_speed), path, 110)
 
 
-def drawn_branches(scene: Scene, found: Equilibria, over_speed: OverSpeed) -> Picture:
+def drawn_branches(scene: Scene, found: Equilibria, over_speed: OverSpeed) -> ResultFigure:
     """What ``branches_figure`` writes, not written yet; arguments as there."""
-    figure = Picture(figsize=(10, 7.5), layout="constrained")
+    figure = ResultFigure(figsize=(10, 7.5), layout="constrained")
     figure.suptitle(f"Where the balls of {scene.name} can rest", fontsize=14)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.9))
     length, symbol = scene.whirl_unit

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from ab_sim.analysis.modes import AVERAGE, Mode, NaturalVibration, moving
 from ab_sim.figures.labels import Label, label_at_right
-from ab_sim.figures.saved import Picture, save
+from ab_sim.figures.saved import ResultFigure, save
 
 STYLES: dict[str | None, dict[str, Any]] = {
     "forward": {"color": "tab:red", "ls": "-", "lw": 1.6, "zorder": 2.1},
@@ -33,9 +33,9 @@ def campbell_figure(found: NaturalVibration, path: Path) -> None:
     save(drawn_campbell(found), path, 110)
 
 
-def drawn_campbell(found: NaturalVibration) -> Picture:
+def drawn_campbell(found: NaturalVibration) -> ResultFigure:
     """What ``campbell_figure`` writes, not written yet; arguments as there."""
-    figure = Picture(figsize=(9, 6.5), layout="constrained")
+    figure = ResultFigure(figsize=(9, 6.5), layout="constrained")
     figure.suptitle(f"Natural frequencies of {found.scene}", fontsize=14)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.4))
     speeds, branches = found.over_speed.speeds, found.over_speed.branches

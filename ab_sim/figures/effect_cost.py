@@ -4,7 +4,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from ab_sim.figures.saved import Picture, save
+from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.studies.effect_cost import ALL, BASE, EffectCost
 
 COLOURS = {BASE: "tab:gray", ALL: "tab:red"}
@@ -20,10 +20,10 @@ def cost_figure(costs: list[EffectCost], path: Path) -> None:
     save(drawn_cost(costs), path, 120)
 
 
-def drawn_cost(costs: list[EffectCost]) -> Picture:
+def drawn_cost(costs: list[EffectCost]) -> ResultFigure:
     """What ``cost_figure`` writes, not written yet; arguments as there."""
     heights = [1.2 + 0.34 * len(cost.rows) for cost in costs]
-    figure = Picture(figsize=(9, sum(heights)), layout="constrained")
+    figure = ResultFigure(figsize=(9, sum(heights)), layout="constrained")
     panels = figure.subplots(len(costs), 1, squeeze=False, height_ratios=heights)
     for axes, cost in zip(panels[:, 0], costs, strict=True):
         _panel(axes, cost)

@@ -7,20 +7,20 @@ import numpy as np
 
 from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.figures.colours import distinct_colours
-from ab_sim.figures.saved import Picture
+from ab_sim.figures.saved import ResultFigure
 
 FIRST = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown", "tab:cyan")
 MARKERS = {True: "o", False: "X", None: "D"}
 """By the linear test's verdict."""
 
 
-def drawn_states(found: Equilibria) -> Picture:
+def drawn_states(found: Equilibria) -> ResultFigure:
     """Eigenvalues in the complex plane; ball angles on circles, one for each state.
 
     Args:
         found: of one scene at one speed.
     """
-    figure = Picture(figsize=(11, 5.6), layout="constrained")
+    figure = ResultFigure(figsize=(11, 5.6), layout="constrained")
     figure.suptitle(f"Where the balls of {found.scene} can rest at {found.speed:g} rad/s")
     plane = figure.add_subplot(1, 2, 1)
     ring = figure.add_subplot(1, 2, 2, projection="polar")

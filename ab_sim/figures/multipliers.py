@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ab_sim.analysis.floquet import Followed, Stability
-from ab_sim.figures.saved import Picture, save
+from ab_sim.figures.saved import ResultFigure, save
 
 COLORS = {"stable": "tab:blue", "unstable": "tab:red", "undecided": "0.45"}
 MARKERS = ("o", "s", "D")
@@ -29,9 +29,9 @@ def multipliers_figure(solutions: Sequence[Stability], path: Path) -> None:
     save(drawn_multipliers(solutions), path, 110)
 
 
-def drawn_multipliers(solutions: Sequence[Stability]) -> Picture:
+def drawn_multipliers(solutions: Sequence[Stability]) -> ResultFigure:
     """What ``multipliers_figure`` writes, not written yet; arguments as there."""
-    figure = Picture(figsize=(11.0, 6.8), layout="constrained")
+    figure = ResultFigure(figsize=(11.0, 6.8), layout="constrained")
     first = solutions[0]
     figure.suptitle(f"Multipliers of {first.scene} at {first.speed:g} rad/s", fontsize=13)
     whole, near = figure.subplots(1, 2)
@@ -97,9 +97,9 @@ def modulus_figure(scene: str, followed: Followed, path: Path) -> None:
     save(drawn_modulus(scene, followed), path, 110)
 
 
-def drawn_modulus(scene: str, followed: Followed) -> Picture:
+def drawn_modulus(scene: str, followed: Followed) -> ResultFigure:
     """What ``modulus_figure`` writes, not written yet; arguments as there."""
-    figure = Picture(figsize=(9.0, 6.5), layout="constrained")
+    figure = ResultFigure(figsize=(9.0, 6.5), layout="constrained")
     figure.suptitle(f"Stability of {scene} over {followed.over}", fontsize=13)
     found = [point.found for point in followed.points]
     values = [point.value for point in followed.points]

@@ -7,14 +7,14 @@ from ab_sim.batch import Batch
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.figures.balls import ball_styles
 from ab_sim.figures.curves import draw_curve, say_conventions
-from ab_sim.figures.saved import Picture
+from ab_sim.figures.saved import ResultFigure
 
 RUN = "tab:red"
 MOST_NAMED = 10
 """Runs of a batch, beyond which none is named in a legend."""
 
 
-def drawn_trajectory(path: Trajectory) -> Picture:
+def drawn_trajectory(path: Trajectory) -> ResultFigure:
     """Speed, whirl and ball angles over time, as far as there are; nothing is known of the scene.
 
     Args:
@@ -29,7 +29,7 @@ def drawn_trajectory(path: Trajectory) -> Picture:
         else None,
     }
     there = {name: values for name, values in panels.items() if values is not None}
-    figure = Picture(figsize=(9, 1.2 + 2.2 * max(1, len(there))), layout="constrained")
+    figure = ResultFigure(figsize=(9, 1.2 + 2.2 * max(1, len(there))), layout="constrained")
     axes = figure.subplots(max(1, len(there)), 1, sharex=True, squeeze=False)[:, 0]
     for panel, (name, values) in zip(axes, there.items(), strict=False):
         if values.ndim == 1:
@@ -45,13 +45,13 @@ def drawn_trajectory(path: Trajectory) -> Picture:
     return figure
 
 
-def drawn_batch(found: Batch) -> Picture:
+def drawn_batch(found: Batch) -> ResultFigure:
     """The whirl of every run over time, in the colours of their order.
 
     Args:
         found: at least one run.
     """
-    figure = Picture(figsize=(9, 5), layout="constrained")
+    figure = ResultFigure(figsize=(9, 5), layout="constrained")
     axes = figure.subplots()
     shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.runs)))
     for number, (run, shade) in enumerate(zip(found.runs, shades, strict=True)):

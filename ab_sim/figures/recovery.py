@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag, composite_of
-from ab_sim.figures.saved import Picture, save
+from ab_sim.figures.saved import ResultFigure, save
 
 COLOURS = ("tab:blue", "tab:orange")
 """Of the scene, and of one ball in its balls' place."""
@@ -23,9 +23,9 @@ def recovery_figure(found: RecoveryOverDrag, path: Path) -> None:
     save(drawn_recovery(found), path, 110)
 
 
-def drawn_recovery(found: RecoveryOverDrag) -> Picture:
+def drawn_recovery(found: RecoveryOverDrag) -> ResultFigure:
     """What ``recovery_figure`` writes, not written yet; arguments as there."""
-    figure = Picture(figsize=(9, 7), layout="constrained")
+    figure = ResultFigure(figsize=(9, 7), layout="constrained")
     figure.suptitle(
         f"{found.scene}: recovery from {found.from_speed:g} to {found.to_speed:g} rad/s",
         fontsize=13,

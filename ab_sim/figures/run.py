@@ -15,7 +15,7 @@ from ab_sim.equations.effects.motor import Motor
 from ab_sim.figures.balls import ball_styles, draw_balls
 from ab_sim.figures.curves import draw_curve, say_conventions
 from ab_sim.figures.labels import Label, label_at_right
-from ab_sim.figures.saved import Picture, save
+from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.scene.model import Scene
 
 RUN, BESIDE, LIMIT = "tab:red", ("tab:blue", "0.35"), "0.45"
@@ -56,7 +56,7 @@ def drawn_run(
     comparison: Comparison,
     period_start: float | None = None,
     title: str | None = None,
-) -> Picture:
+) -> ResultFigure:
     """What ``run_figure`` writes, not written yet; arguments as there."""
     merits = merits_of(trajectory, scene)
     trajectory = from_rest(trajectory, scene)
@@ -66,7 +66,7 @@ def drawn_run(
     heights |= {"tilt": 0.7} if trajectory.tilts else {}
     heights |= {} if motor is None else {"torque": 0.6}
     heights |= {"force": 0.7, "angles": 1.0} if balls else {}
-    figure = Picture(figsize=(10, 0.8 + 2.9 * sum(heights.values())), layout="constrained")
+    figure = ResultFigure(figsize=(10, 0.8 + 2.9 * sum(heights.values())), layout="constrained")
     panels = figure.subplots(len(heights), 1, sharex=True, height_ratios=[*heights.values()])
     at = dict(zip(heights, panels, strict=True))
     kind = "Run" if scene.profile is None else KINDS[scene.profile.kind]

@@ -13,7 +13,7 @@ from ab_sim.output_file import write_whole
 from ab_sim.quoting import visible
 
 
-class Picture(Figure):
+class ResultFigure(Figure):
     """A figure that a notebook shows, also where nothing has told it how to show matplotlib's."""
 
     def _repr_png_(self) -> bytes:

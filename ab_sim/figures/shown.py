@@ -19,46 +19,46 @@ from ab_sim.figures.multipliers import drawn_modulus
 from ab_sim.figures.paths import drawn_batch, drawn_trajectory
 from ab_sim.figures.recovery import drawn_recovery
 from ab_sim.figures.run import drawn_run
-from ab_sim.figures.saved import Picture, with_plain_texts
+from ab_sim.figures.saved import ResultFigure, with_plain_texts
 from ab_sim.figures.stability_map import drawn_map
 from ab_sim.studies.accuracy_cost import AccuracyCost
 from ab_sim.studies.basin import Basin
 from ab_sim.studies.effect_cost import EffectCost
 
 
-def trajectory(found: Trajectory) -> Picture:
+def trajectory(found: Trajectory) -> ResultFigure:
     """Speed, whirl and ball angles of samples."""
     return with_plain_texts(drawn_trajectory(found))
 
 
-def run(found: OfflineRun, comparison: Comparison | None = None) -> Picture:
+def run(found: OfflineRun, comparison: Comparison | None = None) -> ResultFigure:
     """A run, beside those that it is compared with."""
     beside = Comparison(None, None) if comparison is None else comparison
     period = found.variable_speed_period
     return with_plain_texts(drawn_run(found.trajectory, found.scene, beside, period))
 
 
-def batch(found: Batch) -> Picture:
+def batch(found: Batch) -> ResultFigure:
     """The whirl of all runs."""
     return with_plain_texts(drawn_batch(found))
 
 
-def equilibria(found: Equilibria) -> Picture:
+def equilibria(found: Equilibria) -> ResultFigure:
     """Eigenvalues of resting states, and where their balls are."""
     return with_plain_texts(drawn_states(found))
 
 
-def stability_map(found: StabilityMap) -> Picture:
+def stability_map(found: StabilityMap) -> ResultFigure:
     """Labels over the plane."""
     return with_plain_texts(drawn_map(found))
 
 
-def basin(found: Basin) -> Picture:
+def basin(found: Basin) -> ResultFigure:
     """How runs end."""
     return with_plain_texts(drawn_basin(found))
 
 
-def followed(found: Followed) -> Picture:
+def followed(found: Followed) -> ResultFigure:
     """The largest modulus over a parameter.
 
     Raises:
@@ -69,21 +69,21 @@ def followed(found: Followed) -> Picture:
     return with_plain_texts(drawn_modulus(found.scene, found))
 
 
-def modes(found: NaturalVibration) -> Picture:
+def modes(found: NaturalVibration) -> ResultFigure:
     """A Campbell diagram."""
     return with_plain_texts(drawn_campbell(found))
 
 
-def recovery(found: RecoveryOverDrag) -> Picture:
+def recovery(found: RecoveryOverDrag) -> ResultFigure:
     """Settling time and amplitude over drag."""
     return with_plain_texts(drawn_recovery(found))
 
 
-def accuracy_cost(found: AccuracyCost) -> Picture:
+def accuracy_cost(found: AccuracyCost) -> ResultFigure:
     """Errors over CPU time."""
     return with_plain_texts(drawn_accuracy(found))
 
 
-def effect_cost(found: EffectCost) -> Picture:
+def effect_cost(found: EffectCost) -> ResultFigure:
     """Time per step of each variant."""
     return with_plain_texts(drawn_cost([found]))

@@ -25,7 +25,7 @@ from ab_sim.analysis.maps.verdicts import (
     name_of,
 )
 from ab_sim.figures.colours import distinct_colours
-from ab_sim.figures.saved import Picture, save
+from ab_sim.figures.saved import ResultFigure, save
 
 COLOURS = {
     EVERYWHERE: "#2c9a55",
@@ -56,10 +56,10 @@ def map_figure(found: StabilityMap, path: Path, beside: StabilityMap | None = No
     save(drawn_map(found, beside), path, 110)
 
 
-def drawn_map(found: StabilityMap, beside: StabilityMap | None = None) -> Picture:
+def drawn_map(found: StabilityMap, beside: StabilityMap | None = None) -> ResultFigure:
     """What ``map_figure`` writes, not written yet; arguments as there."""
     maps = [found] if beside is None else [found, beside]
-    figure = Picture(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
+    figure = ResultFigure(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
     labels = sorted({label for each in maps for label in each.shares})
     colours = colours_of(labels)

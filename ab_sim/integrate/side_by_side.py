@@ -30,7 +30,7 @@ class LanePlan(NamedTuple):
     """Shape (stretches, 3, 8), lines as above."""
 
 
-class Runs(NamedTuple):
+class LaneRuns(NamedTuple):
     """Eight runs of a kind of scene; the last axis of each array is theirs."""
 
     prepare: int
@@ -75,7 +75,7 @@ class Runs(NamedTuple):
     """Shape (2, 8)."""
 
 
-def advance_side_by_side(runs: Runs, plan: LanePlan, samples: Cube) -> None:
+def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: Cube) -> None:
     """Take the steps of a plan with eight runs, recording every so many.
 
     Args:
@@ -122,13 +122,13 @@ def advance_side_by_side(runs: Runs, plan: LanePlan, samples: Cube) -> None:
                 call(runs.slope, c, b, times, state, runs.slopes)
 
 
-def local_time(runs: Runs, plan: LanePlan, s: int, steps: int, lane: int) -> float:
+def local_time(runs: LaneRuns, plan: LanePlan, s: int, steps: int, lane: int) -> float:
     """Since the piece of the profile began [s], after so many steps."""
     since = steps * runs.step_length - plan.times[s, START, lane]
     return since + plan.times[s, OFFSET, lane]
 
 
-def take_over(runs: Runs) -> None:
+def take_over(runs: LaneRuns) -> None:
     """The trial states become the states; see whether they are sound."""
     for j in range(runs.state.shape[0]):
         for lane in range(LANES):
@@ -139,7 +139,7 @@ def take_over(runs: Runs) -> None:
             runs.sound[0, lane] = runs.sound[0, lane] * inside
 
 
-def take_out_turns(runs: Runs) -> None:
+def take_out_turns(runs: LaneRuns) -> None:
     """Count whole turns of balls apart; a ball makes at most one in a step."""
     for i in range(runs.balls):
         for lane in range(LANES):
@@ -152,7 +152,7 @@ def take_out_turns(runs: Runs) -> None:
             runs.turns[i, lane] += turn
 
 
-def put_sample(runs: Runs, samples: Cube, steps: int) -> None:
+def put_sample(runs: LaneRuns, samples: Cube, steps: int) -> None:
     """The row at hand, as each run's sample after so many steps."""
     at = steps // runs.every - 1
     for lane in range(LANES):

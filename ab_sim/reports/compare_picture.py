@@ -6,7 +6,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from ab_sim.figures.curves import say_conventions
-from ab_sim.figures.saved import Picture, save, with_plain_texts
+from ab_sim.figures.saved import ResultFigure, save, with_plain_texts
 from ab_sim.reports.colours import BLACK, BLUE, ORANGE
 from ab_sim.reports.compare import ChannelDeviation, RecordingComparison
 
@@ -26,16 +26,16 @@ def compare_picture(found: RecordingComparison, recording: str, path: Path) -> N
     save(_drawn(found, recording), path, 110)
 
 
-def drawn_comparison(found: RecordingComparison) -> Picture:
+def drawn_comparison(found: RecordingComparison) -> ResultFigure:
     """The same, not written: what ``plot()`` of a comparison draws."""
     return with_plain_texts(_drawn(found, "the recording"))
 
 
-def _drawn(found: RecordingComparison, recording: str) -> Picture:
+def _drawn(found: RecordingComparison, recording: str) -> ResultFigure:
     shown = sorted(found.deviations, key=_place)[:MOST]
     left_out = _left_out(found, shown)
     lines = 1 + left_out.count("\n")
-    figure = Picture(figsize=(13, 1.2 + 0.17 * lines + 2.1 * len(shown)), layout="constrained")
+    figure = ResultFigure(figsize=(13, 1.2 + 0.17 * lines + 2.1 * len(shown)), layout="constrained")
     panels = figure.subplots(len(shown), 2, sharex=True, squeeze=False)
     verdict = "the same to the bit" if found.same else f"driven by {found.driven_by}"
     figure.suptitle(f"{recording} beside {found.scene.name}: {verdict}", fontsize=13)

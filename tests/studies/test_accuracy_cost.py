@@ -104,7 +104,7 @@ def test_errors_fall_with_the_declared_order(name: str) -> None:
 
 
 def test_steps_beyond_the_stability_limit_are_named_as_refused() -> None:
-    told = {each.method: each.reason for each in study().left_out}
+    told = {each.method: each.reason for each in study().omitted}
     assert "stability limit" in told["rk4 at 5 ms"] and "at most" in told["rk4 at 5 ms"]
 
 
