@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ab_sim.accuracy.deviation import Deviation
-from ab_sim.scene.model import Accuracy
+from ab_sim.scene.sections import Accuracy
 
 SAFETY = 4.0
 """What the measured error is multiplied by before it is compared with what is asked."""

@@ -12,7 +12,8 @@ from ab_sim.drive.trajectory import Trajectory, column_of
 from ab_sim.drive.turns import NONE, matrix_of, tilt_of
 from ab_sim.dynamics.assemble import start_state, system_of
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.scene.model import Scene, StartDeck
+from ab_sim.scene.model import Scene
+from ab_sim.scene.sections import StartDeck
 
 
 class Rest(NamedTuple):

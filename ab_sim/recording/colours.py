@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from ab_sim.palette import ON_DARK, Colour, distinct
-from ab_sim.scene.model import MAX_BALLS
+from ab_sim.scene.sections import MAX_BALLS
 
 GROUND: Colour = (14, 17, 19)
 """Of the drawings, whatever the viewer's theme: white is to be seen on it."""

@@ -1,34 +1,18 @@
 """Sections of a scene whose deck moves and tilts in space; see equations/in_space.py."""
 
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any, Protocol
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from ab_sim.errors import exact
-from ab_sim.scene.quantities import InSchema, Length, Number, PerBall, quantity
+from ab_sim.scene.quantities import Inertia, Length, Number, PerBall, Vector, quantity
 from ab_sim.scene.section import Section
+from ab_sim.scene.sections import Balls, Race, Rotor
+from ab_sim.scene.sensors import Sensors
 
-if TYPE_CHECKING:
-    from ab_sim.scene.model import Scene
-
-
-def _three_or_six(inertia: tuple[float, ...]) -> tuple[float, ...]:
-    if len(inertia) not in (3, 6):
-        raise ValueError(
-            f"has {len(inertia)} numbers; give [xx, yy, zz], or [xx, yy, zz, xy, xz, yz]"
-        )
-    return inertia
-
-
-Vector = tuple[Number, Number, Number]
-Inertia = Annotated[
-    tuple[Number, ...],
-    AfterValidator(_three_or_six),
-    InSchema({"minItems": 3, "maxItems": 6, "not": {"minItems": 4, "maxItems": 5}}),
-]
-"""xx, yy, zz, and xy, xz, yz where they are not 0; xy is minus the integral of x y dm."""
-Place = tuple[Length, Length, Length]
+Point = tuple[Length, Length, Length]
 Stiffness = Annotated[Number, Field(ge=0, le=1e12)]
 Damping = Annotated[Number, Field(ge=0, le=1e9)]
 
@@ -44,7 +28,7 @@ class Deck(Section):
     spindle axis.
     """
 
-    center: Place = quantity("of mass, from C on deck axes", "m", default=(0.0, 0.0, 0.0))
+    center: Point = quantity("of mass, from C on deck axes", "m", default=(0.0, 0.0, 0.0))
     inertia: Inertia = quantity(
         "about the centre of mass on deck axes: [xx, yy, zz] or [xx, yy, zz, xy, xz, yz]; xy is "
         "minus the integral of x y dm",
@@ -55,7 +39,7 @@ class Deck(Section):
 class Mount(Section):
     """A rubber mount between deck and housing: springs and dampers along three axes."""
 
-    position: Place = quantity("where it holds the deck, from C on deck axes", "m")
+    position: Point = quantity("where it holds the deck, from C on deck axes", "m")
     stiffness: PerBall[Stiffness] = quantity("along its axes: one number, or three", "N/m")
     damping: PerBall[Damping] = quantity("along its axes: one number, or three", "N s/m")
     turned: Vector = quantity(
@@ -63,7 +47,43 @@ class Mount(Section):
     )
 
 
-def check_deck(scene: "Scene") -> None:
+class WithDeck(Protocol):
+    """What of a scene belongs to its deck: in the plane, or in space."""
+
+    @property
+    def deck(self) -> Deck | None:
+        """None in the plane."""
+
+    @property
+    def mounts(self) -> tuple[Mount, ...]:
+        """In space only."""
+
+    @property
+    def rotor(self) -> Rotor:
+        """With disc."""
+
+    @property
+    def race(self) -> Race:
+        """Or races."""
+
+    @property
+    def balls(self) -> Balls:
+        """In them."""
+
+    @property
+    def effects(self) -> Mapping[str, Any]:
+        """By name."""
+
+    @property
+    def sensors(self) -> Sensors:
+        """By name."""
+
+    @property
+    def total_mass(self) -> float:
+        """kg."""
+
+
+def check_deck(scene: WithDeck) -> None:
     """Refuse what has a meaning in the plane or in space only, or cannot be.
 
     Raises:
@@ -107,7 +127,7 @@ def check_deck(scene: "Scene") -> None:
     _check_effects(scene, IN_PLANE, IN_SPACE, "a deck in the plane", "the scene has one in space")
 
 
-def _check_plane(scene: "Scene") -> None:
+def _check_plane(scene: WithDeck) -> None:
     needless = {
         "mounts": bool(scene.mounts),
         "rotor.height": bool(scene.rotor.height),
@@ -126,7 +146,7 @@ def _check_plane(scene: "Scene") -> None:
 
 
 def _check_effects(
-    scene: "Scene", others: tuple[str, ...], own: tuple[str, ...], whose: str, here: str
+    scene: WithDeck, others: tuple[str, ...], own: tuple[str, ...], whose: str, here: str
 ) -> None:
     for name, effect in scene.effects.items():
         acts_there = any(hasattr(effect, method) for method in others)

@@ -1,239 +1,29 @@
-"""The sections of a scene. All values in SI units; angles in rad, speeds in rad/s."""
+"""A scene as a whole, and what its sections must agree on."""
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
-from ab_sim.quoting import visible
-from ab_sim.scene.deck import Deck, Inertia, Mount, Vector, check_deck, inertia_matrix
+from ab_sim.scene.deck import Deck, Mount, check_deck, inertia_matrix
 from ab_sim.scene.profiles import Profile, beyond, check_profile
-from ab_sim.scene.quantities import Count, Length, Number, PerBall, quantity
+from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.section import Section
+from ab_sim.scene.sections import (
+    Accuracy,
+    Balls,
+    OneLine,
+    Race,
+    Rotor,
+    Solver,
+    Spindle,
+    Start,
+    Words,
+)
 from ab_sim.scene.sensors import Sensors
-
-MAX_BALLS = 64
-
-Mass = Annotated[Number, Field(ge=1e-12, le=1e3)]
-Radius = Annotated[Number, Field(gt=0, le=10)]
-Angle = Annotated[Number, Field(ge=-1e10, le=1e10)]
-
-
-def _shown(text: str) -> str:
-    """They go to terminals, logs, pictures and pages, which obey or cannot show the others."""
-    if visible(text) != text:
-        raise ValueError("must hold no control characters; take them out")
-    return text
-
-
-def _one_line(text: str) -> str:
-    if "\n" in text or "\t" in text:
-        raise ValueError("must be one line")
-    return _shown(text)
-
-
-Words = Annotated[str, AfterValidator(_shown)]
-
-
-class Rotor(Section):
-    """What moves on the suspension, and the unbalance it carries (docs/equations.md, 1)."""
-
-    total_mass: Number | None = quantity(
-        "M, everything that moves on the suspension, balls included (give this or mass)",
-        "kg",
-        ge=1e-9,
-        le=1e3,
-        default=None,
-    )
-    mass: Number | None = quantity(
-        "M - n m, everything that moves on the suspension but the balls (give this or total_mass)",
-        "kg",
-        ge=1e-9,
-        le=1e3,
-        default=None,
-    )
-    eccentricity: Number = quantity(
-        "e, distance of the eccentric mass's centre from the shaft axis", "m", ge=0, le=1.0
-    )
-    eccentric_mass: Number | None = quantity(
-        "M0, the mass that is eccentric; default M - n m, all but the balls",
-        "kg",
-        ge=1e-9,
-        le=1e3,
-        default=None,
-    )
-
-    height: Length = quantity(
-        "of its mass centre along the shaft; only with a deck in space", "m", default=0.0
-    )
-    inertia: Inertia | None = quantity(
-        "of rotor and disc about their mass centre, the first axis through the unbalance: "
-        "[xx, yy, zz] or [xx, yy, zz, xy, xz, yz], xz and yz being a couple unbalance; only with a "
-        "deck in space",
-        "kg m^2",
-        default=None,
-    )
-
-
-class Race(Section):
-    """The ring in which the balls run, concentric with the shaft; or several, of one size."""
-
-    radius: Number = quantity("R, radius of the circle of the balls' centres", "m", gt=0, le=10)
-    height: PerBall[Length] = quantity(
-        "of its plane along the shaft, one number or one for each race; only with a deck in space",
-        "m",
-        default=0.0,
-    )
-
-    @property
-    def heights(self) -> tuple[float, ...]:
-        """Of each race [m]."""
-        return self.height if isinstance(self.height, tuple) else (self.height,)
-
-
-class Balls(Section):
-    """The balls, all equal or each with a mass and a radius of its own."""
-
-    count: Count = quantity("n, how many there are", "1", ge=0, le=MAX_BALLS)
-    mass: PerBall[Mass] | None = quantity(
-        "m, mass of a ball: one number for all, or a list with one per ball", "kg", default=None
-    )
-    radius: PerBall[Radius] | None = quantity(
-        "a, radius of a ball: one number for all, or a list with one per ball; only for effects "
-        "that use it",
-        "m",
-        default=None,
-    )
-
-    race: PerBall[Count] = quantity(
-        "in which race a ball runs, counted from 0: one number for all, or one per ball",
-        "1",
-        default=0,
-    )
-
-    @property
-    def races(self) -> tuple[int, ...]:
-        """Each ball's race."""
-        return self.race if isinstance(self.race, tuple) else (self.race,) * self.count
-
-    @property
-    def masses(self) -> tuple[float, ...]:
-        """Each ball's mass [kg]; NaN where not given, which no checked scene has."""
-        return self._each(self.mass)
-
-    @property
-    def radii(self) -> tuple[float, ...]:
-        """Each ball's radius [m]; NaN where not given."""
-        return self._each(self.radius)
-
-    @property
-    def total_mass(self) -> float:
-        """All balls together [kg]."""
-        # Rounded once: of equal balls it is exactly count * mass.
-        return math.fsum(self.masses)
-
-    def _each(self, value: float | tuple[float, ...] | None) -> tuple[float, ...]:
-        if isinstance(value, tuple):
-            return value
-        return (math.nan if value is None else value,) * self.count
-
-
-class StartDeck(Section):
-    """How the deck begins."""
-
-    position: tuple[Length, ...] | None = quantity(
-        "x, y from where it hangs at rest; of a deck in space X, Y, Z of C from where the mounts "
-        "are relaxed, by default where it hangs at rest",
-        "m",
-        default=None,
-    )
-    velocity: tuple[Number, ...] | None = quantity(
-        "its rates of change; default 0", "m/s", default=None
-    )
-    tilt: Vector | None = quantity(
-        "alpha, beta, gamma of a deck in space: turned by gamma about Z, then by alpha about the "
-        "new x, then by beta about the last y; default as it hangs at rest",
-        "rad",
-        default=None,
-    )
-    tilt_rate: Vector | None = quantity("their rates of change; default 0", "rad/s", default=None)
-
-
-class Start(Section):
-    """The state at t = 0; by default deck and balls are at rest."""
-
-    speed: Number = quantity("spindle speed", "rad/s", ge=-1e5, le=1e5, default=0.0)
-    angle: Angle = quantity(
-        "psi, the spindle's angle: direction of the unbalance in space", "rad", default=0.0
-    )
-    ball_angles: tuple[Angle, ...] | None = quantity(
-        "theta, each ball's angle from the unbalance; default all 0", "rad", default=None
-    )
-    ball_rates: tuple[Number, ...] | None = quantity(
-        "theta', each ball's speed relative to the race; default all 0", "rad/s", default=None
-    )
-    deck: StartDeck = StartDeck()
-
-
-class Spindle(Section):
-    """Limits of the speed servo that follows live commands."""
-
-    max_speed: Number = quantity(
-        "a command beyond this magnitude is rejected", "rad/s", gt=0, le=1e5
-    )
-    max_acceleration: Number = quantity(
-        "the servo changes the speed no faster than this", "rad/s^2", gt=0, le=1e6
-    )
-
-
-class Solver(Section):
-    """The integrator and its fixed step."""
-
-    stepper: str = Field(
-        default="auto",
-        description="name of a registered stepper, or auto: chosen for the scene",
-    )
-    step: Number = quantity(
-        "integration step; a whole number of nanoseconds", "s", gt=0, le=1.0, default=1e-3
-    )
-
-    parameters: dict[str, Number] = Field(
-        default_factory=dict, description="numbers that the stepper takes, by name"
-    )
-
-    @model_validator(mode="after")
-    def _whole_nanoseconds(self) -> "Solver":
-        # Message stamps count steps in integer nanoseconds.
-        if round(self.step * 1e9) < 1 or abs(self.step * 1e9 - round(self.step * 1e9)) > 1e-6:
-            raise ValueError(
-                f"step = {self.step!r} s must be a whole number of nanoseconds, "
-                "because stamps are counted in steps; e.g. 0.001"
-            )
-        return self
-
-
-class Accuracy(Section):
-    """The error that a run may have, its largest one: asked for instead of a solver."""
-
-    angle: Number | None = quantity(
-        "error of any ball's angle from the unbalance", "rad", gt=0, le=10.0, default=None
-    )
-    whirl: Number | None = quantity(
-        "error of the deck's displacement, in eccentricities e; in race radii if e = 0",
-        "1",
-        gt=0,
-        le=1e6,
-        default=None,
-    )
-
-    @model_validator(mode="after")
-    def _something(self) -> "Accuracy":
-        if self.angle is None and self.whirl is None:
-            raise ValueError("give angle [rad] or whirl [e], or both; e.g. {angle: 1.0e-9}")
-        return self
 
 
 class Scene(Section):
@@ -251,7 +41,7 @@ class Scene(Section):
     (0.01, 1000.0)
     """
 
-    name: Annotated[str, AfterValidator(_one_line)] = Field(
+    name: OneLine = Field(
         default="", description="what it is called, one line; default the file's name"
     )
     description: Words = Field(default="", description="what it shows, for people")

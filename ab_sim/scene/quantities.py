@@ -3,7 +3,14 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BeforeValidator, Discriminator, Field, GetJsonSchemaHandler, Tag
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    GetJsonSchemaHandler,
+    Tag,
+)
 from pydantic_core import CoreSchema
 
 T = TypeVar("T")
@@ -46,6 +53,23 @@ class InSchema:
     ) -> dict[str, Any]:
         """As pydantic's, with these keywords."""
         return {**handler(core), **self.keywords}
+
+
+def _three_or_six(inertia: tuple[float, ...]) -> tuple[float, ...]:
+    if len(inertia) not in (3, 6):
+        raise ValueError(
+            f"has {len(inertia)} numbers; give [xx, yy, zz], or [xx, yy, zz, xy, xz, yz]"
+        )
+    return inertia
+
+
+Vector = tuple[Number, Number, Number]
+Inertia = Annotated[
+    tuple[Number, ...],
+    AfterValidator(_three_or_six),
+    InSchema({"minItems": 3, "maxItems": 6, "not": {"minItems": 4, "maxItems": 5}}),
+]
+"""xx, yy, zz, and xy, xz, yz where they are not 0; xy is minus the integral of x y dm."""
 
 
 def quantity(meaning: str, unit: str, **bounds: Any) -> Any:

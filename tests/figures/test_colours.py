@@ -13,7 +13,7 @@ from ab_sim.figures.colours import distinct_colours
 from ab_sim.palette import Colour, distinct, oklab
 from ab_sim.recording import colours as recorded
 from ab_sim.reports.colours import CURVES
-from ab_sim.scene.model import MAX_BALLS
+from ab_sim.scene.sections import MAX_BALLS
 
 LEAST = 0.07
 """In OKLab, where black and white are 1 apart."""

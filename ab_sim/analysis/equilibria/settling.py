@@ -14,7 +14,8 @@ from ab_sim.analysis.equilibria.resting import LEFT_OUT, resting_system, state_o
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError
-from ab_sim.scene.model import Scene, Spindle, Start
+from ab_sim.scene.model import Scene
+from ab_sim.scene.sections import Spindle, Start
 
 SIZE = 0.2
 """Of a disturbance: rad of angles, and shares of the unit of length and of the speed. Not small: an

@@ -24,7 +24,8 @@ from ab_sim.errors import InputError, SceneError, exact
 from ab_sim.integrate.flow import Flow
 from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import stepper_named
-from ab_sim.scene.model import Scene, Start
+from ab_sim.scene.model import Scene
+from ab_sim.scene.sections import Start
 from ab_sim.stepping.fixed_step import normalise
 
 METHOD = "rk8"
