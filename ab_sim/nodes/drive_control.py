@@ -3,7 +3,6 @@
 import functools
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from ab_msgs_py import services
 from ab_msgs_py.services import Answer, Stepped, serve_switch, serve_trigger
@@ -12,14 +11,12 @@ from ab_sim.drive.faults.fault import Fault, faults_of
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
 from ab_sim.errors import AbSimError, CommandError, InputError
 from ab_sim.nodes.command_path import CommandPath
+from ab_sim.nodes.drive_node import DriveNode
 from ab_sim.nodes.drive_settings import TimeMode
 from ab_sim.nodes.parameters import path_of
 from ab_sim.nodes.prepared_drive import PreparedDrive
+from ab_sim.nodes.session import Session
 from ab_sim.scene import Scene
-
-if TYPE_CHECKING:
-    from ab_sim.nodes.drive_sim import DriveSim
-    from ab_sim.nodes.session import Session
 
 PATIENCE = 1.0
 """s for which a request waits for the commands that it is to follow."""
@@ -45,7 +42,7 @@ class DriveControl:
         node: what they act on.
     """
 
-    def __init__(self, node: "DriveSim") -> None:
+    def __init__(self, node: DriveNode) -> None:
         self._node = node
         # The loop answers it itself: whatever else is being answered may take long.
         stop = serve_trigger(node, services.EMERGENCY_STOP, _answered(self.emergency_stop))
@@ -177,7 +174,7 @@ class DriveControl:
             asked, scene = _sound(session), session.now.scene
         kept, commands = read_snapshot(path, scene, CommandPath.__module__)
 
-        def leap(session: "Session") -> None:
+        def leap(session: Session) -> None:
             try:
                 session.now.drive.check(kept)
             except ValueError as error:
@@ -246,7 +243,7 @@ class DriveControl:
             time.sleep(2e-4)
 
     def _leap(
-        self, leap: Callable[["Session"], None], said: str, asked: "Session | None" = None
+        self, leap: Callable[[Session], None], said: str, asked: Session | None = None
     ) -> Answer:
         with self._node.active(asked) as session:
             _leave(session)
@@ -259,7 +256,7 @@ class DriveControl:
         return True, f"t = {reached * 1e-9:.9g}"
 
 
-def _sound(session: "Session") -> "Session":
+def _sound(session: Session) -> Session:
     """The same.
 
     Raises:
@@ -270,19 +267,19 @@ def _sound(session: "Session") -> "Session":
     return session
 
 
-def _leave(session: "Session") -> None:
+def _leave(session: Session) -> None:
     """What has run does so until now, and says so."""
     session.catch_up()
     _last_words(session)
 
 
-def _last_words(session: "Session") -> None:
+def _last_words(session: Session) -> None:
     if session.now.drive.steps:
         session.flush()
     session.report()
 
 
-def _arrive(session: "Session") -> None:
+def _arrive(session: Session) -> None:
     """First words of what runs now."""
     session.publish()
     session.go_on(time.monotonic())

@@ -1,0 +1,210 @@
+"""The lifecycle node that has a drive: from configure to cleanup, in real time."""
+
+import contextlib
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+from rclpy.subscription import Subscription
+
+from ab_msgs_py import ENDED, Level
+from ab_msgs_py.services import EMERGENCY_STOP
+from ab_sim.drive.faults.fault import faults_of
+from ab_sim.errors import AbSimError, CommandError, Interrupted
+from ab_sim.nodes.commands import at_wake_ups
+from ab_sim.nodes.drive_health import PERIOD
+from ab_sim.nodes.drive_settings import drive_settings, fixed_settings, tolerance_of
+from ab_sim.nodes.fair_lock import FairLock
+from ab_sim.nodes.managed import GLANCE, Managed, Say
+from ab_sim.nodes.outputs import Outputs
+from ab_sim.nodes.parameters import close_parameters, path_of
+from ab_sim.nodes.prepared_drive import PreparedDrive, scene_of
+from ab_sim.nodes.session import INACTIVE, Session
+from ab_sim.nodes.settings import Values
+from ab_sim.output_file import REPORT, check_ending
+from ab_sim.scene import Scene
+
+PROMPT = 0.003
+"""s between two looks at what the loop answers itself: they cost as much as half a step does, and
+who asks is no nearer than that."""
+UNCONFIGURED = "unconfigured: no scene is loaded"
+
+
+class DriveNode(Managed):
+    """Has a drive on its bench from configure to cleanup, whose time goes on from activate on."""
+
+    def __init__(self) -> None:
+        super().__init__("drive_sim", EMERGENCY_STOP)
+        self._fixed = fixed_settings(self)
+        self.settings = drive_settings(self)
+        close_parameters(self)
+        self._turn = FairLock()
+        scene, fixed = self.settings.values["scene"], self._fixed
+        self._outputs = Outputs(self, scene, fixed.hardware, fixed.clock)
+        self._session: Session | None = None
+        self._state = Level.OK, UNCONFIGURED
+        self._reported = 0.0
+        self.settings.follow(self._judge, self._apply)
+
+    @property
+    def subscriptions(self) -> Iterator[Subscription[Any]]:
+        """What the executor answers: all but the commands, which wake-ups take themselves."""
+        return (s for s in super().subscriptions if s.callback is not at_wake_ups)
+
+    @contextlib.contextmanager
+    def active(self, asked: Session | None = None) -> Iterator[Session]:
+        """The turn at the bench.
+
+        Args:
+            asked: the bench it has to be; default: any.
+
+        Raises:
+            CommandError: nothing is to be done there, for the node is not active, or the bench is
+                another one.
+        """
+        with self._turn:
+            session = self._session
+            if session is None or not session.active:
+                told, way = (INACTIVE, "activate") if session else (UNCONFIGURED, "configure")
+                name = self.get_fully_qualified_name()
+                raise CommandError(f"{told}; `ros2 lifecycle set {name} {way}`")
+            if asked not in (None, session):
+                raise CommandError("the node has been configured anew meanwhile; ask again")
+            yield session
+
+    def prepare(self, scene: Scene, values: Values, say: Say) -> PreparedDrive:
+        """Make a scene ready, which may take long; what runs goes on meanwhile."""
+        tolerance = tolerance_of(values)
+        return PreparedDrive(scene, self._fixed.rates, values["error_checks"], tolerance, say)
+
+    def scene_of(self, values: Values) -> Scene:
+        """The scene that settings name.
+
+        Raises:
+            SceneError, InputError: there is none, or it cannot be run.
+        """
+        return scene_of(values["scene"], values["changes"], self._fixed.rates)
+
+    def configure(self) -> None:
+        """Load the scene of the parameters, and compile its kernels."""
+        values = self.settings.values
+        self._tell(Level.OK, f"configuring {values['scene']}")
+        try:
+            scene = self.scene_of(values)
+            doing = f"configuring {scene.name}"
+            self.get_logger().info(f"{doing}: kernels that are new take a while to compile")
+            prepared = self.meanwhile(lambda say: self.prepare(scene, values, say), doing)
+            with self._turn:
+                self._session = Session(self, self._outputs, self._fixed, self.settings, prepared)
+        except AbSimError as error:
+            self._tell(Level.ERROR, f"unconfigured: {error}")
+            raise
+        if self.settings.values is not values:
+            self._apply(values, self.settings.values)  # set meanwhile
+
+    def activate(self) -> None:
+        """Listen and go on."""
+        assert self._session is not None
+        with self._turn:
+            self._session.activate()
+
+    def deactivate(self) -> None:
+        """Stand still."""
+        assert self._session is not None
+        with self._turn:
+            self._session.deactivate()
+
+    def cleanup(self) -> None:
+        """Unload what was loaded."""
+        assert self._session is not None
+        with self._turn:
+            self._session.close()
+            self._session = None
+        self._tell(Level.OK, UNCONFIGURED)
+
+    def serve(self) -> None:
+        """Offer the services that control it."""
+        raise NotImplementedError
+
+    def run(self, stopping: threading.Event) -> None:
+        """Wake up, and do what is due or asked for; until told to stop.
+
+        Raises:
+            AbSimError: it cannot start up by itself.
+        """
+        self.stopping = stopping
+        if self._fixed.autostart:
+            with contextlib.suppress(Interrupted):
+                self.start_up()
+        # Who finds the services of a drive that starts by itself finds a drive that has.
+        self.serve()
+        with self._turn:
+            if self._session is not None:
+                self._session.restart_clock()  # it has not come late
+        answered = 0.0
+        while not self._stopped_after(self._rest(), stopping):
+            if prompt := (now := time.monotonic()) - answered >= PROMPT:
+                answered = now
+                super().answer()
+            with self._turn:
+                if self._session is not None and self._session.active:
+                    self._session.wake()
+            # Behind a wake-up: nobody waits for it, and it takes as long as half a period.
+            if prompt:
+                self._report_now_and_then()
+        with self._turn:
+            if self._session is None:
+                self._outputs.report(0, Level.OK, ENDED)
+            else:
+                self._session.finish(ENDED)
+
+    def answer(self) -> None:
+        """As it is, and tell now and then how it is."""
+        super().answer()
+        self._report_now_and_then()
+
+    def _report_now_and_then(self) -> None:
+        session, now = self._session, time.monotonic()
+        if session is not None and session.active:
+            with self._turn:
+                session.report_now_and_then()
+        elif now - self._reported >= PERIOD:
+            self._reported = now
+            if session is None:
+                self._outputs.report(0, *self._state)
+            else:
+                with self._turn:
+                    session.report(INACTIVE)
+
+    def _tell(self, level: Level, text: str) -> None:
+        self._state, self._reported = (level, text), time.monotonic()
+        self._outputs.report(0, level, text)
+
+    def _rest(self) -> float:
+        session = self._session
+        return GLANCE if session is None or not session.active else session.rest()
+
+    def _stopped_after(self, rest: float, stopping: threading.Event) -> bool:
+        if rest > GLANCE:
+            return stopping.wait(rest)
+        # Waiting for an event takes twice the CPU time of sleeping.
+        time.sleep(rest)
+        return stopping.is_set()
+
+    def _judge(self, values: Values) -> None:
+        faults_of(values["faults"])
+        held = self.settings.values
+        if values["snapshot"] != held["snapshot"]:
+            check_ending(path_of(values["snapshot"]), REPORT, "snapshot")
+        if any(values[name] != held[name] for name in ("scene", "changes")):
+            self.scene_of(values)
+
+    def _apply(self, before: Values, values: Values) -> None:
+        session = self._session
+        if session is None:
+            return
+        with contextlib.suppress(Interrupted):
+            checks = self.unless_ended(lambda: session.checks_after(before))
+            with self._turn:
+                session.follow(before, checks)
