@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim.papers.thesis import rotation as chapter_5
+from ab_sim.papers.thesis.adjustments import force_claims
 from ab_sim.papers.thesis.causes import (
     alike_claim,
     by_force,
@@ -88,6 +89,17 @@ def test_the_force_is_not_the_whirls_alone() -> None:
     heavy, plain = made.runs["4.40"], made.runs["4.24"]
     assert farther_claim("4.40", "x", heavy, ("4.24", plain)).holds
     assert farther_claim("4.24", "x", plain, ("4.40", heavy)).holds is False
+
+
+def test_the_force_decides_how_far_they_go_in_drives_with_other_parameters() -> None:
+    made = Ratios()
+    assert all(claim.holds for claim in force_claims(made))
+    small, plain = made.runs["4.27"], made.runs["4.25"]
+    assert farther_claim("4.27", "x", plain, ("4.27", small), more=False).holds is False
+    assert by_force(small).mean() == pytest.approx(76.0, abs=1.0)
+    assert moved(small).mean() == pytest.approx(85.0, abs=1.0)
+    grown = made.peak("4.33", "4.25"), made.force("4.33", "4.25")
+    assert grown == pytest.approx((1.87, 1.82), abs=0.01)
 
 
 def test_the_best_hold_scales_with_the_spring_and_not_with_the_mass() -> None:

@@ -38,8 +38,10 @@ LEFT_OUT = PageSection(
         "time, but also m); balls do not reach -180 deg in 4.13 and 4.14 (not immediately); in "
         "section 5.1 they turn backwards relative to the rotor (out of step with it; the head of "
         'chapter 5 has "opposite to the motor" in both); the end time alone makes it difficult in '
-        "4.44 (is not sufficient); 5.8 has their movement promoted too much (promoted); in 6.3 "
-        "it shakes less with a period (much less).",
+        "4.44 (is not sufficient); in 5.8 and 5.9 they go greatly beyond -540 and -180 deg "
+        "(beyond); 5.8 has their movement promoted too much (promoted); in 6.3 "
+        "it shakes less with a period (much less). Of figures 4.15 to 4.18 the Japanese says what "
+        "the English says of 4.15 to 4.17, which is judged: 4.18 decelerates.",
         "Ranges of the axes of figures 5.5, 5.6, 5.11 and 5.12 and of the masses in them are in "
         "the figures only. The thesis settles in two ways, and so does this page: section 4.4's "
         '"settling period" is until both balls first are at -180 deg, chapter 5\'s balls "have '

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ab_sim.papers.thesis.claims import ABOUT, READ, TIMED, Claim, degrees
+from ab_sim.papers.thesis.causes import farther_claim
+from ab_sim.papers.thesis.claims import ABOUT, READ, TIMED, Claim, degrees, value
 from ab_sim.papers.thesis.drive import ACCELERATION, THESIS, Parameters, Period, start_ups
 from ab_sim.papers.thesis.measures import pushed
 from ab_sim.papers.thesis.other_drives import Ratios, nearest, period_of
@@ -89,4 +90,22 @@ def start_claims(best: dict[str, float | None]) -> list[Claim]:
             f"to {TIMED:.0%} of that of the thesis' set)", abs(off / own - 1.0) <= TIMED,
             f"up to {off:g} rad/s: the farther balls are driven, the later may it start",
         ),
+    ]  # fmt: skip
+
+
+def force_claims(made: Ratios) -> list[Claim]:
+    """That the force decides how far the balls go, and that it grows with R in the hold, too."""
+    runs = made.runs
+    return [
+        farther_claim("4.27", "because the force is small they go to about -100 deg only",
+                      runs["4.27"], ("4.25", runs["4.25"]), more=False),
+        farther_claim("4.28", "by the larger force the balance effect is there",
+                      runs["4.28"], ("4.27", runs["4.27"])),
+        farther_claim("4.31", "by the smaller force the effect is the right one",
+                      runs["4.31"], ("4.30", runs["4.30"]), more=False),
+        value("4.33", "whirl in proportion to R: W/e over that of 4.25", 2.0,
+              made.peak("4.33", "4.25")),
+        value("4.33", "force in proportion to R", 2.0, made.force("4.33", "4.25")),
+        farther_claim("4.36", "because the force is larger they go slightly farther",
+                      runs["4.36"], ("4.24", runs["4.24"])),
     ]  # fmt: skip

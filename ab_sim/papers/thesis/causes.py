@@ -122,16 +122,20 @@ def sooner_claim(half: StartUp, hold: StartUp) -> Claim:
     )  # fmt: skip
 
 
-def farther_claim(figure: str, printed: str, run: StartUp, beside: tuple[str, StartUp]) -> Claim:
-    """That the balls go farther because the force is larger (4.30, 4.40)."""
+def farther_claim(
+    figure: str, printed: str, run: StartUp, beside: tuple[str, StartUp], more: bool = True
+) -> Claim:
+    """That the balls go farther because the force is larger (4.30, 4.40), or less far (4.27)."""
     number, other = beside
     ways, forces = ([of(x).mean() for x in (run, other)] for of in (moved, by_force))
     return Claim(
         figure, printed,
         f"the force moves them by {forces[0]:.0f} deg of {ways[0]:.0f}, in {number} by "
-        f"{forces[1]:.0f} of {ways[1]:.0f} (ours: {ABOUT:.0%} more, and of the way to "
-        f"{ABOUT:.0%})",
-        bool(forces[0] > (1.0 + ABOUT) * forces[1]) and _makes(np.array(forces), np.array(ways)),
+        f"{forces[1]:.0f} of {ways[1]:.0f} (ours: {ABOUT:.0%} {'more' if more else 'less'}, and "
+        f"of the way to {ABOUT:.0%})",
+        bool(forces[0] > (1.0 + ABOUT) * forces[1] if more
+             else forces[0] < (1.0 - ABOUT) * forces[1])
+        and _makes(np.array(forces), np.array(ways)),
     )  # fmt: skip
 
 

@@ -106,7 +106,7 @@ def _period_claims(
               "English: much less)",
               f"{hold.words()}, without a period {without.words()}: {_apart(hold, without)}, "
               f"{share - 1.0:+.0%}; {min(shares):.2f} to {max(shares):.2f} times over the choices "
-              "below", hold.below(without)),
+              "below, of which the verdict is not", hold.below(without)),
         Claim("6.3", "(b) corresponds to 4.1, (c) to 4.7",
               f"the hold's whirl over that without: {share:.2f} here, {share_of_two:.2f} with the "
               f"two balls at 200 rad/s, at rest (ours: alike to {ABOUT:.0%})",

@@ -9,6 +9,7 @@ from ab_sim.papers.thesis.adjustments import (
     adjusted_claim,
     as_far_claim,
     best_starts,
+    force_claims,
     start_claims,
 )
 from ab_sim.papers.thesis.causes import farther_claim, force_by_whirl_claim
@@ -73,6 +74,7 @@ def ratio_claims() -> list[Claim]:
               None, BY_CONSTRUCTION),
         *_mass_claims(made), *_spring_claims(made), *_start_claims(made), *_radius_claims(made),
         *_damper_claims(made), *_eccentricity_claims(made), *_ball_claims(made),
+        *force_claims(made),
     ]  # fmt: skip
 
 
