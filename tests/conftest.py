@@ -1,5 +1,6 @@
 """What every test may use."""
 
+import signal
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -11,6 +12,11 @@ from tests.domains import own_domain
 
 # Assertions explain themselves outside of test files, too, if this comes before their first import.
 pytest.register_assert_rewrite("tests.effects", "tests.nodes.fleet", "tests.overlap")
+
+# Programs that tests start inherit what is ignored, and nohup ignores this one; a handler they do
+# not inherit.
+if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, lambda *_: None)
 
 SceneMaker = Callable[..., Scene]
 
