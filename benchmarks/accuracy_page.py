@@ -22,6 +22,31 @@ from page_parts import conditions, error, left_out_list, sentence, spread, table
 from ab_sim.accuracy import SAFETY  # noqa: E402
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
+LIMITED = """### With vectors of {limited_vectors}
+
+The same process of measuring with all code limited: ours, by `AB_SIM_CPU_FEATURES`, and what a C++
+or C compiler makes. heyoka has no such setting; its batches are two of four runs here, and its code
+still uses the 32 registers of AVX-512 where there are such, which is in its favour. The
+{limited_most} quickest at each error:
+
+{limited_table}
+
+{limited_verdict}
+
+Eight runs at once:
+
+{limited_batch_table}
+
+{limited_batch_verdict}
+
+{limited_left_out}
+
+Made by `python benchmarks/peers.py --avx2`; {limited_conditions}."""
+"""Of the page, where it has been measured."""
+NOT_LIMITED = """### With vectors of AVX2
+
+Not measured yet: `python benchmarks/peers.py --avx2` writes what stands here."""
+
 TEXT = """\
 # What an accuracy costs
 
@@ -126,26 +151,7 @@ below what is known is not judged.
 
 Made by `python benchmarks/peers.py`; {peers_conditions}.
 
-### With vectors of {limited_vectors}
-
-The same process of measuring with all code limited: ours, by `AB_SIM_CPU_FEATURES`, and what a C++
-or C compiler makes. heyoka has no such setting; its batches are two of four runs here, and its code
-still uses the 32 registers of AVX-512 where there are such, which is in its favour. The
-{limited_most} quickest at each error:
-
-{limited_table}
-
-{limited_verdict}
-
-Eight runs at once:
-
-{limited_batch_table}
-
-{limited_batch_verdict}
-
-{limited_left_out}
-
-Made by `python benchmarks/peers.py --avx2`; {limited_conditions}.
+{limited}
 
 ### Where the time goes
 
@@ -332,21 +338,28 @@ def batch_part(report: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def limited_text(path: Path) -> str:
+    """The section on limited vectors."""
+    if not path.exists():
+        return NOT_LIMITED
+    return LIMITED.format(**limited_part(json.loads(path.read_text(encoding="utf-8"))))
+
+
 def main() -> None:
     """Read the reports and write the page."""
     parser = argparse.ArgumentParser(description="Write the page on accuracy.")
     parser.add_argument("--docs", type=Path, default=DOCS)
     docs = parser.parse_args().docs
     names = "accuracy-cost", "peers", "span-cost", "step-cost", "batch-throughput"
-    names += "collocation", "collocation-at-random", "peers-avx2"
-    accuracy, peers, spans, steps, batches, collocation, random, limited = (
+    names += "collocation", "collocation-at-random"
+    accuracy, peers, spans, steps, batches, collocation, random = (
         json.loads((docs / f"{name}.json").read_text(encoding="utf-8")) for name in names
     )
     filled = {
         "safety": SAFETY,
         **accuracy_part(accuracy),
         **peers_part(peers),
-        **limited_part(limited),
+        "limited": limited_text(docs / "peers-avx2.json"),
         **collocation_step_part(spans),
         **collocation_part(collocation, random),
         **step_part(steps),
