@@ -1,12 +1,7 @@
 """What a run shows and is judged by, and running a scene offline, alone or beside others."""
 
-from ab_sim.analysis.comparison import (
-    Compared,
-    Comparison,
-    compare,
-    without_balls,
-    without_period,
-)
+from ab_sim.analysis.compared import Compared, Comparison
+from ab_sim.analysis.comparison import compare, without_balls, without_period
 from ab_sim.analysis.merits import Merits, merits_of, merits_of_pieces
 from ab_sim.analysis.offline import OfflineRun, run_scene
 from ab_sim.analysis.replay import replay

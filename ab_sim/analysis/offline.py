@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import ab_sim
 from ab_sim.accuracy import Tell, WorkPrecision, resolve_accuracy
+from ab_sim.analysis.compared import Comparison
 from ab_sim.analysis.merits import LAST, Merits, merits_of
 from ab_sim.drive import Drive
 from ab_sim.drive.observation import Observation
@@ -18,8 +19,6 @@ from ab_sim.spindle import SpeedSchedule
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from ab_sim.analysis.comparison import Comparison
 
 
 @dataclass(frozen=True, repr=False)
@@ -48,7 +47,7 @@ class OfflineRun(Presented):
     work_precision: WorkPrecision | None
     """How the solver was found, if an accuracy was asked for."""
 
-    def plot(self, comparison: "Comparison | None" = None) -> "Figure":
+    def plot(self, comparison: Comparison | None = None) -> "Figure":
         """Draw speed, whirl, driving force and ball angles over time.
 
         Parameters

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from ab_sim.analysis.comparison import Compared, Comparison
+from ab_sim.analysis.compared import Compared, Comparison
 from ab_sim.analysis.merits import Merits, merits_of
 from ab_sim.analysis.rest import from_rest, rest_of
 from ab_sim.drive.driving_forces import driving_forces

@@ -1,6 +1,6 @@
 """What ``plot()`` of a result draws: a function for each ``_picture`` that a result names."""
 
-from ab_sim.analysis.comparison import Comparison
+from ab_sim.analysis.compared import Comparison
 from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.analysis.floquet import Followed
 from ab_sim.analysis.maps.stability import StabilityMap
