@@ -153,7 +153,22 @@ def _as_figure_claims(bars: dict[str, Bar]) -> list[Claim]:
                   five < ENOUGH * UNBALANCE and not there,
                   f"in {shown} they are, if only just" if there else "the five are")
         )  # fmt: skip
-    return claims
+    return [*claims, _not_there_claim(bars)]
+
+
+def _not_there_claim(bars: dict[str, Bar]) -> Claim:
+    """That after 2000 and 3000 rpm nothing improves because the balls are not at -180 deg."""
+    none, best, *others = (one.left() for one in bars.values())
+    lies = [-float(bars[name].balls.real.mean()) for name in ("2500 rpm", "2000 rpm", "3000 rpm")]
+    left = [mean_of(each - none)[0] / UNBALANCE for each in (best, *others)]
+    near = lies[0] >= ENOUGH * UNBALANCE > max(lies[1:])
+    return Claim(
+        "6.4 (b), (c)", "residual unbalance is not improved because they are not near -180 deg",
+        "2500, 2000, 3000 rpm: " + ", ".join(f"{x:.2f}" for x in lies) + " g cm towards it, "
+        + ", ".join(f"{x:+.3f}" for x in left) + " of the disc's unbalance (ours: near after 2500 "
+        "rpm alone, and least left there)", near and left[0] < min(left[1:]),
+        "they lie alike after each; where they spread along the race decides",
+    )  # fmt: skip
 
 
 def _left_claims(bars: dict[str, Bar], bars_alone: float) -> list[Claim]:

@@ -12,7 +12,7 @@ from ab_sim.papers.thesis.claims import (
     at_odd,
     degrees,
 )
-from ab_sim.papers.thesis.drive import BASE, THESIS, StartUp, start_ups, variation_of
+from ab_sim.papers.thesis.drive import BASE, HOLD, THESIS, StartUp, start_ups, variation_of
 from ab_sim.papers.thesis.measures import at_time
 from ab_sim.papers.thesis.rotation_causes import (
     promoted_claims,
@@ -41,6 +41,7 @@ from ab_sim.papers.thesis.rotation_ranges import (
     eccentricity_claims,
     steadier_claims,
 )
+from ab_sim.papers.thesis.rotation_reasons import moved_claims, stable_claim
 from ab_sim.papers.thesis.rotation_settled import place_claims, settled_claims, trend_claim
 from ab_sim.scene import load_scene
 
@@ -69,6 +70,7 @@ def without_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> 
         f"they have settled there by this page's measure, and creep to {last[-1]:.0f} deg in 15 s"
     )
     return [
+        *moved_claims("5.5", None),
         Claim("5.1 (b), 5.2 (b)", "above the critical speed the balls lag behind the rotor",
               f"by {lags[0]:.1f} and {lags[1]:.1f} rad/s at most", min(lags[:2]) > FOLLOWS),
         _backwards([one, heavy, braked]),
@@ -118,6 +120,8 @@ def hold_claims(runs: dict[str, StartUp], drag: Ends, eccentricity: Ends) -> lis
         *_place_and_time_claims(runs),
         *_longer_claims(runs),
         *promoted_claims(),
+        stable_claim(),
+        *moved_claims("5.11", HOLD),
         *_lag_claims(runs),
         Claim("5.10", "the heavier the balls, the farther they go",
               _list(masses) + " deg for m = 0.5, 1, 1.5, 2 g", bool(np.all(np.diff(masses) < 0))),
