@@ -267,12 +267,14 @@ def test_chapter_5() -> None:
     in_time = "the settling time is not significantly changed by e, m = 1 g"
     far = "... or to another odd multiple: -900 deg"
     still = "the balls have settled 2.5 s after the critical speed"
+    heavier = "the larger m the farther: the balls become easy to move"
     without = without_claims_5(runs, drag, eccentricity)
     held = hold_claims_5(runs, drag, eccentricity)
     assert verdicts_on_page("5.1 ") == verdicts_of(without)
     assert verdicts_on_page("5.2 ") == verdicts_of(held)
     assert settled_after(runs["5.8"]) is None
     assert fails(without) == [
+        f"5.5: {heavier}",
         "5.2 (c): settles near, the next balanced position: about -540 deg",
         "5.2 (c): odd multiples of -180 deg are the balanced positions",
         "5.4: they settle in the vicinity of odd multiples of -180 deg",
@@ -284,6 +286,8 @@ def test_chapter_5() -> None:
     assert fails(held) == [
         "5.7, 5.8, 5.9: the settling time grows by the period of 0.5 s",
         "5.7, summary of 5.2: as a result of the promotion the balls settle sooner",
+        "5.8, chapter 7: odd multiples of -180 deg are stable positions",
+        f"5.11: {heavier}",
         "chapter 7: the rotation speed profile reduces the non-synchronous rotation",
         "5.10: m = 1.5 g, unlike 1 g: an unbalanced position, by what is left",
         f"5.11: {far}",
