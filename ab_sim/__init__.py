@@ -19,8 +19,7 @@ The rooms, left to right: ``scene`` (what to simulate), ``spindle`` (speed profi
 servo), ``dynamics`` (equations and effects), ``integrate`` (steppers), ``sensing``
 (accelerometers), ``drive`` (one running drive), ``accuracy`` (what one costs, and what a live
 drive has), ``batch`` (many runs), ``analysis`` (what a run is judged by), ``studies`` (what
-effects and accuracy cost), ``recording``, ``figures``, ``papers`` (published ones computed
-again), ``api`` (calls behind the names here), and at the end ``nodes`` (live, ROS 2) and ``cli``.
+effects and accuracy cost), ``recording``, ``figures``, ``api`` (calls behind the names here), and at the end ``nodes`` (live, ROS 2) and ``cli``.
 A room imports from those before it only; ``tests/test_rooms.py`` holds it to that.
 """
 

@@ -10,8 +10,8 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "ab_sim"
 GLOSSARY = ROOT / "docs" / "glossary.md"
 
-# Commands, figures and papers are named for their subject, on purpose.
-NAMED_FOR_A_SUBJECT = {"cli", "figures", "papers", "studies"}
+# Commands and figures are named for their subject, on purpose.
+NAMED_FOR_A_SUBJECT = {"cli", "figures", "studies"}
 # Sections of a scene have the names of its keys, as rooms have that deal with them; the others are
 # what their room is about.
 SECTIONS = {"Accuracy", "Balls", "Deck", "Race", "Scene", "Spindle"}

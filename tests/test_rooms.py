@@ -41,7 +41,7 @@ ORDER = (
     ("formulas",),
     ("figures",),
     ("reports",),
-    ("papers", "api"),
+    ("api",),
     ("results",),
     ("nodes",),
     ("cli",),

@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
-from ab_sim.papers import PAPERS
 
 analysis_commands = typer.Typer()
 
@@ -279,7 +278,9 @@ def recovery(
 
 @analysis_commands.command()
 def paper(
-    name: Annotated[str, typer.Argument(help=f"Which one: {', '.join(PAPERS)}.")],
+    name: Annotated[
+        str | None, typer.Argument(help="Which one. Default: list them.", show_default=False)
+    ] = None,
     out: Annotated[
         Path, typer.Option(metavar="FOLDER", help="Folder for its page and pictures.")
     ] = Path("out/papers"),
@@ -287,9 +288,14 @@ def paper(
 ) -> None:
     """Compute a published paper again: its figures, and its values beside ours.
 
+    Papers come with the sources of ab_sim, in docs/gallery. Without a name, those there are.
+
     Writes NAME.md, a page of Markdown, and its pictures. The JSON has `sections`, each with
     heading, text, tables (title, columns, rows) and pictures (file, caption).
     """
-    from ab_sim.cli.paper import paper_command
+    from ab_sim.cli.paper import paper_command, papers_command
 
-    paper_command(name, out, json)
+    if name is None:
+        papers_command()
+    else:
+        paper_command(name, out, json)

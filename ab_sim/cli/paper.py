@@ -1,27 +1,62 @@
 """`ab-sim paper`."""
 
+import importlib
+import sys
 from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from rich.table import Table
 
+import ab_sim
 from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
 from ab_sim.cli.progress import progress_bar
 from ab_sim.errors import InputError
 from ab_sim.output_file import check_can_be_made, check_writable, write_whole
-from ab_sim.papers import check_known, regenerate
-from ab_sim.papers import page as pages
+
+if TYPE_CHECKING:
+    from gallery import page as pages
+
+DOCS = Path(ab_sim.__file__).parents[1] / "docs"
+"""In a checkout, from which ab_sim is installed editable or run."""
+
+
+def gallery() -> ModuleType:
+    """The papers' package, which stands beside ab_sim in its sources.
+
+    Raises:
+        InputError: ab_sim was installed without its sources.
+    """
+    if not (DOCS / "gallery" / "__init__.py").is_file():
+        raise InputError(
+            f"paper: the papers come with the sources of ab_sim, not with what is installed in "
+            f"{DOCS.parent}; in a checkout of them run `make demo` once, then "
+            "`.venv/bin/ab-sim paper`. The pages that it writes are there, too: docs/papers"
+        )
+    # First: another package of this name must not be found before it.
+    sys.path.insert(0, str(DOCS))
+    return importlib.import_module("gallery")
+
+
+def papers_command() -> None:
+    """Print which papers there are."""
+    papers = Table("paper", "what it is about")
+    for name, about in gallery().PAPERS.items():
+        papers.add_row(name, about)
+    console_beside(None).print(papers)
 
 
 def paper_command(name: str, out: Path, json: str | None) -> None:
     """Compute, draw, print, and write; outputs are tried first."""
-    check_known(name)
+    papers = gallery()
+    papers.check_known(name)
     page = out / f"{name}.md"
     files = check_outputs(json, None)
     check_can_be_made(out, "--out")
     if out.exists():
         check_writable(page, "--out")
     with progress_bar(name) as tell:
-        paper = regenerate(name, out, tell)
+        paper: pages.Paper = papers.regenerate(name, out, tell)
     try:
         write_whole(page, paper.markdown().encode())
     except OSError as error:
@@ -36,7 +71,7 @@ def paper_command(name: str, out: Path, json: str | None) -> None:
     say_written([*pictures, page, *files])
 
 
-def _table(each: pages.Table) -> Table:
+def _table(each: "pages.Table") -> Table:
     """The table for people."""
     table = Table(*each.columns, title=each.title)
     for row in each.texts():

@@ -5,11 +5,11 @@ import re
 from pathlib import Path
 
 import pytest
+from gallery import PAPERS
+from gallery.page import PageSection, Paper, Picture, Table
+from gallery.relative_stability.speed import speed_section
 
 from ab_sim.conventions import NOTATION
-from ab_sim.papers import PAPERS
-from ab_sim.papers.page import PageSection, Paper, Picture, Table
-from ab_sim.papers.relative_stability.speed import speed_section
 from tests.cli.tool import PNG, ab_sim
 
 
@@ -33,6 +33,12 @@ def test_bad_input_exits_with_2_and_leaves_nothing(
     assert done.returncode == 2 and words in done.stderr
     assert "Traceback" not in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_without_a_name_it_lists_what_there_is() -> None:
+    done = ab_sim("paper")
+    assert done.returncode == 0
+    assert all(name in done.stdout and about[:12] in done.stdout for name, about in PAPERS.items())
 
 
 def test_a_page_has_all_that_the_report_has_in_markdown() -> None:
@@ -75,5 +81,6 @@ def test_the_page_that_is_committed_has_its_pictures(name: str) -> None:
 
 
 def test_every_paper_has_what_regenerates_it() -> None:
-    for module in PAPERS.values():
-        assert callable(importlib.import_module(module).regenerate)
+    for name in PAPERS:
+        module = importlib.import_module(f"gallery.{name.replace('-', '_')}")
+        assert callable(module.regenerate)

@@ -10,12 +10,12 @@ differ from ours by up to 4 ms, and for lambda_Rmax of one ball, by up to 2e-3 1
 
 import numpy as np
 import pytest
+from gallery.relative_stability.cases import own_speed
+from gallery.relative_stability.recovering import table_3
+from gallery.relative_stability.resting import LANDMARKS, border, landmark_rows, strength
 
 from ab_sim.analysis.equilibria import equilibria_of
 from ab_sim.drive import Drive
-from ab_sim.papers.relative_stability.cases import own_speed
-from ab_sim.papers.relative_stability.recovering import table_3
-from ab_sim.papers.relative_stability.resting import LANDMARKS, border, landmark_rows, strength
 from ab_sim.scene import load_scene
 
 COMPUTED = {

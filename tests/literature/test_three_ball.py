@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from gallery.three_ball.drive import ECCENTRICITY, MU, MU_OVER_DELTA, drive
+from gallery.three_ball.growth import BEST, SETS, WORST, threshold
+from gallery.three_ball.responses import TOTAL, ZETA, ZETA_B, point_b
+from gallery.three_ball.settled import STARTS, at_rest_on_rotor, runs, settled
 
 from ab_sim.analysis.equilibria import equilibria_of
-from ab_sim.papers.three_ball.drive import ECCENTRICITY, MU, MU_OVER_DELTA, drive
-from ab_sim.papers.three_ball.growth import BEST, SETS, WORST, threshold
-from ab_sim.papers.three_ball.responses import TOTAL, ZETA, ZETA_B, point_b
-from ab_sim.papers.three_ball.settled import STARTS, at_rest_on_rotor, runs, settled
 
 
 def test_the_scene_has_the_papers_numbers() -> None:

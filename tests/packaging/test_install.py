@@ -138,6 +138,9 @@ def test_pip_install(tree: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
     assert_installed(prefix, tree, monkeypatch)
     assert (site_packages / "ab_sim/py.typed").exists()
+    assert not (site_packages / "gallery").exists()
+    paper = run(prefix / "bin/ab-sim", "paper", "thesis", env=environment())
+    assert paper.returncode == 2 and "the papers come with the sources" in paper.stderr
     assert (site_packages / "ab_sim/nodes/discovery.xml").exists()
     assert (site_packages / "ab_msgs_py/py.typed").exists()
     # The environment is not activated: the path's python3 is ours, which is not the nodes'.

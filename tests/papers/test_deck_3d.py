@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gallery.deck_3d.case import PUBLISHED, DeckParameters, deck_of, least_radius
+from gallery.deck_3d.maps import balanced_moduli
+from gallery.deck_3d.responses import response, started
+from gallery.deck_3d.verdicts import least_dampings, verdict_section
 
 from ab_sim.analysis.floquet import STARTS, TurnMap
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.papers.deck_3d.case import PUBLISHED, DeckParameters, deck_of, least_radius
-from ab_sim.papers.deck_3d.maps import balanced_moduli
-from ab_sim.papers.deck_3d.responses import response, started
-from ab_sim.papers.deck_3d.verdicts import least_dampings, verdict_section
 from ab_sim.scene import load_scene
 
 

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from ab_sim.papers.thesis import rotation as chapter_5
-from ab_sim.papers.thesis.accelerated import acceleration_claims
-from ab_sim.papers.thesis.claims import (
+from gallery.thesis import rotation as chapter_5
+from gallery.thesis.accelerated import acceleration_claims
+from gallery.thesis.claims import (
     BY_CONSTRUCTION,
     OWN,
     Claim,
@@ -20,24 +19,24 @@ from ab_sim.papers.thesis.claims import (
     stretches,
     value,
 )
-from ab_sim.papers.thesis.drive import HOLD, THESIS, Period, start_ups
-from ab_sim.papers.thesis.judged import LINE, PRINTED, judged
-from ab_sim.papers.thesis.many import ends
-from ab_sim.papers.thesis.matched import matched_table, suppresses
-from ab_sim.papers.thesis.measures import closest, course_apart, turned_back
-from ab_sim.papers.thesis.other_drives import period_of
-from ab_sim.papers.thesis.pictures import FORCES, histories
-from ab_sim.papers.thesis.ratios import damped_table, left_table, ratio_claims
-from ab_sim.papers.thesis.rotation_claims import hold_claims as hold_claims_5
-from ab_sim.papers.thesis.rotation_claims import without_claims as without_claims_5
-from ab_sim.papers.thesis.rotation_measures import settled_after
-from ab_sim.papers.thesis.rotation_ranges import (
+from gallery.thesis.drive import HOLD, THESIS, Period, start_ups
+from gallery.thesis.judged import LINE, PRINTED, judged
+from gallery.thesis.many import ends
+from gallery.thesis.matched import matched_table, suppresses
+from gallery.thesis.measures import closest, course_apart, turned_back
+from gallery.thesis.other_drives import period_of
+from gallery.thesis.pictures import FORCES, histories
+from gallery.thesis.ratios import damped_table, left_table, ratio_claims
+from gallery.thesis.rotation_claims import hold_claims as hold_claims_5
+from gallery.thesis.rotation_claims import without_claims as without_claims_5
+from gallery.thesis.rotation_measures import settled_after
+from gallery.thesis.rotation_ranges import (
     DRAGS,
     MASSES,
     longest,
     width_table,
 )
-from ab_sim.papers.thesis.rules import (
+from gallery.thesis.rules import (
     FACTORS,
     RULES,
     Ends,
@@ -46,13 +45,14 @@ from ab_sim.papers.thesis.rules import (
     where,
     word_of,
 )
-from ab_sim.papers.thesis.settling import lateness, positioned_claim, ready_claim, settling_claims
-from ab_sim.papers.thesis.settling import starts_claims as settling_starts_claims
-from ab_sim.papers.thesis.with_period import (
+from gallery.thesis.settling import lateness, positioned_claim, ready_claim, settling_claims
+from gallery.thesis.settling import starts_claims as settling_starts_claims
+from gallery.thesis.with_period import (
     all_runs,
     hold_claims,
 )
-from ab_sim.papers.thesis.without_period import STARTS, starts_claims, starts_runs, without_claims
+from gallery.thesis.without_period import STARTS, starts_claims, starts_runs, without_claims
+
 from tests.cli.tool import PNG
 from tests.papers.thesis_page import verdicts_of, verdicts_on_page
 

@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gallery.thesis.claims import FAILS
+from gallery.thesis.drive import THESIS
+from gallery.thesis.five_balls import Bar, Case, bars_of, base, changes_of, starts
+from gallery.thesis.measured import SPEEDS, TOUCHING, measured_claims
+from gallery.thesis.reasons import Beside, reason_claims
+from gallery.thesis.rotation_ranges import ECCENTRICITIES
 
-from ab_sim.papers.thesis.claims import FAILS
-from ab_sim.papers.thesis.drive import THESIS
-from ab_sim.papers.thesis.five_balls import Bar, Case, bars_of, base, changes_of, starts
-from ab_sim.papers.thesis.measured import SPEEDS, TOUCHING, measured_claims
-from ab_sim.papers.thesis.reasons import Beside, reason_claims
-from ab_sim.papers.thesis.rotation_ranges import ECCENTRICITIES
 from ab_sim.scene.load import changed_scene
 from tests.papers.thesis_page import verdicts_on_page
 

@@ -1,29 +1,28 @@
 """The thesis page: scaled drives, fine adjustments, what the hold brings about in chapter 5."""
 
 import pytest
-
-from ab_sim.papers.thesis import rotation as chapter_5
-from ab_sim.papers.thesis.accelerated import acceleration_claims
-from ab_sim.papers.thesis.adjustments import (
+from gallery.thesis import rotation as chapter_5
+from gallery.thesis.accelerated import acceleration_claims
+from gallery.thesis.adjustments import (
     adjusted_claim,
     as_far_claim,
     best_starts,
     start_claims,
 )
-from ab_sim.papers.thesis.causes import necessary_claim
-from ab_sim.papers.thesis.drive import HOLD, THESIS, StartUp, start_ups
-from ab_sim.papers.thesis.other_drives import CASES, Ratios
-from ab_sim.papers.thesis.ratios import ratio_claims
-from ab_sim.papers.thesis.rotation_causes import (
+from gallery.thesis.causes import necessary_claim
+from gallery.thesis.drive import HOLD, THESIS, StartUp, start_ups
+from gallery.thesis.other_drives import CASES, Ratios
+from gallery.thesis.ratios import ratio_claims
+from gallery.thesis.rotation_causes import (
     promoted_claims,
     quick_claim,
     reduced_claim,
     serves,
     width_claim,
 )
-from ab_sim.papers.thesis.rotation_claims import HELD, PAIRS
-from ab_sim.papers.thesis.settling import positioned_claim
-from ab_sim.papers.thesis.with_period import all_runs, hold_claims
+from gallery.thesis.rotation_claims import HELD, PAIRS
+from gallery.thesis.settling import positioned_claim
+from gallery.thesis.with_period import all_runs, hold_claims
 
 
 @pytest.fixture(scope="module")

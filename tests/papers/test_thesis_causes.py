@@ -4,10 +4,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from ab_sim.papers.thesis import rotation as chapter_5
-from ab_sim.papers.thesis.adjustments import force_claims
-from ab_sim.papers.thesis.causes import (
+from gallery.thesis import rotation as chapter_5
+from gallery.thesis.adjustments import force_claims
+from gallery.thesis.causes import (
     alike_claim,
     by_force,
     farther_claim,
@@ -19,12 +18,12 @@ from ab_sim.papers.thesis.causes import (
     sooner_claim,
     with_mean_force,
 )
-from ab_sim.papers.thesis.drive import HOLD, THESIS, StartUp, start_ups
-from ab_sim.papers.thesis.matched import suppressed_claim, whirl_without_balls
-from ab_sim.papers.thesis.optimum import optimum_claim, scaled_holds, turns
-from ab_sim.papers.thesis.other_drives import CASES, Ratios
-from ab_sim.papers.thesis.rotation_ranges import DRAGS, ECCENTRICITIES, MASSES
-from ab_sim.papers.thesis.rotation_settled import (
+from gallery.thesis.drive import HOLD, THESIS, StartUp, start_ups
+from gallery.thesis.matched import suppressed_claim, whirl_without_balls
+from gallery.thesis.optimum import optimum_claim, scaled_holds, turns
+from gallery.thesis.other_drives import CASES, Ratios
+from gallery.thesis.rotation_ranges import DRAGS, ECCENTRICITIES, MASSES
+from gallery.thesis.rotation_settled import (
     Swept,
     over_drag,
     over_eccentricity,
@@ -33,7 +32,7 @@ from ab_sim.papers.thesis.rotation_settled import (
     stretch_near,
     trend_claim,
 )
-from ab_sim.papers.thesis.with_period import all_runs
+from gallery.thesis.with_period import all_runs
 
 
 def quiet(*_: Any) -> None:

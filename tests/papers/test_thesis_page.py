@@ -2,8 +2,9 @@
 
 import re
 
-from ab_sim.papers.page import PageSection, Table
-from ab_sim.papers.thesis.head import counted, in_short
+from gallery.page import PageSection, Table
+from gallery.thesis.head import counted, in_short
+
 from tests.papers.thesis_page import page_sections
 
 

@@ -1,7 +1,7 @@
 """Chapter 5's reasons: how far balls go for a force, and whether they rest at -180 deg."""
 
-from ab_sim.papers.thesis.drive import HOLD
-from ab_sim.papers.thesis.rotation_reasons import moved_claims, stable_claim
+from gallery.thesis.drive import HOLD
+from gallery.thesis.rotation_reasons import moved_claims, stable_claim
 
 
 def test_drag_holds_balls_back_and_mass_makes_nothing_easy() -> None:

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from ab_sim.papers.page import PageSection, Table
-from ab_sim.papers.thesis.claims import FAILS, HOLDS, Claim
+from gallery.page import PageSection, Table
+from gallery.thesis.claims import FAILS, HOLDS, Claim
 
 PAGE = Path(__file__).parents[2] / "docs" / "papers" / "thesis.md"
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from gallery.three_ball.drive import drive as three_balls
 from scipy.optimize import minimize_scalar
 
 from ab_sim.analysis.equilibria import equilibria_of
@@ -16,7 +17,6 @@ from ab_sim.analysis.equilibria.balanced import (
 )
 from ab_sim.analysis.equilibria.extremes import growths, positions_at
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor, resting_system, rotor_of
-from ab_sim.papers.three_ball.drive import drive as three_balls
 from tests.analysis.equilibria.drives import altered, base, drive
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gallery.three_ball.drive import DAMPING, drive
 
 from ab_sim.analysis.equilibria import equilibria_of
 from ab_sim.analysis.equilibria.at_speed import balanced_state
@@ -27,7 +28,6 @@ from ab_sim.analysis.maps.verdicts import (
     verdict,
 )
 from ab_sim.errors import InputError, SceneError
-from ab_sim.papers.three_ball.drive import DAMPING, drive
 from ab_sim.scene import load_scene
 
 AXES = "speed=100:400:33,effects.suspension.damping=1:60:33"
