@@ -15,12 +15,8 @@ Examples
 
 Notes
 -----
-The rooms, left to right: ``scene`` (what to simulate), ``spindle`` (speed profiles and the
-servo), ``dynamics`` (equations and effects), ``integrate`` (steppers), ``sensing``
-(accelerometers), ``drive`` (one running drive), ``accuracy`` (what one costs, and what a live
-drive has), ``batch`` (many runs), ``analysis`` (what a run is judged by), ``studies`` (what
-effects and accuracy cost), ``recording``, ``figures``, ``api`` (calls behind the names here), and at the end ``nodes`` (live, ROS 2) and ``cli``.
-A room imports from those before it only; ``tests/test_rooms.py`` holds it to that.
+Packages and what each does: docs/explanation/architecture.md. One imports from those below it
+only; ``tests/test_rooms.py`` holds it to that.
 """
 
 from typing import TYPE_CHECKING
