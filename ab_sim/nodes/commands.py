@@ -14,6 +14,8 @@ from ab_sim.nodes.duration_histogram import DurationHistogram
 
 AT_ONCE = 1000
 """Most commands taken at a wake-up: some 4 ms. The others wait, so that a flood stops no clock."""
+NAMELESS = "_NODE_NAME_UNKNOWN_"
+"""What rmw calls the node of a publisher that it has not been told of yet."""
 
 ON_SILENCE = {
     Silence.HOLD: "the speed is held",
@@ -48,6 +50,8 @@ class PendingCommands:
         self._sources = 0
         self._unheard: dict[tuple[int, ...], str] = {}
         """Publishers of another type, as they were last looked for: what is wrong, by endpoint."""
+        self._nameless: set[tuple[int, ...]] = set()
+        """Those whose node had no name yet."""
 
     def listen(self) -> None:
         """From now on; what was commanded before is not heard."""
@@ -59,6 +63,7 @@ class PendingCommands:
             self._node.destroy_subscription(self._subscription)
         self._subscription, self._sources = None, 0
         self._unheard.clear()
+        self._nameless.clear()
 
     def take(self, now: int, standing: bool) -> None:
         """Put on their path what has come by a step; rejecting costs no more than accepting.
@@ -91,19 +96,28 @@ class PendingCommands:
     def look_for_other_types(self) -> None:
         """Whether somebody publishes something else on the topic, which DDS passes over silently.
 
-        Takes a query of the graph: not for every wake-up. Each one is logged when it is found.
+        Takes a query of the graph: not for every wake-up. Each one is logged when it is found; the
+        name of its node may be known some time after its publisher, so that without one it is
+        logged at the second look.
         """
         if self._subscription is None:
             return
         before, topic = self._unheard, self._subscription.topic_name
-        self._unheard = {
-            tuple(info.endpoint_gid): (
-                f"{info.node_namespace.rstrip('/')}/{info.node_name} publishes {info.topic_type} "
-                f"on {topic} and is not heard: commands are {topics.COMMAND.type_name}"
-            )
+        found = {
+            tuple(info.endpoint_gid): info
             for info in self._node.get_publishers_info_by_topic(topic)
             if info.topic_type != topics.COMMAND.type_name
         }
+        nameless = {gid for gid, info in found.items() if info.node_name == NAMELESS}
+        self._unheard = {
+            gid: (
+                f"{info.node_namespace.rstrip('/')}/{info.node_name} publishes {info.topic_type} "
+                f"on {topic} and is not heard: commands are {topics.COMMAND.type_name}"
+            )
+            for gid, info in found.items()
+            if gid not in nameless - self._nameless
+        }
+        self._nameless = nameless
         for endpoint in self._unheard.keys() - before.keys():
             self._node.get_logger().warning(self._unheard[endpoint])
 

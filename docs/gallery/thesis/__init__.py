@@ -24,9 +24,8 @@ LEFT_OUT = PageSection(
         "sliding only while the race pushes, and may hold a ball; the integrator locates that. "
         "(2-15) prints |sin gamma|: its figures show the signed form, which is taken "
         "here; a largest force is the largest until it first reverses.",
-        "Slips: the peak of 4.1 is 55 in section 4.1 and 53 in section 4.5. Figure 4.10 is said to "
-        'correspond to 4.8, and does to 4.9. The effect in 4.30 is "slightly excessive" and the '
-        'balls go "greatly beyond" -180 deg in one sentence: the figure, -300 deg, is judged. '
+        "Slips: the peak of 4.1 is 55 in section 4.1 and 53 in section 4.5. The effect in 4.30 is "
+        '"slightly excessive" and the balls go to -300 deg in one sentence: the figure is judged. '
         "4.45 has m = 2 g in its caption, 1.3 times 1 g in its text, which is judged. Balls "
         '"settle near -540" and at -600 deg in one figure, 5.2: both are judged. The disc\'s '
         "unbalance is M0 e here, M0 = M - 2 m; section 5.1 takes M e, 2 % more with 1 g.",
@@ -35,12 +34,16 @@ LEFT_OUT = PageSection(
         "4.26 1/3 or less (about 1/3 times less), of 4.29 1.8 times or more (about 1.8 times "
         "more); W/e of 4.1 is largest at about 2.8 s (no time), of 4.34 a little smaller "
         "(suppressed); in 4.35 and 4.37 the end time or m is finely adjusted (not only the end "
-        "time, but also m); balls do not reach -180 deg in 4.13 and 4.14 (not immediately); in "
+        "time, but also m); balls do not reach -180 deg in 4.13 and 4.14 (not immediately); 4.10 "
+        "corresponds to 4.9 (4.8); in 4.30 the balls go beyond -180 deg (greatly beyond); in "
         "section 5.1 they turn backwards relative to the rotor (out of step with it; the head of "
         'chapter 5 has "opposite to the motor" in both); the end time alone makes it difficult in '
         "4.44 (is not sufficient); in 5.8 and 5.9 they go greatly beyond -540 and -180 deg "
-        "(beyond); 5.8 has their movement promoted too much (promoted); in 6.3 "
-        "it shakes less with a period (much less). Of figures 4.15 to 4.18 the Japanese says what "
+        "(beyond); 5.8 has their movement promoted too much (promoted); 5.5, 5.6, 5.11 and 5.12 "
+        "show positions 2.5 s after the critical speed (of balls that have settled); 5.6 and 5.12 "
+        "are of a mass with which balls can balance (properly tuned); in 6.3 it shakes less with a "
+        "period (much less); of 6.4 (a) balls are estimated near -180 deg (and the residual "
+        "unbalance is improved). Of figures 4.15 to 4.18 the Japanese says what "
         "the English says of 4.15 to 4.17, which is judged: 4.18 decelerates.",
         "Ranges of the axes of figures 5.5, 5.6, 5.11 and 5.12 and of the masses in them are in "
         "the figures only. The thesis settles in two ways, and so does this page: section 4.4's "

@@ -28,6 +28,7 @@ ODD = (1, 3, 5)
 """Multiples of -180 deg that are opposite to the unbalance."""
 BY_CONSTRUCTION = "by construction, not a result"
 UNDECIDED = "undecided"
+ENGLISH_ONLY = "the English only, not counted"
 OWN = "ours, not counted"
 """Verdict of what the thesis does not say itself."""
 

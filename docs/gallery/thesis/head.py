@@ -46,7 +46,7 @@ def _count(sections: Sequence[PageSection]) -> str:
     most, hold = counted(sections)
     return (
         f"1. Of {most} statements {hold} hold: {by_section}. What is by construction, ours to ask, "
-        "or undecided here is not counted."
+        "of the English only, or undecided here is not counted."
     )
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gallery.thesis.claims import BALANCED, Claim, degrees, stretches
+from gallery.thesis.claims import BALANCED, ENGLISH_ONLY, Claim, degrees, stretches
 from gallery.thesis.drive import HOLD, OPPOSITE, THESIS, Parameters, start_ups
 from gallery.thesis.rotation_measures import after, settled_after
 from gallery.thesis.rotation_ranges import DRAGS, ECCENTRICITIES, MASSES, WIDE, Ends, longest
@@ -80,8 +80,9 @@ def settled_claim(figure: str, swept: Swept, unit: tuple[str, float, str]) -> Cl
     axis = _from_to(swept.values[[0, -1]] * scale)
     return Claim(
         figure, "the balls have settled 2.5 s after the critical speed",
-        f"at {hold} of {of} points, of all m at {name} from {axis} {words} (ours: all)",
-        hold == of, f"they still move at {name} [{words}] of {moving}",
+        f"at {hold} of {of} points, of all m at {name} from {axis} {words}"
+        + (f"; they still move at {name} [{words}] of {moving}" if moving else ""),
+        None, ENGLISH_ONLY,
     )  # fmt: skip
 
 

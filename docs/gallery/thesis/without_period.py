@@ -105,8 +105,8 @@ def _first_claims(first: StartUp) -> list[Claim]:
             "(ours: a fifth of the peak at most)",
             bool(at_time(first.whirl, first, 2.0) < 0.2 * peak > first.final_whirl),
         ),
-        value("4.1 (b)", "largest force, immediately after the critical speed, too", RIGHT_AFTER,
-              first.forward_peak[1], " s", TIMED),
+        value("4.1 (b)", "largest force, immediately after the critical speed, too (the time is "
+              "that of W/e)", RIGHT_AFTER, first.forward_peak[1], " s", TIMED),
         Claim(
             "4.1 (b)", "the force grows gradually with the speed",
             ", ".join(f"{force:.1g}" for force in rise) + " N at 1.5, 2, 2.3, 2.5, 2.8 s",
