@@ -51,13 +51,21 @@ def test_verdicts_of_section_6_2() -> None:
     ]  # fmt: skip
     periods = list(verdicts[0])[:19]
     # Of the two balls of 4.14, which none of the bars change, that they are there is so always.
-    assert [verdicts[0][one] for one in periods] == [*[True] * 7, False, *[True] * 7, None, *[True] * 3]
+    assert [verdicts[0][one] for one in periods] == [
+        *[True] * 7,
+        False,
+        *[True] * 7,
+        None,
+        *[True] * 3,
+    ]
     # With even bars nothing is improved, by any; the rest follows from that.
     assert [verdicts[1][one] for one in periods] == [
         True, False, True, True, False, False, True, *[False] * 7, True, None, True, True, False
     ]  # fmt: skip
     assert verdicts[0]["it peaks at about 2300 rpm, which is the critical speed"] is None
-    assert verdicts[0]["the balls' position is the same for every unbalance, as in chapter 5"] is None
+    assert (
+        verdicts[0]["the balls' position is the same for every unbalance, as in chapter 5"] is None
+    )
     assert not verdicts[0]["at 0.5 g cm it shakes more in all three"]
 
 

@@ -46,7 +46,10 @@ def test_the_best_start_is_beyond_the_critical_speed_and_not_the_same_for_all() 
 def test_a_balls_mass_or_the_end_time_serves_finely_where_c_is_doubled_but_not_e() -> None:
     damped, eccentric = (adjusted_claim(n, "x", CASES[n][0]) for n in ("4.35", "4.37"))
     assert damped.holds and "hold of 0.6 s -180, -180 deg, with m = 1.05 g" in damped.ours
-    assert eccentric.holds is False and "hold of 0.05 s -182, -182 deg, with m = 0.7 g" in eccentric.ours
+    assert (
+        eccentric.holds is False
+        and "hold of 0.05 s -182, -182 deg, with m = 0.7 g" in eccentric.ours
+    )
     assert eccentric.verdict.endswith("that is no fine adjustment")
     # No such m takes balls there that drag holds.
     assert adjusted_claim("x", "x", THESIS._replace(c_b=4.0)).holds is False
