@@ -20,8 +20,8 @@ translated from its source and annotations to LLVM's language:
     again(0.5)                          # 1 to 2 us, without holding up Python's other threads
 
 Modules, in the order in which they build on each other: ``kinds``, ``source``, ``body``,
-``operations``, ``expressions``, ``intrinsics``, ``translate``, ``calling``; and ``elementary``,
-which is written in the subset.
+``operations``, ``expressions``, ``conditions``, ``intrinsics``, ``translate``, ``calling``; and
+``elementary``, which is written in the subset.
 
 What there is
 -------------

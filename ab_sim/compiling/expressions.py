@@ -1,7 +1,6 @@
 """Expressions of the subset, as lines in LLVM's language."""
 
 import ast
-import functools
 from collections.abc import Callable, Sequence
 from types import FunctionType
 from typing import Any, Protocol
@@ -17,7 +16,7 @@ from ab_sim.compiling.blocks import (
     constant,
 )
 from ab_sim.compiling.kinds import Array
-from ab_sim.compiling.operations import COMPARED, RANK, Operations
+from ab_sim.compiling.operations import RANK, Operations
 from ab_sim.compiling.source import (
     BOOL,
     FLOAT,
@@ -265,73 +264,6 @@ class Expressions(Operations):
             return constant(-x.constant)
         text = f"fneg double {x.code}" if x.kind == FLOAT else f"sub i64 0, {x.code}"
         return Number(x.kind, self.put(text))
-
-    def _Compare(self, node: ast.Compare) -> Value:
-        for op in node.ops:
-            if type(op) not in COMPARED:
-                self.fail(node, f"'{ast.unparse(node)}'", "write ==, and 'or' between several")
-        last = [self.number(node.left)]
-
-        def step(op: ast.cmpop, right: ast.AST) -> Number:
-            a, b = last[0], self.number(right)
-            last[0] = b
-            return self.compared(op, a, b)
-
-        pairs = list(zip(node.ops, node.comparators, strict=True))
-        return self._one_by_one([functools.partial(step, *pair) for pair in pairs], True)
-
-    def _BoolOp(self, node: ast.BoolOp) -> Value:
-        def step(part: ast.AST) -> Number:
-            x = self.number(part)
-            if x.kind != BOOL:
-                self.fail(part, f"{x.kind} in 'and' or 'or'", "write a comparison, as x != 0")
-            return x
-
-        steps = [functools.partial(step, part) for part in node.values]
-        return self._one_by_one(steps, isinstance(node.op, ast.And))
-
-    def _one_by_one(self, steps: Sequence[Callable[[], Number]], every: bool) -> Number:
-        """Whether all are true, or any: the next is only looked at if need be."""
-        if len(steps) == 1:
-            return steps[0]()
-        done, known = self.new("done"), []
-        for step in steps[:-1]:
-            found, following = step(), self.new("next")
-            known.append(f"[ {'false' if every else 'true'}, %{self.block} ]")
-            self.fork(found.code, *((following, done) if every else (done, following)))
-            self.start(following)
-        known.append(f"[ {steps[-1]().code}, %{self.block} ]")
-        self.go(done)
-        self.start(done)
-        return Number(BOOL, self.put(f"phi i1 {', '.join(known)}"))
-
-    def _IfExp(self, node: ast.IfExp) -> Value:
-        yes, no, done = self.new("yes"), self.new("no"), self.new("done")
-        self.fork(self.condition(node.test), yes, no)
-        self.start(yes)
-        a = self.value(node.body)
-        kind: Kind = a.kind
-        end_of_yes, at = self.block, len(self.lines)
-        self.start(no)
-        b = self.value(node.orelse)
-        if isinstance(a, Number) and isinstance(b, Number) and a.kind != b.kind:
-            wide = max(a.kind, b.kind, key=RANK.__getitem__)
-            kind, b = wide, self.converted(b, wide)
-        else:
-            b = self.fitted(node.orelse, b, a.kind, "the other branch")
-        of_b, end_of_no = self.flat(b), self.block
-        self.go(done)
-        # What follows of the first branch, now that the common kind is known.
-        rest, self.lines, self.block = self.lines[at:], self.lines[:at], end_of_yes
-        of_a = self.flat(self.fitted(node.body, a, kind, "the other branch"))
-        self.lines.append(f"br label %{done}")
-        self.lines += rest
-        self.start(done)
-        merged = [
-            self.put(f"phi {leaf} [ {x}, %{end_of_yes} ], [ {y}, %{end_of_no} ]")
-            for leaf, x, y in zip(leaves(kind), of_a, of_b, strict=True)
-        ]
-        return self.made(kind, iter(merged))
 
     # Calls
 

@@ -25,6 +25,7 @@ from ab_sim.compiling.blocks import (
     Value,
     is_known,
 )
+from ab_sim.compiling.conditions import Conditions
 from ab_sim.compiling.expressions import MISSING, Callees, Expressions, result_type
 from ab_sim.compiling.intrinsics import INTRINSICS
 from ab_sim.compiling.source import (
@@ -44,7 +45,7 @@ SHORT = 60
 15 % longer, with 200 compiling takes twice as long."""
 
 
-class FunctionTranslator(Expressions):
+class FunctionTranslator(Conditions):
     """Translates one function.
 
     Args:

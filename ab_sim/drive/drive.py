@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ab_sim.drive.divergence import diverged
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
 from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
@@ -15,7 +16,7 @@ from ab_sim.dynamics.assemble import start_discrete_state, start_state, system_o
 from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_friction, has_motor
-from ab_sim.errors import CommandError, DivergedError, SceneError, exact
+from ab_sim.errors import CommandError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
@@ -38,7 +39,7 @@ class Drive:
         What to simulate, with its solver.
     commanded : bool, default False
         Hold the scene's start speed until commanded, instead of its profile.
-    energy balance : bool, default False
+    energy_balance : bool, default False
         Also integrate motor work and losses, for ``energy()``.
     faults : tuple of Fault, optional
         What of it is broken; see ``drive.faults``.
@@ -76,8 +77,7 @@ class Drive:
         if energy_balance and "spindle_acceleration" not in scene.effects:
             raise SceneError(
                 "an energy balance needs the effect spindle_acceleration: without it the equations "
-                "leave "
-                "out what the motor's torque does, and no energy balance can close"
+                "leave out what the motor's torque does, and no energy balance can close"
             )
         if energy_balance and faults:
             raise ValueError(
@@ -166,14 +166,19 @@ class Drive:
         The servo goes there at a constant acceleration and holds it. A command equal to the one in
         force changes nothing.
 
-        Args:
-            speed: rad/s.
-            acceleration: rad/s^2; default: the scene's ``spindle.max_acceleration``.
+        Parameters
+        ----------
+        speed : float
+            In rad/s.
+        acceleration : float, optional
+            In rad/s^2; default: the scene's ``spindle.max_acceleration``.
 
-        Raises:
-            CommandError: not finite, beyond ``spindle.max_speed`` or ``max_acceleration``, or, of a
-                drive that was not made ``commanded``, so much faster than its profile that the step
-                is too long for it; nothing has changed.
+        Raises
+        ------
+        CommandError
+            Not finite, beyond ``spindle.max_speed`` or ``max_acceleration``, or, of a drive that
+            was not made ``commanded``, so much faster than its profile that the step is too long
+            for it; nothing has changed.
         """
         self._check_stable(self.servo.check(speed))
         slope = self.servo.max_acceleration if acceleration is None else acceleration
@@ -197,19 +202,26 @@ class Drive:
     def advance(self, steps: int = 1, every: int = 1) -> Trajectory:
         """Take whole integration steps.
 
-        Args:
-            steps: how many.
-            every: keep each so-many-th sample, counted from now on, of a run too long to keep them
-                all; at work, ``AT_ONCE`` of them are in memory.
+        Parameters
+        ----------
+        steps : int, default 1
+            How many.
+        every : int, default 1
+            Keep each so-many-th sample, counted from now on, of a run too long to keep them all.
 
-        Returns:
+        Returns
+        -------
+        Trajectory
             One sample per step, or per so many, taken at its end. Where the spindle's acceleration
             jumps just there, the sample's deck acceleration is the one before the jump.
 
-        Raises:
-            ValueError: steps is negative, every is less than 1, or there is no room for so many
-                samples.
-            DivergedError: the state went beyond all bounds; the drive keeps its last good one.
+        Raises
+        ------
+        ValueError
+            ``steps`` is negative, ``every`` is less than 1, or there is no room for so many
+            samples.
+        DivergedError
+            The state went beyond all bounds; the drive keeps its last good one.
         """
         if steps < 0 or every < 1:
             raise ValueError(f"steps = {steps}, every = {every}: must be at least 0 and at least 1")
@@ -243,11 +255,15 @@ class Drive:
     def observe_at(self, time: float) -> Observation:
         """The drive at a time within the next step, which is not taken by this.
 
-        Args:
-            time: s, from now to one step later.
+        Parameters
+        ----------
+        time : float
+            In s, from now to one step later.
 
-        Raises:
-            ValueError: outside that range.
+        Raises
+        ------
+        ValueError
+            It is outside that range.
         """
         if not self.time <= time <= self.time + self.step * (1 + 1e-9):
             raise ValueError(
@@ -261,7 +277,7 @@ class Drive:
             if time - self.time > same_instant(time, self.step):
                 part = StepPlan(parts(self.profile, self._grid(), self.steps, time))
                 self._take(part, 1, self._room_for(1))
-            there = StepRange(self._piece_at(time), self.steps, 0, time - self.time, self.step)
+            there = StepRange(self._segment_at(time), self.steps, 0, time - self.time, self.step)
             sample = self._room_for(1)
             self._take(StepPlan([there]), 0, sample)
             return self._reader.observation(self._reader.present(sample), time, self._stuck())
@@ -272,8 +288,10 @@ class Drive:
     def energy(self) -> EnergyBalance:
         """The energy balance since the start.
 
-        Raises:
-            ValueError: the drive was made without ``energy_balance=True``.
+        Raises
+        ------
+        ValueError
+            The drive was made without ``energy_balance=True``.
         """
         if not self.system.energy_balance:
             raise ValueError("this drive keeps no energy balance: make it with energy_balance=True")
@@ -283,12 +301,12 @@ class Drive:
 
     def vector_field(self) -> VectorField:
         """f of y' = f(t, y) along the present segment, with the branches in force."""
-        return VectorField(self.system, self._piece_at(self.time), self._discrete_state)
+        return VectorField(self.system, self._segment_at(self.time), self._discrete_state)
 
     def snapshot(self) -> Snapshot:
         """The present, to return to with ``restore``."""
         memory = self._work.memory.copy()
-        if self._work.smooth[0] != self._piece_at(self.time).start:
+        if self._work.smooth[0] != self._segment_at(self.time).start:
             memory[:] = 0.0
         return Snapshot(
             self.steps,
@@ -305,8 +323,10 @@ class Drive:
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot of this drive or of another one with the same scene.
 
-        Raises:
-            ValueError: it does not fit; nothing has changed.
+        Raises
+        ------
+        ValueError
+            It does not fit; nothing has changed.
         """
         self.check(snapshot)
         self.steps, self.profile = snapshot.steps, snapshot.profile
@@ -316,29 +336,24 @@ class Drive:
         self._work.smooth[0] = math.nan
         if snapshot.memory.shape == self._work.memory.shape:
             self._work.memory[:] = snapshot.memory
-            self._work.smooth[0] = self._piece_at(self.time).start
+            self._work.smooth[0] = self._segment_at(self.time).start
         for name, state in snapshot.pickups.items():
             self._reader.pickups[name].state = state
 
     def check(self, snapshot: Snapshot) -> None:
         """Refuse a snapshot that this drive cannot return to.
 
-        Raises:
-            ValueError: says what does not fit.
+        Raises
+        ------
+        ValueError
+            Says what does not fit.
         """
-        if snapshot.state.shape != self._state.shape or snapshot.step != self.step:
-            raise ValueError("the snapshot is of a drive with other balls, step or energy balance")
-        if snapshot.discrete_state.shape != self._discrete_state.shape:
-            raise ValueError("the snapshot is of a drive with other effects")
-        own = {name: pickup.state for name, pickup in self._reader.pickups.items()}
-        for name, kept in snapshot.pickups.items():
-            if name not in own or [a.shape for a in kept] != [a.shape for a in own[name]]:
-                raise ValueError("the snapshot is of a drive with other sensors")
+        snapshot.check_like(self.snapshot())
 
     def _grid(self) -> StepGrid:
         return StepGrid(self.step, self.choice.cycle)
 
-    def _piece_at(self, time: float) -> ScheduledSegment:
+    def _segment_at(self, time: float) -> ScheduledSegment:
         return segment_after(self.profile, time, self.step)
 
     def _room_for(self, steps: int) -> np.ndarray:
@@ -346,34 +361,15 @@ class Drive:
         return np.empty((steps, len(self.channels)))
 
     def _take(self, step_plan: StepPlan, steps: int, samples: np.ndarray) -> None:
-        """Take steps along a way, from the present on; they do not count yet."""
+        """Take steps along a plan, from the present on; they do not count yet."""
         command = math.nan if self._command is None else self._command
         taken = step_plan.walk(self._steps.along, self.steps, steps, command, samples)
         if taken < 0:
             self.steps += -1 - taken
             self._work.smooth[0] = math.nan
-            self._diverged(self._work.trial)
-
-    def _diverged(self, bad: np.ndarray) -> None:
-        wrong = [
-            n
-            for n, x, most in zip(self.layout.names, bad, self._work.bounds, strict=True)
-            if not abs(x) < most
-        ]
-        if len(wrong) > 3:
-            wrong = [*wrong[:3], f"{len(wrong) - 3} more"]
-        cause = "the step is too long for the scene's masses, stiffness and drag"
-        if any(name.endswith("rate") for name in wrong):
-            cause = (
-                "a ball turns more than 3 rad along the race within "
-                f"{'one step' if self.stepper.parts == 1 else 'a part of one step'}, which "
-                f"{self.stepper.name} cannot follow: the whirl is large for the race, or the step "
-                "is too long"
-            )
-        raise DivergedError(
-            f"{', '.join(wrong)} went beyond all bounds at t = {self.time + self.step:.9g} s; "
-            f"likely cause: {cause}; try solver.step = {self.step / 4:.2g} s"
-        )
+            state = zip(self.layout.names, self._work.trial, self._work.bounds, strict=True)
+            beyond = [name for name, x, most in state if not abs(x) < most]
+            raise diverged(beyond, self.stepper, self.step, self.time + self.step)
 
     def _stored_energy(self, state: np.ndarray, time: float) -> float:
         return mechanical_energy(self.system, state, *self._spindle(state, time))
@@ -383,7 +379,7 @@ class Drive:
         if self._has_motor:
             psi, omega, _ = state[self.layout.spindle].tolist()
             return psi + 2.0 * math.pi * float(self._discrete_state[-1, TURNS]), omega
-        scheduled = self._piece_at(time)
+        scheduled = self._segment_at(time)
         local = time - scheduled.start
         return (
             float(scheduled.start_angle + scheduled.segment.angle(local)),

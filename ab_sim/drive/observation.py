@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.drive.turns import tilt_of
+from ab_sim.drive.orientation import tilt_of
 from ab_sim.sensing import PickupState
 from ab_sim.spindle import SpeedSchedule
 
@@ -94,3 +94,18 @@ class Snapshot(NamedTuple):
     acceleration: float
     """rad/s^2, with which it is approached."""
     pickups: dict[str, PickupState]
+
+    def check_like(self, other: "Snapshot") -> None:
+        """Refuse what is not of a drive with the same scene as another one's.
+
+        Raises:
+            ValueError: says what does not fit.
+        """
+        if self.state.shape != other.state.shape or self.step != other.step:
+            raise ValueError("the snapshot is of a drive with other balls, step or energy balance")
+        if self.discrete_state.shape != other.discrete_state.shape:
+            raise ValueError("the snapshot is of a drive with other effects")
+        for name, kept in self.pickups.items():
+            own = other.pickups.get(name)
+            if own is None or [a.shape for a in kept] != [a.shape for a in own]:
+                raise ValueError("the snapshot is of a drive with other sensors")

@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from ab_sim.drive.turns import NONE, matrix_of, tilt_of
+from ab_sim.drive.orientation import NONE, matrix_of, tilt_of
 from ab_sim.drive.units import unit_of
 from ab_sim.errors import nearest
 from ab_sim.presentation import Column, Columns, Presented, ends, number
@@ -110,9 +110,12 @@ class Trajectory(Presented):
     def thinned(self, every: int, after: int = 0) -> "Trajectory":
         """Each so-many-th sample, the last of every so many; a copy, if any is left out.
 
-        Args:
-            every: how many.
-            after: samples before this trajectory that count along.
+        Parameters
+        ----------
+        every : int
+            How many.
+        after : int, default 0
+            Samples before this trajectory that count along.
         """
         if every == 1:
             return self
@@ -128,8 +131,10 @@ class Trajectory(Presented):
     def __getitem__(self, channel: str) -> np.ndarray:
         """One channel, shape (samples,).
 
-        Raises:
-            KeyError: see ``column_of``.
+        Raises
+        ------
+        KeyError
+            There is none of that name; names the nearest, and all there are.
         """
         return self.samples[:, column_of(channel, self.channels)]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import rerun as rr
 
+from ab_sim.drive.orientation import tilt_of
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.drive.turns import tilt_of
 from ab_sim.recording.colours import BALANCED, DARK, GREY, UNBALANCE, hue
 from ab_sim.recording.explanation import Explanation
 from ab_sim.recording.layout import SAMPLES, Array, felt

@@ -1,66 +1,21 @@
 """Faults: what they do to the motion, how they come and go, and what they leave behind."""
 
 import cmath
-import random
 from typing import Any
 
 import numpy as np
 import pytest
 
-from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
-from ab_sim.drive.faults.active import transfer_faults
-from ab_sim.drive.faults.fault import check_faults, faults_of
+from ab_sim.drive.faults.fault import faults_of
 from ab_sim.drive.faults.plant import faulty_system
 from ab_sim.drive.observation import Observation
-from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.errors import CommandError, InputError
-from ab_sim.nodes.command_path import CommandPath, Rules
-from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.scene import Scene, load_scene
+from tests.drive.fault_session import FaultSession, places, spun
 
 MOTOR = {"rotor_inertia": 3e-5, "torque_limit": 5e-3, "proportional_gain": 5e-3}
 """Of weak-motor's kind, but strong enough."""
-
-
-class Bench:
-    """A drive that faults come to and leave, as on the bench, without ROS."""
-
-    def __init__(self, scene: Scene, *texts: str) -> None:
-        self.drive = Drive(scene, commanded=True, faults=faults_of(texts))
-        self.path = CommandPath(self.drive.servo, self.drive.step, Rules())
-        self.led = CommandedDrive(self.drive, self.path)
-
-    def run(self, steps: int, speed: float | None = None) -> Observation:
-        if speed is not None:
-            self.path.hear(speed, self.drive.steps)
-        for _ in self.led.advance(steps):
-            pass
-        return self.drive.observe()
-
-    def heard(self) -> Trajectory:
-        """The present, as sensors have it."""
-        return self.led.faults.heard(self.drive.present()).present
-
-    def inject(self, *texts: str) -> Observation:
-        """These, instead of those that are in force; the drive right afterwards."""
-        other = Drive(self.drive.scene, commanded=True, faults=faults_of(texts))
-        faults = transfer_faults(self.drive, other, self.led.faults)
-        self.drive, self.led = other, CommandedDrive(other, self.path, None, faults)
-        return other.observe()
-
-
-def spun(scene: Scene, speed: float = 150.0, steps: int = 2500) -> Bench:
-    session = Bench(scene)
-    session.run(steps, speed)
-    return session
-
-
-def places(now: Observation) -> np.ndarray:
-    """Where anybody sees things."""
-    balls = np.exp(1j * (now.psi + now.theta))
-    return np.concatenate([now.position, balls.real, balls.imag])
 
 
 def momenta(scene: Scene, now: Observation) -> np.ndarray:
@@ -248,7 +203,7 @@ def test_what_is_cleared_has_never_been(name: str) -> None:
     assert np.array_equal(now.balls, sound.balls, equal_nan=True) and now.effects == sound.effects
     assert repr(now.deck_model) == repr(sound.deck_model)
     assert freed.psi == pytest.approx(session.drive.profile.angle(session.drive.time), abs=1e-9)
-    other = Bench(session.drive.scene)
+    other = FaultSession(session.drive.scene)
     other.drive.restore(session.drive.snapshot())
     assert np.array_equal(places(other.run(200)), places(session.run(200)))
 
@@ -301,7 +256,7 @@ def _mounts(last: float) -> str:
 def test_a_disc_that_slips_falls_behind_the_hub(scene: Any) -> None:
     """Its unbalance turns more slowly, with the force of the hub's speed; here without balls."""
     none = scene(balls={"count": 0, "mass": None, "radius": None})
-    slipping, slower = Bench(none, "disc slips 5"), Bench(none)
+    slipping, slower = FaultSession(none, "disc slips 5"), FaultSession(none)
     slipping.run(6000, 80.0)
     slower.run(6000, 75.0)
     now = slipping.drive.observe()
@@ -312,17 +267,6 @@ def test_a_disc_that_slips_falls_behind_the_hub(scene: Any) -> None:
     assert heard["speed"][0] == now.omega == 80.0
     whirl = slower.drive.observe().whirl * (80.0 / 75.0) ** 2
     assert now.whirl == pytest.approx(whirl, rel=0.01)
-
-
-def test_what_is_heard_of_a_slipping_disc_is_told_from_the_hub(scene: Any) -> None:
-    """The hub has turned further than the disc, and where balls are in space does not change."""
-    session = Bench(scene(), "disc slips 5")
-    session.run(1000, 80.0)
-    slipped, true, heard = session.led.faults.slipped, session.drive.present(), session.heard()
-    assert slipped > 4.9
-    assert heard["angle"] == pytest.approx(true["angle"] + slipped, abs=1e-12)
-    before = true["angle"][:, None] + true.ball_angles
-    np.testing.assert_allclose(heard["angle"][:, None] + heard.ball_angles, before, atol=1e-12)
 
 
 def test_nothing_else_leaps_as_a_disc_slips(scene: Any) -> None:
@@ -340,186 +284,6 @@ def test_nothing_else_leaps_as_a_disc_slips(scene: Any) -> None:
     assert after.velocity == pytest.approx(there.velocity, rel=1e-12)
 
 
-def test_however_steps_are_grouped(scene: Any) -> None:
-    benches = [Bench(scene(), "disc slips 7", "ball_1 sticks") for _ in range(2)]
-    for session, groups in zip(benches, ([1] * 333 + [667], [1000]), strict=True):
-        session.path.hear(120.0, 0)
-        for steps in groups:
-            session.run(steps)
-    assert np.array_equal(*(places(session.drive.observe()) for session in benches))
-
-
-SENSORS = {"pickup": {"noise_density": 0.0, "sample_rate": 100.0, "range": 50.0}}
-
-
-def test_sensors_lie_and_the_motion_does_not_know(scene: Any) -> None:
-    sound, session = spun(scene(sensors=SENSORS)), spun(scene(sensors=SENSORS))
-    session.inject(
-        "pickup drifts 200", "pickup saturates 20", "spindle drifts -3", "spindle drops 0.5"
-    )
-    told = []
-    for _ in range(60):
-        true, now = sound.run(4), session.run(4)
-        assert np.array_equal(true.readings["pickup"], now.readings["pickup"])
-        heard, silent = session.led.faults.heard(session.drive.present())
-        told.append("spindle" in silent)
-        since = now.steps - 2500
-        assert heard["speed"][0] == pytest.approx(150.0 - 3e-3 * since)
-        said = np.array([heard["pickup_1"][0], heard["pickup_2"][0]])
-        # Drift is that of the sample, which is held.
-        sampled = (now.steps // 10 * 10 - 2500) * 1e-3
-        offset = np.clip(true.readings["pickup"] + 200.0 * max(sampled, 0.0), -50.0, 50.0)
-        assert said == pytest.approx(np.clip(offset, -20.0, 20.0), abs=2.5e-3)
-        assert np.array_equal(heard.position[0], true.position)
-        steps = np.array([now.steps - 40, now.steps])
-        both = np.array([now.readings["pickup"]] * 2)
-        kept, sampled = session.led.faults.sampled("pickup", steps, both)
-        assert np.array_equal(kept, steps) and np.array_equal(sampled[1], said)
-    assert 10 < sum(told) < 50
-    session.inject()
-    heard, silent = session.led.faults.heard(session.drive.present())
-    assert not silent
-    assert [heard["pickup_1"][0], heard["pickup_2"][0]] == true.readings["pickup"].tolist()
-
-
-def test_errors_are_those_of_the_drive_as_it_is(scene: Any) -> None:
-    """What is done again with half the step is broken in the same way."""
-    texts = ["ball_1 sticks", "suspension softens 0.5", "pickup drops", "spindle drifts 1"]
-    drive = Drive(scene(sensors=SENSORS), commanded=True, faults=faults_of(texts))
-    checks = LiveChecks(drive, 1.0)
-    checks.command(150.0)
-    checks.advance(1000)
-    checks.check(2000)
-    assert checks.checked > 0
-    assert 0.0 < checks.estimate.angle < 1e-6
-
-
-def test_the_vibration_of_a_scene_without_sensors(scene: Any) -> None:
-    session = spun(scene())
-    session.inject("vibration saturates 0.01", "vibration drops")
-    session.run(1)
-    heard, silent = session.led.faults.heard(session.drive.present())
-    assert np.abs(heard.acceleration).max() == 0.01
-    assert silent == {"vibration"}
-    none = session.led.faults.sampled("vibration", np.arange(5), np.zeros((5, 2)))
-    assert [part.shape for part in none] == [(0,), (0, 2)]
-
-
-def test_what_goes_on_goes_on(scene: Any) -> None:
-    """A second injection leaves alone what is in both; a reset lets faults begin anew."""
-    session = spun(scene())
-    session.inject("spindle drifts 1", "disc slips 1")
-    session.run(1000)
-    slipped = session.led.faults.slipped
-    session.inject("spindle drifts 1", "disc slips 1", "ball_0 sticks")
-    assert session.led.faults.slipped == slipped == pytest.approx(0.99)
-    now = session.drive.observe()
-    assert session.heard()["speed"][0] == pytest.approx(now.omega + 1.0)
-    session.led.reset_time()
-    now = session.run(500)
-    assert session.heard()["speed"][0] == pytest.approx(now.omega + 1.5)
-    session.led.reset()
-    now = session.drive.observe()
-    assert (session.led.faults.slipped, now.omega) == (0.0, 0.0)
-    assert session.heard()["speed"][0] == 0.0
-    session.run(100, 10.0)
-    session.led.reset_state()
-    now = session.drive.observe()
-    assert session.heard()["speed"][0] == 0.0
-    assert now.theta_rate[0] == 0.0
-
-
 def test_a_ball_sticks_at_the_start_whatever_its_rate(scene: Any) -> None:
     made = scene(start={"ball_rates": [5.0, 5.0]})
     assert Drive(made, faults=faults_of(["ball_1 sticks"])).observe().theta_rate.tolist() == [5, 0]
-
-
-@pytest.mark.parametrize(
-    ("texts", "said"),
-    [
-        (["ball_2 sticks"], "'ball_2 sticks': 'sticks' goes with ball_0, ball_1 in this scene"),
-        (["mount_0 softens 0.5"], "goes with suspension in this scene"),
-        (["pickup drops"], "'drops' goes with vibration, spindle in this scene"),
-        (["ball_0 slips 2"], "'slips' goes with disc in"),
-        (["ball_0 stick"], "did you mean 'sticks'?"),
-        (["ball_0"], "must be a thing and what ails it, e.g. 'ball_0 sticks'"),
-        (["ball_0 sticks 3"], "3: no number goes with it"),
-        (["spindle drops 0.5 1"], "must be a thing and what ails it"),
-        (["disc slips"], "needs a number, rad/s, not 0"),
-        (["disc slips nan"], "nan: must be not 0, from -100 to 100"),
-        (["disc slips 0"], "must be not 0"),
-        (["suspension softens 1"], "must be between 0 and 1"),
-        (["suspension softens x"], "x: must be between 0 and 1"),
-        (["spindle saturates -1"], "must be from 0 to 1e9"),
-        (["spindle drifts inf"], "inf: must be"),
-        (["ball_0 sticks", "ball_0 lost"], "'ball_0 sticks' and 'ball_0 lost' exclude each other"),
-        (["disc slips 1", "disc slips 2"], "exclude each other"),
-    ],
-)
-def test_no_such_fault(scene: Any, texts: list[str], said: str) -> None:
-    with pytest.raises(InputError) as error:
-        check_faults(faults_of(texts), scene())
-    assert said in str(error.value)
-
-
-def test_what_is_not_modelled() -> None:
-    for name, text, said in (
-        ("everything", "ball_0 sticks", "balls that touch push each other"),
-        ("everything", "disc slips 1", "the race is off the shaft"),
-        ("couple-unbalance", "disc slips 1", "not the same all around the shaft"),
-        ("no-ball", "ball_0 lost", "'lost' goes with nothing in this scene"),
-    ):
-        with pytest.raises(InputError, match=said):
-            check_faults(faults_of([text]), load_scene(name))
-    with pytest.raises(ValueError, match="keeps no energy balance"):
-        Drive(load_scene("nsc-case-1"), energy_balance=True, faults=faults_of(["ball_0 sticks"]))
-
-
-def test_texts_say_what_they_mean() -> None:
-    texts = ["ball_0 sticks", "mount_0 softens 0.5", "pickup drops", "disc slips -1e-3"]
-    faults = faults_of(["", *texts, " "])
-    assert [fault.text for fault in faults] == [*texts[:2], "pickup drops 1", "disc slips -0.001"]
-    assert faults_of(fault.text for fault in faults) == faults
-
-
-FAULTS = (
-    "ball_0 sticks", "ball_0 lost", "ball_1 sticks", "ball_1 lost", "suspension softens 0.3",
-    "disc slips 9", "disc slips -2", "vibration drops 0.5", "vibration drifts 1e3",
-    "vibration saturates 1", "spindle drifts -5", "spindle saturates 30", "ball_7 sticks", "junk",
-)  # fmt: skip
-
-
-def play(session: Bench, chance: random.Random) -> None:
-    """Anything that may happen on a bench."""
-    what = chance.choice(["inject", "inject", "clear", "command", "reset", "time", "state"])
-    try:
-        if what == "inject":
-            session.inject(*chance.sample(FAULTS, chance.randint(1, 4)))
-        elif what == "clear":
-            session.inject()
-        elif what == "command":
-            session.path.hear(chance.choice([0.0, 90.0, 110.0, -300.0, 1e4]), session.drive.steps)
-        else:
-            {
-                "reset": session.led.reset,
-                "time": session.led.reset_time,
-                "state": session.led.reset_state,
-            }[what]()
-    except (InputError, CommandError):
-        pass
-    for part in session.led.advance(chance.choice([1, 7, 40])):
-        assert np.isfinite(part.samples).all()
-    heard = session.heard()
-    assert np.isfinite(heard.samples).all()
-    held = {f.thing for f in session.drive.faults if f.ails in ("sticks", "lost")}
-    assert all(heard.ball_rates[0, int(name[-1])] == 0.0 for name in held)
-
-
-@pytest.mark.parametrize(("name", "sequences"), [("", 250), ("thesis-hold", 12)])
-def test_whatever_happens(scene: Any, name: str, sequences: int) -> None:
-    made = load_scene(name) if name else scene()
-    for seed in range(sequences):
-        chance = random.Random(seed)
-        session = Bench(made)
-        for _ in range(4):
-            play(session, chance)
