@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
-DRAWERS = "ab_sim.figures.shown"
+DRAWERS = "ab_sim.figures.result_figures"
 """Has a function for each ``_picture`` of a result."""
 ROWS = 8
 """Of a table that a notebook shows; the others are counted."""
@@ -44,7 +44,7 @@ class Presented:
     """A result that can be looked at. Not made by users, but inherited from by results."""
 
     _picture: ClassVar[str] = ""
-    """Name of the function of ``ab_sim.figures.shown`` that draws it."""
+    """Name of the function of ``ab_sim.figures.result_figures`` that draws it."""
     _rows: ClassVar[int] = ROWS
 
     def _facts(self) -> Mapping[str, str]:

@@ -49,6 +49,8 @@ ORDER = (
 )
 """Rooms, left to right; those in a group do not know each other."""
 PLACE = {room: place for place, rooms in enumerate(ORDER) for room in rooms}
+PLACES = ("ab_sim", "ab_msgs_py", "benchmarks", "docs", "tests", "tools")
+"""Where our own files are."""
 HOUSE = Path(ab_sim.__file__).parent
 
 
@@ -119,3 +121,11 @@ def test_the_messages_know_nobody() -> None:
     package = HOUSE.parent / "ab_msgs_py"
     for path in package.glob("*.py"):
         assert not any(found.startswith("ab_sim") for found in imports("ab_msgs_py.any", path))
+
+
+def test_no_file_is_longer_than_four_hundred_lines() -> None:
+    """Of the package, its tests, the gallery and the benchmarks."""
+    root = HOUSE.parent
+    files = [p for place in PLACES for p in (root / place).rglob("*.py")]
+    long = {str(p.relative_to(root)): n for p in files if (n := len(p.open().readlines())) > 400}
+    assert len(files) > 800 and not long

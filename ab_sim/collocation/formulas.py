@@ -158,7 +158,7 @@ class Formulas:
             f = self.given("f", self.balls, Level.STATE)
             lagged = path_acceleration(on, f - self.known("damping", self.balls) * rate)
         prescribed = None if model.has_motor else spindle.acceleration
-        a = list(self._give_way(arrow, lagged, prescribed))
+        a = list(self._other_accelerations(arrow, lagged, prescribed))
         changes = self._deck_anew(at, axes, spindle, a, roots)
         spun = self._spindle_anew(a, spindle, roots)
         if self.balls is not None:
@@ -216,7 +216,7 @@ class Formulas:
             deck = self.coordinates.state(self.own, axes, x, v)
         return TracedState(self.given("time"), deck, theta, rate, driven), axes
 
-    def _give_way(self, arrow: Arrow, path: Number, prescribed: Number | None) -> Vector:
+    def _other_accelerations(self, arrow: Arrow, path: Number, prescribed: Number | None) -> Vector:
         """Accelerations of the deck, and of a motor's spindle, the balls' being given."""
         if len(arrow.force) == 3 and prescribed is not None:
             # A matrix that has nothing but the mass on its diagonal.

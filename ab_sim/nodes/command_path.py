@@ -103,7 +103,7 @@ class CommandPath:
             self.silent = False
 
     @property
-    def heard(self) -> int:
+    def received(self) -> int:
         """How many commands have come."""
         return self.accepted + self.rejected + self.ignored
 
@@ -118,7 +118,7 @@ class CommandPath:
     def reset(self) -> None:
         """Forget all commands, and why not to follow them; what has been counted remains."""
         self._bus: deque[OnBus] = deque()
-        self.forgotten = self.heard
+        self.forgotten = self.received
         self._draw_from(0)
         self._last: int | None = None
         self._target: float | None = None

@@ -72,7 +72,7 @@ class DriveControl:
                 return True, "paused already" if pause else "running already"
             if not pause and session.trouble:
                 return False, f"{session.trouble}; reset first"
-            session.settle()
+            session.take_last()
             session.paused = pause
             session.restart_clock()
             return True, "paused" if pause else "running"
@@ -96,7 +96,7 @@ class DriveControl:
             wakes += 1
         with node.active() as session:
             session.flush()
-            commands, session.stepped_for = session.new_commands, session.path.heard
+            commands, session.stepped_for = session.new_commands, session.path.received
             return True, Stepped(session.now.time_ns, wakes, commands).text
 
     def reset(self) -> Answer:
@@ -118,7 +118,7 @@ class DriveControl:
             asked = session
         prepared = self._prepare(node.scene_of(values))
         with node.active(asked) as session:
-            session.settle()
+            session.take_last()
             _last_words(session)
             session.path.lead(prepared.drive.servo, prepared.drive.step)
             session.trouble = ""

@@ -116,7 +116,7 @@ class Observed:
 
     def heard(self, shown: list[float], present: Trajectory, faults: ActiveFaults) -> Set[str]:
         """Put what faulty sensors say into what ``look`` has seen of the same; who says nothing."""
-        heard, silent = faults.heard(present.last(1))
+        heard, silent = faults.readings(present.last(1))
         shown[: len(heard.channels)] = heard.samples[0].tolist()
         for ball in faults.lost:
             shown[self._shown.index(_effort(ball))] = 0.0

@@ -75,7 +75,7 @@ class Session:
     @property
     def new_commands(self) -> int:
         """How many have come since ~/step was last answered, and have not been forgotten since."""
-        return self.path.heard - max(self.stepped_for, self.path.forgotten)
+        return self.path.received - max(self.stepped_for, self.path.forgotten)
 
     @property
     def standing(self) -> bool:
@@ -113,7 +113,7 @@ class Session:
 
     def deactivate(self) -> None:
         """Time stands still, nobody is listened to, and nothing is left unpublished."""
-        self.settle()
+        self.take_last()
         self.finish(INACTIVE)
         self.now.health.begin(time.monotonic())
         self._commands.close()
@@ -184,7 +184,7 @@ class Session:
             self.flush()
         self._stages.end("publishing")
 
-    def settle(self) -> None:
+    def take_last(self) -> None:
         """A last wake-up before time stands still: no lag is forgotten."""
         self._take(self.now.pacer.stop)
 

@@ -56,7 +56,6 @@ os.environ.setdefault("MIMALLOC_PURGE_DELAY", "0")
 
 from ab_sim.recording.layout import LEFT_OUT  # noqa: E402
 from ab_sim.recording.reader import RecordedRun, read_recording  # noqa: E402
-from ab_sim.recording.shown import drawable  # noqa: E402
 from ab_sim.recording.stored import (  # noqa: E402
     BLOCK_ROWS,
     Event,
@@ -65,6 +64,7 @@ from ab_sim.recording.stored import (  # noqa: E402
     open_recording,
 )
 from ab_sim.recording.thinning import AROUND  # noqa: E402
+from ab_sim.recording.views import drawable  # noqa: E402
 from ab_sim.recording.writer import BATCH_ROWS, CHUNK_ROWS, Recording  # noqa: E402
 
 __all__ = [

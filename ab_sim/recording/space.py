@@ -15,9 +15,9 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from ab_sim.recording.apart import stacked
 from ab_sim.recording.colours import DARK, GREY, GROUND, UNBALANCE, hue
 from ab_sim.recording.layout import Array
+from ab_sim.recording.overlapping_balls import stacked
 from ab_sim.recording.vectors import Arrows
 from ab_sim.scene.drawn import DISC, MARK, MARK_PLACE, PLATE
 

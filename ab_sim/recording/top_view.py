@@ -15,9 +15,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from ab_sim.drive.balance import Balance
-from ab_sim.recording.apart import shrunk
 from ab_sim.recording.colours import BALANCED, GREY, GROUND, UNBALANCE, WHITE, hue
 from ab_sim.recording.layout import Array
+from ab_sim.recording.overlapping_balls import shrunk
 from ab_sim.recording.vectors import Arrows
 
 Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there

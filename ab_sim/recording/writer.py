@@ -27,8 +27,8 @@ from ab_sim.recording.layout import (
     named_columns,
 )
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
-from ab_sim.recording.shown import ALWAYS, PlainPlots, ShownDrive
 from ab_sim.recording.thinning import AROUND, Thinned, Thinning
+from ab_sim.recording.views import ALWAYS, DriveView, PlotsView
 
 BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
 PICTURES_WAIT = 1.0  # s of the run, where nobody watches
@@ -105,7 +105,7 @@ class Recording:
         self._closed = False
         self._thinning = Thinned(every, around) if thinned else Thinning(every, around)
         self._left_out: list[Array] = []  # beside blocks
-        self._shown = ShownDrive(description) if drawn else PlainPlots()
+        self._shown = DriveView(description) if drawn else PlotsView()
         self._step = _positive(description.get("step"))
         text = description_text(description)
         self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())

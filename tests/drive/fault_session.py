@@ -29,7 +29,7 @@ class FaultSession:
 
     def heard(self) -> Trajectory:
         """The present, as sensors have it."""
-        return self.led.faults.heard(self.drive.present()).present
+        return self.led.faults.readings(self.drive.present()).present
 
     def inject(self, *texts: str) -> Observation:
         """These, instead of those that are in force; the drive right afterwards."""

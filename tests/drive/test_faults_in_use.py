@@ -45,7 +45,7 @@ def test_sensors_lie_and_the_motion_does_not_know(scene: Any) -> None:
     for _ in range(60):
         true, now = sound.run(4), session.run(4)
         assert np.array_equal(true.readings["pickup"], now.readings["pickup"])
-        heard, silent = session.led.faults.heard(session.drive.present())
+        heard, silent = session.led.faults.readings(session.drive.present())
         told.append("spindle" in silent)
         since = now.steps - 2500
         assert heard["speed"][0] == pytest.approx(150.0 - 3e-3 * since)
@@ -61,7 +61,7 @@ def test_sensors_lie_and_the_motion_does_not_know(scene: Any) -> None:
         assert np.array_equal(kept, steps) and np.array_equal(sampled[1], said)
     assert 10 < sum(told) < 50
     session.inject()
-    heard, silent = session.led.faults.heard(session.drive.present())
+    heard, silent = session.led.faults.readings(session.drive.present())
     assert not silent
     assert [heard["pickup_1"][0], heard["pickup_2"][0]] == true.readings["pickup"].tolist()
 
@@ -82,7 +82,7 @@ def test_the_vibration_of_a_scene_without_sensors(scene: Any) -> None:
     session = spun(scene())
     session.inject("vibration saturates 0.01", "vibration drops")
     session.run(1)
-    heard, silent = session.led.faults.heard(session.drive.present())
+    heard, silent = session.led.faults.readings(session.drive.present())
     assert np.abs(heard.acceleration).max() == 0.01
     assert silent == {"vibration"}
     none = session.led.faults.sampled("vibration", np.arange(5), np.zeros((5, 2)))

@@ -80,7 +80,7 @@ def test_an_emergency_stop_outlasts_commands() -> None:
     p.emergency_stop()
     assert told(p, 16) == (0.0, 100.0), "as fast as the scene's spindle can"
     p.hear(300.0, 20)
-    assert (p.dropped, p.ignored, p.heard) == (1, 1, 3)
+    assert (p.dropped, p.ignored, p.received) == (1, 1, 3)
     assert told(p, 500) is None, "neither on the bus nor new, nor the watchdog"
     p.release()
     assert told(p, 600) == (0.0, 50.0) and p.next(600) == math.inf
@@ -149,7 +149,7 @@ def test_all_that_was_heard_is_counted() -> None:
         p.hear(speed, 0)
     p.emergency_stop()
     p.hear(3.0, 1)
-    assert (p.accepted, p.rejected, p.ignored, p.heard) == (2, 3, 1, 6)
+    assert (p.accepted, p.rejected, p.ignored, p.received) == (2, 3, 1, 6)
 
 
 def test_while_time_stands_still_commands_do_not_pile_up() -> None:

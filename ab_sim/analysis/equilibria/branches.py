@@ -15,7 +15,7 @@ from ab_sim.analysis.equilibria.over_speed import (
     BranchInterval,
     OverSpeed,
     grid_between,
-    stretch_of,
+    interval_of,
 )
 from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, radii
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor, resting_system, rotor_of
@@ -103,7 +103,7 @@ def _clustered(
                 roots = radii(rotor, pattern.moment, speed)
                 return clustered_state(system, rotor, speed, pattern, roots, rank)
 
-            yield stretch_of(pattern.label + (f"/{rank + 1}" if count > 1 else ""), at, grid)
+            yield interval_of(pattern.label + (f"/{rank + 1}" if count > 1 else ""), at, grid)
 
 
 def _changes(
@@ -142,10 +142,10 @@ def _balanced(
         places = positions_at(system, rotor, speed)
         return [balanced_state(system, rotor, speed, place) for place in places]
 
-    yield stretch_of("balanced", lambda speed: states(speed)[0], grid)
+    yield interval_of("balanced", lambda speed: states(speed)[0], grid)
     if len(states(float(grid[0]))) > 1:
-        yield stretch_of("balanced" + WORST, lambda w: max(states(w), key=growth), grid)
-        yield stretch_of("balanced" + BEST, lambda w: min(states(w), key=growth), grid)
+        yield interval_of("balanced" + WORST, lambda w: max(states(w), key=growth), grid)
+        yield interval_of("balanced" + BEST, lambda w: min(states(w), key=growth), grid)
 
 
 def growth(state: RestingState) -> float:

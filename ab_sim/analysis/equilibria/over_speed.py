@@ -38,7 +38,7 @@ class Crossing(NamedTuple):
         return {**self._asdict(), "kind": self.kind}
 
 
-class Along(NamedTuple):
+class StateSummary(NamedTuple):
     """What is kept of a branch's state at a speed: see ``RestingState``."""
 
     W: float
@@ -50,7 +50,7 @@ class Along(NamedTuple):
     stable: bool | None
 
     @classmethod
-    def of(cls, state: RestingState) -> "Along":
+    def of(cls, state: RestingState) -> "StateSummary":
         """Of a whole one."""
         return cls(state.W, state.theta.tolist(), state.lambda_max, state.stable)
 
@@ -60,7 +60,7 @@ class BranchInterval:
     """A branch between two speeds at which no state of its pattern begins or ends."""
 
     label: str
-    states: tuple[Along, ...]
+    states: tuple[StateSummary, ...]
     speeds: np.ndarray
     """[rad/s], rising, one for each."""
     crossings: tuple[Crossing, ...]
@@ -119,7 +119,10 @@ class OverSpeed:
                 {
                     "label": interval.label,
                     "speeds": interval.speeds.tolist(),
-                    **{key: [getattr(x, key) for x in interval.states] for key in Along._fields},
+                    **{
+                        key: [getattr(x, key) for x in interval.states]
+                        for key in StateSummary._fields
+                    },
                     "crossings": [each.report() for each in interval.crossings],
                 }
                 for interval in self.intervals
@@ -132,7 +135,7 @@ class OverSpeed:
         intervals = [
             BranchInterval(
                 each["label"],
-                tuple(map(Along, *(each[key] for key in Along._fields))),
+                tuple(map(StateSummary, *(each[key] for key in StateSummary._fields))),
                 np.array(each["speeds"]),
                 tuple(_of(Crossing, one) for one in each["crossings"]),
             )
@@ -168,11 +171,13 @@ def _others(
     return left
 
 
-def stretch_of(label: str, at: At, speeds: np.ndarray) -> BranchInterval:
+def interval_of(label: str, at: At, speeds: np.ndarray) -> BranchInterval:
     """A stretch, with the crossings between the speeds at which it is looked at."""
     states = tuple(at(float(w)) for w in speeds)
     crossings = tuple(_crossings(label, at, speeds, states))
-    return BranchInterval(label, tuple(map(Along.of, states)), np.asarray(speeds, float), crossings)
+    return BranchInterval(
+        label, tuple(map(StateSummary.of, states)), np.asarray(speeds, float), crossings
+    )
 
 
 def _crossings(

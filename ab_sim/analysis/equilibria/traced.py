@@ -21,7 +21,7 @@ from ab_sim.analysis.equilibria.finder import (
     nullity,
 )
 from ab_sim.analysis.equilibria.folds import Fold
-from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed, stretch_of
+from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed, interval_of
 from ab_sim.analysis.equilibria.resting import state_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.dynamics.system import System
@@ -118,7 +118,9 @@ def _interval(system: System, part: Part, speeds: np.ndarray) -> BranchInterval:
     own = np.array([part[k].speed for k in kept])
     inside = speeds[(speeds > own[0]) & (speeds < own[-1])]
     middle = _at(system, part, float(0.5 * (own[0] + own[-1])))
-    return stretch_of(middle.label, lambda speed: _at(system, part, speed), np.union1d(own, inside))
+    return interval_of(
+        middle.label, lambda speed: _at(system, part, speed), np.union1d(own, inside)
+    )
 
 
 def _folds(

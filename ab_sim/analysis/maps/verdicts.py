@@ -120,7 +120,7 @@ def _label(verdicts: Iterable[tuple[int, bool | None]]) -> int:
     return label
 
 
-class _Place(NamedTuple):
+class _UnjudgedState(NamedTuple):
     """A state that rests, whose stability is not known yet."""
 
     kind: int
@@ -154,21 +154,21 @@ def _verdicts(
         yield place.kind, growth < 0.0 if abs(growth) > doubt else place.state().stable
 
 
-def _clustered(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[_Place]:
+def _clustered(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[_UnjudgedState]:
     for pattern in patterns_of(rotor):
         kind = CLUSTERED if len({*pattern.signs}) == 1 else SPLIT
         roots = radii(rotor, pattern.moment, speed)
         for rank, W in enumerate(roots):
             place = clustered_place(rotor, speed, pattern, W)
             state = partial(clustered_state, system, rotor, speed, pattern, roots, rank)
-            yield _Place(kind, 0, *place, state)
+            yield _UnjudgedState(kind, 0, *place, state)
 
 
-def _balanced(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[_Place]:
+def _balanced(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[_UnjudgedState]:
     zeros = max(0, len(rotor.moments) - 2)
     for theta in positions_at(system, rotor, speed):
         state = partial(balanced_state, system, rotor, speed, theta)
-        yield _Place(EVERYWHERE, zeros, np.zeros(2), theta, state)
+        yield _UnjudgedState(EVERYWHERE, zeros, np.zeros(2), theta, state)
 
 
 def _magnitudes(system: System, speed: float) -> np.ndarray:

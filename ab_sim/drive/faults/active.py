@@ -89,7 +89,7 @@ class ActiveFaults:
         self.slipped += by
         return on_other_axes(drive.system, -by)(drive.snapshot())
 
-    def heard(self, present: Trajectory) -> SensorReadings:
+    def readings(self, present: Trajectory) -> SensorReadings:
         """What sensors say of one sample; to be asked once for each time that they do."""
         if not self.faults:
             return SensorReadings(present, frozenset())

@@ -19,7 +19,7 @@ ALWAYS = ("step", "time")
 """Channels that every recording has, first of all."""
 
 
-class ShownDrive:
+class DriveView:
     """The drive in pictures; `RecordingError` where a description does not say what is drawn."""
 
     def __init__(self, description: Mapping[str, Any]) -> None:
@@ -57,7 +57,7 @@ class ShownDrive:
         return blueprint(self._drawing, self._channels, scalars)
 
 
-class PlainPlots:
+class PlotsView:
     """A plot of each entity, once these are known."""
 
     needs = ALWAYS
@@ -89,7 +89,7 @@ class PlainPlots:
 def drawable(description: Mapping[str, Any], channels: Sequence[str]) -> bool:
     """Whether there can be pictures of a run that is described so and has these channels."""
     try:
-        drawn = ShownDrive(description)
+        drawn = DriveView(description)
         drawn.begin(channels)
     except RecordingError:
         return False
