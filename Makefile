@@ -53,7 +53,7 @@ docs: $(VENV)/docs.stamp
 	@echo 'docs/_build/html/index.html'
 
 clean:
-	rm -rf $(VENV) docs/_build build dist install log *.egg-info .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) docs/_build docs/examples build dist install log *.egg-info .mypy_cache .pytest_cache .ruff_cache
 
 test-fast: $(VENV)/dev.stamp
 	$(BIN)/python tools/test_fast.py $(BASE)

@@ -20,7 +20,7 @@ LINKS = {"Paper on three balls": "https://doi.org/10.1115/1.2948415"}
 # The last myst-parser for Python 3.10 does not go with rich's markdown-it-py.
 DOCS = [
     f"{package}; python_version >= '3.11'"
-    for package in ("furo", "myst-parser", "sphinx", "sphinx-design")
+    for package in ("furo", "myst-parser", "sphinx", "sphinx-design", "sphinx-gallery")
 ]
 
 # Read, not imported: importing needs numpy and the rest, which a build does not have.

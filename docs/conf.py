@@ -20,22 +20,44 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_design",
+    "sphinx_gallery.gen_gallery",
     "from_code",  # in docs/extensions, as the next
+    "mathml",
     "source_links",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "gallery/examples"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 highlight_language = "text"
 smartquotes = False  # psi'' is a derivative
 
-myst_enable_extensions = ["colon_fence"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+myst_fence_as_directive = ["math"]  # as GitHub has it
 myst_heading_anchors = 4  # links to headings are those that GitHub makes
 myst_url_schemes = {"http": None, "https": None, "mailto": None, "source": "{{path}}"}
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 
+# Scripts in docs/gallery/examples are run, every time; their pages are written to docs/examples.
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery/examples",
+    "gallery_dirs": "examples",
+    "run_stale_examples": True,
+    "abort_on_example_error": True,
+    "image_scrapers": ("gallery_scripts.figures",),
+    "capture_repr": ("_repr_html_",),
+    "reset_modules": ("matplotlib", "gallery_scripts.forget_effects"),
+    "reset_modules_order": "both",
+    "within_subsection_order": "FileNameSortKey",
+    "download_all_examples": False,
+    "write_computation_times": False,
+    "show_signature": False,
+    "show_memory": False,
+    "min_reported_time": 1e9,
+}
+
 html_theme = "furo"
+html_math_renderer = "mathml"
 html_title = f"ab_sim {release}"
 html_static_path = ["static"]
 html_css_files = ["site.css"]

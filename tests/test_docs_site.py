@@ -1,5 +1,6 @@
 """The documentation site: it is built without a warning, is whole, and has what the code says."""
 
+import html
 import re
 import subprocess
 import sys
@@ -12,9 +13,11 @@ from typer.main import get_command
 
 from ab_sim.cli.app import app
 from ab_sim.scene import load_scene
+from ab_sim.scene.registry import effect_classes
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
+EXAMPLES = sorted((DOCS / "gallery" / "examples").glob("*.py"))
 
 
 class Links(HTMLParser):
@@ -30,10 +33,31 @@ class Links(HTMLParser):
                 self.found.add(value)
 
 
+class Words(HTMLParser):
+    """What a page says, but for code."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found = ""
+        self._within: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag in ("code", "pre", "script", "style", "title"):
+            self._within.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        if self._within and tag == self._within[-1]:
+            self._within.pop()
+
+    def handle_data(self, data: str) -> None:
+        if not self._within:
+            self.found += data
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The documentation as `make docs` builds it: a warning is an error."""
-    for package in ("sphinx", "myst_parser", "sphinx_design", "furo"):
+    for package in ("sphinx", "myst_parser", "sphinx_design", "sphinx_gallery", "furo"):
         pytest.importorskip(package, reason="the site needs ab_sim[docs], for Python 3.11 or newer")
     folder = tmp_path_factory.mktemp("site")
     options = ("-W", "--keep-going", "--quiet", "-b", "html", "-d", f"{folder}/.doctrees")
@@ -86,3 +110,55 @@ def test_a_newcomers_words_are_in_the_index_of_the_search(site: Path) -> None:
     for title in ("What is W/e?", "What does -180 deg mean?", "Is a speed in rpm or rad/s?"):
         assert title in index
     assert "Which of M0 e and M e is the unbalance?" in index
+
+
+@pytest.mark.parametrize("script", EXAMPLES, ids=[script.stem for script in EXAMPLES])
+def test_an_example_has_run_and_has_its_picture(script: Path, site: Path) -> None:
+    assert re.fullmatch(r"plot_\d_\w+\.py", script.name)  # what sphinx-gallery runs, and its order
+    page = (site / f"examples/{script.stem}.html").read_text(encoding="utf-8")
+    assert f'src="../_images/sphx_glr_{script.stem}_001.png"' in page
+    (download,) = re.findall(rf'href="\.\./(_downloads/\w+/{script.stem}\.py)"', page)
+    assert (site / download).read_bytes() == script.read_bytes()
+    gallery = (site / "gallery/index.html").read_text(encoding="utf-8")
+    assert f"examples/{script.stem}.html" in gallery
+    assert f"sphx_glr_{script.stem}_thumb.png" in gallery
+
+
+@pytest.mark.parametrize("script", EXAMPLES, ids=[script.stem for script in EXAMPLES])
+def test_an_example_is_short_and_needs_no_private_module(script: Path) -> None:
+    text = script.read_text(encoding="utf-8")
+    _, title, words, code = re.fullmatch(
+        r'(""")\n(.+)\n=+\n\n(.*?)"""\n(.*)', text, re.DOTALL
+    ).groups()
+    assert 1 <= words.count(". ") + words.count(".\n") <= 3, title
+    assert len([line for line in code.splitlines() if line.strip()]) <= 30
+    assert set(re.findall(r"ab_sim\.\w+ import|import ab_sim\.\w+", code)) <= {
+        "ab_sim.tracing import"
+    }
+
+
+def test_formulas_are_typeset(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        words = Words()
+        words.feed(page.read_text(encoding="utf-8"))
+        assert re.findall(r"\\[A-Za-z]+|\$[^$\n]+\$", words.found) == [], page
+    assert (site / "equations.html").read_text().count("<math ") > 100
+
+
+def test_the_equation_of_each_effect_is_typeset(site: Path) -> None:
+    page = (site / "reference/effects.html").read_text(encoding="utf-8")
+    for name, effect in effect_classes().items():
+        assert html.escape(effect.equation) not in page, f"{name}: docs/extensions/laws.py lacks it"
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_no_page_scrolls_sideways(width: int, site: Path) -> None:
+    pytest.importorskip("playwright", reason="needs a browser")
+    from tests.viewing.browser import browser
+
+    with browser(width, 844) as screen:
+        wide = {}
+        for page in sorted(site.rglob("*.html")):
+            screen.open(page.as_uri())
+            wide[str(page.relative_to(site))] = screen.sideways()
+    assert len(wide) > 40 and {page: by for page, by in wide.items() if by > 0} == {}

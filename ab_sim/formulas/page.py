@@ -1,16 +1,19 @@
 """The parts of docs/equations.md that are made from the code, between markers."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ab_sim.formulas.effects import formulas_of
-from ab_sim.formulas.lines import Lines
+from ab_sim.formulas.lines import Line, Lines
 from ab_sim.formulas.planar import planar_sections
+from ab_sim.formulas.symbols import in_latex
 from ab_sim.scene.registry import effect_classes
 
 PAGE = "docs/equations.md"
 MAKE = "python benchmarks/equations_page.py"
 """What makes the parts anew."""
+WIDE = 100
+"""Characters of a line in text, from which on its two sides get a line each."""
 
 
 def page_from_code(page: str) -> str:
@@ -29,12 +32,18 @@ def page_from_code(page: str) -> str:
     return page
 
 
+def typeset(lines: Lines) -> Iterator[str]:
+    """Formulas as LaTeX in Markdown, as GitHub and the documentation site show it."""
+    yield from _aligned(lines.equations)
+    if lines.quantities:
+        yield from ["with", "", *_aligned(lines.quantities)]
+
+
 def _planar() -> Iterator[str]:
     for title, lines in planar_sections():
         yield f"{title[0].upper()}{title[1:]}:"
         yield ""
-        yield from (f"    {line}" for line in _texts(lines))
-        yield ""
+        yield from typeset(lines)
 
 
 def _effects() -> Iterator[str]:
@@ -43,17 +52,24 @@ def _effects() -> Iterator[str]:
         symbols = {}
         for formula in formulas:
             symbols.update(formula.parameters)
-        named = ", ".join(f"{symbol} is `{field}`" for symbol, field in symbols.items())
-        yield f"`{name}`" + (f": {named}" if named else "")
-        yield ""
-        width = max(len(formula.method) for formula in formulas)
+        named = ", ".join(f"${in_latex(symbol)}$ is `{field}`" for symbol, field in symbols.items())
+        yield from [f"### {name}", ""]
+        yield from [f"{named}.", ""] if named else []
         for formula in formulas:
-            for k, line in enumerate(_texts(formula.lines)):
-                yield f"    {formula.method if k == 0 else '':{width}}   {line}"
-        yield ""
+            yield from [f"`{formula.method}`:", "", *typeset(formula.lines)]
 
 
-def _texts(lines: Lines) -> Iterator[str]:
-    yield from (line.text for line in lines.equations)
-    for k, line in enumerate(lines.quantities):
-        yield f"  {'with' if k == 0 else '    '} {line.text}"
+def _aligned(lines: Sequence[Line]) -> Iterator[str]:
+    """One under the other, at their signs of equality."""
+    wide = any(len(line.text) > WIDE for line in lines)
+    rows = [row for line in lines for row in _rows(line.latex, wide)]
+    yield from ["```math", r"\begin{aligned}"]
+    yield from (rf"{row} \\" for row in rows[:-1])
+    yield from [rows[-1], r"\end{aligned}", "```", ""]
+
+
+def _rows(latex: str, wide: bool) -> list[str]:
+    left, sign, right = latex.partition(" = ")
+    if not sign:
+        return [f"& {left}"] if wide else [left]
+    return [f"& {left}", rf"& \quad = {right}"] if wide else [f"{left} &= {right}"]

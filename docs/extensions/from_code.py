@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 import yaml
+from laws import LAWS
 from pydantic import BaseModel
 from sphinx.application import Sphinx
 
@@ -237,6 +238,7 @@ def scene_keys() -> Iterator[str]:
 def effects() -> Iterator[str]:
     """Every effect: meaning, equation, source, parameters, and what its code computes."""
     from ab_sim.formulas.effects import formulas_of
+    from ab_sim.formulas.page import typeset
     from ab_sim.scene.registry import effect_classes, effect_parameters
 
     for name, effect in effect_classes().items():
@@ -249,18 +251,15 @@ def effects() -> Iterator[str]:
         yield from _parameters(effect, fields, f"effects.{name}.")
         if effect.uses_ball_radius:
             yield from ["It also uses `balls.radius`.", ""]
-        yield from ["```{dropdown} What its code computes", "", "~~~text"]
+        yield from ["````{dropdown} What its code computes", ""]
         for formula in formulas_of(effect):
-            yield f"{formula.method}: {formula.meaning}" if formula.meaning else formula.method
+            said = f": {_cell(formula.meaning)}" if formula.meaning else ""
+            yield from [f"`{formula.method}`{said}", ""]
             if formula.trouble:
-                yield f"  cannot be printed: {formula.trouble}"
-                continue
-            equations, quantities = formula.lines
-            yield from (f"  {line.text}" for line in equations)
-            yield from (
-                f"    {'with' if k == 0 else '    '} {q.text}" for k, q in enumerate(quantities)
-            )
-        yield from ["~~~", "```", ""]
+                yield from [f"cannot be printed: {formula.trouble}", ""]
+            else:
+                yield from typeset(formula.lines)
+        yield from ["````", ""]
 
 
 def sensors() -> Iterator[str]:
@@ -273,7 +272,9 @@ def sensors() -> Iterator[str]:
 
 
 def _parameters(what: type[Any], fields: dict[str, Schema], at: str) -> Iterator[str]:
-    yield from ["~~~text", what.equation, "~~~", "", f"Source: {what.source}", ""]
+    shown = LAWS.get(what.equation)
+    yield from [shown] if shown else ["~~~text", what.equation, "~~~"]
+    yield from ["", f"Source: {_plain(what.source)}", ""]
     schema = {
         "properties": fields,
         "required": [name for name, field in fields.items() if "default" not in field],
@@ -352,6 +353,18 @@ def glossary() -> Iterator[str]:
         yield "glossary"
 
 
+def examples() -> Iterator[str]:
+    """A card for each script of the gallery: its picture, its title, and the way to its page."""
+    yield from ["Short scripts on the [public API](../reference/python.md).", ""]
+    yield from ["::::{grid} 1 2 2 3", ":gutter: 2", ""]
+    for script in sorted((ROOT / "docs" / "gallery" / "examples").glob("plot_*.py")):
+        title = script.read_text(encoding="utf-8").splitlines()[1]
+        picture = f"../examples/images/thumb/sphx_glr_{script.stem}_thumb.png"
+        yield from [f":::{{grid-item-card}} {title}", f":link: ../examples/{script.stem}"]
+        yield from [":link-type: doc", f":img-top: {picture}", ":::"]
+    yield from ["::::", ""]
+
+
 MAKERS: dict[str, Callable[[], Iterator[str]]] = {
     "scene-keys": scene_keys,
     "effects": effects,
@@ -359,6 +372,7 @@ MAKERS: dict[str, Callable[[], Iterator[str]]] = {
     "commands": commands,
     "node-parameters": node_parameters,
     "scenes": scenes,
+    "examples": examples,
     "guide": guide,
     "glossary": glossary,
 }

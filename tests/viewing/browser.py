@@ -33,6 +33,14 @@ class Screen:
     def open(self, url: str) -> None:
         self._page.goto(url, timeout=PATIENCE)
 
+    def sideways(self) -> int:
+        """How far the page can be scrolled to the side [px]."""
+        return int(
+            self._page.evaluate(
+                "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+            )
+        )
+
     def png(self) -> bytes:
         return self._page.screenshot(timeout=PATIENCE)
 
