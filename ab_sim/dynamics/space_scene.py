@@ -49,7 +49,7 @@ def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
         total_mass=scene.total_mass,
         unbalance=scene.eccentric_mass * rotor.eccentricity,
         eccentricity=rotor.eccentricity,
-        rotor_lift=scene.eccentric_mass * rotor.height,
+        rotor_first_z=scene.eccentric_mass * rotor.height,
         deck_first=_numbers(mass * center),
         deck_inertia=_six(about),
         rotor_second=_six(moments),
@@ -215,7 +215,7 @@ def _averaged(system: System) -> tuple[float, float, np.ndarray]:
     """
     deck = system.deck_model
     xx, yy, tall, _, _, _ = deck.rotor_second
-    ring, lift = 0.5 * (xx + yy), deck.rotor_lift
+    ring, lift = 0.5 * (xx + yy), deck.rotor_first_z
     for i, (m, radius, height) in enumerate(system.balls[:, [MASS, RACE_RADIUS, RACE_HEIGHT]]):
         ring += 0.5 * m * radius**2
         tall += m * height**2

@@ -25,7 +25,7 @@ from ab_sim.scene.model import Scene
     UNKNOWNS=2,
     STATE_NAMES=("x", "y", "x rate", "y rate"),
     NEEDS_ANGLE=True,
-    WAYS=2,
+    AXES=2,
     CHANNELS=("x", "y", "vx", "vy", "ax", "ay"),
 )
 class OnFixedAxes(NamedTuple):
@@ -56,10 +56,10 @@ class OnFixedAxes(NamedTuple):
                 fy + uy * w * w + over_balls(n, load * ny),
                 0.0,
             ],
-            reach=[m * ny, -(m * nx), -on.lever],
-            press=[-(m * nx), -(m * ny), 0.0],
+            coupling=[m * ny, -(m * nx), -on.lever],
+            normal_coupling=[-(m * nx), -(m * ny), 0.0],
             load=load,
-            pull=along + drag_force(effects, balls, on),
+            path_force=along + drag_force(effects, balls, on),
         )
 
     def rates(

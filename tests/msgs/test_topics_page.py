@@ -75,7 +75,7 @@ def test_channels() -> None:
     assert of["each"] == SPINDLE_CHANNELS
     balls, motor, sensor = of["two balls"], of["a motor"], of["a sensor `pickup`"]
     for deck_model, kind in (("a deck in the plane", Planar), ("a deck in space", InSpace)):
-        readings = sensor[: kind.WAYS]
+        readings = sensor[: kind.AXES]
         made = channels_for(kind.CHANNELS, 2, motor=True, readings=readings)
         assert made == (*of["each"], *of[deck_model], *balls, *motor, *readings)
 
