@@ -31,10 +31,11 @@ Emitted functions
 What control calls by address. All arguments are pointers to doubles, then doubles. A *line* is N
 doubles, one for each node; ``c`` are a scene's constants, ``b`` its branches, as in
 ``events.run.SceneFunctions``. R is the number of equations and of what else is integrated (the
-motor's loop, the energy balance); ``f`` and ``old`` are R lines: of the deck's coordinates, each ball, a motor's
-spindle, then the rest. ``tables`` and ``numbers`` are the first line and the numbers of a set of
-tables, ``spindle`` and ``spindle_numbers`` those of the one table that a motor's spindle takes (any
-without a motor). ``own`` is ``Collocation.linear``, ``weights`` are ``Method.lines``.
+motor's loop, the energy balance); ``f`` and ``old`` are R lines: of the deck's coordinates, each
+ball, a motor's spindle, then the rest. ``tables`` and ``numbers`` are the first line and the
+numbers of a set of tables, ``spindle`` and ``spindle_numbers`` those of the one table that a
+motor's spindle takes (any without a motor). ``own`` is ``CollocationCode.linear``, ``weights`` are
+``Method.lines``.
 
     begin(c, b, own, y, f, time)
         at a state y and a local time [s]: f there, R numbers, and the spindle's speed [rad/s]

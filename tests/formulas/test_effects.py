@@ -69,7 +69,7 @@ def test_motor() -> None:
 def test_balls() -> None:
     assert lines("viscous_drag", "ball_drag") == ["F = -c_b s'"]
     assert lines("rolling_friction", "friction_coefficient") == ["nu = beta_b/a"]
-    assert lines("race_friction", "friction_coefficient", "latex") == [r"f = \mu"]
+    assert lines("race_friction", "friction_coefficient", "latex") == [r"\nu = \mu"]
     assert lines("ball_spin", "ball_inertia") == ["I/a^2 = 2/5 m"]
     assert lines("race_runout", "race_shape")[:3] == [
         "h - R = lobe wide + offset_1 c + offset_2 s",
