@@ -83,6 +83,27 @@ def test_what_the_glossary_names_is_there() -> None:
             assert hasattr(importlib.import_module(f"ab_sim.{module}"), attribute), name
 
 
+def test_what_the_walk_through_the_packages_names_is_there() -> None:
+    page = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
+    names = set(re.findall(r"`([a-z_]+(?:\.\w+)+)`", page))
+    for name in names:
+        whole = name if name.startswith("ab_") else f"ab_sim.{name}"
+        assert resolved(whole), name
+    assert len(names) > 30
+
+
+def resolved(name: str) -> bool:
+    """Whether a module, or what is in one, has this name."""
+    parts = name.split(".")
+    for end in range(len(parts), 0, -1):
+        try:
+            found = importlib.import_module(".".join(parts[:end]))
+        except ImportError:
+            continue
+        return all(hasattr(found, part) and (found := getattr(found, part)) for part in parts[end:])
+    return False
+
+
 def modules_by_tail() -> dict[str, list[Path]]:
     """Modules by each end of their dotted names: ``drive.steps`` is also ``steps``."""
     found = defaultdict(list)

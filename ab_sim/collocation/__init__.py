@@ -34,8 +34,8 @@ doubles, one for each node; ``c`` are a scene's constants, ``b`` its branches, a
 motor's loop, the energy balance); ``f`` and ``old`` are R lines: of the deck's coordinates, each
 ball, a motor's spindle, then the rest. ``tables`` and ``numbers`` are the first line and the
 numbers of a set of tables, ``spindle`` and ``spindle_numbers`` those of the one table that a
-motor's spindle takes (any without a motor). ``own`` is ``CollocationCode.linear``, ``weights`` are
-``Method.lines``.
+motor's spindle takes (any without a motor). ``own`` is ``run.CollocationRun.linear``, ``weights``
+``run.CollocationMethod.lines``.
 
     begin(c, b, own, y, f, time)
         at a state y and a local time [s]: f there, R numbers, and the spindle's speed [rad/s]
