@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from ab_sim.dynamics.hanging import place_at_rest
 from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.own_motion import in_modes, length_beside_turns
+from ab_sim.dynamics.registry import IN_SPACE, DeckFromScene, register_deck_model
 from ab_sim.dynamics.system import (
     MASS,
     RACE_HEIGHT,
@@ -317,3 +318,18 @@ def _six(matrix: np.ndarray) -> tuple[float, float, float, float, float, float]:
 def _numbers(vector: np.ndarray) -> tuple[float, float, float]:
     x, y, z = (float(x) for x in vector)
     return x, y, z
+
+
+register_deck_model(
+    IN_SPACE,
+    InSpace,
+    DeckFromScene(
+        make=deck_model_of,
+        start=start_of,
+        yields=yields_of,
+        rates=rates_of,
+        linearised=linearised,
+        own_motion=own_motion,
+        spindle_inertia=spindle_inertia,
+    ),
+)
