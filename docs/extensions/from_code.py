@@ -342,6 +342,13 @@ def node_parameters() -> Iterator[str]:
         yield from _table(["parameter", "default", "meaning"], rows)
 
 
+def topics() -> Iterator[str]:
+    """Every topic of the contract."""
+    from ab_msgs_py.topics import table
+
+    yield from [*table(), ""]
+
+
 def scenes() -> Iterator[str]:
     """Every scene of the package, and how its description begins."""
     from ab_sim.scene_files import find_scene, read_scene_file, scene_names
@@ -373,6 +380,7 @@ MAKERS: dict[str, Callable[[], Iterator[str]]] = {
     "merits": merits,
     "node-parameters": node_parameters,
     "scenes": scenes,
+    "topics": topics,
     "guide": guide,
     "glossary": glossary,
 }
