@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from ab_sim.analysis.merits.own import Own, register_own
+from ab_sim.analysis.merits.registered import Own, register_own
 
 
 def register_merit(

@@ -18,7 +18,7 @@ from ab_sim.bags.contract import NOTE, NUMBER, THINNED, offered
 from ab_sim.bags.messages import encoded, prefilled
 from ab_sim.bags.writer import BagWriter
 from ab_sim.drive.driving_forces import driving_forces
-from ab_sim.drive.shown import CONSTANTS, SHOWN, Shown
+from ab_sim.drive.published import CONSTANTS, SHOWN, Shown
 from ab_sim.drive.trajectory import Trajectory, balls_in
 from ab_sim.errors import RecordingError, SceneError
 from ab_sim.recording import LEFT_OUT, StoredRun
@@ -45,7 +45,7 @@ def export_bag(
     """Write a recording as a bag, some samples at a time; returns how many messages it has.
 
     Times are simulated ones. Every sample is in ``vibration/block``; the state, at ``rate``, on the
-    topics that a drive shows (`ab_sim.drive.shown`), as far as the run has the channels;
+    topics that a drive shows (`ab_sim.drive.published`), as far as the run has the channels;
     commands and the profile controller's state on their topics; what else was noted on ``/rosout``,
     and other scalars on topics of their own, ``recording/NAME``. ``/clock`` goes before them all.
     `import_bag` makes the same recording of it.

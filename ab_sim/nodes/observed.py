@@ -12,7 +12,7 @@ from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import DECK
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.drive.faults.active import ActiveFaults
-from ab_sim.drive.shown import AXES, CONSTANTS, SHOWN, Shown, Template, effort, pose
+from ab_sim.drive.published import AXES, CONSTANTS, SHOWN, Shown, Template, effort, pose
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.urdf import urdf_of
 from ab_sim.nodes.accelerometers import Accelerometers
@@ -20,7 +20,7 @@ from ab_sim.scene import Scene
 
 
 class Observed:
-    """Publishes what a drive shows (`ab_sim.drive.shown`), and the deck's pose as tf too.
+    """Publishes what a drive shows (`ab_sim.drive.published`), and the deck's pose as tf too.
 
     Beside them what is observed, as a URDF, and every sample of its accelerometers.
     A deck in the plane has all of these: it moves along two axes and does not turn. tf is published
