@@ -1,6 +1,7 @@
-"""The topic contract: names, QoS, and typed samples to and from standard ROS messages.
+"""The topic contract: each topic's name, type, QoS, unit, meaning and conversion, declared once.
 
-Nobody else touches message fields. All topic names are relative, so a node's namespace applies;
+Nobody else touches message fields. Only what makes ROS's messages, publishers and services needs
+ROS. All topic names are relative, so a node's namespace applies;
 only ``/clock`` and ``/diagnostics`` are absolute.
 """
 
@@ -9,17 +10,19 @@ from ab_msgs_py.errors import MalformedMessage
 from ab_msgs_py.health import ENDED, Health, Level, Task
 from ab_msgs_py.imu import ImuSample
 from ab_msgs_py.samples import JointSample, PoseSample, VibrationSample, WhirlSample
-from ab_msgs_py.topics import Topic
+from ab_msgs_py.topic import Conversion, Qos, Topic
 
 __all__ = [
     "ENDED",
     "Block",
+    "Conversion",
     "Health",
     "ImuSample",
     "JointSample",
     "Level",
     "MalformedMessage",
     "PoseSample",
+    "Qos",
     "Task",
     "Topic",
     "VibrationSample",

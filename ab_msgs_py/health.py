@@ -2,18 +2,18 @@
 
 import enum
 from dataclasses import dataclass, field
+from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-
-from ab_msgs_py.samples import stamp
+from ab_msgs_py.ros_messages import Fields
+from ab_msgs_py.samples import header, nanoseconds_of
 
 
 class Level(enum.Enum):
-    """How well a node is."""
+    """How well a node is, as DiagnosticStatus says it."""
 
-    OK = DiagnosticStatus.OK
-    WARN = DiagnosticStatus.WARN
-    ERROR = DiagnosticStatus.ERROR
+    OK = 0
+    WARN = 1
+    ERROR = 2
 
 
 class Task(enum.Enum):
@@ -38,29 +38,31 @@ class Health:
     message: str
     values: dict[str, str] = field(default_factory=dict)
     hardware: str = "ab_sim"
+    time: int = 0
+    """Simulated time [ns]."""
 
     @property
     def namespace(self) -> str:
         """The node's namespace."""
         return self.node.rpartition("/")[0] or "/"
 
-    def message_at(self, time: int) -> DiagnosticArray:
-        """As ``/diagnostics``, stamped with a time [ns]."""
-        status = DiagnosticStatus(
-            level=self.level.value,
-            name=f"{self.node}: {self.task.value}",
-            message=self.message,
-            hardware_id=self.hardware,
-            values=[KeyValue(key=key, value=value) for key, value in self.values.items()],
-        )
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = stamp(time)
-        return array
+    def fields(self) -> Fields:
+        """As a DiagnosticArray of this entry."""
+        values = [{"key": key, "value": value} for key, value in self.values.items()]
+        status = {
+            "level": bytes([self.level.value]),
+            "name": f"{self.node}: {self.task.value}",
+            "message": self.message,
+            "hardware_id": self.hardware,
+            "values": values,
+        }
+        return {"header": header(self.time, ""), "status": [status]}
 
     @classmethod
-    def all_of(cls, array: DiagnosticArray) -> list["Health"]:
+    def all_of(cls, array: Any) -> list["Health"]:
         """Every ab_sim entry of a message; other hardware's are left out."""
-        levels = {level.value: level for level in Level}
+        # ROS has it as a byte, files as a number.
+        levels = {each: level for level in Level for each in (level.value, bytes([level.value]))}
         tasks = {task.value: task for task in Task}
         return [
             cls(
@@ -70,6 +72,7 @@ class Health:
                 str(status.message),
                 {str(pair.key): str(pair.value) for pair in status.values},
                 str(status.hardware_id),
+                nanoseconds_of(array.header.stamp),
             )
             for status in array.status
             for node, _, task in [str(status.name).partition(": ")]

@@ -1,13 +1,12 @@
 """An accelerometer's readings as sensor_msgs/Imu."""
 
 from dataclasses import dataclass
+from typing import Any
 
-from sensor_msgs.msg import Imu
+from ab_msgs_py.ros_messages import Fields
+from ab_msgs_py.samples import Triple, axes, header, nanoseconds_of
 
-from ab_msgs_py.prefilled import Prefilled
-from ab_msgs_py.samples import Triple, nanoseconds_of
-
-_FORCE = slice(25, 28)
+FORCE = slice(25, 28)
 """Which of a message's numbers the acceleration is."""
 
 
@@ -27,20 +26,24 @@ class ImuSample:
     """Of each axis' noise [(m/s^2)^2]; 0: not known."""
     frame: str
 
-    def message(self) -> Imu:
+    def fields(self) -> Fields:
         """As Imu."""
-        message = Imu()
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(self.time, 10**9)
-        message.header.frame_id = self.frame
-        force = message.linear_acceleration
-        force.x, force.y, force.z = self.force
-        message.orientation_covariance[0] = message.angular_velocity_covariance[0] = -1.0
-        for axis in range(3):
-            message.linear_acceleration_covariance[4 * axis] = self.variance
-        return message
+        unknown = [-1.0] + [0.0] * 8
+        nothing = axes((0.0, 0.0, 0.0))
+        return {
+            "header": header(self.time, self.frame),
+            "orientation": {**nothing, "w": 1.0},
+            "orientation_covariance": unknown,
+            "angular_velocity": nothing,
+            "angular_velocity_covariance": unknown,
+            "linear_acceleration": axes(self.force),
+            "linear_acceleration_covariance": [
+                self.variance if k % 4 == 0 else 0.0 for k in range(9)
+            ],
+        }
 
     @classmethod
-    def of(cls, message: Imu) -> "ImuSample":
+    def of(cls, message: Any) -> "ImuSample":
         """Out of an Imu."""
         force = message.linear_acceleration
         return cls(
@@ -49,20 +52,3 @@ class ImuSample:
             float(message.linear_acceleration_covariance[0]),
             str(message.header.frame_id),
         )
-
-
-class ImuEncoder:
-    """Makes such messages as bytes: made and published in a fourth of the time of objects.
-
-    Args:
-        frame: of the sensor's axes.
-        variance: as of `ImuSample`.
-    """
-
-    def __init__(self, frame: str, variance: float) -> None:
-        sample = ImuSample(0, (0.0, 0.0, 0.0), variance, frame)
-        self._made = Prefilled(sample.message(), _FORCE)
-
-    def message(self, time: int, force: Triple) -> bytes:
-        """In CDR, for `Publisher.publish`; arguments as of `ImuSample`."""
-        return self._made.at(time, force)

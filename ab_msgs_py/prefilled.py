@@ -5,7 +5,7 @@ the stamp and the numbers stays as it is, these are written over the last ones.
 """
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 _HEAD = b"\x00\x01\x00\x00"
@@ -21,12 +21,19 @@ class Prefilled:
     Args:
         message: says all the rest: texts, and how many numbers there are.
         changing: which of its numbers change, in the order of its fields; default: all.
+        fields_of: names and types of a message's fields; default: as ROS's own messages say them.
 
     Raises:
         ValueError: it has fields of other kinds than numbers of 4 or 8 bytes and texts.
     """
 
-    def __init__(self, message: Any, changing: slice = slice(None)) -> None:
+    def __init__(
+        self,
+        message: Any,
+        changing: slice = slice(None),
+        fields_of: Callable[[Any], Mapping[str, str]] = lambda m: m.get_fields_and_field_types(),
+    ) -> None:
+        self._fields_of = fields_of
         self._bytes = bytearray(_HEAD)
         self._stamps: list[int] = []
         self._numbers: list[int] = []
@@ -68,8 +75,8 @@ class Prefilled:
         elif kind.endswith("]"):
             for each in value:
                 self._write(each, kind[: kind.index("[")])
-        elif hasattr(value, "get_fields_and_field_types"):
-            for name, own in value.get_fields_and_field_types().items():
+        elif "/" in kind or not kind:
+            for name, own in self._fields_of(value).items():
                 self._write(getattr(value, name), own)
         else:
             raise ValueError(f"a field of type {kind} cannot be prefilled")

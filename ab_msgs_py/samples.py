@@ -1,27 +1,13 @@
-"""Typed samples, to and from standard messages. Stamps are integer nanoseconds."""
+"""Typed samples, to and from the fields of standard messages. Stamps are integer nanoseconds."""
 
 import json
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
-
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import (
-    AccelStamped,
-    Point,
-    PointStamped,
-    PoseStamped,
-    Quaternion,
-    TransformStamped,
-    Vector3,
-)
-from rcl_interfaces.msg import Log
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, String
+from typing import Any, NamedTuple
 
 from ab_msgs_py.errors import MalformedMessage
+from ab_msgs_py.ros_messages import Fields
 
 HOUSING = "drive_housing"
 """Frame of inertial axes at the shaft's rest position, x and y across the shaft (REP-103)."""
@@ -43,42 +29,53 @@ def frame_of(namespace: str, name: str) -> str:
     return f"{namespace}/{name}".lstrip("/")
 
 
-def stamp(nanoseconds: int) -> Time:
+def stamp(nanoseconds: int) -> Fields:
     """A stamp out of simulated time [ns]."""
-    return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+    sec, nanosec = divmod(nanoseconds, 10**9)
+    return {"sec": sec, "nanosec": nanosec}
 
 
-def nanoseconds_of(time: Time) -> int:
+def header(time: int, frame: str) -> Fields:
+    """A message's header; time [ns]."""
+    return {"stamp": stamp(time), "frame_id": frame}
+
+
+def axes(vector: Triple) -> Fields:
+    """A point or a vector."""
+    return dict(zip("xyz", vector, strict=True))
+
+
+def nanoseconds_of(time: Any) -> int:
     """Simulated time [ns] of a stamp."""
     return int(time.sec) * 10**9 + int(time.nanosec)
 
 
-def command_message(speed: float) -> Float64:
-    """A command [rad/s]."""
-    return Float64(data=float(speed))
+def number_fields(number: float) -> Fields:
+    """A number alone, such as a command [rad/s]."""
+    return {"data": float(number)}
 
 
-def command_of(message: Float64) -> float:
-    """The speed [rad/s] that a command asks for; whether it may be followed is the drive's say."""
+def number_of(message: Any) -> float:
+    """The number; whether a command may be followed is the drive's say."""
     return float(message.data)
 
 
-def text_message(text: str) -> String:
-    """A latched word, such as the profile controller's state."""
-    return String(data=text)
+def text_fields(text: str) -> Fields:
+    """A text alone, such as the profile controller's state."""
+    return {"data": text}
 
 
-def text_of(message: String) -> str:
-    """The word in a message."""
+def text_of(message: Any) -> str:
+    """The text in a message."""
     return str(message.data)
 
 
-def description_message(description: dict[str, Any]) -> String:
-    """What is being simulated."""
-    return String(data=json.dumps(description))
+def json_fields(value: Any) -> Fields:
+    """What JSON can say, as a text."""
+    return {"data": json.dumps(value)}
 
 
-def description_of(message: String) -> dict[str, Any]:
+def description_of(message: Any) -> dict[str, Any]:
     """What is being simulated.
 
     Raises:
@@ -93,12 +90,7 @@ def description_of(message: String) -> dict[str, Any]:
     return description
 
 
-def faults_message(faults: Iterable[str]) -> String:
-    """Faults in force, each as it is asked for."""
-    return String(data=json.dumps(list(faults)))
-
-
-def faults_of(message: String) -> list[str]:
+def faults_of(message: Any) -> list[str]:
     """Faults in force.
 
     Raises:
@@ -113,16 +105,49 @@ def faults_of(message: String) -> list[str]:
     return faults
 
 
-def clock_message(nanoseconds: int) -> Clock:
-    """Simulated time."""
-    return Clock(clock=stamp(nanoseconds))
+def clock_fields(nanoseconds: int) -> Fields:
+    """Simulated time [ns]."""
+    return {"clock": stamp(nanoseconds)}
 
 
-def event_of(message: Log) -> tuple[int, str, str, str]:
-    """A log entry: stamp [ns], level (DEBUG, INFO, WARN, ERROR, FATAL), node, text."""
-    names = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
-    level = names.get(int(message.level), "INFO")
-    return nanoseconds_of(message.stamp), level, str(message.name), str(message.msg)
+def clock_of(message: Any) -> int:
+    """Simulated time [ns]."""
+    return nanoseconds_of(message.clock)
+
+
+class Event(NamedTuple):
+    """A log entry."""
+
+    time: int
+    """Its stamp [ns]."""
+    level: str
+    """DEBUG, INFO, WARN, ERROR or FATAL."""
+    node: str
+    """Name of the node's logger."""
+    text: str
+
+
+_LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
+_NUMBERS = {"TRACE": 10, "CRITICAL": 50, **{name: number for number, name in _LEVELS.items()}}
+
+
+def event_fields(event: Event) -> Fields:
+    """A log entry; a level that ROS does not have becomes the nearest, or INFO."""
+    return {
+        "stamp": stamp(event.time),
+        "level": _NUMBERS.get(event.level, 20),
+        "name": event.node,
+        "msg": event.text,
+        "file": "",
+        "function": "",
+        "line": 0,
+    }
+
+
+def event_of(message: Any) -> Event:
+    """A log entry."""
+    level = _LEVELS.get(int(message.level), "INFO")
+    return Event(nanoseconds_of(message.stamp), level, str(message.name), str(message.msg))
 
 
 @dataclass(frozen=True)
@@ -145,20 +170,19 @@ class JointSample:
     """The motor's torque [N m]; None where no motor is modelled."""
     frame: str = HOUSING
 
-    def message(self) -> JointState:
+    def fields(self) -> Fields:
         """As JointState; the spindle's effort is NaN where no motor is modelled."""
-        message = JointState()
-        message.header.stamp = stamp(self.time)
-        message.header.frame_id = self.frame
-        message.name = ["spindle", *(f"ball_{i}" for i in range(len(self.ball_angles)))]
-        message.position = [self.spindle_angle, *self.ball_angles]
-        message.velocity = [self.spindle_speed, *self.ball_rates]
         torque = math.nan if self.spindle_torque is None else self.spindle_torque
-        message.effort = [torque, *self.ball_torques]
-        return message
+        return {
+            "header": header(self.time, self.frame),
+            "name": ["spindle", *(f"ball_{i}" for i in range(len(self.ball_angles)))],
+            "position": [self.spindle_angle, *self.ball_angles],
+            "velocity": [self.spindle_speed, *self.ball_rates],
+            "effort": [torque, *self.ball_torques],
+        }
 
     @classmethod
-    def of(cls, message: JointState) -> "JointSample":
+    def of(cls, message: Any) -> "JointSample":
         """Out of a JointState.
 
         Raises:
@@ -192,14 +216,12 @@ class WhirlSample:
     """From the shaft's rest position [m]."""
     frame: str = HOUSING
 
-    def message(self) -> PointStamped:
+    def fields(self) -> Fields:
         """As PointStamped."""
-        message = PointStamped(point=Point(**_axes(self.place)))
-        _head(message, self.time, self.frame)
-        return message
+        return {"header": header(self.time, self.frame), "point": axes(self.place)}
 
     @classmethod
-    def of(cls, message: PointStamped) -> "WhirlSample":
+    def of(cls, message: Any) -> "WhirlSample":
         """Out of a PointStamped."""
         return cls(*_headed(message, _triple(message.point)))
 
@@ -217,16 +239,13 @@ class VibrationSample:
     frame: str = HOUSING
     """Its axes: the housing's, or an accelerometer's own."""
 
-    def message(self) -> AccelStamped:
+    def fields(self) -> Fields:
         """As AccelStamped."""
-        message = AccelStamped()
-        message.accel.linear = Vector3(**_axes(self.linear))
-        message.accel.angular = Vector3(**_axes(self.angular))
-        _head(message, self.time, self.frame)
-        return message
+        accel = {"linear": axes(self.linear), "angular": axes(self.angular)}
+        return {"header": header(self.time, self.frame), "accel": accel}
 
     @classmethod
-    def of(cls, message: AccelStamped) -> "VibrationSample":
+    def of(cls, message: Any) -> "VibrationSample":
         """Out of an AccelStamped."""
         accel = message.accel
         time, linear, frame = _headed(message, _triple(accel.linear))
@@ -245,55 +264,59 @@ class PoseSample:
     """From its axes to those of ``frame``, of unit length."""
     frame: str = HOUSING
 
-    def message(self) -> PoseStamped:
+    def fields(self) -> Fields:
         """As PoseStamped."""
-        message = PoseStamped()
-        message.pose.position = Point(**_axes(self.place))
-        message.pose.orientation = _quaternion(self.turn)
-        _head(message, self.time, self.frame)
-        return message
-
-    def transform(self, child: str) -> TransformStamped:
-        """As the pose of the frame ``child``, for tf."""
-        message = TransformStamped(child_frame_id=child)
-        message.transform.translation = Vector3(**_axes(self.place))
-        message.transform.rotation = _quaternion(self.turn)
-        _head(message, self.time, self.frame)
-        return message
+        pose = {"position": axes(self.place), "orientation": _quaternion(self.turn)}
+        return {"header": header(self.time, self.frame), "pose": pose}
 
     @classmethod
-    def of(cls, message: PoseStamped) -> "PoseSample":
+    def of(cls, message: Any) -> "PoseSample":
         """Out of a PoseStamped."""
         time, place, frame = _headed(message, _triple(message.pose.position))
         return cls(time, place, _turn(message.pose.orientation), frame)
 
-    @classmethod
-    def of_transform(cls, message: TransformStamped) -> "PoseSample":
-        """Out of tf."""
-        transform = message.transform
-        time, place, frame = _headed(message, _triple(transform.translation))
-        return cls(time, place, _turn(transform.rotation), frame)
+
+Frames = Iterable[tuple[str, PoseSample]]
+"""Frames' names, and their poses in other ones."""
 
 
-def _axes(vector: Triple) -> dict[str, float]:
-    return dict(zip("xyz", vector, strict=True))
+def frames_fields(frames: Frames) -> Fields:
+    """As TFMessage."""
+    return {
+        "transforms": [
+            {
+                "header": header(pose.time, pose.frame),
+                "child_frame_id": child,
+                "transform": {
+                    "translation": axes(pose.place),
+                    "rotation": _quaternion(pose.turn),
+                },
+            }
+            for child, pose in frames
+        ]
+    }
+
+
+def frames_of(message: Any) -> list[tuple[str, PoseSample]]:
+    """Out of a TFMessage."""
+    frames = []
+    for each in message.transforms:
+        time, place, frame = _headed(each, _triple(each.transform.translation))
+        pose = PoseSample(time, place, _turn(each.transform.rotation), frame)
+        frames.append((str(each.child_frame_id), pose))
+    return frames
 
 
 def _triple(vector: Any) -> Triple:
     return vector.x, vector.y, vector.z
 
 
-def _quaternion(turn: Turn) -> Quaternion:
-    return Quaternion(**dict(zip("wxyz", turn, strict=True)))
+def _quaternion(turn: Turn) -> Fields:
+    return dict(zip("wxyz", turn, strict=True))
 
 
 def _turn(quaternion: Any) -> Turn:
     return quaternion.w, quaternion.x, quaternion.y, quaternion.z
-
-
-def _head(message: Any, time: int, frame: str) -> None:
-    message.header.stamp = stamp(time)
-    message.header.frame_id = frame
 
 
 def _headed(message: Any, content: Triple) -> tuple[int, Triple, str]:

@@ -1,109 +1,200 @@
-"""Topics of the contract: name, message type and quality of service, each in one place."""
+"""Topics of the contract, each declared once: pages, bags and nodes take it from here."""
 
-import copy
-from collections.abc import Iterable, Iterator
-from typing import Any, NamedTuple
+from functools import lru_cache
 
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import AccelStamped, PointStamped, PoseStamped, TransformStamped
-from rcl_interfaces.msg import Log
-from rclpy.node import Node
-from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.qos_overriding_options import QoSOverridingOptions
-from rclpy.subscription import Subscription
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Float64, Float64MultiArray, String
+import numpy as np
 
-try:
-    from tf2_msgs.msg import TFMessage
-except ImportError:  # PyPI has no wheel of it; a distribution's ROS 2 has it
-    TFMessage = None
+from ab_msgs_py import samples
+from ab_msgs_py.block import Block
+from ab_msgs_py.health import Health
+from ab_msgs_py.imu import ImuSample
+from ab_msgs_py.samples import JointSample, PoseSample, VibrationSample, WhirlSample
+from ab_msgs_py.topic import Conversion, Qos, Topic
 
-# Reliable throughout: a best-effort publisher is invisible to a reliable subscriber.
-_STREAM = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+ALL: list[Topic] = []
+"""Every one that is declared, in that order."""
+
+
+def declare(topic: Topic) -> Topic:
+    """One more of the contract; the same."""
+    ALL.append(topic)
+    return topic
+
+
 # All publishers share a subscription's queue: one that floods it evicts what the others have sent.
 # This is room for 50,000/s while the drive waits for a processor for a tenth of a second. Of a
 # deeper queue Fast DDS fills no more, and then refuses what is new instead of dropping what is old.
-_BURSTS = QoSProfile(depth=5000, reliability=ReliabilityPolicy.RELIABLE)
-# As tf2's own broadcasters.
-_TRANSFORMS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+_BURSTS = Qos(5000)
+_TRANSFORMS = Qos(100)  # as tf2's own broadcasters
 # Blocks for a recorder that is away for some seconds are kept, and a wake-up's samples of a sensor.
-_DEEP = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
-_LATCHED = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+_DEEP = Qos(1000)
+_LATCHED = Qos(1, latched=True)
+_LOG = Qos(1000, latched=True)
+
+_TEXT = Conversion(samples.text_fields, samples.text_of)
+_FRAMES = Conversion(samples.frames_fields, samples.frames_of)
+_EACH_SCENE = "once, and when another scene or disc is loaded"
+
+COMMAND = declare(
+    Topic(
+        "spindle/command",
+        "std_msgs/msg/Float64",
+        Conversion(samples.number_fields, samples.number_of),
+        "spindle speed wanted",
+        "rad/s",
+        source="you, or `profile_controller`",
+        rate="yours; 200 1/s is plenty",
+        qos=_BURSTS,
+    )
 )
-_LOG = QoSProfile(
-    depth=1000,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+JOINT_STATES = declare(
+    Topic(
+        "joint_states",
+        "sensor_msgs/msg/JointState",
+        Conversion(JointSample.fields, JointSample.of),
+        "spindle and balls: angle, rate, torque",
+        "rad, rad/s, N m",
+    )
 )
-
-
-class Topic(NamedTuple):
-    """A topic of the contract."""
-
-    name: str
-    type: Any
-    qos: QoSProfile
-
-    @property
-    def type_name(self) -> str:
-        """Of its messages, as ROS writes it: ``std_msgs/msg/Float64``."""
-        package, kind = self.type.__module__.split(".")[:2]
-        return f"{package}/{kind}/{self.type.__name__}"
-
-    def publisher(self, node: Node) -> Publisher[Any]:
-        """A publisher whose QoS may be overridden by parameters."""
-        return node.create_publisher(
-            self.type,
-            self.name,
-            copy.copy(self.qos),  # rclpy writes the overrides into it
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        )
-
-    def subscription(self, node: Node, callback: Any) -> Subscription[Any]:
-        """A subscription whose QoS may be overridden by parameters."""
-        return node.create_subscription(
-            self.type,
-            self.name,
-            callback,
-            copy.copy(self.qos),  # rclpy writes the overrides into it
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        )
-
-    def bytes_of(self, node: Node, callback: Any) -> Subscription[Any]:
-        """A subscription that hands on each message as it came, in CDR."""
-        return node.create_subscription(self.type, self.name, callback, self.qos, raw=True)
-
-    def publishers(self, node: Node) -> int:
-        """How many publish it, under the name that the topic has for a node."""
-        return node.count_publishers(node.resolve_topic_name(self.name))
-
-
-def arrived(subscription: Subscription[Any], most: int) -> Iterator[tuple[Any, int]]:
-    """Take what has arrived, oldest first and at most so many, without an executor.
-
-    Without a limit there might be no end of it: messages go on arriving.
-
-    Yields:
-        A message, and when the system's clock said that it was received [ns]; 0 where the
-        middleware does not know.
-    """
-    with subscription.handle:
-        for _ in range(most):
-            taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
-            if taken is None:
-                return
-            yield taken[0], int(taken[1]["received_timestamp"])
-
-
-def transforms(each: Iterable[TransformStamped]) -> Any:
-    """A message for tf; only where its type is installed."""
-    return TFMessage(transforms=list(each))
+VIBRATION = declare(
+    Topic(
+        "vibration",
+        "geometry_msgs/msg/AccelStamped",
+        Conversion(VibrationSample.fields, VibrationSample.of),
+        "what accelerometers read, or without any the deck's acceleration",
+        "m/s², rad/s²",
+        rate="`wake_rate`, of each sensor",
+    )
+)
+WHIRL = declare(
+    Topic(
+        "whirl",
+        "geometry_msgs/msg/PointStamped",
+        Conversion(WhirlSample.fields, WhirlSample.of),
+        "the deck's displacement, inertial axes",
+        "m",
+    )
+)
+DECK_POSE = declare(
+    Topic(
+        "deck_pose",
+        "geometry_msgs/msg/PoseStamped",
+        Conversion(PoseSample.fields, PoseSample.of),
+        "where the deck is and how it is turned, inertial axes",
+        "m",
+    )
+)
+TF = declare(
+    Topic(
+        "/tf",
+        "tf2_msgs/msg/TFMessage",  # PyPI has no wheel of it; a distribution's ROS 2 has it
+        _FRAMES,
+        "the deck's frame in the housing's",
+        "m",
+        qos=_TRANSFORMS,
+    )
+)
+TF_STATIC = declare(
+    TF._replace(
+        name="/tf_static",
+        meaning="accelerometers' frames in the deck's",
+        rate=_EACH_SCENE,
+        qos=_LATCHED,
+    )
+)
+BLOCK = declare(
+    Topic(
+        "vibration/block",
+        "std_msgs/msg/Float64MultiArray",
+        Conversion(Block.fields, Block.of),
+        "every integration step since the last block",
+        "SI",
+        rate="`block_rate`",
+        qos=_DEEP,
+    )
+)
+IMU = declare(
+    Topic(
+        "imu/data_raw",
+        "sensor_msgs/msg/Imu",
+        Conversion(ImuSample.fields, ImuSample.of),
+        "every sample of the scene's first accelerometer (REP-145)",
+        "m/s²",
+        rate="the sensor's `sample_rate`",
+        qos=_DEEP,
+    )
+)
+MODEL = declare(
+    Topic(
+        "robot_description",
+        "std_msgs/msg/String",
+        _TEXT,
+        "the drive as a URDF, as robot_state_publisher has it",
+        rate=_EACH_SCENE,
+        qos=_LATCHED,
+    )
+)
+DESCRIPTION = declare(
+    Topic(
+        "drive_description",
+        "std_msgs/msg/String",
+        Conversion(samples.json_fields, samples.description_of),
+        "what is being simulated, as JSON",
+        rate="once, when the drive is ready, and when another scene or disc is loaded",
+        qos=_LATCHED,
+    )
+)
+FAULTS = declare(
+    Topic(
+        "faults",
+        "std_msgs/msg/String",
+        Conversion(samples.json_fields, samples.faults_of),
+        "faults in force, as a JSON list of texts",
+        rate="at each change",
+        qos=_LATCHED,
+    )
+)
+PROFILE_STATUS = declare(
+    Topic(
+        "profile_controller/status",
+        "std_msgs/msg/String",
+        _TEXT,
+        "what the profile does, a word, perhaps more behind a colon",
+        source="`profile_controller`",
+        rate="at each change",
+        qos=_LATCHED,
+    )
+)
+CLOCK = declare(
+    Topic(
+        "/clock",
+        "rosgraph_msgs/msg/Clock",
+        Conversion(samples.clock_fields, samples.clock_of),
+        "simulated time, of which the drive is the authority",
+        "s",
+    )
+)
+DIAGNOSTICS = declare(
+    Topic(
+        "/diagnostics",
+        "diagnostic_msgs/msg/DiagnosticArray",
+        Conversion(Health.fields, Health.all_of),
+        "the node's health",
+        source="each node",
+        rate="1/s, and at once when a publisher of commands comes or goes",
+    )
+)
+EVENTS = declare(
+    Topic(
+        "/rosout",
+        "rcl_interfaces/msg/Log",
+        Conversion(samples.event_fields, samples.event_of),
+        "what the node logs",
+        source="each node",
+        rate="as things happen",
+        qos=_LOG,
+    )
+)
 
 
 def imu_of(sensor: str, first: bool) -> Topic:
@@ -111,57 +202,27 @@ def imu_of(sensor: str, first: bool) -> Topic:
     return IMU if first else IMU._replace(name=f"imu_{sensor}/data_raw")
 
 
-COMMAND = Topic("spindle/command", Float64, _BURSTS)
-"""Commanded spindle speed [rad/s]."""
-JOINT_STATES = Topic("joint_states", JointState, _STREAM)
-"""Spindle and balls: angle, rate, effort."""
-VIBRATION = Topic("vibration", AccelStamped, _STREAM)
-"""What accelerometers on the deck read, each on its axes, or in a scene without any the deck's
-acceleration on inertial ones [m/s^2], and its angular one [rad/s^2]; the message's frame says
-which."""
-WHIRL = Topic("whirl", PointStamped, _STREAM)
-"""Deck displacement, inertial axes [m]."""
-DECK_POSE = Topic("deck_pose", PoseStamped, _STREAM)
-"""Where the deck is and how it is turned, inertial axes [m]."""
-TF = Topic("/tf", TFMessage, _TRANSFORMS)
-TF_STATIC = Topic("/tf_static", TFMessage, _LATCHED)
-"""The deck's frame in the housing's, and those of accelerometers in the deck's; latched. Of a type
-that is None where tf2_msgs is not installed: nobody can publish or hear them there."""
-BLOCK = Topic("vibration/block", Float64MultiArray, _DEEP)
-"""Every integration sample since the last block."""
-IMU = Topic("imu/data_raw", Imu, _DEEP)
-"""Every sample of the scene's first accelerometer (REP-145); see ``imu_of``."""
-MODEL = Topic("robot_description", String, _LATCHED)
-"""The drive as a URDF; latched, as robot_state_publisher does it."""
-DESCRIPTION = Topic("drive_description", String, _LATCHED)
-"""What is being simulated, as JSON; latched."""
-FAULTS = Topic("faults", String, _LATCHED)
-"""Faults that are in force, as a JSON list of texts; latched."""
-PROFILE_STATUS = Topic("profile_controller/status", String, _LATCHED)
-"""State of the profile controller: idle, waiting, running, done, aborting or aborted, perhaps with
-more behind a colon; latched."""
-CLOCK = Topic("/clock", Clock, _STREAM)
-"""Simulated time; the simulator is its authority."""
-DIAGNOSTICS = Topic("/diagnostics", DiagnosticArray, _STREAM)
-"""Health of every node, once a second."""
-EVENTS = Topic("/rosout", Log, _LOG)
-"""What every node logs."""
+def block_bytes(block: Block) -> bytes:
+    """As BLOCK, in CDR for `Publisher.publish`, in a tenth of the time of an object."""
+    return _head(block.channels, len(block.samples)) + block.samples.tobytes()
 
-ALL = (
-    COMMAND,
-    JOINT_STATES,
-    VIBRATION,
-    WHIRL,
-    DECK_POSE,
-    TF,
-    TF_STATIC,
-    BLOCK,
-    IMU,
-    MODEL,
-    DESCRIPTION,
-    FAULTS,
-    PROFILE_STATUS,
-    CLOCK,
-    DIAGNOSTICS,
-    EVENTS,
-)
+
+@lru_cache(maxsize=16)
+def _head(channels: tuple[str, ...], rows: int) -> bytes:
+    """All of a block in CDR but its samples, which come last."""
+    from rclpy.serialization import serialize_message
+
+    samples = np.zeros((rows, len(channels)))
+    whole: bytes = serialize_message(BLOCK.message(Block(channels, samples)))
+    return whole[: len(whole) - samples.nbytes]
+
+
+def table() -> list[str]:
+    """A row for each topic, for the contract's page, in Markdown."""
+    head = "topic", "type", "from", "meaning", "unit", "reliability", "durability", "depth", "rate"
+    rows = [
+        (f"`{topic.name}`", topic.type_name, topic.source, topic.meaning, topic.unit,
+         topic.qos.reliability, topic.qos.durability, str(topic.qos.depth), topic.rate)
+        for topic in ALL
+    ]  # fmt: skip
+    return [f"| {' | '.join(row)} |" for row in (head, ("---",) * len(head), *rows)]

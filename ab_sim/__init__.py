@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.maps import basin, stability_map
+    from ab_sim.api.merits import register_merit
     from ab_sim.api.resting import branches, equilibria, floquet, follow_floquet, modes, recovery
     from ab_sim.api.runs import (
         compare_run,
@@ -69,6 +70,7 @@ __all__ = [
     "open_recording",
     "recovery",
     "register_effect",
+    "register_merit",
     "register_stepper",
     "resolve_accuracy",
     "results",
@@ -85,6 +87,7 @@ _MODULES = {
     "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
     "api.extensions": ("register_effect", "register_stepper"),
     "api.maps": ("basin", "stability_map"),
+    "api.merits": ("register_merit",),
     "api.resting": ("branches", "equilibria", "floquet", "follow_floquet", "modes", "recovery"),
     "api.runs": (
         "compare_run",

@@ -13,11 +13,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from ab_sim.cli.accuracy import measure_with_progress, print_accuracy  # noqa: E402
+from ab_sim.cli.accuracy import accuracy_shown  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.cli.progress import progress_bar  # noqa: E402
 from ab_sim.figures.accuracy_cost import accuracy_figure  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.studies.accuracy_cost import REPEATS  # noqa: E402
+from ab_sim.studies.accuracy_cost import REPEATS, measure  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
 
@@ -25,11 +26,15 @@ SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
 def main() -> None:
     """Measure and write the two files."""
     asked = arguments("What an accuracy costs.", REPEATS).parse_args()
-    cost = measure_with_progress(load_scene(SCENE, CHANGES), asked.repeats)
+    scene = load_scene(SCENE, CHANGES)
+    with progress_bar(scene.name) as tell:
+        cost = measure(scene, asked.repeats, tell)
     report = {"changes": CHANGES, **cost.report()}
     write_json(report, str(asked.out / "accuracy-cost.json"))
     accuracy_figure(cost, asked.out / "accuracy-cost.png")
-    print_accuracy(cost, Console(markup=False))
+    console = Console(markup=False)
+    for each in accuracy_shown(cost):
+        console.print(each)
 
 
 if __name__ == "__main__":

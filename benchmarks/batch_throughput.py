@@ -96,7 +96,7 @@ class Alone:
         """From the start to the end; CPU time [s]."""
         self._drive.reset()
         begin = time.thread_time()
-        self._drive._take(self._drive._way, self._steps, self._samples)
+        self._drive._take(self._drive._step_plan, self._steps, self._samples)
         return time.thread_time() - begin
 
 

@@ -167,7 +167,7 @@ def loop(drive: Drive, seconds: float) -> Callable[[], None]:
     steps = round(seconds / drive.step)
     samples = drive._room_for(steps)
     samples[:] = 0.0
-    return lambda: drive._take(drive._way, steps, samples)
+    return lambda: drive._take(drive._step_plan, steps, samples)
 
 
 def cpu(drive: Drive, run: Callable[[], None], seconds: float) -> float:

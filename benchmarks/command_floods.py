@@ -29,7 +29,7 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.impl.implementation_singleton import rclpy_implementation  # noqa: E402
 
 from ab_msgs_py import Block, Health, topics  # noqa: E402
-from ab_msgs_py.samples import command_message, nanoseconds_of  # noqa: E402
+from ab_msgs_py.samples import nanoseconds_of  # noqa: E402
 
 STEP, WAKE = 1e-3, 4e-3
 """s, of the drive."""
@@ -42,7 +42,7 @@ def flood(rate: float, stop: Event, sent: Any) -> None:
     """Publish bad commands until told to stop."""
     rclpy.init()
     publisher = topics.COMMAND.publisher(rclpy.create_node("flood"))
-    message, begin = command_message(math.nan), time.monotonic()
+    message, begin = topics.COMMAND.message(math.nan), time.monotonic()
     while not stop.is_set():
         due = int((time.monotonic() - begin) * rate) - sent.value if rate else 100
         # Nobody takes so many: then DDS refuses for a while.
@@ -113,7 +113,7 @@ def measure(rate: float, count: int) -> None:
         for k in range(count):
             bench.spin(0.1)
             published[1.0 + k] = time.monotonic()
-            bench.commands.publish(command_message(1.0 + k))
+            bench.commands.publish(topics.COMMAND.message(1.0 + k))
         bench.spin(2.0)
         stop.set()
         other.join()

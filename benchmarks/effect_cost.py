@@ -16,10 +16,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
 
-from ab_sim.cli.cost import cost_table, measure_with_progress  # noqa: E402
+from ab_sim.cli.cost import cost_table  # noqa: E402
+from ab_sim.cli.progress import progress_bar  # noqa: E402
 from ab_sim.figures.effect_cost import cost_figure  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.studies.effect_cost import EffectCost, conditions  # noqa: E402
+from ab_sim.studies.effect_cost import EffectCost, conditions, measure  # noqa: E402
 
 SCENES = ("thesis-hold", "everything")
 
@@ -86,7 +87,10 @@ def main() -> None:
     parser.add_argument("--scenes", nargs="*", default=SCENES, help="which to measure")
     asked = parser.parse_args()
     console = Console(markup=False)
-    costs = [measure_with_progress(load_scene(name), asked.repeats) for name in asked.scenes]
+    costs = []
+    for name in asked.scenes:
+        with progress_bar(name) as tell:
+            costs.append(measure(load_scene(name), asked.repeats, progress=tell))
     for cost in costs:
         console.print(cost_table(cost))
     report = {**conditions(), "scenes": [cost.table() for cost in costs]}

@@ -112,10 +112,12 @@ def further() -> None:
 
 def run(cache: str, *asked: str) -> dict[str, float]:
     """A process of Python, which keeps what it keeps in a folder: what it prints, and all [s]."""
+    # Installed packages have their byte-code; here it is written in the first repeat.
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     began, used = time.perf_counter(), _cpu_of_children()
     done = subprocess.run(
         [sys.executable, *asked],
-        env={**os.environ, "XDG_CACHE_HOME": cache},
+        env=environment | {"XDG_CACHE_HOME": cache},
         stdout=subprocess.PIPE,
         text=True,
         check=True,

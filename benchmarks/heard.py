@@ -5,12 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import rclpy
-from rclpy.qos import QoSProfile
 
-from ab_msgs_py import Block, Health, topics
-from ab_msgs_py.samples import command_of, nanoseconds_of
+from ab_msgs_py import Block, Health, Qos, topics
+from ab_msgs_py.samples import nanoseconds_of
+from ab_msgs_py.topic import arrived
 
-DEEP = QoSProfile(depth=20_000)
+DEEP = Qos(20_000)
 LOOK = 0.005
 """s between two looks at what has come."""
 QUANTILES = 1.0 - np.logspace(0.0, -6.0, 61)
@@ -58,14 +58,14 @@ class Ear:
 
     def _look(self) -> None:
         ahead = time.monotonic_ns() - time.time_ns()
-        for message, received in topics.arrived(self._clock, 10_000):
+        for message, received in arrived(self._clock, 10_000):
             self.clock.append((1e-9 * (received + ahead), nanoseconds_of(message.clock)))
-        for message, received in topics.arrived(self._commands, 10_000):
-            self.commands.append((1e-9 * (received + ahead), command_of(message)))
-        for message, _ in topics.arrived(self._blocks, 10_000):
+        for message, received in arrived(self._commands, 10_000):
+            self.commands.append((1e-9 * (received + ahead), topics.COMMAND.sample(message)))
+        for message, _ in arrived(self._blocks, 10_000):
             block = Block.of(message)
             self.blocks.append(block.samples[:, [0, block.channels.index("command")]])
-        for message, _ in topics.arrived(self._health, 100):
+        for message, _ in arrived(self._health, 100):
             for health in Health.all_of(message):
                 self.values[health.node.lstrip("/")] = health.values
 

@@ -45,7 +45,7 @@ ROOMS = {
         ],
     ),
     "spindle": ("ab_sim/spindle/*.py", ["tests/spindle"]),
-    "merits": ("ab_sim/analysis/merits.py", ["tests/analysis/test_merits.py", DECK]),
+    "merits": ("ab_sim/analysis/merits/watches.py", ["tests/analysis/test_merits.py", DECK]),
     "command_path": ("ab_sim/nodes/command_path.py", ["tests/nodes/test_command_path.py"]),
     "pacing": ("ab_sim/nodes/pacing.py", ["tests/nodes/test_pacing.py"]),
     "inbox": ("ab_sim/nodes/inbox.py", ["tests/nodes/test_inbox.py"]),

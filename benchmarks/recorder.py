@@ -30,7 +30,7 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rerun.chunk import RrdReader  # noqa: E402
 
 from ab_msgs_py import Health, topics  # noqa: E402
-from ab_msgs_py.samples import command_message, nanoseconds_of  # noqa: E402
+from ab_msgs_py.samples import nanoseconds_of  # noqa: E402
 from ab_sim.viewing.program import Program  # noqa: E402
 from ab_sim.viewing.proxy import free_port  # noqa: E402
 
@@ -80,7 +80,7 @@ class Watch:
         while due < end:
             for _ in range(round(COMMANDS * PERIOD)):
                 self._published += 1
-                self._commands.publish(command_message(100.0 + self._published % 7))
+                self._commands.publish(topics.COMMAND.message(100.0 + self._published % 7))
             due += PERIOD
             while (left := due - time.monotonic()) > 0:
                 self._executor.spin_once(timeout_sec=left)

@@ -25,7 +25,6 @@ import rclpy  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 
 from ab_msgs_py import Health, topics  # noqa: E402
-from ab_msgs_py.samples import command_message  # noqa: E402
 
 PERIOD = 0.01
 """s between two bursts of commands."""
@@ -62,7 +61,7 @@ class Watch:
         while due < end:
             for _ in range(round(rate * PERIOD)):
                 self.published += 1
-                self._commands.publish(command_message(100.0 + self.published % 7))
+                self._commands.publish(topics.COMMAND.message(100.0 + self.published % 7))
             due += PERIOD
             while (left := due - time.monotonic()) > 0:
                 self._executor.spin_once(timeout_sec=left)

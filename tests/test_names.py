@@ -6,6 +6,8 @@ import re
 from collections import defaultdict
 from pathlib import Path
 
+from ab_sim.scene import Scene
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "ab_sim"
 GLOSSARY = ROOT / "docs" / "glossary.md"
@@ -79,3 +81,63 @@ def test_what_the_glossary_names_is_there() -> None:
             ).is_file():
                 continue
             assert hasattr(importlib.import_module(f"ab_sim.{module}"), attribute), name
+
+
+def test_what_the_walk_through_the_packages_names_is_there() -> None:
+    page = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
+    names = set(re.findall(r"`([a-z_]+(?:\.\w+)+)`", page))
+    for name in names:
+        whole = name if name.startswith("ab_") else f"ab_sim.{name}"
+        assert resolved(whole), name
+    assert len(names) > 30
+
+
+def resolved(name: str) -> bool:
+    """Whether a module, or what is in one, has this name."""
+    parts = name.split(".")
+    for end in range(len(parts), 0, -1):
+        try:
+            found = importlib.import_module(".".join(parts[:end]))
+        except ImportError:
+            continue
+        return all(hasattr(found, part) and (found := getattr(found, part)) for part in parts[end:])
+    return False
+
+
+def modules_by_tail() -> dict[str, list[Path]]:
+    """Modules by each end of their dotted names: ``drive.steps`` is also ``steps``."""
+    found = defaultdict(list)
+    for path in [*PACKAGE.rglob("*.py"), *(ROOT / "ab_msgs_py").rglob("*.py")]:
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        parts = parts[:-1] if parts[-1] == "__init__" else parts
+        for first in range(len(parts)):
+            found[".".join(parts[first:])].append(path)
+    return found
+
+
+def names_in(path: Path) -> set[str]:
+    """What a module defines or imports, at any depth."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.add(node.name)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            names.update(alias.asname or alias.name for alias in node.names)
+    return names
+
+
+def test_what_docstrings_name_in_a_module_is_there() -> None:
+    """``module.name`` between double back-ticks, but for keys of scenes and files."""
+    modules, keys, missing, seen = modules_by_tail(), set(Scene.model_fields), [], 0
+    for path in PACKAGE.rglob("*.py"):
+        for name in re.findall(r"``([A-Za-z_][\w.]*\.\w+)``", path.read_text(encoding="utf-8")):
+            module, _, last = name.rpartition(".")
+            words = set(name.removeprefix("scene.").split(".")[:1])
+            if name in modules or module not in modules or words & (keys | {"startup"}):
+                continue
+            seen += 1
+            if not any(last in names_in(each) for each in modules[module]):
+                missing.append(f"{path.relative_to(ROOT)}: {name}")
+    assert seen > 40 and missing == []

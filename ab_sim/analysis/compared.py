@@ -4,7 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.merits import Merits
+from ab_sim.analysis.merits.declared import Merits
+from ab_sim.analysis.merits.merit import Merit, reported_merits
 
 
 class Compared(NamedTuple):
@@ -38,10 +39,14 @@ class Comparison(NamedTuple):
 
     def relative_whirl(self, merits: Merits) -> float | None:
         """A run's final whirl in that of the run without balls; None if that is not to be had."""
+        return self.relative(Merits.final_whirl, merits)
+
+    def relative(self, merit: Merit[float], merits: Merits) -> float | None:
+        """A run's merit in that of the run without balls; None if that is not to be had."""
         alone = self.without_balls
-        if not isinstance(alone, Compared) or alone.merits.final_whirl == 0:
+        if not isinstance(alone, Compared) or alone.merits.of(merit) == 0:
             return None
-        return merits.final_whirl / alone.merits.final_whirl
+        return merits.of(merit) / alone.merits.of(merit)
 
     def report(self, merits: Merits, eccentricity: float) -> dict[str, object]:
         """As JSON-able values, to be added to those of the run that has ``merits``."""
@@ -51,10 +56,15 @@ class Comparison(NamedTuple):
         }
         for name, run in runs.items():
             if isinstance(run, Compared):
-                runs[name] = {
-                    **run.merits.report(eccentricity),
-                    "final_whirl_relative_to_no_balls": self.relative_whirl(run.merits),
-                }
+                runs[name] = {**run.merits.report(eccentricity), **self._shares(run.merits)}
             elif run is not None:
                 runs[name] = {"failure": run}
-        return {"final_whirl_relative_to_no_balls": self.relative_whirl(merits), **runs}
+        return {**self._shares(merits), **runs}
+
+    def _shares(self, merits: Merits) -> dict[str, float | None]:
+        """What is given relative to the run without balls, by key."""
+        return {
+            merit.relative.key: self.relative(merit, merits)
+            for merit in reported_merits()
+            if merit.relative is not None
+        }

@@ -53,7 +53,7 @@ class OfflineRun(Presented):
         Parameters
         ----------
         comparison : Comparison, optional
-            What ``ab_sim.compare`` has found, to be drawn beside it.
+            What ``ab_sim.compare_run`` has found, to be drawn beside it.
 
         Returns
         -------

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.drive.orientation import tilt_of
-from ab_sim.dynamics.space_scene import angular_velocity
+from ab_sim.dynamics.deck_models.in_space import angular_velocity
 from ab_sim.errors import InputError
 
 

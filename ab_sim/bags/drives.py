@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ab_msgs_py import Block, Health, Level, Topic, topics
+from ab_msgs_py.samples import Event
 from ab_sim.bags import contract
-from ab_sim.bags.contract import NOTE, NUMBER, TopicKind
-from ab_sim.bags.messages import LEVELS, decoded, nanoseconds_of
+from ab_sim.bags.contract import NOTE, NUMBER, THINNED
+from ab_sim.bags.messages import decoded
 from ab_sim.bags.reader import Message
 from ab_sim.recording import Recording, drawable
-
-_HEALTH = {b"\x00": "INFO", b"\x01": "WARN", b"\x02": "ERROR"}
 
 
 class Ignored:
@@ -42,14 +42,14 @@ class DriveLog(Ignored):
 
     Args:
         namespace: the drive's.
-        kinds: of the messages that will come, by the full names of their topics.
+        kinds: topics of the messages that will come, by their full names.
         out: the first recording's file.
 
     Raises:
         RecordingError: a recording cannot be written. So does `write`.
     """
 
-    def __init__(self, namespace: str, kinds: dict[str, TopicKind], out: Path) -> None:
+    def __init__(self, namespace: str, kinds: dict[str, Topic], out: Path) -> None:
         super().__init__()
         self.files: list[Path] = []
         self.rows = self.missing = 0
@@ -58,19 +58,19 @@ class DriveLog(Ignored):
         self._is_thinned = False  # what the recording is made of
         self._description: dict[str, Any] = {}
         self._time = 0  # newest one heard of [ns]
-        self._levels: dict[str, str] = {}
+        self._levels: dict[str, Level] = {}
         self._left_out = np.empty((0, len(contract.THINNED_CHANNELS)))  # of the next block
         self._pending: list[tuple[Any, ...]] = []  # noted before there were samples
-        self._write = {
-            contract.DESCRIPTION: self._describe,
-            contract.THINNED: self._thinned,
-            contract.BLOCK: self._block,
-            contract.CLOCK: self._clock,
-            contract.COMMAND: self._command,
-            contract.DIAGNOSTICS: self._health,
-            contract.FAULTS: self._faults,
-            contract.PROFILE_STATUS: self._status,
-            contract.EVENTS: self._event,
+        self._write: dict[Topic, Callable[[Any], None]] = {
+            topics.DESCRIPTION: self._describe,
+            THINNED: self._thinned,
+            topics.BLOCK: self._block,
+            topics.CLOCK: self._clock,
+            topics.COMMAND: self._command,
+            topics.DIAGNOSTICS: self._health,
+            topics.FAULTS: self._faults,
+            topics.PROFILE_STATUS: self._status,
+            topics.EVENTS: self._event,
         }
 
     def __enter__(self) -> DriveLog:
@@ -81,26 +81,25 @@ class DriveLog(Ignored):
 
     def write(self, message: Message) -> None:
         """Take the next message."""
-        kind = self._kinds[message.topic]
+        topic = self._kinds[message.topic]
+        if topic not in self._write and topic is not NUMBER:
+            return
         try:
-            if kind is NUMBER:
-                name = message.topic.rpartition("/")[2]
-                self._scalar(name, float(decoded(message.data, kind.type).data))
-            elif kind in self._write:
-                self._write[kind](decoded(message.data, kind.type))
+            sample = topic.sample(decoded(message.data, topic.type_name))
+            if topic is NUMBER:
+                self._scalar(message.topic.rpartition("/")[2], sample)
+            else:
+                self._write[topic](sample)
         except (ValueError, RecursionError) as error:
             self.ignore(message.topic, error)
 
-    def _describe(self, message: Any) -> None:
-        description = json.loads(message.data)
-        if not isinstance(description, dict):
-            raise ValueError("must be a JSON object")
+    def _describe(self, description: dict[str, Any]) -> None:
         if description != self._description:
             self._close()
             self._description = description
 
-    def _thinned(self, message: Any) -> None:
-        channels, told = block_of(message)
+    def _thinned(self, block: Block) -> None:
+        channels, told = checked(block)
         if channels != contract.THINNED_CHANNELS:
             raise ValueError(f"must have the channels {contract.THINNED_CHANNELS}")
         counts, every, around = told[:, 2], told[:, 3], told[:, 4]
@@ -110,8 +109,8 @@ class DriveLog(Ignored):
             raise ValueError("counts must be whole and grow, every at least 1, around 0 or more")
         self._left_out = told
 
-    def _block(self, message: Any) -> None:
-        channels, samples = block_of(message)
+    def _block(self, block: Block) -> None:
+        channels, samples = checked(block)
         if not len(samples):
             return
         described = self._description.get("channels")
@@ -126,44 +125,37 @@ class DriveLog(Ignored):
         self._recording.block(channels, samples, told[:, 2] if thinned else None)
         self._time = max(self._time, round(1e9 * samples[-1, 1]))
 
-    def _clock(self, message: Any) -> None:
-        self._time = nanoseconds_of(message.clock)
+    def _clock(self, time: int) -> None:
+        self._time = time
 
-    def _command(self, message: Any) -> None:
-        self._scalar("commands_received", float(message.data))
+    def _command(self, speed: float) -> None:
+        self._scalar("commands_received", speed)
 
-    def _health(self, message: Any) -> None:
-        for status in message.status:
-            node, _, task = status.name.partition(": ")
-            if task not in contract.TASKS or not self._is_own(node.rpartition("/")[0]):
+    def _health(self, entries: list[Health]) -> None:
+        for health in entries:
+            if not self._is_own(health.namespace):
                 continue
-            values = {pair.key: pair.value for pair in status.values}
-            factor = float(values.get("real-time factor", "nan"))
+            factor = float(health.values.get("real-time factor", "nan"))
             if math.isfinite(factor):
                 self._scalar("real_time_factor", factor)
-            level = _HEALTH.get(bytes([status.level]), "ERROR")
-            if self._levels.get(node, "INFO") != level:
-                self._note(f"{node}: {status.message}", level, "diagnostics")
-            self._levels[node] = level
+            if self._levels.get(health.node, Level.OK) is not health.level:
+                level = "INFO" if health.level is Level.OK else health.level.name
+                self._note(f"{health.node}: {health.message}", level, "diagnostics")
+            self._levels[health.node] = health.level
 
-    def _status(self, message: Any) -> None:
-        self._note(f"profile: {message.data}", "INFO", "profile")
+    def _status(self, status: str) -> None:
+        self._note(f"profile: {status}", "INFO", "profile")
 
-    def _faults(self, message: Any) -> None:
-        told = json.loads(message.data)
-        if not isinstance(told, list):
-            raise ValueError("must be a JSON list")
-        level = "WARN" if told else "INFO"
-        self._note(f"faults: {', '.join(map(str, told)) or 'none'}", level, "faults")
+    def _faults(self, told: list[str]) -> None:
+        self._note(f"faults: {', '.join(told) or 'none'}", "WARN" if told else "INFO", "faults")
 
-    def _event(self, message: Any) -> None:
+    def _event(self, event: Event) -> None:
         noted = contract.logger(self._namespace, NOTE)
-        level = LEVELS.get(int(message.level), "INFO")
-        if message.name.startswith(noted):
-            source = message.name.removeprefix(noted)
-            self._note(message.msg, level, source, nanoseconds_of(message.stamp))
-        elif self._is_own("/" + message.name.rpartition(".")[0].replace(".", "/")):
-            self._note(f"{message.name}: {message.msg}", level, "log")
+        if event.node.startswith(noted):
+            source = event.node.removeprefix(noted)
+            self._note(event.text, event.level, source, event.time)
+        elif self._is_own("/" + event.node.rpartition(".")[0].replace(".", "/")):
+            self._note(f"{event.node}: {event.text}", event.level, "log")
 
     def _is_own(self, namespace: str) -> bool:
         return (namespace or "/") == self._namespace
@@ -207,25 +199,16 @@ class DriveLog(Ignored):
             self._recording = None
 
 
-def block_of(message: Any) -> tuple[tuple[str, ...], np.ndarray]:
+def checked(block: Block) -> tuple[tuple[str, ...], np.ndarray]:
     """Channels and samples of a block.
 
     Raises:
-        ValueError: it is none, or steps and times are not such as `Recording` takes.
+        ValueError: channels and times are not such as `Recording` takes.
     """
-    dims = message.layout.dim
-    if len(dims) != 2 or dims[0].label != "sample":
-        raise ValueError("must have the dimensions sample and channels")
-    channels = tuple(dims[1].label.split(","))
+    channels, samples = block.channels, block.samples
     if channels[:2] != ("step", "time") or len(set(channels)) < len(channels):
         raise ValueError(f"channels must begin with step, time and differ: {channels}")
-    rows = dims[0].size
-    if len(message.data) != rows * len(channels) or dims[1].size != len(channels):
-        raise ValueError(f"{len(message.data)} values for {rows} x {len(channels)} samples")
-    samples = np.asarray(message.data, dtype=np.float64).reshape(rows, len(channels))
-    steps, times = samples[:, 0], samples[:, 1]
-    if not (np.isfinite(samples[:, :2]).all() and (steps == np.rint(steps)).all()):
-        raise ValueError("step must be whole and time finite in every sample")
-    if (np.diff(steps) <= 0).any() or (np.diff(times) < 0).any():
-        raise ValueError("step and time must grow from sample to sample")
+    times = samples[:, 1]
+    if not np.isfinite(times).all() or (np.diff(times) < 0).any():
+        raise ValueError("time must be finite and grow from sample to sample")
     return channels, samples

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from array import array
@@ -11,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.bags import contract
-from ab_sim.bags.contract import TopicKind
+from ab_msgs_py import Topic, VibrationSample, WhirlSample, topics
+from ab_msgs_py.samples import HOUSING, frame_of, nanoseconds_of
 from ab_sim.bags.drives import Ignored
-from ab_sim.bags.messages import HOUSING, decoded, frame_of, nanoseconds_of
+from ab_sim.bags.messages import decoded
 from ab_sim.bags.reader import Bag
 from ab_sim.recording import drawable
 
@@ -54,25 +53,27 @@ class ForeignBag(Ignored):
         kinds: what to read, by full names.
     """
 
-    def __init__(self, bag: Bag, namespace: str, kinds: dict[str, TopicKind]) -> None:
+    def __init__(self, bag: Bag, namespace: str, kinds: dict[str, Topic]) -> None:
         super().__init__()
         self._namespace = namespace
         self._series: dict[str, _Series] = {}
         self._commands = _Series(("command",))
         self._now = 0
         self._own: dict[str, Any] = {}
-        self._read: dict[TopicKind, Callable[[Any], None]] = {
-            contract.COMMAND: self._command,
-            contract.JOINT_STATES: self._joints,
-            contract.VIBRATION: self._vibration,
-            contract.WHIRL: self._whirl,
-            contract.DESCRIPTION: self._describe,
+        self._read: dict[Topic, Callable[[Any], None]] = {
+            topics.COMMAND: self._command,
+            topics.JOINT_STATES: self._joints,
+            topics.VIBRATION: self._vibration,
+            topics.WHIRL: self._whirl,
+            topics.DESCRIPTION: self._describe,
         }
         read = {name: kind for name, kind in kinds.items() if kind in self._read}
         for message in bag.messages(read):
             kind = read[message.topic]
             try:
-                self._read[kind](decoded(message.data, kind.type))
+                said = decoded(message.data, kind.type_name)
+                # Joints may be any: a rig has others than a drive.
+                self._read[kind](said if kind is topics.JOINT_STATES else kind.sample(said))
             except ValueError as error:
                 self.ignore(message.topic, error)
         self.channels: tuple[str, ...] = ("step", "time")
@@ -113,10 +114,10 @@ class ForeignBag(Ignored):
         series.add(stamp, values)
         self._now = stamp
 
-    def _command(self, message: Any) -> None:
+    def _command(self, speed: float) -> None:
         # It has no stamp of its own. Of several at once the last one counts.
         self._commands.stamps.append(self._now)
-        self._commands.flat.append(float(message.data))
+        self._commands.flat.append(speed)
 
     def _joints(self, message: Any) -> None:
         found: dict[str, float] = {}
@@ -140,23 +141,16 @@ class ForeignBag(Ignored):
             raise ValueError("names no joint that has a value")
         self._add("joints", tuple(found), nanoseconds_of(message.header.stamp), [*found.values()])
 
-    def _vibration(self, message: Any) -> None:
-        frame = message.header.frame_id
+    def _vibration(self, sample: VibrationSample) -> None:
+        frame = sample.frame
         names: tuple[str, ...] = ("ax", "ay", "az")
         if frame not in ("", frame_of(self._namespace, HOUSING)):
             sensor = re.sub(r"[^a-z0-9_]", "_", frame.rpartition("/")[2].lower())
             names = tuple(f"{sensor}_{axis}" for axis in (1, 2, 3))
-        linear = message.accel.linear
-        stamp = nanoseconds_of(message.header.stamp)
-        self._add(names[0], names, stamp, [linear.x, linear.y, linear.z])
+        self._add(names[0], names, sample.time, [*sample.linear])
 
-    def _whirl(self, message: Any) -> None:
-        point = message.point
-        stamp = nanoseconds_of(message.header.stamp)
-        self._add("whirl", ("x", "y", "z"), stamp, [point.x, point.y, point.z])
+    def _whirl(self, sample: WhirlSample) -> None:
+        self._add("whirl", ("x", "y", "z"), sample.time, [*sample.place])
 
-    def _describe(self, message: Any) -> None:
-        description = json.loads(message.data)
-        if not isinstance(description, dict):
-            raise ValueError("must be a JSON object")
+    def _describe(self, description: dict[str, Any]) -> None:
         self._own = description

@@ -7,8 +7,10 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
+from ab_msgs_py import Topic, topics
+from ab_msgs_py.topics import BLOCK, CLOCK, DESCRIPTION
 from ab_sim.bags import contract
-from ab_sim.bags.contract import BLOCK, DESCRIPTION, NUMBER, THINNED, TopicKind
+from ab_sim.bags.contract import NUMBER, THINNED
 from ab_sim.bags.drives import DriveLog
 from ab_sim.bags.foreign_bag import ForeignBag
 from ab_sim.bags.reader import Bag
@@ -94,7 +96,7 @@ def choose_namespace(bag: Bag, wanted: str | None) -> str:
     if not there:
         raise RecordingError(
             f"{bag.path} has nothing of a drive: none of "
-            + ", ".join(f"{kind.name} ({kind.type})" for kind in contract.OF_A_DRIVE)
+            + ", ".join(f"{kind.name} ({kind.type_name})" for kind in contract.OF_A_DRIVE)
             + f", in any namespace; it has {_listed(bag)}"
         )
     if wanted is None:
@@ -107,37 +109,37 @@ def choose_namespace(bag: Bag, wanted: str | None) -> str:
 
 
 def _listed(bag: Bag) -> str:
-    topics = [f"{name} ({topic.type})" for name, topic in sorted(bag.topics.items())]
-    return ", ".join(topics[:20] + ["..."] * (len(topics) > 20)) or "no topics at all"
+    there = [f"{name} ({topic.type})" for name, topic in sorted(bag.topics.items())]
+    return ", ".join(there[:20] + ["..."] * (len(there) > 20)) or "no topics at all"
 
 
-def _kinds(bag: Bag, namespace: str) -> dict[str, TopicKind]:
+def _kinds(bag: Bag, namespace: str) -> dict[str, Topic]:
     """What to read, by full names.
 
     Raises:
         RecordingError: something else goes by one of our names.
     """
-    wanted = {kind.within(namespace): kind for kind in contract.KINDS.values()}
+    wanted = {kind.within(namespace): kind for kind in topics.ALL}
     clock = f"{namespace.rstrip('/')}/clock"
     if clock in bag.topics:  # of two drives each has its own
-        del wanted[contract.CLOCK.name]
-        wanted[clock] = contract.CLOCK
+        del wanted[CLOCK.name]
+        wanted[clock] = CLOCK
     numbers = NUMBER.within(namespace)
     for name, topic in bag.topics.items():
         own = name.startswith(numbers) and name.removeprefix(numbers).isidentifier()
-        if own and topic.type == NUMBER.type:
+        if own and topic.type == NUMBER.type_name:
             wanted[name] = NUMBER
     wanted[THINNED.within(namespace)] = THINNED
     found = {name: kind for name, kind in wanted.items() if name in bag.topics}
     for name, kind in found.items():
-        if bag.topics[name].type != kind.type:
+        if bag.topics[name].type != kind.type_name:
             raise RecordingError(
-                f"{bag.path}: {name} is of type {bag.topics[name].type}; expected {kind.type}"
+                f"{bag.path}: {name} is of type {bag.topics[name].type}; expected {kind.type_name}"
             )
     return found
 
 
-def _strange(bag: Bag, namespace: str, kinds: dict[str, TopicKind], out: Path) -> Imported:
+def _strange(bag: Bag, namespace: str, kinds: dict[str, Topic], out: Path) -> Imported:
     """A recording of a bag that has no blocks."""
     table = ForeignBag(bag, namespace, kinds)
     if not len(table.samples):

@@ -1,33 +1,34 @@
-"""Messages of the contract in CDR, out of numbers; those that `ab_msgs_py` and ROS make, too."""
+"""Messages of the contract in CDR without ROS: rosbags' in the place of ROS's own."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
-from ab_sim.bags import contract
-from ab_sim.scene import frames
+from ab_msgs_py import Topic
+from ab_msgs_py.prefilled import Prefilled
 
 TYPES = get_typestore(Stores.ROS2_KILTED)
 """ROS 2's standard messages; those that the contract uses are the same in Jazzy."""
 
-HOUSING, DECK = frames.HOUSING, frames.DECK
-LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
-_NUMBERS = {"TRACE": 10, "CRITICAL": 50, **{name: number for number, name in LEVELS.items()}}
+_SPELLED = {"float64": "double", "float32": "float", "bool": "boolean", "byte": "octet"}
+"""Types of numbers as ROS's own messages name them, where rosbags names them otherwise."""
 
 
-def frame_of(namespace: str, name: str) -> str:
-    """A frame's full name."""
-    return f"{namespace}/{name}".lstrip("/")
+def encoded(topic: Topic, sample: Any) -> bytes:
+    """A sample as the topic's message, in CDR."""
+    message = _made(topic.type_name, topic.conversion.fields(sample))
+    return bytes(TYPES.serialize_cdr(message, topic.type_name))
 
 
-def encoded(type_name: str, **fields: Any) -> bytes:
-    """A message of a type in CDR."""
-    return bytes(TYPES.serialize_cdr(_made(type_name, **fields), type_name))
+def prefilled(topic: Topic, sample: Any) -> Prefilled:
+    """Messages of a topic that are like this sample's but for stamps and numbers."""
+    message = _made(topic.type_name, topic.conversion.fields(sample))
+    return Prefilled(message, fields_of=_fields_of)
 
 
 def decoded(message: bytes, type_name: str) -> Any:
@@ -42,109 +43,32 @@ def decoded(message: bytes, type_name: str) -> Any:
         raise ValueError(f"not a {type_name}: {error}") from error
 
 
-def nanoseconds_of(stamp: Any) -> int:
-    """A stamp in ns."""
-    return int(stamp.sec) * 10**9 + int(stamp.nanosec)
+def _made(type_name: str, fields: Mapping[str, Any]) -> Any:
+    kinds = dict(TYPES.get_msgdef(type_name).fields)
+    return TYPES.types[type_name](**{key: _value(kinds[key], fields[key]) for key in kinds})
 
 
-def description_message(description: Mapping[str, Any]) -> bytes:
-    """As ``drive_description``."""
-    return encoded(contract.DESCRIPTION.type, data=json.dumps(dict(description)))
+def _value(kind: Any, value: Any) -> Any:
+    node, inner = kind
+    if node is Nodetype.NAME:
+        return _made(inner, value)
+    if node is Nodetype.BASE:
+        return value[0] if isinstance(value, bytes) else value  # ROS has a byte as bytes
+    if inner[0][0] is Nodetype.BASE and inner[0][1][0] != "string":
+        return np.asarray(value, dtype=inner[0][1][0])
+    return [_value(inner[0], each) for each in value]
 
 
-def text_message(text: str) -> bytes:
-    """As ``profile_controller/status``."""
-    return encoded(contract.PROFILE_STATUS.type, data=text)
+def _fields_of(message: Any) -> dict[str, str]:
+    """Fields and their types, as ROS's own messages say them."""
+    return {name: _spelled(kind) for name, kind in TYPES.get_msgdef(message.__msgtype__).fields}
 
 
-def number_message(number: float) -> bytes:
-    """As ``spindle/command``."""
-    return encoded(contract.COMMAND.type, data=float(number))
-
-
-def clock_message(time: int) -> bytes:
-    """As ``/clock``; time [ns]."""
-    return encoded(contract.CLOCK.type, clock=_stamp(time))
-
-
-def block_message(channels: Sequence[str], samples: np.ndarray) -> bytes:
-    """As ``vibration/block``; samples of shape (samples, channels)."""
-    rows, columns = samples.shape
-    dimension = "std_msgs/msg/MultiArrayDimension"
-    dims = [
-        _made(dimension, label="sample", size=rows, stride=rows * columns),
-        _made(dimension, label=",".join(channels), size=columns, stride=columns),
-    ]
-    layout = _made("std_msgs/msg/MultiArrayLayout", dim=dims, data_offset=0)
-    return encoded(contract.BLOCK.type, layout=layout, data=np.ascontiguousarray(samples).ravel())
-
-
-def joint_message(
-    time: int,
-    frame: str,
-    angles: np.ndarray,
-    rates: np.ndarray,
-    efforts: np.ndarray,
-) -> bytes:
-    """As ``joint_states``: the spindle's first, then those of the balls."""
-    names = ["spindle", *(f"ball_{ball}" for ball in range(len(angles) - 1))]
-    return encoded(
-        contract.JOINT_STATES.type,
-        header=_header(time, frame),
-        name=names,
-        position=angles,
-        velocity=rates,
-        effort=efforts,
-    )
-
-
-def vibration_message(
-    time: int, frame: str, linear: np.ndarray, angular: np.ndarray | None = None
-) -> bytes:
-    """As ``vibration``; vectors of three."""
-    turning = np.zeros(3) if angular is None else angular
-    accel = _made("geometry_msgs/msg/Accel", linear=_vector(linear), angular=_vector(turning))
-    return encoded(contract.VIBRATION.type, header=_header(time, frame), accel=accel)
-
-
-def whirl_message(time: int, frame: str, place: np.ndarray) -> bytes:
-    """As ``whirl``; a vector of three [m]."""
-    return encoded(contract.WHIRL.type, header=_header(time, frame), point=_vector(place, "Point"))
-
-
-def pose_message(time: int, frame: str, place: np.ndarray, turn: np.ndarray) -> bytes:
-    """As ``deck_pose``; a place [m] and a quaternion, w first."""
-    axes = dict(zip("wxyz", turn.tolist(), strict=True))
-    quaternion = _made("geometry_msgs/msg/Quaternion", **axes)
-    pose = _made("geometry_msgs/msg/Pose", position=_vector(place, "Point"), orientation=quaternion)
-    return encoded(contract.DECK_POSE.type, header=_header(time, frame), pose=pose)
-
-
-def log_message(time: int, level: str, logger: str, text: str) -> bytes:
-    """As an entry of ``/rosout``."""
-    return encoded(
-        contract.EVENTS.type,
-        stamp=_stamp(time),
-        level=_NUMBERS.get(level, 20),
-        name=logger,
-        msg=text,
-        file="",
-        function="",
-        line=0,
-    )
-
-
-def _made(type_name: str, **fields: Any) -> Any:
-    return TYPES.types[type_name](**fields)
-
-
-def _stamp(time: int) -> Any:
-    return _made("builtin_interfaces/msg/Time", sec=time // 10**9, nanosec=time % 10**9)
-
-
-def _header(time: int, frame: str) -> Any:
-    return _made("std_msgs/msg/Header", stamp=_stamp(time), frame_id=frame)
-
-
-def _vector(vector: np.ndarray, kind: str = "Vector3") -> Any:
-    return _made(f"geometry_msgs/msg/{kind}", **dict(zip("xyz", vector.tolist(), strict=True)))
+def _spelled(kind: Any) -> str:
+    node, inner = kind
+    if node is Nodetype.NAME:
+        return str(inner).replace("/msg/", "/")
+    if node is Nodetype.BASE:
+        return _SPELLED.get(inner[0], str(inner[0]))
+    each = _spelled(inner[0])
+    return f"sequence<{each}>" if node is Nodetype.SEQUENCE else f"{each}[{inner[1]}]"

@@ -1,4 +1,4 @@
-"""Merge the ways of eight runs along their speed profiles into one that all can go together."""
+"""Merge the step plans of eight runs into one that all can follow together."""
 
 import bisect
 import itertools
@@ -20,7 +20,7 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
     change nothing.
 
     Args:
-        step_plans: the stretches of each run, over the same steps.
+        step_plans: the step ranges of each run, over the same steps.
         step: s.
 
     Returns:
@@ -84,7 +84,7 @@ def _abreast(
 
 
 def _by_lane(values: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:
-    """From (stretches, lanes, floats) to (stretches, floats, lanes)."""
+    """From (rows, lanes, floats) to (rows, floats, lanes)."""
     table = np.array(values, float).transpose(0, 2, 1)
     assert table.shape[-1] == LANES
     return np.ascontiguousarray(table)

@@ -1,76 +1,63 @@
 """`ab-sim accuracy`."""
 
-from pathlib import Path
+from collections.abc import Iterator
 
-from rich.console import Console
 from rich.table import Table
 
-from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
-from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.errors import InputError
-from ab_sim.scene import Scene, load_scene
-from ab_sim.studies.accuracy_cost import REPEATS, AccuracyCost, SettingCost, measure
+from ab_sim.scene import load_scene
+from ab_sim.studies.accuracy_cost import AccuracyCost, SettingCost, measure
 
 WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
 """Errors for which the cheapest setting is named [rad]."""
 
 
-def accuracy_command(
-    scene_name: str, changes: list[str], repeats: int, json: str | None, plot: Path | None
-) -> None:
-    """Measure, print, and write what was asked for; outputs are tried first."""
+def accuracy_command(scene_name: str, changes: list[str], repeats: int) -> Command:
+    """What an accuracy costs."""
     if repeats < 1:
         raise InputError(f"--repeats {repeats}: must be at least 1")
     scene = load_scene(scene_name, changes)
-    files = check_outputs(json, plot)
-    cost = measure_with_progress(scene, repeats)
-    if json is not None:
-        write_json(cost.report(), json)
-    if plot is not None:
-        from ab_sim.figures.accuracy_cost import accuracy_figure
 
-        accuracy_figure(cost, plot)
-    print_accuracy(cost, console_beside(json))
-    say_written(files)
+    def work(tell: Tell) -> Outcome:
+        cost = measure(scene, repeats, tell)
+        draw = picture("ab_sim.figures.accuracy_cost:accuracy_figure", cost)
+        return Outcome(accuracy_shown(cost), cost.report, draw)
+
+    return Command(work, scene.name)
 
 
-def measure_with_progress(scene: Scene, repeats: int = REPEATS) -> AccuracyCost:
-    """``measure``, which takes minutes, with a bar."""
-    with progress_bar(scene.name) as update:
-        return measure(scene, repeats, update)
-
-
-def print_accuracy(cost: AccuracyCost, console: Console) -> None:
+def accuracy_shown(cost: AccuracyCost) -> Iterator[Table | str]:
     """The tables, then what they rest on and what is not in them."""
-    console.print(accuracy_table(cost))
-    console.print(cheapest_table(cost))
+    yield accuracy_table(cost)
+    yield cheapest_table(cost)
     apart = cost.uncertainty
     unit = cost.unit
-    console.print(f"effects: {', '.join(cost.effects) or 'none'}")
-    console.print(f"reference: {cost.reference}")
+    yield f"effects: {', '.join(cost.effects) or 'none'}"
+    yield f"reference: {cost.reference}"
     shared = ", ".join(cost.reference_shares)
     if cost.independent:
-        console.print(f"it is independent: what it shares with ab_sim's steppers is the {shared}")
+        yield f"it is independent: what it shares with ab_sim's steppers is the {shared}"
     else:
-        console.print(
+        yield (
             f"it is not independent: it shares with what it judges the {shared}; ab_sim's tests "
             "compare those with another simulator"
         )
-    console.print(
+    yield (
         f"its uncertainty: {apart.angle:.1e} rad, {apart.whirl:.1e} {unit}, by which the two "
         "differ at most; of the integration, not of the equations"
     )
-    console.print(f"the scene itself takes {cost.as_scene_says}")
+    yield f"the scene itself takes {cost.as_scene_says}"
     for row in cost.rows:
         if row.failure:
-            console.print(f"unstable: {row.method} at {row.setting}: {row.failure}")
+            yield f"unstable: {row.method} at {row.setting}: {row.failure}"
     reasons: dict[str, list[str]] = {}
     for each in cost.omitted:
         reasons.setdefault(each.reason, []).append(each.method)
     for reason, methods in reasons.items():
-        console.print(f"left out: {', '.join(methods)}: {reason}")
-    for note in cost.notes:
-        console.print(note)
+        yield f"left out: {', '.join(methods)}: {reason}"
+    yield from cost.notes
 
 
 def accuracy_table(cost: AccuracyCost) -> Table:

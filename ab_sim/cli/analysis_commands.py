@@ -40,7 +40,7 @@ def modes(
     """
     from ab_sim.cli.modes import modes_command
 
-    modes_command(scene, change or [], speed, json, plot)
+    modes_command(scene, change or [], speed).run(json, plot)
 
 
 @analysis_commands.command()
@@ -81,7 +81,7 @@ def equilibria(
     """
     from ab_sim.cli.equilibria import equilibria_command
 
-    equilibria_command(scene, change or [], speed, json, plot)
+    equilibria_command(scene, change or [], speed).run(json, plot)
 
 
 @analysis_commands.command()
@@ -175,13 +175,13 @@ def stability(
         raise InputError("--speed: a basin is of the scene's own profile; change that with --set")
     spacing = 8 if coarse is None else coarse
     if axes is not None and each is not None:
-        family_command(scene, change or [], speed, axes, spacing, each, json, plot)
+        family_command(scene, change or [], speed, axes, spacing, each).run(json, plot)
     elif axes is not None:
-        map_command(scene, change or [], speed, axes, spacing, against, json, plot)
+        map_command(scene, change or [], speed, axes, spacing, against).run(json, plot)
     elif basin is not None:
-        basin_command(scene, change or [], basin, limit, json, plot)
+        basin_command(scene, change or [], basin, limit).run(json, plot)
     else:
-        equilibria_command(scene, change or [], speed, json, plot)
+        equilibria_command(scene, change or [], speed).run(json, plot)
 
 
 @analysis_commands.command()
@@ -238,7 +238,7 @@ def floquet(
     """
     from ab_sim.cli.floquet import floquet_command
 
-    floquet_command(scene, change or [], speed, begin, over, json, plot)
+    floquet_command(scene, change or [], speed, begin, over).run(json, plot)
 
 
 @analysis_commands.command()
@@ -273,7 +273,7 @@ def recovery(
     """
     from ab_sim.cli.recovery import recovery_command
 
-    recovery_command(scene, change or [], drags, json, plot)
+    recovery_command(scene, change or [], drags).run(json, plot)
 
 
 @analysis_commands.command()
@@ -298,4 +298,4 @@ def paper(
     if name is None:
         papers_command()
     else:
-        paper_command(name, out, json)
+        paper_command(name, out).run(json)

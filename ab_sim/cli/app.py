@@ -116,7 +116,7 @@ def run(
         changes.append(f"solver.stepper={quoted(stepper)}")
     if step is not None:
         changes.append(f"solver.step={step!r}")
-    run_command(scene, changes, times, json, plot, rrd, every)
+    run_command(scene, changes, times, json is not None, rrd, every).run(json, plot)
 
 
 @app.command()
@@ -215,7 +215,7 @@ def cost(
     """
     from ab_sim.cli.cost import cost_command
 
-    cost_command(scene, change or [], repeats, leave_one_out, json, plot)
+    cost_command(scene, change or [], repeats, leave_one_out).run(json, plot)
 
 
 @app.command()
@@ -238,7 +238,7 @@ def accuracy(
     """
     from ab_sim.cli.accuracy import accuracy_command
 
-    accuracy_command(scene, change or [], repeats, json, plot)
+    accuracy_command(scene, change or [], repeats).run(json, plot)
 
 
 @app.command()

@@ -4,34 +4,28 @@ from pathlib import Path
 
 from rich.table import Table
 
-from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
-from ab_sim.cli.progress import interruptible
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.recording import open_recording
 from ab_sim.reports.compare import ChannelDeviation, RecordingComparison, compare_with
 from ab_sim.scene import load_scene
 
 
-def compare_command(
-    recording: Path, scene_name: str, changes: list[str], json: str | None, plot: Path | None
-) -> None:
-    """Run, measure, print, and write what was asked for; outputs are tried first."""
+def compare_command(recording: Path, scene_name: str, changes: list[str]) -> Command:
+    """How far a scene's run is from a recording whose commands it obeys."""
     scene = load_scene(scene_name, changes)
-    files = check_outputs(json, plot)
-    run = open_recording(recording)
-    with interruptible(f"{scene.name} as {recording.name}", "nothing was written") as tell:
+
+    def work(tell: Tell) -> Outcome:
+        run = open_recording(recording)
         total = run.extent.rows
         found = compare_with(run, scene, lambda done: tell("samples", done, total))
-    if json is not None:
-        write_json({"recording": str(recording), **found.report()}, json)
-    if plot is not None:
-        from ab_sim.reports.compare_picture import compare_picture
+        return Outcome(
+            [compare_table(found, recording.name), *found.notes],
+            lambda: {"recording": str(recording), **found.report()},
+            picture("ab_sim.reports.compare_picture:compare_picture", found, recording.name),
+        )
 
-        compare_picture(found, recording.name, plot)
-    console = console_beside(json)
-    console.print(compare_table(found, recording.name))
-    for note in found.notes:
-        console.print(note)
-    say_written(files)
+    return Command(work, f"{scene.name} as {recording.name}", "nothing was written")
 
 
 def compare_table(found: RecordingComparison, recording: str) -> Table:

@@ -1,44 +1,26 @@
 """`ab-sim cost`."""
 
-from pathlib import Path
-
 from rich.table import Table
 
-from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
-from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.errors import InputError
-from ab_sim.scene import Scene, load_scene
+from ab_sim.scene import load_scene
 from ab_sim.studies.effect_cost import EffectCost, VariantCost, measure
 
 
-def cost_command(
-    scene_name: str,
-    changes: list[str],
-    repeats: int,
-    leave_one_out: bool,
-    json: str | None,
-    plot: Path | None,
-) -> None:
-    """Measure, print, and write what was asked for; outputs are tried first."""
+def cost_command(scene_name: str, changes: list[str], repeats: int, leave_one_out: bool) -> Command:
+    """What each effect of a scene costs."""
     if repeats < 1:
         raise InputError(f"--repeats {repeats}: must be at least 1")
     scene = load_scene(scene_name, changes)
-    files = check_outputs(json, plot)
-    cost = measure_with_progress(scene, repeats, leave_one_out)
-    if json is not None:
-        write_json(cost.report(), json)
-    if plot is not None:
-        from ab_sim.figures.effect_cost import cost_figure
 
-        cost_figure([cost], plot)
-    console_beside(json).print(cost_table(cost))
-    say_written(files)
+    def work(tell: Tell) -> Outcome:
+        cost = measure(scene, repeats, leave_one_out, tell)
+        draw = picture("ab_sim.figures.effect_cost:cost_figure", [cost])
+        return Outcome([cost_table(cost)], cost.report, draw)
 
-
-def measure_with_progress(scene: Scene, repeats: int, leave_one_out: bool = False) -> EffectCost:
-    """``measure``, which takes a while when kernels have to be compiled, with a bar."""
-    with progress_bar(scene.name) as update:
-        return measure(scene, repeats, leave_one_out, update)
+    return Command(work, scene.name)
 
 
 def cost_table(cost: EffectCost) -> Table:

@@ -4,7 +4,6 @@ import math
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any, Literal
 
 from rich.table import Table
@@ -22,8 +21,8 @@ from ab_sim.analysis.equilibria.extremes import ALL
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.api.resting import speeds_of_branches
-from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
-from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, WholeLine, picture
 from ab_sim.cli.speed import check_speed
 from ab_sim.conventions import NOTATION
 from ab_sim.errors import DivergedError, InputError, SceneError
@@ -34,44 +33,43 @@ MOST_PLACES = 6
 """In a line of the table."""
 
 
-def equilibria_command(
-    scene_name: str, changes: list[str], speed: float | None, json: str | None, plot: Path | None
-) -> None:
-    """Find, print, and write what was asked for; outputs are tried first."""
+def equilibria_command(scene_name: str, changes: list[str], speed: float | None) -> Command:
+    """Where the balls can rest, at a speed and over speeds."""
     if speed is not None:
         check_speed(speed)
     scene = load_scene(scene_name, changes)
-    files = check_outputs(json, plot)
-    at = last_speed(scene) if speed is None else speed
-    with progress_bar(f"resting states of {scene.name}") as update:
-        update("at one speed", 0, 1)
+
+    def work(tell: Tell) -> Outcome:
+        at = last_speed(scene) if speed is None else speed
+        tell("at one speed", 0, 1)
         found = equilibria_of(scene, at)
         top = max(abs(at), scene.spindle.max_speed)
-        over_speed = kept_branches(scene, speeds_of_branches(scene, top), update)
+        over_speed = kept_branches(scene, speeds_of_branches(scene, top), tell)
         beside = []
         for k, state in enumerate(found.branches):
-            update(f"beside {state.label}", k, len(found.branches))
+            tell(f"beside {state.label}", k, len(found.branches))
             beside.append(_beside(scene, at, state))
-    if json is not None:
-        report = found.report()
-        branches = [a.report() | b for a, b in zip(found.branches, beside, strict=True)]
-        report |= {"branches": branches, "over_speed": over_speed.report()}
-        report["other_motions"] = _other_motions(scene)
-        write_json({**report, "version": ab_sim.__version__}, json)
-    if plot is not None:
-        from ab_sim.figures.branches import branches_figure
 
-        branches_figure(scene, found, over_speed, plot)
-    console = console_beside(json)
-    console.print(equilibria_table(scene, found))
-    notes = *_notes(found), *_beside_notes(found, beside), *_over_speed(over_speed)
-    for note in notes:
-        console.print(note)
-    if other := _other_motions(scene):
-        console.print(f"{other}; where runs do end says:")
-        # In a line of its own, to be copied.
-        console.print(f"  {_command(scene, scene_name, changes)}", soft_wrap=True)
-    say_written(files)
+        def report() -> dict[str, Any]:
+            branches = [a.report() | b for a, b in zip(found.branches, beside, strict=True)]
+            return found.report() | {
+                "branches": branches,
+                "over_speed": over_speed.report(),
+                "other_motions": _other_motions(scene),
+                "version": ab_sim.__version__,
+            }
+
+        def shown() -> Iterator[Table | str]:
+            yield equilibria_table(scene, found)
+            yield from (*_notes(found), *_beside_notes(found, beside), *_over_speed(over_speed))
+            if other := _other_motions(scene):
+                yield f"{other}; where runs do end says:"
+                yield WholeLine(f"  {_command(scene, scene_name, changes)}")
+
+        drawn = scene, found, over_speed
+        return Outcome(shown(), report, picture("ab_sim.figures.branches:branches_figure", *drawn))
+
+    return Command(work, f"resting states of {scene.name}")
 
 
 def _other_motions(scene: Scene) -> str | None:

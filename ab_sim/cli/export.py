@@ -3,8 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
-from ab_sim.cli.outputs import check_files, people, say_written
-from ab_sim.cli.progress import interruptible
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.output_file import CSV, PARQUET
 from ab_sim.recording import StoredRun, open_recording
@@ -13,25 +13,25 @@ from ab_sim.recording import export as formats
 
 def export_command(
     recording: Path, parquet: Path | None, csv: Path | None, part: formats.Part
-) -> None:
-    """Write what was asked for; outputs are tried first."""
-    written = check_files((parquet, PARQUET, "--parquet"), (csv, CSV, "--csv"))
-    if not written:
+) -> Command:
+    """A recording's samples as tables, which the work writes."""
+    forms = {formats.PARQUET: parquet, formats.CSV: csv}
+    files = {form: file for form, file in forms.items() if file is not None}
+    if not files:
         raise InputError(
             "nothing to write: ask for a file with --parquet or --csv, or for a bag with --mcap"
         )
-    forms = {formats.PARQUET: parquet, formats.CSV: csv}
-    files = {form: file for form, file in forms.items() if file is not None}
-    run = open_recording(recording)
-    part = replace(part, hangs=_hangs(run))
-    part.names(run)
-    with interruptible(f"export {recording.name}", "nothing was written") as tell:
-        total = run.extent.rows
-        rows = formats.export(run, files, part, lambda read: tell("samples", read, total))
-    people.print(f"{rows} samples of {len(part.names(run))} channels")
-    if run.torn:
-        people.print(f"{recording}: {run.torn}")
-    say_written(written)
+
+    def work(tell: Tell) -> Outcome:
+        run = open_recording(recording)
+        whole = replace(part, hangs=_hangs(run))
+        channels, total = len(whole.names(run)), run.extent.rows
+        rows = formats.export(run, files, whole, lambda read: tell("samples", read, total))
+        torn = [f"{recording}: {run.torn}"] if run.torn else []
+        return Outcome([f"{rows} samples of {channels} channels", *torn])
+
+    outputs = (parquet, PARQUET, "--parquet"), (csv, CSV, "--csv")
+    return Command(work, f"export {recording.name}", "nothing was written", outputs, aside=True)
 
 
 def _hangs(run: StoredRun) -> tuple[float, float] | None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -17,8 +17,8 @@ from ab_sim.analysis.floquet import (
     solutions_of,
 )
 from ab_sim.analysis.floquet.follow import Case
-from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
-from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.progress import Tell, progress_bar
+from ab_sim.cli.runner import Command, Draw, Outcome, picture
 from ab_sim.conventions import NOTATION
 from ab_sim.errors import InputError
 from ab_sim.limited_yaml import read_yaml
@@ -32,60 +32,50 @@ MOST = 10_000
 
 
 def floquet_command(
-    scene_name: str,
-    changes: list[str],
-    speed: float | None,
-    start: str,
-    over: str | None,
-    json: str | None,
-    plot: Path | None,
-) -> None:
-    """Find, judge, follow, print, and write what was asked for; outputs are tried first."""
+    scene_name: str, changes: list[str], speed: float | None, start: str, over: str | None
+) -> Command:
+    """Motions that repeat with every turn, followed over a parameter if asked for."""
     scene = load_scene(scene_name, changes)
     sweep = None if over is None else _sweep(scene, over, speed)
     if speed is None and over is not None and over.startswith(SPEED + "="):
         speed = float(sweep[2][-1]) if sweep is not None else None
-    speed = held_speed(scene) if speed is None else speed
-    files = check_outputs(json, plot)
-    found = solutions_of(scene, speed, start)
-    followed = None
-    if sweep is not None:
-        key, case, values = sweep
-        starts = [start] if start else sorted(STARTS, key=lambda name: name != _first(found))
-        with progress_bar("floquet") as update:
-            followed = follow(
-                key, case, values.tolist(), starts, lambda done: update(key, done, len(values))
-            )
-    report = found[0].report() if found else none_found(scene, speed)
-    report["others"] = [other.report() for other in found[1:]]
-    if followed is not None:
-        report["followed"] = followed.report()
-    if json is not None:
-        write_json(report, json)
-    if plot is not None and not _draw(scene, found, followed, plot):
-        files.remove(plot)
-    console = console_beside(json)
-    console.print(solutions_table(scene, speed, found))
-    for note in [*_notes(found), *([] if followed is None else _borders(followed))]:
-        console.print(note)
-    say_written(files)
+    at = held_speed(scene) if speed is None else speed
+
+    def work(_: Tell) -> Outcome:
+        found = solutions_of(scene, at, start)
+        followed = None if sweep is None else _follow(found, start, *sweep)
+
+        def report() -> dict[str, Any]:
+            first = found[0].report() if found else none_found(scene, at)
+            first["others"] = [other.report() for other in found[1:]]
+            return first if followed is None else {**first, "followed": followed.report()}
+
+        def shown() -> Iterator[Table | str]:
+            yield solutions_table(scene, at, found)
+            yield from _notes(found)
+            yield from () if followed is None else _borders(followed)
+
+        return Outcome(shown(), report, _draw(scene, found, followed))
+
+    return Command(work)
 
 
-def _first(found: list[Stability]) -> str:
-    return found[0].found_from if found else ""
+def _follow(
+    found: list[Stability], start: str, key: str, case: Case, values: np.ndarray
+) -> Followed:
+    first = found[0].found_from if found else ""
+    starts = [start] if start else sorted(STARTS, key=lambda name: name != first)
+    with progress_bar("floquet") as tell:
+        return follow(key, case, values.tolist(), starts, lambda done: tell(key, done, len(values)))
 
 
-def _draw(scene: Scene, found: list[Stability], followed: Followed | None, plot: Path) -> bool:
-    """Whether there was anything to draw."""
-    from ab_sim.figures.multipliers import modulus_figure, multipliers_figure
-
+def _draw(scene: Scene, found: list[Stability], followed: Followed | None) -> Draw | None:
+    """None: there is nothing to draw."""
     if followed is not None and any(point.found is not None for point in followed.points):
-        modulus_figure(scene.name, followed, plot)
-    elif followed is None and found:
-        multipliers_figure(found, plot)
-    else:
-        return False
-    return True
+        return picture("ab_sim.figures.multipliers:modulus_figure", scene.name, followed)
+    if followed is None and found:
+        return picture("ab_sim.figures.multipliers:multipliers_figure", found)
+    return None
 
 
 def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.ndarray]:

@@ -19,7 +19,7 @@ from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import SetBool, Trigger
 
-from ab_msgs_py import ENDED, Health, JointSample, MalformedMessage, WhirlSample, topics
+from ab_msgs_py import ENDED, Health, MalformedMessage, topics
 from ab_msgs_py.services import answer_of, switch_request, trigger_request
 from ab_sim import interruption
 from ab_sim.errors import AbSimError, InputError, Interrupted
@@ -216,7 +216,7 @@ class LiveRun:
 
     def _hear_joints(self, message: Any) -> None:
         with contextlib.suppress(MalformedMessage):  # another robot's
-            sample = JointSample.of(message)
+            sample = topics.JOINT_STATES.sample(message)
             self.time, self.speed = sample.time * 1e-9, sample.spindle_speed
             self.ball_angles = sample.ball_angles
             self._heard = time.monotonic()
@@ -225,11 +225,11 @@ class LiveRun:
                 self._wall[0] = self._wall[0] or self._heard - self.elapsed
 
     def _hear_whirl(self, message: Any) -> None:
-        x, y, _ = WhirlSample.of(message).place
+        x, y, _ = topics.WHIRL.sample(message).place
         self.whirl = math.hypot(x, y)
 
     def _hear_health(self, message: Any) -> None:
-        for health in Health.all_of(message):
+        for health in topics.DIAGNOSTICS.sample(message):
             self._health[health.node] = health
 
     def _start_processes(self) -> None:

@@ -1,29 +1,16 @@
 """What a run is judged by, as a table: beside the same run without period, and without balls."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from rich.table import Table
 
 from ab_sim.analysis import Compared, Comparison, Merits
-from ab_sim.analysis.merits import BAND, FLOOR, LAST
+from ab_sim.analysis.merits import BAND, FLOOR, LAST, reported_merits
+from ab_sim.analysis.merits.merit import Merit, Row, WhirlScale
+from ab_sim.analysis.merits.wording import number_text
 from ab_sim.conventions import ANGLES, WHIRL
-from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_text
-from ab_sim.reports.wording import (
-    angles_text,
-    circulating_text,
-    final_text,
-    in_band_text,
-    milli_text,
-    number_text,
-    passage_text,
-    peak_text,
-)
 from ab_sim.scene import Scene
-
-CIRCULATE = (
-    "Balls circulate: they go round the race, steadily, as long as the run lasts, and do not "
-    "balance the rotor; their speed is absolute, in the mean over the last stretch."
-)
 
 
 def merits_table(
@@ -44,40 +31,47 @@ def merits_table(
             columns[head] = beside.merits
         else:
             notes.append(f"{head} it could not run: {beside}")
-    merits = list(columns.values())
-    e = scene.rotor.eccentricity
-    scale, unit, symbol = (1 / e, "e", "W/e") if e > 0 else (1e3, "mm", "W [mm]")
-    balls = scene.balls.count > 0
+    runs_beside = list(columns.values())
+    scale = _scale(scene)
     table = Table(title=title, caption_justify="left")
     table.add_column("", no_wrap=True)
     for head in columns:
         table.add_column(head, overflow="fold")
 
-    table.add_row(f"peak {symbol}", *(peak_text(m, scale) for m in merits))
-    table.add_row(f"final {symbol}", *(final_text(m, scale) for m in merits))
-    if balls:
-        shares = [comparison.relative_whirl(m) for m in merits]
-        table.add_row("... / without balls", *(number_text(share) for share in shares))
-        table.add_row("residual unbalance", *(number_text(m.residual_unbalance) for m in merits))
-        if any(m.residual_couple is not None for m in merits):
-            table.add_row("residual couple", *(number_text(m.residual_couple) for m in merits))
-    if scene.deck is not None:
-        table.add_row("peak tilt [mrad]", *(milli_text(m.peak_tilt) for m in merits))
-        table.add_row("final tilt [mrad]", *(milli_text(m.final_tilt) for m in merits))
-    table.add_row("in the band", *(in_band_text(m, scale, unit) for m in merits))
-    if balls and scene.profile is not None and scene.profile.kind == "start_up":
-        table.add_row("all at -180 deg", *(passage_text(m) for m in merits))
-    if balls:
-        table.add_row("final ball angles", *(angles_text(m) for m in merits))
-    if any(m.circulating for m in merits):
-        table.add_row("balls circulate", *(circulating_text(m) for m in merits))
-        notes.append(CIRCULATE)
-    if any(m.overlaps for m in merits):
-        table.add_row("balls overlap", *(overlaps_text(m.overlaps) for m in merits))
-        notes.append(f"Balls overlap: {WHAT_CHANGES}.")
-    table.add_row("final speed", *(f"{m.final_speed:.4g} rad/s" for m in merits))
+    for merit, row in _rows():
+        cells = [row.text(merits, scale) for merits in runs_beside]
+        if _shown(row, scene, cells):
+            table.add_row(row.head(scale.symbol), *cells)
+            notes += _notes(row, cells)
+        if merit.relative is not None and scene.balls.count:
+            shares = [comparison.relative(merit, merits) for merits in runs_beside]
+            table.add_row(merit.relative.label, *map(number_text, shares))
     table.caption = "\n".join([_caption(scene), *notes])
     return table
+
+
+def _scale(scene: Scene) -> WhirlScale:
+    e = scene.rotor.eccentricity
+    return WhirlScale(1 / e, "e", "W/e") if e > 0 else WhirlScale(1e3, "mm", "W [mm]")
+
+
+def _rows() -> list[tuple[Merit[Any], Row]]:
+    """In the order of the table."""
+    rows = [(merit, merit.row) for merit in reported_merits() if merit.row is not None]
+    return sorted(rows, key=lambda each: each[1].place)
+
+
+def _shown(row: Row, scene: Scene, cells: Sequence[str]) -> bool:
+    if row.applies is not None:
+        return row.applies(scene)
+    return row.says(cells)
+
+
+def _notes(row: Row, cells: Sequence[str]) -> Iterator[str]:
+    if row.note:
+        yield row.note
+    if row.caution and row.says(cells):
+        yield f"{row.caution[0].upper()}{row.caution[1:]}."
 
 
 def _caption(scene: Scene) -> str:

@@ -2,35 +2,27 @@
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 
 from rich.table import Table
 
 from ab_sim.analysis.modes import AVERAGE, ZERO, Mode, NaturalVibration, moving, vibration_of
-from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.cli.speed import check_speed
 from ab_sim.scene import load_scene
 
 
-def modes_command(
-    scene_name: str, changes: list[str], speed: float, json: str | None, plot: Path | None
-) -> None:
-    """Find, print, and write what was asked for; outputs are tried first."""
+def modes_command(scene_name: str, changes: list[str], speed: float) -> Command:
+    """Where the deck vibrates, at a speed and over speeds."""
     check_speed(speed)
     scene = load_scene(scene_name, changes)
-    files = check_outputs(json, plot)
-    found = vibration_of(scene, speed)
-    if json is not None:
-        write_json(found.report(), json)
-    if plot is not None:
-        from ab_sim.figures.campbell import campbell_figure
 
-        campbell_figure(found, plot)
-    console = console_beside(json)
-    console.print(modes_table(found))
-    for note in _notes(found):
-        console.print(note)
-    say_written(files)
+    def work(_: Tell) -> Outcome:
+        found = vibration_of(scene, speed)
+        draw = picture("ab_sim.figures.campbell:campbell_figure", found)
+        return Outcome(_shown(found), found.report, draw)
+
+    return Command(work)
 
 
 def modes_table(found: NaturalVibration) -> Table:
@@ -60,7 +52,8 @@ def _damping(mode: Mode, rounding: float) -> str:
     return "nothing restores it" if mode.damping_ratio is None else f"{mode.damping_ratio:.4f}"
 
 
-def _notes(found: NaturalVibration) -> Iterator[str]:
+def _shown(found: NaturalVibration) -> Iterator[Table | str]:
+    yield modes_table(found)
     about, over_speed = found.linearised, found.over_speed
     yield f"undamped frequencies; {AVERAGE}"
     if not about.stiffness.any():

@@ -1,5 +1,6 @@
 """`ab-sim run`."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -7,11 +8,12 @@ from rich.table import Table
 
 from ab_sim.analysis import OfflineRun, compare, run_scene
 from ab_sim.cli.merits import merits_table
-from ab_sim.cli.outputs import check_outputs, people, say_written, write_json
-from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError, exact
+from ab_sim.output_file import RECORDING
 from ab_sim.scene import load_scene
 
 INTERVALS = 100
@@ -22,20 +24,19 @@ def run_command(
     scene_name: str,
     changes: list[str],
     times: str | None,
-    json: str | None,
-    plot: Path | None,
+    sampled: bool,
     rrd: Path | None,
     every: int,
-) -> None:
-    """Load, run, and write what was asked for; outputs are tried before the run, not after."""
+) -> Command:
+    """A run of a scene; ``sampled``: at evenly spaced times where none are asked for."""
     if every > 1 and rrd is None:
         raise InputError(f"--every {every}: is of a recording; add --rrd FILE")
     scene = load_scene(scene_name, changes)
     wanted = parse_times(times)
-    if not wanted and json is not None:
+    if not wanted and sampled:
         wanted = [i / INTERVALS * scene.duration for i in range(INTERVALS + 1)]
-    files = check_outputs(json, plot, rrd)
-    with progress_bar("run") as tell:
+
+    def work(tell: Tell) -> Outcome:
         tell(f"{scene.name}, compiling; ms simulated", 0, round(1e3 * scene.duration))
 
         def update(drive: Drive, newest: Trajectory) -> None:
@@ -44,27 +45,34 @@ def run_command(
 
         result = run_scene(scene, wanted, update, tell=tell)
         comparison = compare(result, update)
-    eccentricity = result.scene.rotor.eccentricity
-    report = {**result.report(), **comparison.report(result.merits, eccentricity)}
-    if json is not None:
-        write_json(report, json)
-    if plot is not None:
-        from ab_sim.figures.run import run_figure
+        beside = comparison.report(result.merits, result.scene.rotor.eccentricity)
+        report = {**result.report(), **beside}
 
-        run_figure(result.trajectory, result.scene, plot, comparison, result.variable_speed_period)
-    if rrd is not None:
-        from ab_sim.api.runs import save_recording
+        def draw(file: Path) -> None:
+            from ab_sim.figures.run import run_figure
 
-        save_recording(result, rrd, every=every)
-    title = f"{result.scene.name}, {report['duration']:g} s"
-    people.print(merits_table(title, result.scene, {"this run": result.merits}, comparison))
-    people.print(_summary(result, report))
-    if max(wanted, default=0.0) > scene.duration:
-        people.print(
-            f"--times go beyond duration = {exact(scene.duration)} s: the run, and all that is "
-            f"said of it, lasts {report['duration']:g} s"
-        )
-    say_written(files)
+            period = result.variable_speed_period
+            run_figure(result.trajectory, result.scene, file, comparison, period)
+
+        def write() -> None:
+            if rrd is not None:
+                from ab_sim.api.runs import save_recording
+
+                save_recording(result, rrd, every=every)
+
+        def shown() -> Iterator[Table | str]:
+            title = f"{result.scene.name}, {report['duration']:g} s"
+            yield merits_table(title, result.scene, {"this run": result.merits}, comparison)
+            yield _summary(result, report)
+            if max(wanted, default=0.0) > scene.duration:
+                yield (
+                    f"--times go beyond duration = {exact(scene.duration)} s: the run, and all "
+                    f"that is said of it, lasts {report['duration']:g} s"
+                )
+
+        return Outcome(shown(), lambda: report, draw, write)
+
+    return Command(work, "run", outputs=[(rrd, RECORDING, "--rrd")], aside=True)
 
 
 def parse_times(text: str | None) -> list[float]:

@@ -11,9 +11,6 @@ from rich.text import Text
 
 from ab_sim.errors import InputError
 from ab_sim.output_file import (
-    PICTURE,
-    RECORDING,
-    REPORT,
     check_ending,
     check_writable,
     write_whole,
@@ -47,14 +44,6 @@ people = PlainConsole(aside=True)
 """Results may go to standard output; everything that is only for people goes here."""
 
 
-def check_outputs(json_file: str | None, plot: Path | None, rrd: Path | None = None) -> list[Path]:
-    """The files that a command will write, after trying them; ``-`` is standard output."""
-    report = None if json_file in (None, "-") else Path(str(json_file))
-    return check_files(
-        (report, REPORT, "--json"), (plot, PICTURE, "--plot"), (rrd, RECORDING, "--rrd")
-    )
-
-
 def check_files(*outputs: tuple[Path | None, Sequence[str], str]) -> list[Path]:
     """Of files with their endings and options, those that were asked for, after trying them."""
     files: list[Path] = []
@@ -64,11 +53,6 @@ def check_files(*outputs: tuple[Path | None, Sequence[str], str]) -> list[Path]:
             check_writable(path, option)
             files.append(path)
     return files
-
-
-def console_beside(json_file: str | None) -> Console:
-    """Where what is for people goes: aside, where standard output is the report's."""
-    return people if json_file == "-" else PlainConsole()
 
 
 def say_written(files: list[Path]) -> None:

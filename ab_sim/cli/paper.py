@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 import ab_sim
-from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
-from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome
 from ab_sim.errors import InputError
 from ab_sim.output_file import check_can_be_made, check_writable, write_whole
 
@@ -43,32 +44,29 @@ def papers_command() -> None:
     papers = Table("paper", "what it is about")
     for name, about in gallery().PAPERS.items():
         papers.add_row(name, about)
-    console_beside(None).print(papers)
+    PlainConsole().print(papers)
 
 
-def paper_command(name: str, out: Path, json: str | None) -> None:
-    """Compute, draw, print, and write; outputs are tried first."""
+def paper_command(name: str, out: Path) -> Command:
+    """A paper, computed again; the work writes its pictures and its page."""
     papers = gallery()
     papers.check_known(name)
     page = out / f"{name}.md"
-    files = check_outputs(json, None)
-    check_can_be_made(out, "--out")
-    if out.exists():
-        check_writable(page, "--out")
-    with progress_bar(name) as tell:
+
+    def work(tell: Tell) -> Outcome:
+        check_can_be_made(out, "--out")
+        if out.exists():
+            check_writable(page, "--out")
         paper: pages.Paper = papers.regenerate(name, out, tell)
-    try:
-        write_whole(page, paper.markdown().encode())
-    except OSError as error:
-        raise InputError(f"--out {out}: {page} cannot be written: {error.strerror}") from error
-    if json is not None:
-        write_json(paper.report(), json)
-    console = console_beside(json)
-    for section in paper.sections:
-        for each in section.tables:
-            console.print(_table(each))
-    pictures = [out / picture.file for section in paper.sections for picture in section.pictures]
-    say_written([*pictures, page, *files])
+        try:
+            write_whole(page, paper.markdown().encode())
+        except OSError as error:
+            raise InputError(f"--out {out}: {page} cannot be written: {error.strerror}") from error
+        tables = [_table(each) for section in paper.sections for each in section.tables]
+        drawn = [out / picture.file for section in paper.sections for picture in section.pictures]
+        return Outcome(tables, paper.report, written=[*drawn, page])
+
+    return Command(work, name)
 
 
 def _table(each: "pages.Table") -> Table:

@@ -77,7 +77,7 @@ def export(
 
         export_bag_command(recording, mcap, namespace or "/", rate, part)
     if mcap is None or parquet is not None or csv is not None:
-        export_command(recording, parquet, csv, part)
+        export_command(recording, parquet, csv, part).run()
 
 
 @recording_commands.command()
@@ -128,7 +128,7 @@ def compare(
     """
     from ab_sim.cli.compare import compare_command
 
-    compare_command(recording, scene, change or [], json, plot)
+    compare_command(recording, scene, change or []).run(json, plot)
 
 
 @recording_commands.command()
@@ -162,4 +162,4 @@ def report(
     """
     from ab_sim.cli.report import report_command
 
-    report_command(recordings, png, html, json)
+    report_command(recordings, png, html).run(json)

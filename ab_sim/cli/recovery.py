@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 from rich.table import Table
@@ -14,8 +13,8 @@ from ab_sim.analysis.recovery import (
     recovery_over_drag,
 )
 from ab_sim.analysis.recovery.response import LONGEST
-from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
-from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 
@@ -23,28 +22,17 @@ MOST = 1000
 """Drags at once."""
 
 
-def recovery_command(
-    scene_name: str, changes: list[str], drags: str, json: str | None, plot: Path | None
-) -> None:
-    """Run, print, and write what was asked for; outputs are tried first."""
+def recovery_command(scene_name: str, changes: list[str], drags: str) -> Command:
+    """How a scene recovers from its change of speed, over drags."""
     values = drags_of(drags)
     scene = load_scene(scene_name, changes)
-    files = check_outputs(json, plot)
-    with progress_bar(scene.name) as tell:
-        found = recovery_over_drag(scene, values, tell)
-    if json is not None:
-        write_json(found.report(), json)
-    if plot is not None:
-        from ab_sim.figures.recovery import recovery_figure
 
-        recovery_figure(found, plot)
-    console = console_beside(json)
-    console.print(recovery_table(found, found.balls, (found.own, *found.over)))
-    if found.one_ball is not None:
-        console.print(recovery_table(found, 1, found.one_ball))
-    for note in _notes(found):
-        console.print(note)
-    say_written(files)
+    def work(tell: Tell) -> Outcome:
+        found = recovery_over_drag(scene, values, tell)
+        draw = picture("ab_sim.figures.recovery:recovery_figure", found)
+        return Outcome(_shown(found), found.report, draw)
+
+    return Command(work, scene.name)
 
 
 def drags_of(text: str) -> tuple[float, ...]:
@@ -95,7 +83,10 @@ def _text(value: float | None) -> str:
     return "-" if value is None else f"{value:.5f}"
 
 
-def _notes(found: RecoveryOverDrag) -> Iterator[str]:
+def _shown(found: RecoveryOverDrag) -> Iterator[Table | str]:
+    yield recovery_table(found, found.balls, (found.own, *found.over))
+    if found.one_ball is not None:
+        yield recovery_table(found, 1, found.one_ball)
     runs = (found.own, *found.over, *(found.one_ball or ()))
     if found.best_drag is not None and found.composite is not None:
         yield (

@@ -5,10 +5,10 @@ from pathlib import Path
 
 from rich.table import Table
 
-from ab_sim.cli.outputs import check_files, console_beside, say_written, write_json
-from ab_sim.cli.progress import interruptible
+from ab_sim.cli.progress import Tell, interruptible
+from ab_sim.cli.runner import Command, Outcome
 from ab_sim.errors import InputError
-from ab_sim.output_file import PAGE, PNG, REPORT
+from ab_sim.output_file import PAGE, PNG
 from ab_sim.recording import open_recording
 from ab_sim.reports.gather import RunData, gather
 from ab_sim.reports.summary import CAPTION, summary_rows
@@ -17,29 +17,26 @@ MOST_RUNS = 8
 """Side by side; more would be too small to see."""
 
 
-def report_command(
-    recordings: Sequence[Path], png: Path | None, html: Path | None, json: str | None
-) -> None:
-    """Read, print, and write what was asked for; outputs are tried first."""
+def report_command(recordings: Sequence[Path], png: Path | None, html: Path | None) -> Command:
+    """What recorded runs come to."""
     if len(recordings) > MOST_RUNS:
         raise InputError(f"{len(recordings)} recordings: at most {MOST_RUNS} side by side")
-    report = None if json in (None, "-") else Path(str(json))
-    files = check_files((report, REPORT, "--json"), (png, PNG, "--png"), (html, PAGE, "--html"))
-    opened = [open_recording(recording) for recording in recordings]
-    runs = []
-    for run, name in zip(opened, _names(recordings), strict=True):
-        with interruptible(name, "nothing was written") as tell:
-            runs.append(gather(run, name, lambda done, of, tell=tell: tell("samples", done, of)))  # type: ignore[misc]
-    if json is not None:
-        write_json({"runs": [data.report() for data in runs]}, json)
-    if png is not None or html is not None:
-        _draw(runs, png, html)
-    console = console_beside(json)
-    console.print(report_table(runs))
-    for data in runs:
-        for note in data.notes:
-            console.print(f"{data.name}: {note}")
-    say_written(files)
+
+    def work(_: Tell) -> Outcome:
+        opened = [open_recording(recording) for recording in recordings]
+        runs = []
+        for run, name in zip(opened, _names(recordings), strict=True):
+            with interruptible(name, "nothing was written") as tell:
+                runs.append(
+                    gather(run, name, lambda done, of, tell=tell: tell("samples", done, of))  # type: ignore[misc]
+                )
+        return Outcome(
+            [report_table(runs), *(f"{data.name}: {note}" for data in runs for note in data.notes)],
+            lambda: {"runs": [data.report() for data in runs]},
+            write=lambda: _draw(runs, png, html),
+        )
+
+    return Command(work, outputs=[(png, PNG, "--png"), (html, PAGE, "--html")])
 
 
 def report_table(runs: Sequence[RunData]) -> Table:
@@ -64,6 +61,8 @@ def _names(recordings: Sequence[Path]) -> list[str]:
 
 
 def _draw(runs: Sequence[RunData], png: Path | None, html: Path | None) -> None:
+    if png is None and html is None:
+        return
     from ab_sim.reports.grid import grid_of
     from ab_sim.reports.panels import panels_of
 

@@ -1,7 +1,9 @@
 """`ab-sim stability`."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from rich.table import Table
 
@@ -12,11 +14,11 @@ from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
-from ab_sim.cli.outputs import check_outputs, console_beside, say_written, write_json
-from ab_sim.cli.progress import interruptible
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.cli.speed import check_speed
 from ab_sim.errors import InputError
-from ab_sim.scene import Scene, load_scene
+from ab_sim.scene import load_scene
 from ab_sim.studies import basin as basins
 
 OF_WHICH = {
@@ -34,98 +36,70 @@ def map_command(
     axes: str,
     coarse: int,
     against: int | None,
-    json: str | None,
-    plot: Path | None,
-) -> None:
-    """Compute, print and draw a map, or two; outputs are tried first."""
+) -> Command:
+    """A map, or two of different numbers of balls."""
     _check_coarse(coarse)
-    across, up = axes_of(axes)
-    scene = load_scene(scene_name, changes)
-    plane = Plane(scene, _speed(scene, speed), across, up)
-    other = None if against is None else plane_with_balls(plane, against)
-    for each in (plane, other):
-        if each is not None:
-            each.check()
-    files = check_outputs(json, plot)
-    with interruptible(scene.name, KEPT) as tell:
-        found = stability_map(plane, coarse, _processors(), tell)
-        beside = None if other is None else stability_map(other, coarse, _processors(), tell)
-    compared = None if beside is None else Against(found, beside)
-    if json is not None:
-        report = found.report()
-        write_json(report if compared is None else report | {"against": compared.report()}, json)
-    if plot is not None:
-        from ab_sim.figures.stability_map import map_figure
+    plane = _plane(scene_name, changes, speed, axes)
+    planes = [plane] if against is None else [plane, plane_with_balls(plane, against)]
+    for each in planes:
+        each.check()
 
-        map_figure(found, plot, beside)
-    console = console_beside(json)
-    for one in (found, beside):
-        if one is not None:
-            console.print(map_table(one))
-    if compared is not None:
-        console.print(against_table(compared))
-    console.print(
-        f"islands of fewer than {coarse} by {coarse} points may have been missed (--coarse)"
-        if coarse > 1
-        else "every point was computed"
-    )
-    say_written(files)
+    def work(tell: Tell) -> Outcome:
+        maps = [stability_map(each, coarse, _processors(), tell) for each in planes]
+        compared = None if against is None else Against(*maps)
+
+        def report() -> dict[str, Any]:
+            beside = {} if compared is None else {"against": compared.report()}
+            return maps[0].report() | beside
+
+        def shown() -> Iterator[Table | str]:
+            yield from map(map_table, maps)
+            if compared is not None:
+                yield against_table(compared)
+            yield (
+                f"islands of fewer than {coarse} by {coarse} points may have been missed (--coarse)"
+                if coarse > 1
+                else "every point was computed"
+            )
+
+        def draw(file: Path) -> None:
+            from ab_sim.figures.stability_map import map_figure
+
+            map_figure(maps[0], file, *maps[1:])
+
+        return Outcome(shown(), report, draw)
+
+    return Command(work, plane.scene.name, KEPT)
 
 
 def family_command(
-    scene_name: str,
-    changes: list[str],
-    speed: float | None,
-    axes: str,
-    coarse: int,
-    each: str,
-    json: str | None,
-    plot: Path | None,
-) -> None:
-    """Compute, print and draw a map for each value of another key; outputs are tried first."""
+    scene_name: str, changes: list[str], speed: float | None, axes: str, coarse: int, each: str
+) -> Command:
+    """A map for each value of another key."""
     _check_coarse(coarse)
     key, values = values_of(each)
-    across, up = axes_of(axes)
-    scene = load_scene(scene_name, changes)
-    plane = Plane(scene, _speed(scene, speed), across, up)
+    plane = _plane(scene_name, changes, speed, axes)
     members(plane, key, values)
-    files = check_outputs(json, plot)
-    with interruptible(scene.name, KEPT) as tell:
+
+    def work(tell: Tell) -> Outcome:
         found = family(plane, key, values, coarse, _processors(), tell)
-    if json is not None:
-        write_json(found.report(), json)
-    if plot is not None:
-        from ab_sim.figures.stability_map import family_figure
+        draw = picture("ab_sim.figures.stability_map:family_figure", found)
+        return Outcome([family_table(found)], found.report, draw)
 
-        family_figure(found, plot)
-    console = console_beside(json)
-    console.print(family_table(found))
-    say_written(files)
+    return Command(work, plane.scene.name, KEPT)
 
 
-def basin_command(
-    scene_name: str,
-    changes: list[str],
-    count: int,
-    limit: float | None,
-    json: str | None,
-    plot: Path | None,
-) -> None:
-    """Run, print and draw a basin; outputs are tried first."""
+def basin_command(scene_name: str, changes: list[str], count: int, limit: float | None) -> Command:
+    """How runs end, over start angles of two balls."""
     scene = load_scene(scene_name, changes)
-    files = check_outputs(json, plot)
-    with interruptible(scene.name, KEPT) as tell:
+
+    def work(tell: Tell) -> Outcome:
         left = basins.BALANCED_TO if limit is None else limit
         found = basins.basin(scene, count, left, _processors(), tell)
-    if json is not None:
-        write_json(found.report(), json)
-    if plot is not None:
-        from ab_sim.figures.basin_map import basin_figure
+        draw = picture("ab_sim.figures.basin_map:basin_figure", found)
+        return Outcome([basin_table(found)], found.report, draw)
 
-        basin_figure(found, plot)
-    console = console_beside(json)
-    console.print(basin_table(found))
-    say_written(files)
+    return Command(work, scene.name, KEPT)
 
 
 def map_table(found: StabilityMap) -> Table:
@@ -188,9 +162,11 @@ def basin_table(found: basins.Basin) -> Table:
     return table
 
 
-def _speed(scene: Scene, speed: float | None) -> float:
-    """The one that was asked for; or at which the scene's profile ends."""
-    return last_speed(scene) if speed is None else check_speed(speed)
+def _plane(scene_name: str, changes: list[str], speed: float | None, axes: str) -> Plane:
+    """At the speed that was asked for, or at which the scene's profile ends."""
+    across, up = axes_of(axes)
+    scene = load_scene(scene_name, changes)
+    return Plane(scene, last_speed(scene) if speed is None else check_speed(speed), across, up)
 
 
 def _check_coarse(coarse: int) -> None:

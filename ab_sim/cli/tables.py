@@ -13,6 +13,7 @@ from ab_sim.cli.progress import progress_bar
 from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_at_start
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import System
+from ab_sim.equations.planar import Planar
 from ab_sim.errors import SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, find_scene, load_scene
@@ -121,7 +122,9 @@ def _balls(scene: Scene) -> str:
 
 
 def _deck(scene: Scene, system: System) -> Iterator[tuple[str, str]]:
-    """What the deck hangs on, and where."""
+    """What its model is, what it hangs on, and where."""
+    if scene.deck_model is not None:
+        yield "deck model", scene.deck_model
     if scene.deck is not None:
         mounts = len(scene.mounts)
         yield "deck", f"moves and tilts in space, on {mounts} mount{'' if mounts == 1 else 's'}"
@@ -130,8 +133,9 @@ def _deck(scene: Scene, system: System) -> Iterator[tuple[str, str]]:
     if "gravity" not in scene.effects:
         return
     if scene.deck is None:
-        sag = (system.deck_model.sag_x, system.deck_model.sag_y)
-        yield "deck hangs at rest", _named("xy", sag, "m")
+        if isinstance(system.deck_model, Planar):
+            sag = (system.deck_model.sag_x, system.deck_model.sag_y)
+            yield "deck hangs at rest", _named("xy", sag, "m")
         return
     try:
         rest = rest_of(scene)

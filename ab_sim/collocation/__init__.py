@@ -14,14 +14,14 @@ collocation.
     lengths           how long the next step is
     step              one step, solved
     event_fallback    steps in which a law may take another branch: another stepper's
-    drive             along a speed profile: ``advance_by_collocation``, as ``stepping.advance``
+    drive             along a speed profile: as ``stepping.fixed_step.advance``
     coordinates       of the two deck models: formulas
     formulas          one iteration: formulas
     step_formulas     a step's start, its error, states in it: formulas
     emission          the first two as machine code, a lane for each node
     sampling          states in a step, and what is made of them, likewise
     transposed        numbers in lanes written line by line
-    assemble          from a system and its code to a ``run.Collocation``
+    assemble          from a system and its code to a ``run.CollocationMethod``
 
 From ``nodes`` to ``drive``, but for what is said to be for Python, all is in the subset that
 ``ab_sim.compiling`` translates; it depends on no scene, and takes any number of balls and nodes.
@@ -30,11 +30,12 @@ Emitted functions
 -----------------
 What control calls by address. All arguments are pointers to doubles, then doubles. A *line* is N
 doubles, one for each node; ``c`` are a scene's constants, ``b`` its branches, as in
-``events.run.Scene``. R is the number of equations and of what else is integrated (the motor's loop,
-the energy balance); ``f`` and ``old`` are R lines: of the deck's coordinates, each ball, a motor's
-spindle, then the rest. ``tables`` and ``numbers`` are the first line and the numbers of a set of
-tables, ``spindle`` and ``spindle_numbers`` those of the one table that a motor's spindle takes (any
-without a motor). ``own`` is ``Collocation.linear``, ``weights`` are ``Method.lines``.
+``events.run.SceneFunctions``. R is the number of equations and of what else is integrated (the
+motor's loop, the energy balance); ``f`` and ``old`` are R lines: of the deck's coordinates, each
+ball, a motor's spindle, then the rest. ``tables`` and ``numbers`` are the first line and the
+numbers of a set of tables, ``spindle`` and ``spindle_numbers`` those of the one table that a
+motor's spindle takes (any without a motor). ``own`` is ``run.CollocationRun.linear``, ``weights``
+``run.CollocationMethod.lines``.
 
     begin(c, b, own, y, f, time)
         at a state y and a local time [s]: f there, R numbers, and the spindle's speed [rad/s]

@@ -140,7 +140,8 @@ def collocation_of(
     """A Collocation.
 
     Args:
-        run: the Run; its memory has the shape ``code.memory``, its step is the other stepper's.
+        run: the Run; its memory has the shape of the code's ``memory``, its step is the other
+            stepper's.
         system: what moves.
         code: of its kind.
         method: see ``method_of``.

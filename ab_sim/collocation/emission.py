@@ -153,7 +153,7 @@ class CollocationEmission:
         return found
 
     def linear_places(self) -> dict[str, MemorySlot]:
-        """c and k of each table; then what makes coordinates, see ``coordinates.Modes``."""
+        """c and k of each table; then what makes coordinates, see ``coordinates.DeckModes``."""
         found = {}
         for name, (pointer, at, stride) in self._table_of().items():
             at = at if pointer == TABLES else self.tables - 1

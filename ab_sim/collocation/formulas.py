@@ -224,7 +224,7 @@ class Formulas:
             for r in range(2):
                 force = arrow.force[r] - arrow.block[r][2] * prescribed
                 if self.balls is not None:
-                    force = force + total(self._lifted(arrow.reach[r] * path))
+                    force = force + total(self._lifted(arrow.coupling[r] * path))
                 forces.append(force * lightness)
             return [*forces, prescribed]
         return solve_with_balls(arrow, self.model.count, path, prescribed).x
@@ -306,9 +306,9 @@ class Formulas:
 
     def _follow(self, arrow: Arrow, a: Vector, driven: bool) -> Number:
         """Path accelerations of the balls, all others being given."""
-        friction, rows, pull = self.model.friction(), list(arrow.reach), arrow.pull
+        friction, rows, pull = self.model.friction(), list(arrow.coupling), arrow.path_force
         if friction is not None:
-            pairs = zip(rows, arrow.press, strict=True)
+            pairs = zip(rows, arrow.normal_coupling, strict=True)
             rows = [reach - friction * press for reach, press in pairs]
             pull = pull - friction * arrow.load
         if not driven:

@@ -67,7 +67,7 @@ def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapsh
 
     def moved(kept: Snapshot) -> Snapshot:
         state, discrete_state = kept.state.copy(), kept.discrete_state.copy()
-        if type(system.deck_model).WAYS == 2:
+        if type(system.deck_model).AXES == 2:
             c, s = math.cos(further), math.sin(further)
             deck_model = state[layout.deck].reshape(-1, 2)
             state[layout.deck] = (deck_model @ np.array([[c, -s], [s, c]])).ravel()

@@ -55,8 +55,9 @@ class DrivenBalls(NamedTuple):
         Positive is the thesis' forward: the way to -180 deg, of *falling* theta. As a force along
         the race in the direction of growing theta it is -f_d,i.
 
-        f_d,i = m psi_i'^2 (W sin gamma_i - mu (R - W cos gamma_i)) with gamma_i = pi - phi -
-        theta_i (thesis (2-15), (2-16)), *signed*: the print has abs(sin gamma), but its figures'
+        f_d,i = m psi_i'^2 (W sin gamma_i - mu (R - W cos gamma_i)) with gamma_i = pi + phi -
+        theta_i (thesis (2-15), (2-16), whose phi is the lag, -phi here), *signed*: the print has
+        abs(sin gamma), but its figures'
         values are the signed form's first forward peak.
 
         Args:

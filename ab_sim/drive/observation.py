@@ -61,7 +61,7 @@ class Observation:
 
     @property
     def tilt(self) -> np.ndarray:
-        """The deck's angles alpha, beta, gamma [rad], shape (3,); see ``turns.tilt_of``."""
+        """The deck's angles alpha, beta, gamma [rad], shape (3,); see ``orientation.tilt_of``."""
         return tilt_of(self.turn)
 
     @property

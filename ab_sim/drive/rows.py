@@ -18,7 +18,7 @@ from ab_sim.stepping.fixed_step import DECK, STEP
 def channels_of(scene: Scene, system: System) -> tuple[str, ...]:
     """Names of a scene's channels."""
     kind, balls = type(system.deck_model), scene.balls.count
-    sensors = [f"{name}_{axis + 1}" for name in scene.sensors for axis in range(kind.WAYS)]
+    sensors = [f"{name}_{axis + 1}" for name in scene.sensors for axis in range(kind.AXES)]
     return channels_for(kind.CHANNELS, balls, has_motor(system.effects), sensors)
 
 
@@ -36,7 +36,7 @@ class RowReader:
         masses = tuple(system.balls[:, MASS].tolist())
         self._driven = DrivenBalls.of(scene)._replace(masses=masses)
         self._deck_model, self._layout = system.deck_model, layout_of(system)
-        self._motor, self._ways = bool(has_motor(system.effects)), type(system.deck_model).WAYS
+        self._motor, self._ways = bool(has_motor(system.effects)), type(system.deck_model).AXES
         self.pickups = {
             name: Pickup(sensor, self._step, self._ways) for name, sensor in scene.sensors.items()
         }
@@ -57,7 +57,7 @@ class RowReader:
 
         Args:
             samples: shape (steps, channels), with sensors one after the other, but for the
-                readings: see ``integrate.samples``. They are written, and become the trajectory's.
+                readings: see ``fixed_step.record``. They are written, and become the trajectory's.
         """
         if self.pickups and len(samples):
             first = int(samples[0, STEP])
@@ -120,5 +120,5 @@ class RowReader:
     def _felt(self, name: str, shown: np.ndarray) -> np.ndarray:
         """Specific force where a sensor is, on the deck's axes [m/s^2], shape (samples, ways)."""
         point = np.array(self._scene.sensors[name].position)
-        force: np.ndarray = self._deck_model.felt(self._system.effects, shown, point)
+        force: np.ndarray = self._deck_model.specific_force(self._system.effects, shown, point)
         return force

@@ -12,27 +12,27 @@ from ab_sim.spindle import Ramp, ScheduledSegment, SpeedSchedule
 from ab_sim.spindle.schedule import Segment
 from ab_sim.spindle.step_ranges import StepGrid, StepRange, step_ranges
 
-KernelOf = Callable[[type[Segment]], Callable[..., int]]
+DriverOf = Callable[[type[Segment]], Callable[..., int]]
 FOREVER = 2**52
 """Steps after which nobody asks any more; their numbers are exact as floats."""
 
 
 class StepPlanPart(NamedTuple):
-    """Step ranges along segments of one kind: what one call of the kernel can take."""
+    """Step ranges along segments of one kind: what one call of the driver can take."""
 
     kind: type
     """Of the segments."""
     table: np.ndarray
-    """A line for each stretch, columns as of ``stepping.fixed_step.FIRST``."""
+    """A line for each step range, columns as of ``stepping.fixed_step.FIRST``."""
     first: int
-    """Stretches of the way before it."""
+    """Step ranges of the plan before it."""
 
 
 class StepPlan:
     """Made once for all steps ahead, so that a call has nothing to find out but where it begins.
 
     Args:
-        ahead: the stretches, at least one, whole steps with all their parts.
+        ahead: the step ranges, at least one, whole steps with all their parts.
     """
 
     def __init__(self, ahead: Iterable[StepRange]) -> None:
@@ -40,14 +40,16 @@ class StepPlan:
         self.begin = taken[0].first
         """Steps taken before it."""
         self._firsts = [step_range.first for step_range in taken]
-        self._legs: list[StepPlanPart] = []
+        self._parts: list[StepPlanPart] = []
         lines = [_line(*pair) for pair in pairwise([*taken, _END])]
         alike = groupby(
             zip(taken, lines, strict=True), lambda pair: type(pair[0].scheduled.segment)
         )
         for kind, pairs in alike:
             table = np.array([line for _, line in pairs], float)
-            self._legs.append(StepPlanPart(kind, table, sum(len(leg.table) for leg in self._legs)))
+            self._parts.append(
+                StepPlanPart(kind, table, sum(len(part.table) for part in self._parts))
+            )
 
     @classmethod
     def along(cls, profile: SpeedSchedule, grid: StepGrid, first: int) -> "StepPlan":
@@ -57,29 +59,29 @@ class StepPlan:
     @property
     def kinds(self) -> set[type[Segment]]:
         """Of its segments: there is a kernel for each."""
-        return {leg.kind for leg in self._legs}
+        return {part.kind for part in self._parts}
 
     def after(self, steps: int) -> Iterator[tuple[StepPlanPart, int]]:
-        """The legs after so many steps, and at which of its stretches each is begun."""
+        """The parts after so many steps, and at which of its step ranges each is begun."""
         at = bisect_left(self._firsts, steps)
         if at == len(self._firsts) or self._firsts[at] != steps:
             at -= 1
-        for leg in self._legs:
-            if at < leg.first + len(leg.table):
-                yield leg, max(at - leg.first, 0)
+        for part in self._parts:
+            if at < part.first + len(part.table):
+                yield part, max(at - part.first, 0)
 
     def walk(
-        self, kernel: KernelOf, first: int, steps: int, command: float, samples: np.ndarray
+        self, driver: DriverOf, first: int, steps: int, command: float, samples: np.ndarray
     ) -> int:
         """Take steps after so many; arguments and what is returned as of ``fixed_step.advance``.
 
         Args:
-            kernel: the ``fixed_step.stepping`` for segments of a kind.
+            driver: the ``drive.steps.Steps.along`` for segments of a kind.
         """
         done = 0
-        for leg, at in self.after(first):
+        for part, at in self.after(first):
             left = steps - done
-            taken = kernel(leg.kind)(leg.table, at, first + done, left, command, samples[done:])
+            taken = driver(part.kind)(part.table, at, first + done, left, command, samples[done:])
             if taken < 0:
                 return taken - done
             done += taken
@@ -89,7 +91,7 @@ class StepPlan:
 
 
 _END = StepRange(ScheduledSegment(0.0, 0.0, 0.0, Ramp(0.0, 0.0)), -1, 0, 0.0, 0.0)
-"""Behind the last stretch."""
+"""Behind the last step range."""
 
 
 def _line(step_range: StepRange, next_: StepRange) -> list[float]:

@@ -1,10 +1,8 @@
 """From a scene to the system that a kernel runs, its start, and its fastest decay rate."""
 
-from typing import Any
-
 import numpy as np
 
-from ab_sim.dynamics import planar_scene, space_scene
+from ab_sim.dynamics import registry
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.own_motion import DAMPINGS
@@ -25,10 +23,8 @@ from ab_sim.dynamics.system import (
     has_spin,
     rotor_moment,
 )
-from ab_sim.equations.in_space import InSpace
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.neighbours import contacts_of, reduced, start_angles, start_gaps
-from ab_sim.equations.planar import Planar
 from ab_sim.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import ScheduledSegment
@@ -42,7 +38,7 @@ def system_of(scene: Scene, energy_balance: bool = False) -> System:
         energy_balance: whether motor work and losses are integrated along with the motion.
     """
     effects = tuple(scene.effects.values())
-    deck_model = _of(scene).deck_model_of(scene, effects)
+    deck_model = registry.of_scene(scene).make(scene, effects)
     balls = _balls(scene, effects)
     return System(deck_model, balls, contacts_of(scene), effects, energy_balance)
 
@@ -64,7 +60,7 @@ def start_state(scene: Scene, system: System) -> np.ndarray:
     """The state at t = 0."""
     layout = layout_of(system)
     state = np.zeros(layout.size)
-    state[layout.deck] = _of(scene).start_of(scene, system)
+    state[layout.deck] = registry.of_scene(scene).start(scene, system)
     if scene.start.ball_rates is not None:
         state[layout.rates] = scene.start.ball_rates
     state[layout.angles] = [reduced(angle)[0] for angle in start_angles(scene)]
@@ -109,7 +105,7 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
             faster.
     """
     effects = system.effects
-    own = _SCENES[type(system.deck_model)].rates_of(system, top_speed)
+    own = registry.of_system(system).rates(system, top_speed)
     rates = {DRAG: complex(-drag_rate(system)), **own}
     if has_motor(effects):
         moment = rotor_moment(effects)
@@ -140,7 +136,7 @@ def drag_rate(system: System) -> float:
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
     drag = [over_effects(system.effects, "ball_drag", 0.0, ball) for ball in balls]
     fastest = 0.0
-    for yields in _SCENES[type(system.deck_model)].yields_of(system):
+    for yields in registry.of_system(system).yields(system):
         coupled = np.diag(inertia) - masses[:, None] * masses * yields
         decays = np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag)))
         fastest = max(fastest, float(decays.real.max()))
@@ -151,19 +147,18 @@ def linearised(system: System) -> Linearised:
     """Small motions of the deck about where it hangs at rest.
 
     Raises:
-        SceneError: there is no such place.
+        SceneError: there is no such place, or the deck model does not say.
     """
-    found: Linearised = _SCENES[type(system.deck_model)].linearised(system)
-    return found
+    return registry.of_system(system).linearised(system)
 
 
 def own_motion(system: System) -> np.ndarray:
     """What of the motion of what carries the balls is linear, see ``dynamics.own_motion``."""
-    kind = _SCENES[type(system.deck_model)]
-    found: np.ndarray = kind.own_motion(system)
+    known = registry.of_system(system)
+    found = known.own_motion(system)
     if has_motor(system.effects):
         column = type(system.deck_model).COORDINATES
-        found[DAMPINGS, column] = _motor_damping(system) / kind.spindle_inertia(system)
+        found[DAMPINGS, column] = _motor_damping(system) / known.spindle_inertia(system)
     return found
 
 
@@ -172,14 +167,6 @@ def _motor_damping(system: System) -> float:
     effects = system.effects
     asked = over_effects(effects, "loop_torque", 0.0, 1.0, 0.0)
     return float(asked + over_effects(effects, "back_torque", 0.0, 1.0))
-
-
-_SCENES: dict[type, Any] = {Planar: planar_scene, InSpace: space_scene}
-
-
-def _of(scene: Scene) -> Any:
-    """What makes the deck model of a scene."""
-    return planar_scene if scene.deck is None else space_scene
 
 
 def place_on(scheduled: ScheduledSegment) -> ActiveSegment:

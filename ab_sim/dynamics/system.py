@@ -31,7 +31,7 @@ _COLUMNS = (
     *(MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER),
     *(RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT),
 )
-"""Columns of System.balls, in the order of ``equations.race.Balls``."""
+"""Columns of System.balls, in the order of ``equations.race.BallConstants``."""
 
 
 class System(NamedTuple):

@@ -1,11 +1,12 @@
 """The equations of motion, solved: docs/equations.md, 2.
 
-What carries the balls has K accelerations x, the last of which is the spindle's. With the balls
-held on the race its equations are B x = f, B symmetric. A ball's path acceleration g obeys
+The deck and the spindle have K accelerations x, the last of which is the spindle's. As if the
+balls were fixed to the race, their equations are B x = F, B symmetric. A ball's path acceleration
+g = s'' obeys
 
-    mu g = pull + reach.x - friction N,    N = load + press.x,
+    mu g = path_force + coupling.x - friction N,    N = load + normal_coupling.x,
 
-and what carries it feels -reach g. So the matrix of all equations is an arrowhead: each ball, or
+and deck and spindle feel -coupling g. So the matrix of all equations is an arrowhead: each ball, or
 each row of balls that move as one, is eliminated, and K equations, or K - 1 where the spindle's
 acceleration is prescribed, are left.
 """
@@ -20,16 +21,17 @@ class Arrow(NamedTuple):
     """The equations before they are solved."""
 
     block: list[list[Number]]
-    """B, shape (K, K); its upper triangle is read."""
+    """B, shape (K, K); its upper triangle is read. Balls are in it as if fixed to the race."""
     force: list[Number]
-    """f [N, N m], shape (K,)."""
-    reach: list[Number]
-    """Of each ball, shape (K,)."""
-    press: list[Number]
-    """Of each ball, shape (K,)."""
+    """F [N, N m], shape (K,)."""
+    coupling: list[Number]
+    """Of each ball, shape (K,): what x adds to the force along its path; minus the mass that
+    couples x with its path acceleration."""
+    normal_coupling: list[Number]
+    """Of each ball, shape (K,): what x adds to its normal force, dN/dx."""
     load: Number
     """Of each ball: N but for what the accelerations add [N]."""
-    pull: Number
+    path_force: Number
     """Of each ball: force along the race but for friction and accelerations [N]."""
 
 
@@ -37,7 +39,7 @@ class Solved(NamedTuple):
     """The accelerations."""
 
     x: list[Number]
-    """Of what carries the balls, the spindle's last [m/s^2, rad/s^2], shape (K,)."""
+    """Of deck and spindle, the spindle's last [m/s^2, rad/s^2], shape (K,)."""
     path: Number
     """g of each ball [m/s^2]."""
 
@@ -64,17 +66,18 @@ def solve(
             without friction, where the equations are symmetric.
         spindle_acceleration: prescribed [rad/s^2]; None where it is solved for.
     """
-    every = len(arrow.force)
-    free = every if spindle_acceleration is None else every - 1
-    rows, pull = list(arrow.reach), arrow.pull
+    unknowns = len(arrow.force)
+    free = unknowns if spindle_acceleration is None else unknowns - 1
+    rows, path_force = list(arrow.coupling), arrow.path_force
     if friction is not None:
-        rows = [reach - friction * press for reach, press in zip(rows, arrow.press, strict=True)]
-        pull = pull - friction * arrow.load
+        rows = [c - friction * n for c, n in zip(rows, arrow.normal_coupling, strict=True)]
+        path_force = path_force - friction * arrow.load
     force = list(arrow.force[:free])
     if spindle_acceleration is not None:
-        pull = pull + rows[-1] * spindle_acceleration
+        path_force = path_force + rows[-1] * spindle_acceleration
         force = [f - arrow.block[r][free] * spindle_acceleration for r, f in enumerate(force)]
-    loose = mobility(pull)
+    # A ball's g at x = 0, and what each of x adds to it.
+    at_zero = mobility(path_force)
     gain = [mobility(rows[r]) for r in range(free)]
     reduced = [[0.0] * free for _ in range(free)]
     for r in range(free):
@@ -82,11 +85,11 @@ def solve(
             if q < r and friction is None:
                 reduced[r][q] = reduced[q][r]
                 continue
-            given = arrow.block[min(r, q)][max(r, q)]
-            reduced[r][q] = given - over_balls(balls, arrow.reach[r] * gain[q])
-        force[r] = force[r] + over_balls(balls, arrow.reach[r] * loose)
+            own = arrow.block[min(r, q)][max(r, q)]
+            reduced[r][q] = own - over_balls(balls, arrow.coupling[r] * gain[q])
+        force[r] = force[r] + over_balls(balls, arrow.coupling[r] * at_zero)
     x = solve_dense(reduced, force)
-    path = loose
+    path = at_zero
     for r in range(free):
         path = path + gain[r] * x[r]
     if spindle_acceleration is not None:
@@ -96,13 +99,13 @@ def solve(
 
 def solve_with_balls(arrow: Arrow, balls: int, path: Number, prescribed: Number | None) -> Solved:
     """The accelerations x where the balls' path accelerations are given."""
-    every = len(arrow.force)
-    free = every if prescribed is None else every - 1
+    unknowns = len(arrow.force)
+    free = unknowns if prescribed is None else unknowns - 1
     force = list(arrow.force[:free])
     for r in range(free):
         if prescribed is not None:
             force[r] = force[r] - arrow.block[r][free] * prescribed
-        force[r] = force[r] + over_balls(balls, arrow.reach[r] * path)
+        force[r] = force[r] + over_balls(balls, arrow.coupling[r] * path)
     matrix = [[arrow.block[min(r, q)][max(r, q)] for q in range(free)] for r in range(free)]
     x = solve_dense(matrix, force)
     return Solved(x if prescribed is None else [*x, prescribed], path)
@@ -140,6 +143,6 @@ def solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> 
 def normal_force(arrow: Arrow, x: Sequence[Number]) -> Number:
     """N of each ball [N]."""
     force = arrow.load
-    for press, each in zip(arrow.press, x, strict=True):
-        force = force + press * each
+    for normal_coupling, each in zip(arrow.normal_coupling, x, strict=True):
+        force = force + normal_coupling * each
     return force

@@ -1,13 +1,13 @@
 """What a deck model is: constants of deck and rotor, and how they move on their suspension.
 
-It is one file: a NamedTuple of constants, decorated with what is so of all of its kind, whose
-methods are formulas. Balls, friction, events and steppers know nothing of it.
+It is one file: a NamedTuple of constants whose methods are formulas; the decorator adds what is
+so of all decks of the model. Balls, friction, events and steppers know nothing of it.
 
 Formulas, of the scene's effects, the balls and where they are on the race, the Spindle's motion and
 the deck's own states:
 
     arrow(self, effects, balls, on, spindle, state) -> Arrow
-        the equations of motion, the balls held on the race: see ``arrowhead``
+        the equations of motion, the balls as if fixed to the race: see ``arrowhead``
     rates(self, effects, spindle, state, x)
         rates of change of its states, from the accelerations x
     channels(self, effects, spindle, state, x)
@@ -21,7 +21,7 @@ and for numbers:
 
     place(self, states, psi)
         where the deck is along its axes, from its own states, one line for each
-    felt(self, effects, shown, point)
+    specific_force(self, effects, shown, point)
         specific force at a point of the deck on its axes, from its channels, one line for each
         sample
     at_rest(self, states)
@@ -29,7 +29,7 @@ and for numbers:
     scale(self, length, speed)
         magnitudes of its states, for errors to be measured by, from a length and a spindle speed
     tangent(self, states)
-        the directions in which its own states can move without leaving what they mean: orthonormal
+        basis of the states' tangent space (of a unit quaternion three directions): orthonormal
         columns, two for each of its unknowns
     energy(self, effects, balls, state, psi, speed) -> J
         kinetic and stored
@@ -46,7 +46,7 @@ def deck_model(
     STATE_NAMES: tuple[str, ...],
     UNKNOWNS: int,
     NEEDS_ANGLE: bool,
-    WAYS: int,
+    AXES: int,
     CHANNELS: tuple[str, ...],
     COORDINATES: int = 0,
     UNIT_AT: int = -1,
@@ -57,11 +57,11 @@ def deck_model(
         STATE_NAMES: of its states, for messages.
         UNKNOWNS: how many accelerations are solved for.
         NEEDS_ANGLE: whether its equations contain the spindle's angle whatever the effects are.
-        WAYS: along how many axes it moves.
+        AXES: along how many axes it is displaced: 2 or 3.
         CHANNELS: names of what a trajectory shows of it: displacement, velocity and acceleration
             along these axes come first.
-        COORDINATES: in how many coordinates its own motion is solved exactly by ``collocation``; 0
-            if nothing is said of that there.
+        COORDINATES: how many coordinates of its own motion ``collocation`` solves in closed form;
+            0: none, and that stepper cannot be taken.
         UNIT_AT: which of its states is the first of a unit quaternion; -1 without one.
     """
     facts = {**locals(), "STATES": len(STATE_NAMES)}

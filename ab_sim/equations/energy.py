@@ -10,11 +10,11 @@ from ab_sim.equations.sums import Number, over_balls, over_effects
 
 
 def motor_torque(arrow: Arrow, balls: int, solved: Solved) -> Number:
-    """Torque that keeps the spindle at its prescribed speed [N m]: what its equation leaves."""
+    """Torque that keeps the spindle at its prescribed speed [N m]: residual of its equation."""
     row, torque = len(arrow.force) - 1, -arrow.force[-1]
     for r, x in enumerate(solved.x):
         torque = torque + arrow.block[min(r, row)][row] * x
-    return torque - over_balls(balls, arrow.reach[row] * solved.path)
+    return torque - over_balls(balls, arrow.coupling[row] * solved.path)
 
 
 def powers(

@@ -11,7 +11,7 @@ ground's; the velocity of C on the ground's axes; the deck's angular velocity Om
 x = (A, Om', al) on deck axes, A the specific force at C, its acceleration less gravity. S is the
 first moment and J the inertia about C of deck, rotor and balls; S_r and P = sum m r r^T those of
 the rotor, which turns with psi; w = psi', al = psi''; V = z x S_r. With forces f of the mounts and
-their moment t, and balls held on the race,
+their moment t, and the balls as if fixed to the race,
 
     M A + Om' x S + al V = f - Om x (Om x S) - 2 w Om x V - w^2 z x V + balls
     S x A + J Om' + al J_r z = t - Om x J Om + 2 w z x P Om - w^2 (P z) x z + balls
@@ -55,7 +55,7 @@ State = Sequence[Number]
     ),
     NEEDS_ANGLE=True,
     UNIT_AT=3,
-    WAYS=3,
+    AXES=3,
     COORDINATES=7,
     CHANNELS=(
         *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
@@ -71,8 +71,8 @@ class InSpace(NamedTuple):
     """M0 e [kg m]."""
     eccentricity: Number
     """e [m]."""
-    rotor_lift: Number
-    """M0 times the height of its mass centre [kg m]."""
+    rotor_first_z: Number
+    """M0 z_c, the rotor's first moment along the shaft [kg m]."""
     deck_first: tuple[Number, Number, Number]
     """First moment of the deck without rotor and balls, on deck axes [kg m]."""
     deck_inertia: tuple[Number, Number, Number, Number, Number, Number]
@@ -95,36 +95,38 @@ class InSpace(NamedTuple):
         nx, ny = on.c * spindle.cos - on.s * spindle.sin, on.s * spindle.cos + on.c * spindle.sin
         load, along = relative_load(effects, balls, on, w)
         ox, oy, oz = state[10:13]
-        # Om along n and t, and the ball's velocity on the deck.
+        # Om along n and t, and the ball's velocity relative to the deck.
         o_n, o_t = ox * nx + oy * ny, oy * nx - ox * ny
         v_n, v_t = -w * x, w * h + on.path
-        q, square = h * o_n + x * o_t + z * oz, o_n * o_n + o_t * o_t + oz * oz
-        load = load - m * (o_n * q - h * square - 2.0 * oz * v_t)
-        along = along - m * (o_t * q - x * square + 2.0 * oz * v_n)
-        lift = -m * (oz * q - z * square + 2.0 * (o_n * v_t - o_t * v_n))
-        reach = [m * ny, -(m * nx), 0.0, m * z * nx, m * z * ny, -(m * h), -(m * h)]
-        press = [-(m * nx), -(m * ny), 0.0, m * z * ny, -(m * z * nx), m * x, m * x]
+        # b = Om (Om.r) - r Om^2 + 2 Om x v, along n, t and z, as inertial force.
+        om_r, om_2 = h * o_n + x * o_t + z * oz, o_n * o_n + o_t * o_t + oz * oz
+        load = load - m * (o_n * om_r - h * om_2 - 2.0 * oz * v_t)
+        along = along - m * (o_t * om_r - x * om_2 + 2.0 * oz * v_n)
+        axial = -m * (oz * om_r - z * om_2 + 2.0 * (o_n * v_t - o_t * v_n))
+        coupling = [m * ny, -(m * nx), 0.0, m * z * nx, m * z * ny, -(m * h), -(m * h)]
+        normal_coupling = [-(m * nx), -(m * ny), 0.0, m * z * ny, -(m * z * nx), m * x, m * x]
         _add_point_masses(block, n, m, h * nx - x * ny, h * ny + x * nx, z)
-        tn, tt, about = x * lift - z * along, z * load - h * lift, h * along - x * load
+        # Its moment about C, along n, t and z.
+        t_n, t_t, t_z = x * axial - z * along, z * load - h * axial, h * along - x * load
         for r, each in enumerate(
             [
-                *(load * nx - along * ny, load * ny + along * nx, lift),
-                *(tn * nx - tt * ny, tn * ny + tt * nx, about, about),
+                *(load * nx - along * ny, load * ny + along * nx, axial),
+                *(t_n * nx - t_t * ny, t_n * ny + t_t * nx, t_z, t_z),
             ]
         ):
             force[r] = force[r] + over_balls(n, each)
         if any_has(effects, "ball_inertia"):
-            lever = over_effects(effects, "ball_inertia", 0.0, balls.each) * balls.radius
-            inertia, turning = (
-                over_balls(n, lever * balls.radius),
-                lever * (balls.radius * w - on.path),
-            )
+            I_over_a = over_effects(effects, "ball_inertia", 0.0, balls.each) * balls.radius
+            inertia = over_balls(n, I_over_a * balls.radius)
+            spin_momentum = over_balls(n, I_over_a * (balls.radius * w - on.path))
             for r, s in ((3, 3), (4, 4), (5, 5), (5, 6), (6, 6)):
                 block[r][s] = block[r][s] + inertia
-            reach[5], reach[6] = reach[5] + lever, reach[6] + lever
-            force[3] = force[3] - over_balls(n, turning) * oy
-            force[4] = force[4] + over_balls(n, turning) * ox
-        return Arrow(block, force, reach, press, load, along + drag_force(effects, balls, on))
+            coupling[5], coupling[6] = coupling[5] + I_over_a, coupling[6] + I_over_a
+            force[3] = force[3] - spin_momentum * oy
+            force[4] = force[4] + spin_momentum * ox
+        return Arrow(
+            block, force, coupling, normal_coupling, load, along + drag_force(effects, balls, on)
+        )
 
     def rates(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
@@ -165,7 +167,7 @@ class InSpace(NamedTuple):
         """Of C on the ground's axes [m], shape (samples, 3)."""
         return states[:, :3]
 
-    def felt(self, effects: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
+    def specific_force(self, effects: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
         """Specific force at a point of the deck on its axes [m/s^2], shape (samples, 3)."""
         _, _, acceleration, quaternion, rates, change = np.split(shown, [3, 6, 9, 13, 16], axis=1)
         turn = np.array(turn_of(list(quaternion.T))).reshape(3, 3, -1)
@@ -204,7 +206,7 @@ class InSpace(NamedTuple):
         velocity, omega = turn.T @ state[7:10], np.array(state[10:13])
         shaft = np.array([0.0, 0.0, 1.0])
         moments = turned_second_moments(self.rotor_second, cos(psi), sin(psi))
-        rotor = np.array([self.unbalance * cos(psi), self.unbalance * sin(psi), self.rotor_lift])
+        rotor = np.array([self.unbalance * cos(psi), self.unbalance * sin(psi), self.rotor_first_z])
         spinning = omega + speed * shaft
         energy = 0.5 * (self.total_mass - float(np.sum(balls.mass))) * float(velocity @ velocity)
         first = np.array(self.deck_first)
@@ -224,9 +226,9 @@ class InSpace(NamedTuple):
         moving = velocity + np.cross(spinning, place) + _each(on.path, n) * along
         each = 0.5 * balls.mass * np.sum(moving**2, axis=1) - balls.mass * (place @ gravity)
         if any_has(effects, "ball_inertia"):
-            spin = _each(balls.radius, n) * spinning - _each(on.path, n) * shaft
+            surface = _each(balls.radius, n) * spinning - _each(on.path, n) * shaft
             inertia = over_effects(effects, "ball_inertia", 0.0, balls.each)
-            each = each + 0.5 * inertia * np.sum(spin**2, axis=1)
+            each = each + 0.5 * inertia * np.sum(surface**2, axis=1)
         stored = mount_energy(self, effects, tuple(turn.ravel()), state.tolist())
         return float(energy + np.sum(each) + stored)
 
@@ -265,7 +267,7 @@ def _deck_and_rotor(
     rx, ry = deck.unbalance * c, deck.unbalance * s
     pxx, pyy, pzz, pxy, pxz, pyz = turned_second_moments(deck.rotor_second, c, s)
     sx, sy = deck.deck_first[0] + rx, deck.deck_first[1] + ry
-    sz = deck.deck_first[2] + deck.rotor_lift
+    sz = deck.deck_first[2] + deck.rotor_first_z
     jxx, jyy, jzz, jxy, jxz, jyz = deck.deck_inertia
     jxx, jyy, jzz = jxx + pyy + pzz, jyy + pxx + pzz, jzz + pxx + pyy
     jxy, jxz, jyz = jxy - pxy, jxz - pxz, jyz - pyz

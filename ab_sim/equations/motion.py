@@ -33,7 +33,8 @@ class SpindleMotion(NamedTuple):
     speed: float
     """w [rad/s]."""
     acceleration: float
-    """al [rad/s^2], as far as the scene calls for it; 0 where the equations of motion give it."""
+    """al [rad/s^2]; 0 without the effect spindle_acceleration, and with a motor, whose equation of
+    motion gives it."""
     cos: float
     sin: float
     """of psi; 1 and 0 in a scene whose effects do not need it."""

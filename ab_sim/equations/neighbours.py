@@ -1,14 +1,16 @@
 """Balls of a size in their order along the race: how much room they need, and where they start.
 
 All distances are lengths along the race, of the curve of the balls' centres: what the law of
-contact measures (``switches.gap``), because their rates are the balls' path speeds exactly, so that
-no impact and no row makes energy. Two balls touch where they would on a round race of radius R,
+contact measures (``events.balls.gap``), because their rates are the balls' path speeds exactly, so
+that no impact and no row makes energy. Two balls touch where they would on a round race of radius
+R,
 
     s_j - s_i = D = 2 R asin((a_i + a_j) / (2 R)),
 
 where the chord is a_i + a_j. On an oval that chord belongs to an arc that is longer than D by about
 (a_i + a_j)^3 (1/l^2 - 1/R^2) / 24 where l is the radius of curvature: by at most 2e-4 of D for the
-thesis' balls at lobe = R/50, 2 % at R/4, the largest. So much balls touch too late, or early.
+thesis' balls at lobe = R/50, 2 % at R/4, the largest. By so much contact is detected too late where
+l < R, too early where l > R.
 """
 
 import math
@@ -132,7 +134,7 @@ def _length(scene: "Scene", behind: float, ahead: float) -> float:
 def _angle_at(scene: "Scene", place: float) -> float:
     """Where on the race a length of R times ``place`` from 0 leads [rad]."""
     R, angle = scene.race.radius, place
-    # Each round is three quarters closer at least: no race has lobes of more than R/4.
+    # Each round leaves three quarters of the error at most: no race has lobes of more than R/4.
     for _ in range(200):
         before, angle = angle, angle + place - _length(scene, 0.0, angle) / R
         if angle == before:

@@ -1,7 +1,8 @@
 """A deck that moves in the plane of the disc: docs/equations.md, 1.
 
 State: u1, u2, displacement on axes that turn with the rotor, axis 1 of which points at the
-unbalance, counted from where the deck hangs at rest; v1, v2, inertial velocity on the same axes.
+unbalance, from where the deck hangs at rest (springs count from their free length); v1, v2,
+inertial velocity on the same axes.
 
 x = (A1, A2, al), A the deck's *specific force* on these axes, its acceleration less gravity. With
 J = [[0, -1], [1, 0]]
@@ -9,13 +10,13 @@ J = [[0, -1], [1, 0]]
     u' = v - w J u                  v' = A + gravity - w J v
     M A = f + M0 e (w^2, -al) + sum_i m [ (h w^2 + 2 w s' + l theta_i'^2 + x al) n_i
                                           + (x w^2 - h al - g) t_i ]
-    mu g = F - f_i N - m A.t_i - (h m - (I/a^2) a) al + m x w^2,    mu = m + I/a^2
+    mu g = F - nu_i N - m A.t_i - (h m - (I/a^2) a) al + m x w^2,    mu = m + I/a^2
     N = m (h w^2 + 2 w s' + l theta_i'^2 + x al - A.n_i)
     (I_r + M0 e^2) al + M0 e A2 + sum_i [ (m r x ball's specific force)_i + (I/a) (a al - g) ] = T
 
 with f the suspension's force, F the effects' force along the race, N the race's normal force, and
-f_i the coefficient of friction, signed as theta_i'. Sources: thesis (2-9) to (2-14); three-ball (5)
-to (9); relative-stability (7) to (10).
+nu_i the coefficient of friction, signed as theta_i'. Sources: thesis (2-9) to (2-14); three-ball
+(5) to (9); relative-stability (7) to (10).
 """
 
 from collections.abc import Sequence
@@ -38,7 +39,7 @@ State = Sequence[Number]
     UNKNOWNS=2,
     STATE_NAMES=("u1", "u2", "v1", "v2"),
     NEEDS_ANGLE=False,
-    WAYS=2,
+    AXES=2,
     COORDINATES=2,
     CHANNELS=("x", "y", "vx", "vy", "ax", "ay"),
 )
@@ -62,25 +63,26 @@ class Planar(NamedTuple):
         n, w, m, c, s = balls.number, spindle.speed, balls.mass, on.c, on.s
         f1, f2 = suspension_force(self, effects, spindle, state)
         load, along = relative_load(effects, balls, on, w)
-        spin = over_effects(effects, "ball_inertia", 0.0, balls.each)
-        held = on.mh * on.h + on.mx * on.x
+        spin_mass = over_effects(effects, "ball_inertia", 0.0, balls.each)
+        # About the shaft, as if fixed to the race.
+        inertia = on.mh * on.h + on.mx * on.x
         if any_has(effects, "ball_inertia"):
-            held = held + spin * balls.radius * balls.radius
-        turning = over_effects(effects, "rotor_moment", 0.0) + self.unbalance * self.eccentricity
-        b02 = over_balls(n, -(on.mh * s) - on.mx * c)
-        b12 = self.unbalance + over_balls(n, on.mh * c - on.mx * s)
+            inertia = inertia + spin_mass * balls.radius * balls.radius
+        rotor = over_effects(effects, "rotor_moment", 0.0) + self.unbalance * self.eccentricity
+        b13 = over_balls(n, -(on.mh * s) - on.mx * c)
+        b23 = self.unbalance + over_balls(n, on.mh * c - on.mx * s)
         M = self.total_mass
         return Arrow(
-            block=[[M, 0.0, b02], [0.0, M, b12], [b02, b12, turning + over_balls(n, held)]],
+            block=[[M, 0.0, b13], [0.0, M, b23], [b13, b23, rotor + over_balls(n, inertia)]],
             force=[
                 f1 + self.unbalance * (w * w) + over_balls(n, load * c - along * s),
                 f2 + over_balls(n, load * s + along * c),
                 spindle.torque - over_balls(n, on.mx * (2.0 * w + on.rate) * on.path),
             ],
-            reach=[m * s, -(m * c), -on.lever],
-            press=[-(m * c), -(m * s), on.mx],
+            coupling=[m * s, -(m * c), -on.lever],
+            normal_coupling=[-(m * c), -(m * s), on.mx],
             load=load,
-            pull=along + drag_force(effects, balls, on),
+            path_force=along + drag_force(effects, balls, on),
         )
 
     def rates(
@@ -123,7 +125,7 @@ class Planar(NamedTuple):
         c, s, (u1, u2) = np.cos(psi), np.sin(psi), states.T[:2]
         return np.stack([c * u1 - s * u2, s * u1 + c * u2], axis=1)
 
-    def felt(self, effects: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
+    def specific_force(self, effects: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
         """Specific force on fixed axes [m/s^2]: the same all over a deck that never turns."""
         gravity = over_effects(effects, "gravity", (0.0, 0.0))
         own: np.ndarray = shown[:, 4:] - np.array(gravity)
@@ -171,9 +173,9 @@ class Planar(NamedTuple):
         down = g1 * (on.h * on.c - on.x * on.s) + g2 * (on.h * on.s + on.x * on.c)
         moving = moving - balls.mass * down
         if any_has(effects, "ball_inertia"):
-            spin = balls.radius * w - on.path
+            surface_speed = balls.radius * w - on.path
             inertia = over_effects(effects, "ball_inertia", 0.0, balls.each)
-            moving = moving + 0.5 * inertia * spin * spin
+            moving = moving + 0.5 * inertia * surface_speed * surface_speed
         return float(energy + np.sum(moving))
 
 

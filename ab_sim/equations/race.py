@@ -23,11 +23,12 @@ class BallConstants(NamedTuple):
     rolling_mass: Number
     """mu = m + I/a^2 [kg], I = 0 where balls do not roll."""
     mobility: Number
-    """1/mu; 0 of a ball that is held on the race."""
+    """1/mu; 0 of a ball that is stuck to the race."""
     moment: Number
     """m R [kg m]."""
     lever: Number
-    """m R - (I/a^2) a [kg m]: what the spindle's acceleration asks along a round race."""
+    """m R - I/a [kg m]: mass that couples the spindle's acceleration with the path acceleration, on
+    a round race."""
     race_radius: Number
     """R [m], of the circle of the ball's centre."""
     race_curvature: Number
@@ -49,18 +50,18 @@ class OnRace(NamedTuple):
     """(c, s) is n, on the rotor's axes."""
     h: Number
     x: Number
-    """Place from the shaft along n, and across it [m]."""
+    """The ball's place from the shaft along n and along t [m]; x = dh/dtheta."""
     mh: Number
     mx: Number
     """m times that [kg m]."""
     lever: Number
-    """What the spindle's acceleration asks along the race [kg m]."""
+    """m h - I/a [kg m]: as of ``BallConstants``, on this race."""
     curve: Number
     """l [m]."""
     curvature: Number
     """1/l."""
-    bend: Number
-    """dl/dtheta [m]."""
+    dl_dtheta: Number
+    """[m]."""
     rate: Number
     """theta' [rad/s]."""
     path: Number
@@ -76,19 +77,21 @@ def on_race(effects: Any, balls: BallConstants, c: Number, s: Number, rate: Numb
             *(c, s, R, 0.0, balls.moment, 0.0, balls.lever),
             *(R, balls.race_curvature, 0.0, rate, path),
         )
-    beyond, x, curve, bend = over_effects(effects, "race_shape", (0.0,) * 4, c, s)
+    beyond, x, curve, dl_dtheta = over_effects(effects, "race_shape", (0.0,) * 4, c, s)
     h, curve = R + beyond, R + curve
     lever = balls.lever + m * beyond
-    return OnRace(c, s, h, x, m * h, m * x, lever, curve, 1.0 / curve, bend, rate, curve * rate)
+    return OnRace(
+        c, s, h, x, m * h, m * x, lever, curve, 1.0 / curve, dl_dtheta, rate, curve * rate
+    )
 
 
 def relative_load(
     effects: Any, balls: BallConstants, on: OnRace, w: Number
 ) -> tuple[Number, Number]:
-    """-m times the ball's acceleration on axes that do not turn with rotor and race [N].
+    """The ball's inertial force, -m times its acceleration [N].
 
     Returns:
-        Along n and along t, as far as the path and spindle accelerations are not in it:
+        Along n and along t, without what the deck's, the spindle's and the path acceleration add:
         m (h w^2 + 2 w s' + l theta'^2) and m x w^2.
     """
     if not any_has(effects, "race_shape"):
@@ -109,14 +112,14 @@ def friction_coefficient(effects: Any, balls: BallConstants) -> Number:
 
 def rate_change(on: OnRace, path_acceleration: Number) -> Number:
     """theta'' [rad/s^2] from s'' [m/s^2]."""
-    return (path_acceleration - on.bend * on.rate * on.rate) * on.curvature
+    return (path_acceleration - on.dl_dtheta * on.rate * on.rate) * on.curvature
 
 
 def path_acceleration(on: OnRace, rate_change: Number) -> Number:
     """s'' [m/s^2] from theta'' [rad/s^2]."""
-    return on.curve * rate_change + on.bend * on.rate * on.rate
+    return on.curve * rate_change + on.dl_dtheta * on.rate * on.rate
 
 
 def path_length(effects: Any, balls: BallConstants, theta: Number) -> Number:
-    """Length along the race from angle 0 [m]."""
+    """Length along the race [m]; only differences count."""
     return balls.race_radius * theta + over_effects(effects, "race_arc", 0.0, theta)

@@ -34,9 +34,9 @@ class MotorState(NamedTuple):
 class Torques(NamedTuple):
     """What a motor's events are found from."""
 
-    asked: Number
-    most: Number
-    """N m: what the speed loop asks for, and the most that it gets."""
+    commanded: Number
+    limit: Number
+    """N m: what the speed loop asks for, and the most that the motor gives."""
 
 
 def prescribed(
@@ -58,13 +58,13 @@ def motor_driven(
 ) -> tuple[SpindleMotion, Torques]:
     """The motion of a motor's spindle; its acceleration follows from the equations of motion."""
     error = place.segment.speed(time) - at.speed
-    asked = over_effects(effects, "loop_torque", 0.0, error, at.integral)
-    most = over_effects(effects, "largest_torque", 0.0)
-    given = where(abs(at.limit) > 0.5, at.limit * most, asked)
-    rate = over_effects(effects, "integral_rate", 0.0, error, asked - given)
-    torque = given - over_effects(effects, "back_torque", 0.0, at.speed)
+    commanded = over_effects(effects, "loop_torque", 0.0, error, at.integral)
+    limit = over_effects(effects, "largest_torque", 0.0)
+    delivered = where(abs(at.limit) > 0.5, at.limit * limit, commanded)
+    rate = over_effects(effects, "integral_rate", 0.0, error, commanded - delivered)
+    torque = delivered - over_effects(effects, "back_torque", 0.0, at.speed)
     c, s = (cos(at.psi), sin(at.psi)) if angle_needed else (1.0, 0.0)
-    return SpindleMotion(at.speed, 0.0, c, s, torque, rate), Torques(asked, most)
+    return SpindleMotion(at.speed, 0.0, c, s, torque, rate), Torques(commanded, limit)
 
 
 def has_motor(effects: Any) -> bool:

@@ -22,11 +22,11 @@ from ab_sim.events.event_functions import (
 from ab_sim.events.impact import collide
 from ab_sim.events.reactions import (
     largest_friction,
-    pull_at,
-    pull_less_friction,
+    path_force_at,
+    path_force_less_friction,
     put_normal_forces,
 )
-from ab_sim.events.rows import CLOSED, COARSE, HOLD, HOP, LEVEL, PULL, solve_rows
+from ab_sim.events.rows import CLOSED, COARSE, HOLD, HOP, LEVEL, PATH_FORCE, solve_rows
 from ab_sim.events.run import ALONG, CURVE, DIRECTION, JOINED, LOADED, BallEvents, Run, evaluate
 
 DIRECT = 8
@@ -135,10 +135,10 @@ def choose_branches(run: Run, x: Floats) -> bool:
     if balls.has_friction:
         put_normal_forces(balls, x)
     for i in range(balls.number):
-        coarse = force_rounding(balls, i, pull_less_friction(balls, i, x), x)
+        coarse = force_rounding(balls, i, path_force_less_friction(balls, i, x), x)
         rows[i, COARSE] = coarse
         rows[i, HOLD] = -1.0
-        rows[i, PULL] = pull_at(balls, i, x)
+        rows[i, PATH_FORCE] = path_force_at(balls, i, x)
         if balls.has_friction:
             force, was_loaded, rate = balls.force[i], discrete[i, LOADED], state[first + i]
             slack = -coarse if was_loaded == 1 else coarse
@@ -148,7 +148,7 @@ def choose_branches(run: Run, x: Floats) -> bool:
             if rate == 0.0:
                 rows[i, HOLD] = largest_friction(balls, i)
             elif loaded == 1:
-                rows[i, PULL] -= sign(rate) * largest_friction(balls, i)
+                rows[i, PATH_FORCE] -= sign(rate) * largest_friction(balls, i)
     if solve_rows(balls, rows):
         changed = True
     if balls.has_friction:

@@ -23,7 +23,7 @@ from ab_sim.events.balls import (
     path_speed,
     row_start,
 )
-from ab_sim.events.reactions import largest_friction, pull_less_friction, put_reactions
+from ab_sim.events.reactions import largest_friction, path_force_less_friction, put_reactions
 from ab_sim.events.run import ASKED, DIRECTION, JOINED, LOADED, MASS, MOST, SPACING, BallEvents
 
 SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
@@ -88,7 +88,7 @@ def friction_functions(
     for i in range(n):
         force, direction = balls.force[i], balls.discrete[i, DIRECTION]
         loaded = balls.discrete[i, LOADED] == 1
-        pull = pull_less_friction(balls, i, balls.x)
+        pull = path_force_less_friction(balls, i, balls.x)
         coarse = force_rounding(balls, i, pull, balls.x)
         value[LOAD * n + i] = force if loaded else -force
         rounding[LOAD * n + i] = coarse
@@ -140,7 +140,7 @@ def contact_functions(
             value[slot] = balls.push[k]
             for ball in range(2):
                 one = i if ball == 0 else j
-                pull = pull_less_friction(balls, one, balls.x)
+                pull = path_force_less_friction(balls, one, balls.x)
                 rounding[slot] += force_rounding(balls, one, pull, balls.x)
 
 

@@ -9,18 +9,18 @@ part at least at e times the speed at which they approached, 0 <= P _|_ u+ + e u
 
 from ab_sim.compiling.kinds import Floats, Table, call, scratch
 from ab_sim.events.balls import around, ball_at, path_speed, put_branches, sign
-from ab_sim.events.reactions import pull_at
+from ab_sim.events.reactions import path_force_at
 from ab_sim.events.rows import CLOSED, COARSE, HOLD, HOP, SHIFT, first_open, solve_rows
-from ab_sim.events.rows import PULL as ROW_PULL
+from ab_sim.events.rows import PATH_FORCE as ROW_PULL
 from ab_sim.events.run import (
+    COUPLING,
     CURVE,
     DIRECTION,
     INERTIA,
     JOINED,
     PATH,
     PATH_ACCELERATION,
-    PULL,
-    REACH,
+    PATH_FORCE,
     SPEED,
     BallEvents,
     Run,
@@ -66,12 +66,12 @@ def collide(run: Run, time: float, struck: int, plastic: bool) -> bool:
         put_branches(balls)
         solve_jumps(balls)
         for i in range(balls.number):
-            rows[i, ROW_PULL] = pull_at(balls, i, balls.x)
+            rows[i, ROW_PULL] = path_force_at(balls, i, balls.x)
         if not solve_rows(balls, rows):
             found = True
             break
     for i in range(balls.number):
-        table[PULL, i] = table[PATH_ACCELERATION, i] + rows[i, SHIFT] - table[PATH, i]
+        table[PATH_FORCE, i] = table[PATH_ACCELERATION, i] + rows[i, SHIFT] - table[PATH, i]
     jump(run)
     begin = first_open(balls, rows)
     for place in range(balls.number):
@@ -111,9 +111,9 @@ def shift_speeds(run: Run, struck: int, plastic: bool) -> None:
         k = around(balls, begin + place)
         i, j = ball_at(balls, k), ball_at(balls, k + 1)
         path = table[PATH, i] - shift
-        table[PULL, i] = table[INERTIA, i] * path
+        table[PATH_FORCE, i] = table[INERTIA, i] * path
         for r in range(every):
-            block[r, every] -= table[REACH + r, i] * path
+            block[r, every] -= table[COUPLING + r, i] * path
         rows[i, SHIFT] = shift
         rows[i, HOLD] = -1.0
         rows[i, COARSE] = ROUNDING * table[INERTIA, i] * fastest
@@ -126,7 +126,7 @@ def shift_speeds(run: Run, struck: int, plastic: bool) -> None:
 
 
 def solve_jumps(balls: BallEvents) -> None:
-    """The equations in ``block`` and PULL, without friction: x, and PATH_ACCELERATION of each ball.
+    """The equations in ``block`` and PATH_FORCE, without friction: x, and PATH_ACCELERATION.
 
     A prescribed spindle does not jump. Balls and rows are eliminated by their mobility.
     """
@@ -134,7 +134,7 @@ def solve_jumps(balls: BallEvents) -> None:
     gain, matrix = scratch(free + 1, n), scratch(free, free + 1)
     for i in range(n):
         for r in range(free + 1):
-            line, total = PULL if r == free else REACH + r, 0.0
+            line, total = PATH_FORCE if r == free else COUPLING + r, 0.0
             for j in range(n):
                 total += b[n + n * i + j] * table[line, j]
             gain[r, i] = total
@@ -144,8 +144,8 @@ def solve_jumps(balls: BallEvents) -> None:
         matrix[r, free] = balls.block[r, balls.accelerations]
         for i in range(n):
             for q in range(free):
-                matrix[r, q] -= table[REACH + r, i] * gain[q, i]
-            matrix[r, free] += table[REACH + r, i] * gain[free, i]
+                matrix[r, q] -= table[COUPLING + r, i] * gain[q, i]
+            matrix[r, free] += table[COUPLING + r, i] * gain[free, i]
     solve_dense(matrix, balls.x, free)
     for i in range(n):
         g = gain[free, i]
@@ -169,19 +169,19 @@ def solve_dense(matrix: Table, x: Floats, size: int) -> None:
 
 
 def jump(run: Run) -> None:
-    """Add the jumps of velocity to the state: of ball i's path speed, what PULL holds."""
+    """Add the jumps of velocity to the state: of ball i's path speed, what PATH_FORCE holds."""
     balls, state, x = run.balls, run.state, run.balls.x
     table, spindle = balls.table, balls.accelerations - 1
     turned = lost = 0.0
     for r in range(balls.accelerations):
         turned += balls.block[r, spindle] * x[r]
     for i in range(balls.number):
-        gain = table[PULL, i]
+        gain = table[PATH_FORCE, i]
         impulse = table[INERTIA, i] * gain
         for r in range(balls.accelerations):
-            impulse -= table[REACH + r, i] * x[r]
+            impulse -= table[COUPLING + r, i] * x[r]
         lost -= impulse * (table[PATH, i] + 0.5 * gain)
-        turned -= table[REACH + spindle, i] * gain
+        turned -= table[COUPLING + spindle, i] * gain
         state[balls.first_rate + i] += gain / table[CURVE, i]
     call(run.scene.apply_impulse, run.scene.c, balls.branches, state, x, state)
     if balls.has_motor:

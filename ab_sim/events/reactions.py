@@ -3,20 +3,20 @@
 from ab_sim.compiling.kinds import Floats
 from ab_sim.events.balls import around, ball_at, moves_along, row_start
 from ab_sim.events.run import (
+    COUPLING,
     FRICTION,
     GRIP,
     INERTIA,
     LOAD,
     PATH_ACCELERATION,
-    PULL,
-    REACH,
+    PATH_FORCE,
     BallEvents,
 )
 
 
 def put_normal_forces(balls: BallEvents, x: Floats) -> None:
     """Fill in ``force``, given accelerations."""
-    press = REACH + balls.accelerations
+    press = COUPLING + balls.accelerations
     for i in range(balls.number):
         force = balls.table[LOAD, i]
         for r in range(balls.accelerations):
@@ -24,17 +24,17 @@ def put_normal_forces(balls: BallEvents, x: Floats) -> None:
         balls.force[i] = force
 
 
-def pull_at(balls: BallEvents, i: int, x: Floats) -> float:
+def path_force_at(balls: BallEvents, i: int, x: Floats) -> float:
     """Force along the race on ball i but for its neighbours' pushes and friction [N]."""
-    pull = balls.table[PULL, i]
+    pull = balls.table[PATH_FORCE, i]
     for r in range(balls.accelerations):
-        pull += balls.table[REACH + r, i] * x[r]
+        pull += balls.table[COUPLING + r, i] * x[r]
     return pull
 
 
-def pull_less_friction(balls: BallEvents, i: int, x: Floats) -> float:
+def path_force_less_friction(balls: BallEvents, i: int, x: Floats) -> float:
     """The same, less what sliding friction takes; after ``put_normal_forces``."""
-    pull = pull_at(balls, i, x)
+    pull = path_force_at(balls, i, x)
     if balls.has_friction:
         pull -= balls.table[FRICTION, i] * balls.force[i]
     return pull
@@ -56,7 +56,7 @@ def put_reactions(balls: BallEvents) -> None:
             if moves_along(balls, k):
                 # What arrives from behind, and what the ball itself does not need.
                 i = ball_at(balls, k)
-                push += pull_less_friction(balls, i, balls.x)
+                push += path_force_less_friction(balls, i, balls.x)
                 push -= balls.table[INERTIA, i] * balls.table[PATH_ACCELERATION, i]
             else:
                 push = 0.0

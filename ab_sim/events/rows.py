@@ -14,11 +14,11 @@ from ab_sim.compiling.kinds import Table
 from ab_sim.events.balls import around, ball_at
 from ab_sim.events.run import JOINED, ROLLING_MASS, BallEvents
 
-PULL, HOLD = 0, 1
+PATH_FORCE, HOLD = 0, 1
 """Of each ball: p_i [N], or an impulse [N s]; F_i [N], negative for a ball that does not rest. The
 balls of a row all rest or all move."""
 COARSE = 2
-"""Of each ball: what of its PULL may be rounding."""
+"""Of each ball: what of its PATH_FORCE may be rounding."""
 LEVEL = 3
 """Of each ball: the solution g_i."""
 CLOSED = 4
@@ -77,8 +77,8 @@ def first_open(balls: BallEvents, rows: Table) -> int:
 def solve_rows(balls: BallEvents, rows: Table) -> bool:
     """Fill in LEVEL, and join the balls of each pool.
 
-    PULL, HOLD, COARSE, CLOSED and HOP say what holds at the instant. Returns whether a contact that
-    was joined is not any more, or vice versa.
+    PATH_FORCE, HOLD, COARSE, CLOSED and HOP say what holds at the instant. Returns whether a
+    contact that was joined is not any more, or vice versa.
     """
     n, top, changed = balls.number, -1, False
     begin = first_open(balls, rows) if balls.has_contact else 0
@@ -87,7 +87,7 @@ def solve_rows(balls: BallEvents, rows: Table) -> bool:
         top += 1
         rows[top, FIRST] = float(place)
         rows[top, POOL_INERTIA] = balls.constants[i, ROLLING_MASS]
-        for column in (PULL, HOLD, COARSE):
+        for column in (PATH_FORCE, HOLD, COARSE):
             rows[top, POOL_PULL + column] = rows[i, column]
         put_level(rows, top)
         if not balls.has_contact:

@@ -17,16 +17,16 @@ DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
 in that direction, else 0. LOADED: 1 where the race carries the ball. JOINED: 1 where the two balls
 at a contact touch and stay so: both slide, or both stick. TURNS: whole turns taken out of a ball's
 angle; of the last line, out of the spindle's."""
-LOAD, INERTIA, PULL, FRICTION, GRIP, PATH, CURVE, ALONG, PATH_ACCELERATION = range(9)
+LOAD, INERTIA, PATH_FORCE, FRICTION, GRIP, PATH, CURVE, ALONG, PATH_ACCELERATION = range(9)
 """Lines of ``BallEvents.table``, a column for each ball: normal force but for the accelerations
 [N]; mu [kg]; force along the race but for accelerations, friction and neighbours [N]; coefficient
 of friction with the sign of sliding, 0 where the ball sticks or is unloaded; coefficient of
 friction; path speed [m/s]; the race's radius of curvature [m]; length along the race from angle 0,
 whole turns left out [m]; path acceleration g [m/s^2]."""
-REACH = 9
+COUPLING = 9
 """The first of K lines; K of PRESS follow. With N the race's normal force,
 
-    mu g = PULL + REACH.x - FRICTION N + pushes of its neighbours,      N = LOAD + PRESS.x
+    mu g = PATH_FORCE + COUPLING.x - FRICTION N + pushes of its neighbours,      N = LOAD + PRESS.x
 """
 ASKED, MOST, SPEED = 0, 1, 2
 """Of ``BallEvents.motor``: torque that its speed loop asks for, the most that it gives [N m], and

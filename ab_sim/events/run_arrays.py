@@ -8,7 +8,7 @@ from ab_sim.dynamics.system import System, has_contact, has_friction, has_motor
 from ab_sim.events.balls import put_branches
 from ab_sim.events.event_functions import slots
 from ab_sim.events.rows import WIDTH
-from ab_sim.events.run import REACH, BallEvents, Workspace
+from ab_sim.events.run import COUPLING, BallEvents, Workspace
 
 
 def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
@@ -27,7 +27,7 @@ def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
         contacts=np.ascontiguousarray(system.contacts),
         discrete=discrete,
         branches=aligned((n + n * (n if contact else 1) + 1,)),
-        table=aligned((REACH + 2 * every, n)),
+        table=aligned((COUPLING + 2 * every, n)),
         block=aligned((every, every + 1)),
         x=aligned((every,)),
         motor=aligned((3,)),

@@ -79,7 +79,7 @@ METHODS: dict[str, EffectMethod] = {
         lambda result, x: -(result * x("s'")),
     ),
     "friction_coefficient": EffectMethod(
-        "coefficient of friction: |F| <= f N, N the race's normal force", _ball, _symbols("f")
+        "coefficient of friction: |F| <= nu N, N the race's normal force", _ball, _symbols("nu")
     ),
     "restitution": EffectMethod(
         "speed of parting per speed of approach u [m/s] of two balls", _symbols("u"), _symbols("e")

@@ -20,10 +20,10 @@ from ab_sim.tracing.local_names import Named, with_local_names
 NAMED = {
     "load": "load",
     "along": "along",
-    "b02": "b_02",
-    "b12": "b_12",
-    "spin": "spin",
-    "held": "held",
+    "b13": "b_13",
+    "b23": "b_23",
+    "spin_mass": "spin_mass",
+    "inertia": "inertia",
     "lever": "lever",
     "h": "h",
     "curve": "l",
@@ -53,7 +53,7 @@ class TracedEffect(NamedTuple):
     def race_shape(self, c: Any, s: Any) -> tuple[Any, ...]:
         """Of any race."""
         each = self.x.each
-        return each("h") - each("R"), each("x"), each("l") - each("R"), each("bend")
+        return each("h") - each("R"), each("x"), each("l") - each("R"), each("dl/dtheta")
 
     def ball_inertia(self, ball: Ball) -> Any:
         """Of balls that roll."""
@@ -122,28 +122,28 @@ class _System:
         return self._lines([Equation(*each) for each in sides], named, set())
 
     def deck(self) -> Lines:
-        """Of the deck's accelerations and the spindle's: B x - sum_i reach_i g_i = f."""
+        """Of the deck's accelerations and the spindle's: B x - sum_i coupling_i g_i = F."""
         equations = []
         for r, force in enumerate(self.arrow.force):
-            left = -over_balls(2, self.arrow.reach[r] * self.path)
+            left = -over_balls(2, self.arrow.coupling[r] * self.path)
             for q, acceleration in reversed(list(enumerate(self.accelerations))):
                 left = self.arrow.block[min(r, q)][max(r, q)] * acceleration + left
             equations.append(Equation(left, force))
         return self._lines(equations, self.named, set())
 
     def balls(self) -> Lines:
-        """Of a ball along the race: mu g = pull + reach.x - f N."""
+        """Of a ball along the race: mu g = path_force + coupling.x - nu N."""
         N = normal_force(self.arrow, self.accelerations)
-        force = self.arrow.pull
-        for reach, acceleration in zip(self.arrow.reach, self.accelerations, strict=True):
-            force = force + reach * acceleration
-        force = force - self.x.each("f") * N
+        force = self.arrow.path_force
+        for coupling, acceleration in zip(self.arrow.coupling, self.accelerations, strict=True):
+            force = force + coupling * acceleration
+        force = force - self.x.each("nu") * N
         angle = rate_change(self.on, self.path)
         equations = [
             Equation(self.mu * self.path, force),
             Equation(self.x.each("theta''"), angle),
         ]
-        before = {"spin", "lever", "s'", "load", "along"}
+        before = {"spin_mass", "lever", "s'", "load", "along"}
         return self._lines(equations, [*self.named, Named("N", N)], before)
 
     def _lines(self, equations: list[Equation], named: list[Named], before: set[str]) -> Lines:

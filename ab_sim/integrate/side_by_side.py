@@ -12,22 +12,22 @@ LANES = 8
 TWO_PI_REST = 2.4492935982947064e-16
 """2 pi less the floating-point number nearest to it."""
 FIRST, STEPS, FINISHES = 0, 1, 2
-"""Columns of a plan's stretches: steps taken before; steps, or 1 for the part of one; whether its
+"""Columns of a plan's rows: steps taken before; steps, or 1 for the part of one; whether its
 last part ends a step, which is then recorded."""
 START, OFFSET, LENGTH = 0, 1, 2
-"""Lines of the times of a stretch [s]: when its piece of the profile begins, where it begins in
-its step, and the length of each of its steps or parts."""
+"""Lines of the times of a row [s]: when its segment of the schedule begins, where it begins in its
+step, and the length of each of its steps or parts."""
 
 
 class LanePlan(NamedTuple):
-    """Where the steps of eight runs go; see batch.plan.merged."""
+    """Where the steps of eight runs go; see ``batch.lanes.merged``."""
 
-    stretches: IntegerTable
-    """Shape (stretches, 3), columns as above."""
+    rows: IntegerTable
+    """Shape (rows, 3), columns as above."""
     places: Cube
-    """The numbers of each run's Place, shape (stretches, numbers, 8)."""
+    """The numbers of each run's ActiveSegment, shape (rows, numbers, 8)."""
     times: Cube
-    """Shape (stretches, 3, 8), lines as above."""
+    """Shape (rows, 3, 8), lines as above."""
 
 
 class LaneRuns(NamedTuple):
@@ -81,11 +81,11 @@ def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: Cube) -> None:
     Args:
         runs: without events; state and turns are the last at the end.
         plan: where they go.
-        samples: of each run, shape (8, samples, channels): see ``integrate.samples``.
+        samples: of each run, shape (8, samples, channels): see ``fixed_step.record``.
     """
     c, b, times, state, turns = runs.c, runs.b, runs.times, runs.state, runs.turns
-    for s in range(plan.stretches.shape[0]):
-        first, finishes = plan.stretches[s, FIRST], plan.stretches[s, FINISHES]
+    for s in range(plan.rows.shape[0]):
+        first, finishes = plan.rows[s, FIRST], plan.rows[s, FINISHES]
         for j in range(plan.places.shape[1]):
             for lane in range(LANES):
                 c[runs.place + j, lane] = plan.places[s, j, lane]
@@ -93,7 +93,7 @@ def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: Cube) -> None:
         for lane in range(LANES):
             times[0, lane] = local_time(runs, plan, s, first, lane)
         call(runs.slope, c, b, times, state, runs.slopes)
-        for k in range(plan.stretches[s, STEPS]):
+        for k in range(plan.rows[s, STEPS]):
             for lane in range(LANES):
                 times[0, lane] = local_time(runs, plan, s, first + k, lane)
                 times[1, lane] = plan.times[s, LENGTH, lane]

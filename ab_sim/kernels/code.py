@@ -80,7 +80,7 @@ class Code:
         called(self.address("prepare"), constants)
 
 
-KINDS = 64
+KINDS = 16
 """Of scenes whose code is remembered, 5 MB each."""
 _codes: OrderedDict[Any, Code] = OrderedDict()
 """The latest last."""

@@ -2,7 +2,7 @@
 
 Raw constants come first, in the order in which ``flattened`` goes through them; columns of the
 balls behind those of deck and effects; then the place on the speed profile, which a driver changes
-from stretch to stretch; then what follows from them, which the emitted ``prepare`` fills in.
+from step range to step range; then what follows from them, which the emitted ``prepare`` fills in.
 """
 
 from collections.abc import Callable, Iterator

@@ -64,7 +64,7 @@ class Emission:
 
     def _motor(self, evaluated: Evaluated) -> list[Expression]:
         torques = evaluated.torques
-        asked = (torques.asked, torques.most) if torques else (0.0, 0.0)
+        asked = (torques.commanded, torques.limit) if torques else (0.0, 0.0)
         return [self.model.lifted(x) for x in (*asked, evaluated.spindle.speed)]
 
     def lowered(self, roots: Mapping[str, Sequence[Expression]]) -> dict[str, list[Expression]]:

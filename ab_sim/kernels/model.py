@@ -186,15 +186,15 @@ class Model:
         columns = [
             arrow.load,
             self.balls.rolling_mass,
-            arrow.pull,
+            arrow.path_force,
             0.0 if friction is None else friction,
             friction_coefficient(self.effects, self.balls),
             on.path,
             on.curve,
             along,
             solved.path,
-            *arrow.reach,
-            *arrow.press,
+            *arrow.coupling,
+            *arrow.normal_coupling,
         ]
         return [self.lifted(x) for x in columns]
 

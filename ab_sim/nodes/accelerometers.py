@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
-from ab_msgs_py import topics
-from ab_msgs_py.imu import ImuEncoder
+from ab_msgs_py import ImuSample, Topic, topics
+from ab_msgs_py.imu import FORCE
+from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import frame_of
 from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.trajectory import Trajectory
@@ -20,7 +21,8 @@ class _Stream(NamedTuple):
     """The samples of one sensor."""
 
     publisher: Publisher[Any]
-    encoder: ImuEncoder
+    message: Prefilled
+    """In a fourth of the time of objects."""
     name: str
     axes: int
     every: int
@@ -37,7 +39,7 @@ class _Stream(NamedTuple):
         steps, forces = faults.sampled(self.name, taken[:, 0], taken[:, at : at + self.axes])
         for step, (x, y, *z) in zip(steps.tolist(), forces.tolist(), strict=True):
             force = x, y, z[0] if z else 0.0
-            self.publisher.publish(self.encoder.message(int(step) * self.step_ns, force))
+            self.publisher.publish(self.message.at(int(step) * self.step_ns, force))
 
 
 class Accelerometers:
@@ -58,10 +60,12 @@ class Accelerometers:
         self._streams = []
         for number, (name, sensor) in enumerate(scene.sensors.items()):
             frame = frame_of(self._node.get_namespace(), name)
+            topic = topics.imu_of(name, first=number == 0)
+            sample = ImuSample(0, (0.0, 0.0, 0.0), noise_variance(sensor, step), frame)
             self._streams.append(
                 _Stream(
-                    self._publisher(topics.imu_of(name, first=number == 0)),
-                    ImuEncoder(frame, noise_variance(sensor, step)),
+                    self._publisher(topic),
+                    Prefilled(topic.message(sample), FORCE),
                     name,
                     axes,
                     steps_per_sample(sensor.sample_rate, step),
@@ -77,7 +81,7 @@ class Accelerometers:
             for stream in self._streams if len(run) else ():
                 stream.publish(run, faults)
 
-    def _publisher(self, topic: topics.Topic) -> Publisher[Any]:
+    def _publisher(self, topic: Topic) -> Publisher[Any]:
         # Kept: a scene that is loaded later may have such a sensor again.
         if topic.name not in self._publishers:
             self._publishers[topic.name] = topic.publisher(self._node)

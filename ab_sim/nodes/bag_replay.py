@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import threading
 import time
 from collections.abc import Callable
@@ -15,9 +14,11 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import Qos, QosDurability, QosReliability
 
+from ab_msgs_py import topics
+from ab_msgs_py.ros_messages import class_of
 from ab_msgs_py.services import PAUSE, Answer, serve_switch
 from ab_sim.bags import Bag
-from ab_sim.bags.contract import DESCRIPTION, KINDS
+from ab_sim.bags.contract import topic_called
 from ab_sim.bags.importing import choose_namespace
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.nodes.log import PlainLog
@@ -60,7 +61,7 @@ class BagReplay(PlainLog):
         for name in chosen(bag, namespace):
             topic = bag.topics[name]
             try:
-                made: Any = _class_of(topic.type)
+                made: Any = class_of(topic.type)
             except ImportError as error:
                 self.left_out[name] = f"{topic.type} is not installed ({error})"
                 continue
@@ -122,7 +123,7 @@ class BagReplay(PlainLog):
     def _tell_what_is_simulated(self) -> dict[str, bytes]:
         told = {}
         for name, publisher in self._topics.items():
-            if name.endswith(f"/{DESCRIPTION.name}"):
+            if name.endswith(f"/{topics.DESCRIPTION.name}"):
                 for message in self._bag.messages({name}):
                     publisher.publish(message.data)
                     told[name] = message.data
@@ -171,28 +172,17 @@ def chosen(bag: Bag, namespace: str | None) -> list[str]:
     if namespace is None:
         return list(bag.topics)
     own = choose_namespace(bag, namespace).rstrip("/") + "/"
-    outside = {name for name in KINDS if name.startswith("/")}
+    outside = {topic.name for topic in topics.ALL if topic.name.startswith("/")}
     if f"{own}clock" in bag.topics:
         outside.discard("/clock")
     return [name for name in bag.topics if name.startswith(own) or name in outside]
 
 
-def _class_of(type_name: str) -> Any:
-    package, _, name = type_name.split("/")
-    module = importlib.import_module(f"{package}.msg")
-    try:
-        return getattr(module, name)
-    except AttributeError as error:
-        raise ImportError(f"{package} has no {name}") from error
-
-
 def _profile(name: str, qos: Qos | None) -> QoSProfile:
     """What was offered, as far as it matters to who listens; by default as the contract says."""
     if qos is None:
-        known = [kind for kind in KINDS.values() if name.endswith("/" + kind.name.lstrip("/"))]
-        qos = max(known, key=lambda kind: len(kind.name)).qos if known else None
-    if qos is None:
-        return QoSProfile(depth=10)
+        known = topic_called(name)
+        return known.qos.profile if known else QoSProfile(depth=10)
     latched = qos.durability is QosDurability.TRANSIENT_LOCAL
     unsure = qos.reliability is QosReliability.BEST_EFFORT
     return QoSProfile(

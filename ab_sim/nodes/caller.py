@@ -178,7 +178,7 @@ class Caller:
         told: dict[str, Health] = {}
 
         def hear(message: Any) -> None:
-            for health in Health.all_of(message):
+            for health in topics.DIAGNOSTICS.sample(message):
                 told[health.node] = health
 
         topics.DIAGNOSTICS.subscription(self._node, hear)

@@ -7,7 +7,7 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from ab_msgs_py import topics
-from ab_msgs_py.samples import command_of
+from ab_msgs_py.topic import arrived
 from ab_sim.errors import CommandError, exact
 from ab_sim.nodes.command_path import CommandPath, Silence
 from ab_sim.nodes.duration_histogram import DurationHistogram
@@ -75,8 +75,10 @@ class PendingCommands:
         if self._subscription is not None:
             # On the steady clock: the system's may be set while a command is on its way.
             steady = time.monotonic_ns() - time.time_ns()
-            for message, received in topics.arrived(self._subscription, AT_ONCE):
-                self._path.hear(command_of(message), now, 0 if standing else received + steady)
+            for message, received in arrived(self._subscription, AT_ONCE):
+                self._path.hear(
+                    topics.COMMAND.sample(message), now, 0 if standing else received + steady
+                )
 
     def shown(self) -> None:
         """Outputs have been published: of those commands that have led to them it was the first."""

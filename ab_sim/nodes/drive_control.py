@@ -133,6 +133,8 @@ class DriveControl:
         eccentricity, angle = values["disc_eccentricity"], values["disc_angle"]
         with node.active() as session:
             asked, before = _sound(session), session.now
+            if "disc_eccentricity" not in node.settings.asked:
+                return False, "the parameter disc_eccentricity was never set: set it first [m]"
             scene, moved = with_disc(before.scene, eccentricity, angle)
         share = node.settings.values["error_checks"]
         prepared = node.unless_ended(lambda: before.altered(scene, (), share))

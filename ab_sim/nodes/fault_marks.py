@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from rclpy.node import Node
 
 from ab_msgs_py import topics
-from ab_msgs_py.samples import faults_message
 from ab_sim.drive.faults.fault import Fault
 
 
@@ -29,7 +28,7 @@ class FaultMarks:
         """These from now on."""
         before, self._texts = self._texts or [], [fault.text for fault in faults]
         # Latched: who comes late, and who has never heard of faults, is told of none, too.
-        self._topic.publish(faults_message(self._texts))
+        self._topic.publish(topics.FAULTS.message(self._texts))
         if self._texts != before:
             self._node.get_logger().warning(f"faults in force: {self.words}")
 

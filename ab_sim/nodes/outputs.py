@@ -7,7 +7,6 @@ from rclpy.node import Node
 
 from ab_msgs_py import Block, Health, Level, Task, topics
 from ab_msgs_py.prefilled import Prefilled
-from ab_msgs_py.samples import clock_message
 from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.nodes.observed import Observed
@@ -29,7 +28,7 @@ class Outputs:
         self._observed = Observed(node)
         self._block = topics.BLOCK.publisher(node)
         self._clock = topics.CLOCK.publisher(node) if clock else None
-        self._now = Prefilled(clock_message(0))
+        self._now = Prefilled(topics.CLOCK.message(0))
         self._diagnostics = topics.DIAGNOSTICS.publisher(node)
 
     def begin(self, scene: Scene, channels: Sequence[str]) -> None:
@@ -65,7 +64,7 @@ class Outputs:
     def write(self, parts: Sequence[Trajectory]) -> None:
         """A block of the samples in these, if there are any."""
         if parts and len(block := Trajectory.join(list(parts))):
-            self._block.publish(Block(block.channels, block.samples).encoded())
+            self._block.publish(topics.block_bytes(Block(block.channels, block.samples)))
 
     def report(
         self, time_ns: int, level: Level, text: str, values: Mapping[str, str] | None = None
@@ -74,8 +73,8 @@ class Outputs:
         node = self._node
         hardware = self._hardware or f"{node.get_namespace()}/{self._scene}".lstrip("/")
         name = node.get_fully_qualified_name()
-        health = Health(name, Task.DRIVE, level, text, dict(values or {}), hardware)
-        self._diagnostics.publish(health.message_at(time_ns))
+        health = Health(name, Task.DRIVE, level, text, dict(values or {}), hardware, time_ns)
+        self._diagnostics.publish(topics.DIAGNOSTICS.message(health))
 
     def rival(self) -> str:
         """What is wrong if somebody else tells the time, too; nothing, if nobody does."""

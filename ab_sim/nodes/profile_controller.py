@@ -6,11 +6,9 @@ import time
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from ab_msgs_py import ENDED, Health, Level, Task, VibrationSample, topics
-from ab_msgs_py.samples import command_message, text_message
+from ab_msgs_py import ENDED, Health, Level, Qos, Task, topics
 from ab_msgs_py.services import ABORT, START, Answer, serve_trigger
 from ab_sim.errors import InputError
 from ab_sim.nodes.log import PlainLog
@@ -36,9 +34,7 @@ HEALTH = {
 }
 """What the status itself does not say well enough."""
 # A board's sensor is often best effort, and one that is reliable is heard as well.
-_VIBRATION = topics.VIBRATION._replace(
-    qos=QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-)
+_VIBRATION = topics.VIBRATION._replace(qos=Qos(100, reliable=False))
 
 
 class ProfileController(PlainLog):
@@ -160,8 +156,9 @@ class ProfileController(PlainLog):
             Level.WARN if run.why else Level.OK,
             ENDED if ended else message,
             values,
+            time=self.get_clock().now().nanoseconds,
         )
-        self._diagnostics.publish(health.message_at(self.get_clock().now().nanoseconds))
+        self._diagnostics.publish(topics.DIAGNOSTICS.message(health))
 
     def end(self) -> None:
         """Send nothing more; last words."""
@@ -215,7 +212,7 @@ class ProfileController(PlainLog):
         self._waiting.cancel()
 
     def _say(self, status: str, well: bool) -> None:
-        self._status.publish(text_message(status))
+        self._status.publish(topics.PROFILE_STATUS.message(status))
         word, _, more = status.partition(": ")
         words = HEALTH.get(ProfileState(word), status)
         if more and more not in words:
@@ -229,7 +226,7 @@ class ProfileController(PlainLog):
         return self.get_clock().now().nanoseconds if self._simulated else time.monotonic_ns()
 
     def _hear(self, message: Any) -> None:
-        sample = VibrationSample.of(message)
+        sample = _VIBRATION.sample(message)
         with self._lock:
             self.run.hear(self._time() * 1e-9, sample.frame, sample.time, sample.linear)
 
@@ -263,7 +260,7 @@ class ProfileController(PlainLog):
     def _send(self, speed: float | None) -> None:
         if speed is not None:
             self._published += 1
-            self._command.publish(command_message(speed))
+            self._command.publish(topics.COMMAND.message(speed))
 
 
 def _steepest(asked: AskedProfile) -> float:

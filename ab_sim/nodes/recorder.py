@@ -7,11 +7,12 @@ import math
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, Task, topics
-from ab_msgs_py.samples import command_of, description_of, event_of, faults_of, text_of
+from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, Task, Topic, topics
+from ab_msgs_py.samples import Event
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.nodes.bag_recorder import BagRecorder
 from ab_sim.nodes.inbox import Inbox
@@ -99,7 +100,9 @@ class Recorder(PlainLog):
             (topics.FAULTS, self._write_faults),
             (topics.EVENTS, self._write_event),
         )
-        self._write = {topic.name: write for topic, write in heard}
+        self._write: dict[str, tuple[Topic, Callable[[Any], None]]] = {
+            topic.name: (topic, write) for topic, write in heard
+        }
         self._inbox = Inbox(self._write, length)
         for topic, _ in heard:
             topic.subscription(self, functools.partial(self._inbox.put, topic.name))
@@ -185,16 +188,16 @@ class Recorder(PlainLog):
         """Write what has come so far."""
         if self._bag is not None:
             self._bag.write()
-        for topic, message in self._inbox.take():
+        for name, message in self._inbox.take():
+            topic, write = self._write[name]
             try:
-                self._write[topic](message)
+                write(topic.sample(message))
             except MalformedMessage as error:
                 self._malformed += 1
-                self._ignored[topic] = self._ignored.get(topic, (0, ""))[0] + 1, str(error)
+                self._ignored[name] = self._ignored.get(name, (0, ""))[0] + 1, str(error)
         self._files.flush()
 
-    def _write_description(self, message: Any) -> None:
-        description = description_of(message)
+    def _write_description(self, description: dict[str, Any]) -> None:
         try:
             Drawing.of(description)
         except RecordingError as error:
@@ -203,8 +206,7 @@ class Recorder(PlainLog):
             self._description = description
             self._files.begin(description)
 
-    def _write_block(self, message: Any) -> None:
-        block = Block.of(message)
+    def _write_block(self, block: Block) -> None:
         if self._description is None or len(block.samples) == 0:
             return
         if list(block.channels) != self._description.get("channels"):
@@ -212,11 +214,11 @@ class Recorder(PlainLog):
         self._files.block(block.channels, block.samples)
         self._time = block.samples[-1, 1]
 
-    def _write_command(self, message: Any) -> None:
-        self._files.scalar("commands_received", self._time, command_of(message))
+    def _write_command(self, speed: float) -> None:
+        self._files.scalar("commands_received", self._time, speed)
 
-    def _write_health(self, message: Any) -> None:
-        for health in Health.all_of(message):
+    def _write_health(self, entries: list[Health]) -> None:
+        for health in entries:
             if health.namespace != self.get_namespace():
                 continue
             factor = _number(health.values.get("real-time factor", "nan"))
@@ -233,19 +235,17 @@ class Recorder(PlainLog):
                     "diagnostics",
                 )
 
-    def _write_status(self, message: Any) -> None:
-        status = text_of(message)
+    def _write_status(self, status: str) -> None:
         self._files.state("profile", self._time, status.partition(":")[0])
         self._files.event(self._time, f"profile: {status}", "INFO", "profile")
 
-    def _write_faults(self, message: Any) -> None:
-        told = faults_of(message)
+    def _write_faults(self, told: list[str]) -> None:
         text = ", ".join(told) or "none"
         self._files.state("faults", self._time, text)
         self._files.event(self._time, f"faults: {text}", "WARN" if told else "INFO", "faults")
 
-    def _write_event(self, message: Any) -> None:
-        _, level, node, text = event_of(message)
+    def _write_event(self, event: Event) -> None:
+        _, level, node, text = event
         if "/" + node.rpartition(".")[0].replace(".", "/") != self.get_namespace():
             return
         if text.startswith(PARAMETERS):
@@ -294,8 +294,9 @@ class Recorder(PlainLog):
             level,
             text,
             {key: str(value) for key, value in values.items()},
+            time=round(self._time * 1e9),
         )
-        self._diagnostics.publish(health.message_at(round(self._time * 1e9)))
+        self._diagnostics.publish(topics.DIAGNOSTICS.message(health))
         for topic, (count, last) in self._ignored.items():
             self.get_logger().warning(f"ignored {count} messages on {topic}, the last one: {last}")
         self._ignored.clear()

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from rclpy.node import Node
 
 from ab_msgs_py import Level, topics
-from ab_msgs_py.samples import description_message
 from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive.faults.active import transfer_faults
 from ab_sim.drive.trajectory import Trajectory
@@ -91,7 +90,8 @@ class Session:
         self._outputs.begin(prepared.scene, prepared.drive.channels)
         self.marks.tell(())
         # Latched, and only now: who has read it knows that the drive is ready.
-        self._description.publish(description_message(prepared.description() | self._run))
+        description = prepared.description() | self._run
+        self._description.publish(topics.DESCRIPTION.message(description))
         self._node.get_logger().info(prepared.words() + (", paused" if self.paused else ""))
 
     def go_on_with(self, prepared: PreparedDrive) -> None:

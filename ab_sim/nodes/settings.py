@@ -25,6 +25,8 @@ class Settings:
         self._wanted: dict[str, Wanted] = {}
         self.values: dict[str, Any] = {}
         """What holds, by name."""
+        self.asked: set[str] = set()
+        """Names of those that somebody has set, or that began as no default."""
 
     def declare(self, meaning: str, wanted: Wanted) -> None:
         """One more.
@@ -33,7 +35,10 @@ class Settings:
             InputError: the value given is of another type, or is not allowed.
         """
         self._wanted[wanted.name] = wanted
-        self.values[wanted.name] = wanted.declare(self._node, meaning, read_only=False)
+        value = wanted.declare(self._node, meaning, read_only=False)
+        self.values[wanted.name] = value
+        if value != wanted.default:
+            self.asked.add(wanted.name)
 
     def follow(
         self, judge: Callable[[Values], None], apply: Callable[[Values, Values], None]
@@ -54,7 +59,8 @@ class Settings:
             return SetParametersResult(successful=True)
 
         def applied(parameters: list[Parameter[Any]]) -> None:
-            if any(p.name in self._wanted for p in parameters):
+            if names := {p.name for p in parameters} & self._wanted.keys():
+                self.asked |= names
                 before, self.values = self.values, self._with(parameters)
                 apply(before, self.values)
 

@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.analysis import Merits, merits_of_pieces
-from ab_sim.analysis.merits import LAST
+from ab_sim.analysis.merits import LAST, Merits, merits_of_pieces, passes_of
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.drive.driving_forces import driving_forces
-from ab_sim.drive.overlap import WHAT_CHANGES
 from ab_sim.drive.rows import channels_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
@@ -108,7 +106,7 @@ def gather(
         raise InputError(f"{run.path}: the recording is empty: it has no samples to report on")
     scene, why = _scene_of(run)
     read = [0]
-    passes = (1 if scene is None else 3) + (run.every > 1)
+    passes = 1 + (0 if scene is None else passes_of()) + (run.every > 1)
 
     def pieces() -> Iterator[Trajectory]:
         left = extent.rows  # of one that is still being written, no more than at first
@@ -144,8 +142,8 @@ def gather(
         )
     if extent.missing:
         notes.append(f"{extent.missing} steps are missing, at {extent.gaps} places")
-    if merits is not None and merits.overlaps:
-        notes.append(f"balls overlap: {WHAT_CHANGES}")
+    if merits is not None:
+        notes += merits.cautions()
     return collected.result(name, merits, tuple(notes))
 
 

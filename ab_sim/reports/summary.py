@@ -1,23 +1,14 @@
 """What runs come to, as rows of text: for tables on the terminal and on pages."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
-from ab_sim.analysis import Merits
-from ab_sim.analysis.merits import BAND, FLOOR, LAST
+from ab_sim.analysis.merits import BAND, FLOOR, LAST, reported_merits
+from ab_sim.analysis.merits.merit import NO, NOTHING, WhirlScale
+from ab_sim.analysis.merits.merit import Row as MeritRow
 from ab_sim.conventions import NOTATION
-from ab_sim.drive.overlap import overlaps_text
 from ab_sim.reports.gather import RunData
 from ab_sim.reports.panels import whirl_scale
-from ab_sim.reports.wording import (
-    angles_text,
-    circulating_text,
-    final_text,
-    in_band_text,
-    milli_text,
-    number_text,
-    peak_text,
-)
 
 CAPTION = (
     f"Final: root mean square over the last {100 * LAST:g} % of the run. Band: +-{100 * BAND:g} % "
@@ -31,16 +22,27 @@ Row = tuple[str, list[str]]
 
 def summary_rows(runs: Sequence[RunData]) -> list[Row]:
     """Labels, each with a cell for every run; what no run has is left out."""
-    rows = [(label, [tell(data) for data in runs]) for label, tell in _TOLD]
-    return [(label, cells) for label, cells in rows if any(cell != "-" for cell in cells)]
+    rows = [(label, [tell(data) for data in runs]) for label, tell in _told()]
+    return [(label, cells) for label, cells in rows if any(cell != NOTHING for cell in cells)]
 
 
-def _judged(tell: Callable[[Merits, float, str], str]) -> Callable[[RunData], str]:
+def _told() -> Iterator[tuple[str, Callable[[RunData], str]]]:
+    yield from (("scene", _scene), ("duration", _duration), ("final speed", _speed))
+    for merit in reported_merits():
+        if merit.row is not None and merit.row.in_reports:
+            yield merit.row.head("W"), _judged(merit.row)
+    yield from (("vibration, rms", _vibration), ("once per turn", _share))
+    yield from (("samples", _samples), ("events", _events), ("real-time factor", _factor))
+
+
+def _judged(row: MeritRow) -> Callable[[RunData], str]:
     def cell(data: RunData) -> str:
         if data.merits is None:
-            return "-"
-        _, unit, scale = whirl_scale(data)
-        return tell(data.merits, scale, "e" if unit == "1" else unit)
+            return NOTHING
+        _, unit, factor = whirl_scale(data)
+        unit = "e" if unit == "1" else unit
+        text = row.text(data.merits, WhirlScale(factor, unit, "W", f" {unit}"))
+        return NOTHING if text == NO else text
 
     return cell
 
@@ -88,35 +90,3 @@ def _speed(data: RunData) -> str:
         return "-"
     speed = float(data.curves.curve("speed")[1][-1])
     return f"{speed:.4g} rad/s ({30.0 * speed / math.pi:.5g} 1/min)"
-
-
-def _peak(merits: Merits, scale: float, unit: str) -> str:
-    value, _, when = peak_text(merits, scale).partition(" ")
-    return f"{value} {unit} {when}"
-
-
-def _final(merits: Merits, scale: float, unit: str) -> str:
-    value, comma, changing = final_text(merits, scale).partition(",")
-    return f"{value} {unit}{comma}{changing}"
-
-
-_TOLD: tuple[tuple[str, Callable[[RunData], str]], ...] = (
-    ("scene", _scene),
-    ("duration", _duration),
-    ("final speed", _speed),
-    ("peak W", _judged(_peak)),
-    ("final W", _judged(_final)),
-    ("in the band", _judged(in_band_text)),
-    ("residual unbalance", _judged(lambda m, *_: number_text(m.residual_unbalance))),
-    ("residual couple", _judged(lambda m, *_: number_text(m.residual_couple))),
-    ("peak tilt [mrad]", _judged(lambda m, *_: milli_text(m.peak_tilt))),
-    ("final tilt [mrad]", _judged(lambda m, *_: milli_text(m.final_tilt))),
-    ("final ball angles", _judged(lambda m, *_: angles_text(m))),
-    ("balls circulate", _judged(lambda m, *_: circulating_text(m))),
-    ("balls overlap", _judged(lambda m, *_: overlaps_text(m.overlaps) if m.overlaps else "-")),
-    ("vibration, rms", _vibration),
-    ("once per turn", _share),
-    ("samples", _samples),
-    ("events", _events),
-    ("real-time factor", _factor),
-)

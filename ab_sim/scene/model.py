@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
 from ab_sim.scene.deck import Deck, Mount, check_deck, inertia_matrix
+from ab_sim.scene.deck_models import check_deck_model
 from ab_sim.scene.profiles import Profile, beyond, check_profile
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes
@@ -54,6 +55,11 @@ class Scene(Section):
     """Of a deck in space; without, it moves in the plane of the disc."""
     mounts: tuple[Mount, ...] = Field(
         default=(), description="what holds a deck in space; any number of them"
+    )
+    deck_model: OneLine | None = Field(
+        default=None,
+        description="which equations the deck has, by name; without, those of a deck in space "
+        "where the scene has one (section deck), else those of a deck in the plane of the disc",
     )
     race: Race
     balls: Balls
@@ -156,6 +162,7 @@ class Scene(Section):
             _check_accuracy,
             _check_sensors,
             _check_start,
+            _check_deck_model,
             check_deck,
         ):
             check(self)
@@ -258,6 +265,10 @@ def _check_start(scene: Scene) -> None:
             f"start.deck.tilt = {list(start.tilt)} rad: at alpha = +-pi/2 the angles beta and "
             "gamma turn about the same axis; tilt the deck a little less"
         )
+
+
+def _check_deck_model(scene: Scene) -> None:
+    check_deck_model(scene.deck_model, scene.deck is not None)
 
 
 def _check_accuracy(scene: Scene) -> None:

@@ -1,4 +1,4 @@
-"""A scene file as JSON Schema, made from the models and the registries of effects and steppers.
+"""A scene file as JSON Schema, made from the models and the registries of what has names.
 
 It refuses what one key can say by itself. What only several keys together can say (a ball's radius
 below the race's, a step beyond a stability limit) is left to ``check_scene``.
@@ -8,6 +8,7 @@ import inspect
 from importlib import import_module
 from typing import Any
 
+from ab_sim.scene.deck_models import deck_model_ways
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
 
@@ -46,6 +47,8 @@ def bare_schema() -> Schema:
     sensor = keys["sensors"]["additionalProperties"]
     keys["sensors"]["additionalProperties"] = {"anyOf": [sensor, {"type": "null"}]}
     _add_steppers(sections["Solver"])
+    (named, _) = keys["deck_model"]["anyOf"]
+    named["enum"] = list(deck_model_ways())
     _tidy(schema)
     return schema
 

@@ -109,16 +109,16 @@ def forget(memory: Table) -> None:
 
 
 def local_time(run: Run, step_range: EqualSteps, done: int) -> float:
-    """Since the piece of the profile began [s], so many nominal steps into a stretch."""
+    """Since the segment began [s], so many nominal steps into a step range."""
     return ((step_range.first + done) * run.step - step_range.start) + step_range.offset
 
 
 def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -> int:
-    """Take steps along one stretch, where the scene's constants say that it lies.
+    """Take steps along one step range, where the scene's constants say that it lies.
 
     Args:
         run: the Run.
-        step_range: the Stretch.
+        step_range: the range.
         samples: of which the rows are recorded.
         steps: how many; with none, samples may have room for the state as it is.
 

@@ -88,7 +88,7 @@ class Loop:
         return timed(self._run)
 
     def _run(self) -> Any:
-        self.drive._take(self.drive._way, self.steps, self.samples)
+        self.drive._take(self.drive._step_plan, self.steps, self.samples)
         return self.samples
 
     def error(self, kept: Any) -> float:

@@ -285,6 +285,19 @@ def _parameters(what: type[Any], fields: dict[str, Schema], at: str) -> Iterator
         yield from ["It has no parameters.", ""]
 
 
+def merits() -> Iterator[str]:
+    """Every merit of a run, by its key."""
+    from ab_sim.analysis.merits import reported_merits
+
+    rows = []
+    for merit in reported_merits():
+        rows.append([f"`{merit.key}`", _cell(merit.meaning), merit.unit.replace("-", "")])
+        if merit.relative is not None:
+            beside = f"`{merit.key}` in that of the run without balls"
+            rows.append([f"`{merit.relative.key}`", beside, "1"])
+    yield from _table(["key", "meaning", "unit"], rows)
+
+
 def commands() -> Iterator[str]:
     """Every command's help, from the parser."""
     from typer.main import get_command
@@ -330,6 +343,13 @@ def node_parameters() -> Iterator[str]:
         yield from _table(["parameter", "default", "meaning"], rows)
 
 
+def topics() -> Iterator[str]:
+    """Every topic of the contract."""
+    from ab_msgs_py.topics import table
+
+    yield from [*table(), ""]
+
+
 def scenes() -> Iterator[str]:
     """Every scene of the package, and how its description begins."""
     from ab_sim.scene_files import find_scene, read_scene_file, scene_names
@@ -370,9 +390,11 @@ MAKERS: dict[str, Callable[[], Iterator[str]]] = {
     "effects": effects,
     "sensors": sensors,
     "commands": commands,
+    "merits": merits,
     "node-parameters": node_parameters,
     "scenes": scenes,
     "examples": examples,
+    "topics": topics,
     "guide": guide,
     "glossary": glossary,
 }

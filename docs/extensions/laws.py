@@ -15,9 +15,9 @@ LAWS = {
         r"Energy $\frac{1}{2} I \left(\omega - \dot{s}/a\right)^2$, $I = \frac{2}{5} m a^2$:"
         r" inertia $m + I/a^2$ along the race, and the spindle's acceleration spins the ball up"
     ),
-    "g sin(tilt) (cos direction, sin direction) on all that moves": (
-        r"$g \, \sin(\mathrm{tilt}) \left(\cos(\mathrm{direction}), \sin(\mathrm{direction})\right)$"
-        " on all that moves"
+    "g (sin(tilt) cos(direction), sin(tilt) sin(direction), -cos(tilt)) on all that moves": (
+        r"$g \left(\sin(\mathrm{tilt}) \cos(\mathrm{direction}), \sin(\mathrm{tilt}) "
+        r"\sin(\mathrm{direction}), -\cos(\mathrm{tilt})\right)$ on all that moves"
     ),
     "f = -k_3 |u|^2 u": r"$f = -k_3 \left|u\right|^2 u$",
     "T = clip(T_a, +-T_max) - b w, T_a = k_p (w_c - w) + k_i z, z' = w_c - w - (T_a - "
@@ -41,8 +41,8 @@ LAWS = {
         r"$\left|F_i\right| \le \frac{\beta_b}{a} \max(N_i, 0)$; "
         r"$F_i = -\frac{\beta_b}{a} \max(N_i, 0)\, \mathrm{sign}(\dot{\theta}_i)$ while it rolls"
     ),
-    "M0 e psi'' across the unbalance; m R psi'' on each ball": (
-        r"$M_0 e \ddot{\psi}$ across the unbalance; $m R \ddot{\psi}$ on each ball"
+    "M0 e psi'' across the unbalance; (m h - I/a) psi'' on each ball": (
+        r"$M_0 e \ddot{\psi}$ across the unbalance; $(m h - I/a) \ddot{\psi}$ on each ball"
     ),
     "f = -c v - k u": r"$f = -c v - k u$",
     "f_j = -c_j v_j - k_j u_j along the principal axes j = 1, 2, fixed in space": (

@@ -9,8 +9,8 @@ import pytest
 
 from ab_sim.analysis import merits_of, run_scene
 from ab_sim.analysis.circulation import CirculationWatch
+from ab_sim.analysis.merits.wording import angles_text, circulating_text
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.reports.wording import angles_text, circulating_text
 from tests.analysis.made import made
 
 STALLING = {
@@ -78,17 +78,19 @@ def test_balls_that_stall_near_the_critical_speed_are_named(scene: Any) -> None:
     report = json.loads(json.dumps(merits.report(1e-4)))["circulating_balls"]
     assert report["balls"] == [0, 1, 2, 3, 4, 5]
     assert report["spindle_speed"] == pytest.approx(1152.0)
-    assert circulating_text(merits).startswith("6 of 6 at 9")
-    assert angles_text(merits) == "none rests"
+    assert circulating_text(found, 6).startswith("6 of 6 at 9")
+    assert angles_text(merits.final_ball_angles, found) == "none rests"
 
 
 def test_who_rests_beside_them_has_a_place(scene: Any) -> None:
     merits = merits_of(turning(lambda t: 0 * t - 1.0, lambda t: -30 * t), scene())
-    assert circulating_text(merits) == "1 of 2 at 70 rad/s, the spindle at 100"
-    assert angles_text(merits) == "-57.3, - deg"
+    circulating = merits.circulating
+    assert circulating_text(circulating, 2) == "1 of 2 at 70 rad/s, the spindle at 100"
+    assert angles_text(merits.final_ball_angles, circulating) == "-57.3, - deg"
 
 
 def test_balls_at_rest_on_the_rotor_are_not(scene: Any) -> None:
     rested = merits_of(turning(lambda t: 0 * t - math.pi, lambda t: 0 * t - math.pi), scene())
     assert rested.circulating is None and rested.report(1e-4)["circulating_balls"] is None
-    assert circulating_text(rested) == "-" and angles_text(rested) == "-180.0, -180.0 deg"
+    assert circulating_text(rested.circulating, 2) == "-"
+    assert angles_text(rested.final_ball_angles, rested.circulating) == "-180.0, -180.0 deg"

@@ -15,7 +15,7 @@ import pytest
 
 from ab_sim.analysis.modes import Mode, campbell, likeness, modes_of, moving, vibration_of
 from ab_sim.dynamics.assemble import linearised, start_discrete_state, start_state, system_of
-from ab_sim.dynamics.space_scene import angular_velocity
+from ab_sim.dynamics.deck_models.in_space import angular_velocity
 from ab_sim.errors import SceneError
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene import Scene, load_scene, scene_names

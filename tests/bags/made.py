@@ -9,8 +9,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from ab_msgs_py import Block, topics
 from ab_sim.bags import BagWriter, export_bag
-from ab_sim.bags.contract import KINDS
+from ab_sim.bags.contract import offered, topic_called
+from ab_sim.bags.messages import encoded
 from ab_sim.recording import RecordedRun, Recording, open_recording, read_recording
 
 
@@ -29,6 +31,10 @@ def export_of(
         return read_recording(file)
 
 
+def block_of(channels: Iterable[str], samples: NDArray[Any]) -> bytes:
+    return encoded(topics.BLOCK, Block(tuple(channels), samples))
+
+
 def bag_of(path: Path, messages: Iterable[tuple[str, int, bytes]], **types: str) -> Path:
     """Of (topic, time [ns], CDR); types by the topics' names with _ for /, or the contract's."""
     with BagWriter(path) as bag:
@@ -36,8 +42,8 @@ def bag_of(path: Path, messages: Iterable[tuple[str, int, bytes]], **types: str)
         for topic, time, message in messages:
             if topic not in known:
                 known.add(topic)
-                kinds = [k for k in KINDS.values() if topic.endswith("/" + k.name.lstrip("/"))]
-                kind = max(kinds, key=lambda k: len(k.name)) if kinds else KINDS["whirl"]
-                bag.topic(topic, types.get(topic.strip("/").replace("/", "_"), kind.type), kind.qos)
+                kind = topic_called(topic) or topics.WHIRL
+                type_name = types.get(topic.strip("/").replace("/", "_"), kind.type_name)
+                bag.topic(topic, type_name, offered(kind.qos))
             bag.write(topic, time, message)
     return path

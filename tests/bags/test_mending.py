@@ -16,11 +16,13 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from ab_sim.bags import Bag, BagWriter, import_bag, mend_bag, messages
-from ab_sim.bags.contract import BLOCK, DESCRIPTION
+from ab_msgs_py.topics import BLOCK, DESCRIPTION
+from ab_sim.bags import Bag, BagWriter, import_bag, mend_bag
+from ab_sim.bags.contract import offered
+from ab_sim.bags.messages import encoded
 from ab_sim.errors import RecordingError
 from ab_sim.recording import read_recording
-from tests.bags.made import bag_of
+from tests.bags.made import bag_of, block_of
 from tests.cli.tool import ab_sim
 from tests.recording.runs import describe, run
 from tests.recording.test_errors import files_limited_to
@@ -40,11 +42,11 @@ os.kill(os.getpid(), signal.SIGKILL)
 def write(path: Path | str) -> BagWriter:
     """Blocks of 10 rows, two in each flush; it is never closed."""
     bag = BagWriter(path)
-    bag.topic("/drive_description", DESCRIPTION.type, DESCRIPTION.qos)
-    bag.topic("/vibration/block", BLOCK.type, BLOCK.qos)
-    bag.write("/drive_description", 0, messages.description_message(describe()))
+    bag.topic("/drive_description", DESCRIPTION.type_name, offered(DESCRIPTION.qos))
+    bag.topic("/vibration/block", BLOCK.type_name, offered(BLOCK.qos))
+    bag.write("/drive_description", 0, encoded(DESCRIPTION, describe()))
     for first in range(0, 600, 10):
-        block = messages.block_message(CHANNELS, SAMPLES[first : first + 10])
+        block = block_of(CHANNELS, SAMPLES[first : first + 10])
         bag.write("/vibration/block", (first + 10) * 10**6, block)
         if first % 20:
             bag.flush()
@@ -98,7 +100,7 @@ def by_rosbags(bag: Path) -> list[bytes]:
 
 
 def written() -> list[bytes]:
-    return [messages.block_message(CHANNELS, SAMPLES[a : a + 10]) for a in range(0, 600, 10)]
+    return [block_of(CHANNELS, SAMPLES[a : a + 10]) for a in range(0, 600, 10)]
 
 
 def test_others_read_all_that_a_killed_writer_had_flushed(killed: Path) -> None:

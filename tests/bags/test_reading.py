@@ -11,11 +11,14 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from ab_sim.bags import Bag, BagWriter, import_bag, messages
-from ab_sim.bags.contract import BLOCK, DESCRIPTION
+from ab_msgs_py import VibrationSample
+from ab_msgs_py.topics import BLOCK, COMMAND, DESCRIPTION, PROFILE_STATUS, VIBRATION
+from ab_sim.bags import Bag, BagWriter, import_bag
+from ab_sim.bags.contract import offered
+from ab_sim.bags.messages import TYPES, encoded
 from ab_sim.errors import AbSimError, InputError, RecordingError
 from ab_sim.recording import read_recording
-from tests.bags.made import bag_of, export_of
+from tests.bags.made import bag_of, block_of, export_of
 from tests.recording.runs import describe, run
 from tests.recording.test_errors import files_limited_to
 
@@ -33,13 +36,13 @@ def blocks(*ends: int, times: bool = True) -> list[tuple[str, int, bytes]]:
     """Of the steps up to each end, dated by their ends [ms]."""
     cut = [0, *ends]
     return [
-        ("/vibration/block", b * 10**6, messages.block_message(CHANNELS, SAMPLES[a:b]))
+        ("/vibration/block", b * 10**6, block_of(CHANNELS, SAMPLES[a:b]))
         for a, b in zip(cut[:-1], cut[1:], strict=True)
     ]
 
 
 def described(**changes: Any) -> tuple[str, int, bytes]:
-    return "/drive_description", 0, messages.description_message(describe(**changes))
+    return "/drive_description", 0, encoded(DESCRIPTION, describe(**changes))
 
 
 def imported(bag: Path, **options: Any) -> Any:
@@ -109,7 +112,7 @@ def test_the_file_alone_is_a_bag(finished: Path, tmp_path: Path) -> None:
 
 def test_write_error_is_told_and_what_was_written_is_readable(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "bag")
-    writer.topic("/vibration/block", BLOCK.type, BLOCK.qos)
+    writer.topic("/vibration/block", BLOCK.type_name, offered(BLOCK.qos))
     rng, sent = np.random.default_rng(0), 0
     with (
         files_limited_to(300_000),
@@ -117,7 +120,7 @@ def test_write_error_is_told_and_what_was_written_is_readable(tmp_path: Path) ->
     ):
         while True:
             noise = np.column_stack([np.arange(99.0), np.arange(99.0), rng.normal(size=(99, 3))])
-            block = messages.block_message(("step", "time", "x", "y", "z"), noise)
+            block = block_of(("step", "time", "x", "y", "z"), noise)
             writer.write("/vibration/block", sent, block)
             sent += 1
             writer.flush()
@@ -138,7 +141,7 @@ def test_sqlite_as_older_ros_wrote_it(finished: Path, tmp_path: Path) -> None:
         Writer(tmp_path / "old", version=8, storage_plugin=StoragePlugin.SQLITE3) as writer,
     ):
         known = {
-            name: writer.add_connection(name, topic.type, typestore=messages.TYPES)
+            name: writer.add_connection(name, topic.type, typestore=TYPES)
             for name, topic in bag.topics.items()
         }
         for message in bag.messages(bag.topics):
@@ -152,14 +155,18 @@ def test_command_and_vibration_alone(tmp_path: Path) -> None:
     """Of a rig whose clock hangs on the wall: there is what it said, and no drawing."""
     start, rng = 1_700_000_000_000_000_000, np.random.default_rng(0)
     felt = rng.normal(size=(50, 3))
-    said = [("/rig/spindle/command", start - 5, messages.number_message(7.0))]
+    said = [("/rig/spindle/command", start - 5, encoded(COMMAND, 7.0))]
     for row in range(50):
         time = start + row * 1_000_000
         said.append(
-            ("/rig/vibration", time + 300, messages.vibration_message(time, "imu", felt[row]))
+            (
+                "/rig/vibration",
+                time + 300,
+                encoded(VIBRATION, VibrationSample(time, felt[row], frame="imu")),
+            )
         )
         if row == 20:
-            said.append(("/rig/spindle/command", time + 400, messages.number_message(9.0)))
+            said.append(("/rig/spindle/command", time + 400, encoded(COMMAND, 9.0)))
     made, back = imported(bag_of(tmp_path / "rig", said))
     assert (made.rows, made.missing, made.ignored) == (50, 0, {})
     assert back.channels == ("step", "time", "imu_1", "imu_2", "imu_3", "command")
@@ -234,15 +241,15 @@ def test_of_several_drives_one_must_be_chosen(tmp_path: Path) -> None:
 def test_messages_that_cannot_be_used_are_counted_and_told(tmp_path: Path) -> None:
     half, timeless, back = SAMPLES[:20].copy(), SAMPLES[20:40].copy(), SAMPLES[40:60].copy()
     half[3, 0], timeless[3, 1], back[3, 1] = 3.5, np.nan, 0.0
-    bad = [messages.block_message(CHANNELS, rows) for rows in (half, timeless, back)]
-    bad.append(messages.block_message([*CHANNELS[:-1], "else"], SAMPLES[60:80]))
-    bad.append(messages.block_message(["step", "step"], SAMPLES[:5, :2]))
+    bad = [block_of(CHANNELS, rows) for rows in (half, timeless, back)]
+    bad.append(block_of([*CHANNELS[:-1], "else"], SAMPLES[60:80]))
+    bad.append(block_of(["step", "step"], SAMPLES[:5, :2]))
     bad += [b"", b"\x00\x01\x00\x00garbage", bad[0][:-9]]
     named = describe(channels=CHANNELS)
-    said = [("/drive_description", 0, messages.description_message(named))]
+    said = [("/drive_description", 0, encoded(DESCRIPTION, named))]
     said += [("/vibration/block", 10**8, data) for data in bad]
     said += [
-        ("/drive_description", 10**8, messages.text_message(text))
+        ("/drive_description", 10**8, encoded(PROFILE_STATUS, text))
         for text in ("{", "[]", "[" * 10**5)
     ]
     made, run = imported(bag_of(tmp_path / "bag", [*said, *blocks(100, 300)[1:]]))
@@ -258,7 +265,10 @@ def test_messages_that_cannot_be_used_are_counted_and_told(tmp_path: Path) -> No
 
 def vibrating(*stamps: int) -> list[tuple[str, int, bytes]]:
     here = np.array([np.nan, 0.0, 1.0])
-    return [("/vibration", 5, messages.vibration_message(stamp, "", here)) for stamp in stamps]
+    return [
+        ("/vibration", 5, encoded(VIBRATION, VibrationSample(stamp, here, frame="")))
+        for stamp in stamps
+    ]
 
 
 def test_stamps_that_go_back_and_values_that_are_no_numbers(tmp_path: Path) -> None:
@@ -307,7 +317,7 @@ def _two_files(path: Path) -> None:
         ("bag", lambda path: bag_of(path, []), "nothing of a drive.*no topics at all"),
         (
             "bag",
-            lambda path: bag_of(path, [("/chat", 1, messages.text_message("hi"))]),
+            lambda path: bag_of(path, [("/chat", 1, encoded(PROFILE_STATUS, "hi"))]),
             r"nothing of a drive: none of drive_description.*it has /chat \(geometry_msgs",
         ),
         (

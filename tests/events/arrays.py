@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.events.run import MOBILITY, ORDER, REACH, ROLLING_MASS, BallEvents
+from ab_sim.events.run import COUPLING, MOBILITY, ORDER, ROLLING_MASS, BallEvents
 
 
 def loose_balls(n: int, size: int = 3, **changes: Any) -> BallEvents:
@@ -18,7 +18,7 @@ def loose_balls(n: int, size: int = 3, **changes: Any) -> BallEvents:
         contacts=contacts,
         discrete=np.zeros((n + 1, 4), np.int64),
         branches=np.zeros(n + n * n + 1),
-        table=np.zeros((REACH + 2 * size, n)),
+        table=np.zeros((COUPLING + 2 * size, n)),
         block=np.zeros((size, size + 1)),
         x=np.zeros(size),
         motor=np.zeros(3),

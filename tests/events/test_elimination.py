@@ -9,6 +9,7 @@ from ab_sim.events.balls import put_branches
 from ab_sim.events.impact import solve_jumps
 from ab_sim.events.reactions import put_reactions
 from ab_sim.events.run import (
+    COUPLING,
     DIRECTION,
     FRICTION,
     INERTIA,
@@ -18,8 +19,7 @@ from ab_sim.events.run import (
     MOBILITY,
     ORDER,
     PATH_ACCELERATION,
-    PULL,
-    REACH,
+    PATH_FORCE,
     ROLLING_MASS,
     BallEvents,
 )
@@ -73,7 +73,10 @@ def random_balls(
 def densely(balls: BallEvents) -> Solution:
     """What the table's lines mean, in one matrix."""
     size, free, table = balls.accelerations, balls.free, balls.table
-    reach, press = table[REACH : REACH + size].T, table[REACH + size : REACH + 2 * size].T
+    reach, press = (
+        table[COUPLING : COUPLING + size].T,
+        table[COUPLING + size : COUPLING + 2 * size].T,
+    )
     order, discrete = balls.contacts[:, ORDER].astype(int), balls.discrete
     stuck = balls.has_friction & (discrete[:N, DIRECTION] == 0)
     friction = np.where(stuck | (not balls.has_friction), 0.0, table[FRICTION])
@@ -85,7 +88,7 @@ def densely(balls: BallEvents) -> Solution:
     matrix[np.ix_(deck, ball)] = -reach.T
     matrix[ball, ball] = table[INERTIA]
     matrix[np.ix_(ball, deck)] = -(reach - friction[:, None] * press)
-    right[ball] = table[PULL] - friction * table[LOAD]
+    right[ball] = table[PATH_FORCE] - friction * table[LOAD]
     matrix[ball, hold] = -1.0
     for r in range(free, size):
         matrix[r], right[r] = 0.0, 0.0
@@ -122,12 +125,13 @@ def test_mobility_makes_path_accelerations_of_forces(friction: bool, contact: bo
         balls.block[:, :3], balls.block[:, 3] = np.diag([1e30] * 3), 1e30 * x
         want = densely(balls._replace(free=3))
         rows = (
-            balls.table[REACH : REACH + 3] - balls.table[FRICTION] * balls.table[REACH + 3 :]
+            balls.table[COUPLING : COUPLING + 3]
+            - balls.table[FRICTION] * balls.table[COUPLING + 3 :]
             if friction
-            else balls.table[REACH : REACH + 3]
+            else balls.table[COUPLING : COUPLING + 3]
         )
         drag = balls.table[FRICTION] * balls.table[LOAD] if friction else 0.0
-        forces = balls.table[PULL] - drag + want.deck @ rows
+        forces = balls.table[PATH_FORCE] - drag + want.deck @ rows
         np.testing.assert_allclose(mobility_of(balls) @ forces, want.balls, rtol=0.0, atol=1e-11)
         signs = balls.discrete[:N, DIRECTION] * balls.discrete[:N, LOADED]
         np.testing.assert_array_equal(balls.branches[:N], signs)

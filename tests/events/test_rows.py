@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from ab_sim.events.rows import CLOSED, COARSE, HOLD, LEVEL, PULL, WIDTH, solve_rows
+from ab_sim.events.rows import CLOSED, COARSE, HOLD, LEVEL, PATH_FORCE, WIDTH, solve_rows
 from ab_sim.events.run import JOINED, ROLLING_MASS
 from tests.events.arrays import loose_balls
 
@@ -44,7 +44,7 @@ def test_rows_move_as_the_least_acceleration_says(rests: bool) -> None:
         balls, rows = loose_balls(N, has_contact=True), np.zeros((N, WIDTH))
         balls.contacts[:, 0] = np.roll(np.arange(N), turn)
         balls.constants[:, ROLLING_MASS] = mass
-        rows[:, PULL], rows[:, HOLD] = pull, hold if rests else -1.0
+        rows[:, PATH_FORCE], rows[:, HOLD] = pull, hold if rests else -1.0
         rows[:, COARSE], rows[:, CLOSED] = 1e-14, np.roll(closed, turn)
         changed = solve_rows(balls, rows)
         want = best(mass, pull, hold, closed)
@@ -64,7 +64,7 @@ def test_balls_that_may_pass_each_other_move_alone() -> None:
     balls = loose_balls(N, contacts=np.zeros((0, 2)))
     balls.constants[:, ROLLING_MASS] = mass
     rows = np.zeros((N, WIDTH))
-    rows[:, PULL], rows[:, HOLD] = pull, hold
+    rows[:, PATH_FORCE], rows[:, HOLD] = pull, hold
     assert not solve_rows(balls, rows)
     left = np.where(hold < 0.0, pull, np.sign(pull) * np.maximum(np.abs(pull) - hold, 0.0))
     np.testing.assert_allclose(rows[:, LEVEL], left / mass, rtol=1e-14)

@@ -18,7 +18,7 @@ from ab_sim.events.run import (
     MOBILITY,
     PATH,
     PATH_ACCELERATION,
-    PULL,
+    PATH_FORCE,
     RACE_RADIUS,
     ROLLING_MASS,
     SPACING,
@@ -68,10 +68,10 @@ def run_on_track(
         c: Any, b: Any, y: Any, slope: Any, x: Any, motor: Any, table: Any, time: float
     ) -> None:
         table[LOAD] = load(time, y) if load else 0.0
-        table[INERTIA], table[PULL], table[GRIP] = mass, force(time, y), friction
+        table[INERTIA], table[PATH_FORCE], table[GRIP] = mass, force(time, y), friction
         table[FRICTION] = b[:n] * friction
         table[CURVE], table[ALONG], table[PATH] = 1.0, y[:n], y[n:]
-        forces = table[PULL] - table[FRICTION] * table[LOAD]
+        forces = table[PATH_FORCE] - table[FRICTION] * table[LOAD]
         rows = b[n : n + n * n].reshape(n, n) if contact else np.diag(b[n : 2 * n])
         table[PATH_ACCELERATION] = rows @ forces
         slope[:n], slope[n:] = y[n:], table[PATH_ACCELERATION]

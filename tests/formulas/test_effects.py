@@ -48,12 +48,12 @@ def test_hardening_suspension() -> None:
 
 def test_unequal_suspension_keeps_what_its_source_names() -> None:
     assert lines("unequal_suspension", "space_force") == [
-        "f_x = c f_1 - s f_2",
-        "f_y = s f_1 + c f_2",
+        "f_x = c f_p - s f_q",
+        "f_y = s f_p + c f_q",
         "c = cos(axis_angle)",
         "s = sin(axis_angle)",
-        "f_1 = -k_1 (c u_x + s u_y) - c_1 (c v_x + s v_y)",
-        "f_2 = -k_2 (c u_y - s u_x) - c_2 (c v_y - s v_x)",
+        "f_p = -k_1 (c u_x + s u_y) - c_1 (c v_x + s v_y)",
+        "f_q = -k_2 (c u_y - s u_x) - c_2 (c v_y - s v_x)",
     ]
 
 
@@ -68,8 +68,8 @@ def test_motor() -> None:
 
 def test_balls() -> None:
     assert lines("viscous_drag", "ball_drag") == ["F = -c_b s'"]
-    assert lines("rolling_friction", "friction_coefficient") == ["f = beta_b/a"]
-    assert lines("race_friction", "friction_coefficient", "latex") == [r"f = \mu"]
+    assert lines("rolling_friction", "friction_coefficient") == ["nu = beta_b/a"]
+    assert lines("race_friction", "friction_coefficient", "latex") == [r"\nu = \mu"]
     assert lines("ball_spin", "ball_inertia") == ["I/a^2 = 2/5 m"]
     assert lines("race_runout", "race_shape")[:3] == [
         "h - R = lobe wide + offset_1 c + offset_2 s",
@@ -183,7 +183,7 @@ def test_arrays_of_balls_compute_what_the_trace_does() -> None:
             n, x["m"], 1.0, 1.0, 1.0, x["m"] * x["R"], x["lever"], x["R"], 1.0, 0.0
         )
         on = on_race((runout,), balls, cos(x["theta"]), sin(x["theta"]), x["rate"])
-        return [*relative_load((runout,), balls, on, w), on.lever, on.path, on.bend]
+        return [*relative_load((runout,), balls, on, w), on.lever, on.path, on.dl_dtheta]
 
     by_arrays = formula(each, np.cos, np.sin, 150.0)
     graph = Graph()

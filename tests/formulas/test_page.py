@@ -77,12 +77,12 @@ def test_vectors_of_section_1_are_what_the_code_computes() -> None:
 
     # As the code does: block x - sum_i reach_i g_i = force.
     block = np.array([[arrow.block[min(r, k)][max(r, k)] for k in range(3)] for r in range(3)])
-    reach = np.array([np.broadcast_to(each, n) for each in arrow.reach])
+    reach = np.array([np.broadcast_to(each, n) for each in arrow.coupling])
     left = block @ x - reach @ g - np.array(arrow.force)
     assert left[:2] == pytest.approx(M * A - deck, rel=1e-10)
     assert left[2] == pytest.approx(spin_up - T, rel=1e-10)
     assert normal_force(arrow, x) == pytest.approx(N, rel=1e-10)  # type: ignore[arg-type]
-    pull = arrow.pull + x @ reach - f * normal_force(arrow, x)  # type: ignore[arg-type]
+    pull = arrow.path_force + x @ reach - f * normal_force(arrow, x)  # type: ignore[arg-type]
     assert pull == pytest.approx(ball, rel=1e-10)
 
     v = np.array(state[2:])

@@ -126,7 +126,7 @@ def deck() -> Case:
         total_mass=0.2,
         unbalance=2e-6,
         eccentricity=1e-4,
-        rotor_lift=1e-4,
+        rotor_first_z=1e-4,
         deck_first=(1e-5, -2e-5, -3e-4),
         deck_inertia=(2e-4, 3e-4, 4e-4, 1e-5, -2e-5, 3e-5),
         rotor_second=(1.2e-5, 1.1e-5, 2e-6, 1e-7, 3e-7, -2e-7),

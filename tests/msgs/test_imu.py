@@ -8,7 +8,8 @@ pytest.importorskip("rclpy", reason="needs ROS 2")
 from rclpy.serialization import deserialize_message  # noqa: E402
 from sensor_msgs.msg import Imu  # noqa: E402
 
-from ab_msgs_py.imu import ImuEncoder, ImuSample  # noqa: E402
+from ab_msgs_py.imu import FORCE, ImuSample  # noqa: E402
+from ab_msgs_py.prefilled import Prefilled  # noqa: E402
 from ab_msgs_py.topics import IMU, imu_of  # noqa: E402
 
 TIMES = (0, 999_999_999, 12_345_678_901, 2_147_483_647_999_999_999)
@@ -17,15 +18,15 @@ FORCES = ((0.0, -0.0, 1.0), (0.1, -2.5e-300, 3e300), (5e-324, 9.80665, -1 / 3), 
 
 @pytest.mark.parametrize("frame", ["a", "left/pickup", "a/long/namespace/of/it", "ä" * 7])
 def test_bytes_are_those_of_the_message(frame: str) -> None:
-    encoder = ImuEncoder(frame, 0.25)
-    made = [encoder.message(time, force) for time, force in zip(TIMES, FORCES, strict=True)]
+    prefilled = Prefilled(IMU.message(ImuSample(0, (0.0, 0.0, 0.0), 0.25, frame)), FORCE)
+    made = [prefilled.at(time, force) for time, force in zip(TIMES, FORCES, strict=True)]
     for time, force, message in zip(TIMES, FORCES, made, strict=True):
         sample, sent = ImuSample(time, force, 0.25, frame), deserialize_message(message, Imu)
-        assert sent == sample.message() and ImuSample.of(sent) == sample
+        assert sent == IMU.message(sample) and IMU.sample(sent) == sample
 
 
 def test_what_is_not_reported_is_marked() -> None:
-    message = ImuSample(0, (1.0, 2.0, 3.0), 0.5, "a").message()
+    message = IMU.message(ImuSample(0, (1.0, 2.0, 3.0), 0.5, "a"))
     assert message.orientation_covariance.tolist() == [-1.0, *[0.0] * 8]
     assert message.angular_velocity_covariance.tolist() == [-1.0, *[0.0] * 8]
     covariance = np.reshape(message.linear_acceleration_covariance, (3, 3))

@@ -14,8 +14,7 @@ from sensor_msgs.msg import Imu  # noqa: E402
 
 from ab_msgs_py import JointSample, PoseSample, VibrationSample, WhirlSample, topics  # noqa: E402
 from ab_msgs_py.prefilled import Prefilled  # noqa: E402
-from ab_msgs_py.samples import clock_message, nanoseconds_of  # noqa: E402
-from ab_msgs_py.topics import transforms  # noqa: E402
+from ab_msgs_py.samples import nanoseconds_of  # noqa: E402
 
 TIME = 12_345_678_901
 FRAMES = ("", "a", "ab", "abc", "drive_housing", "left/drive_housing", "Gehäuse")
@@ -42,41 +41,45 @@ def test_joints(frame: str, balls: int) -> None:
     angles, rates, torques = (
         tuple(first + i for i in range(balls)) for first in (0.1, -5e-324, 1e300)
     )
+    message = topics.JOINT_STATES.message
     for torque in (None, -1.5e-3):
         sample = JointSample(TIME, 1e9 + 0.125, -0.0, angles, rates, torques, torque, frame)
         effort = math.nan if torque is None else torque
         numbers = [sample.spindle_angle, *angles, sample.spindle_speed, *rates, effort, *torques]
-        check(nothing.message(), sample.message(), numbers)
+        check(message(nothing), message(sample), numbers)
 
 
 @pytest.mark.parametrize("frame", FRAMES)
 def test_places_and_accelerations(frame: str) -> None:
     none, place, turn = (0.0, 0.0, 0.0), (1e-4, -2e-3, 3e-5), (0.5, -0.5, 0.1, 0.7)
-    whirl = WhirlSample(TIME, place, frame).message()
-    check(WhirlSample(0, none, frame).message(), whirl, place)
-    shaken = VibrationSample(TIME, place, (10.0, -20.0, 30.0), frame).message()
-    check(VibrationSample(0, none, frame=frame).message(), shaken, [*place, 10.0, -20.0, 30.0])
+    whirl = topics.WHIRL.message(WhirlSample(TIME, place, frame))
+    check(topics.WHIRL.message(WhirlSample(0, none, frame)), whirl, place)
+    shaken = VibrationSample(TIME, place, (10.0, -20.0, 30.0), frame)
+    message = topics.VIBRATION.message
+    check(
+        message(VibrationSample(0, none, frame=frame)), message(shaken), [*place, 10.0, -20.0, 30.0]
+    )
     nowhere, pose = PoseSample(0, none, (0.0, *none), frame), PoseSample(TIME, place, turn, frame)
     numbers = [*place, *turn[1:], turn[0]]
-    check(nowhere.message(), pose.message(), numbers)
+    check(topics.DECK_POSE.message(nowhere), topics.DECK_POSE.message(pose), numbers)
     if topics.TF.type is not None:
         children = ("deck", "ball_0", "spindle")
         check(
-            transforms(nowhere.transform(child) for child in children),
-            transforms(pose.transform(child) for child in children),
+            topics.TF.message((child, nowhere) for child in children),
+            topics.TF.message((child, pose) for child in children),
             numbers * len(children),
         )
 
 
 def test_arrays_of_fixed_length_and_messages_without_numbers() -> None:
     message = Imu(orientation_covariance=[-1.0, *[0.0] * 8])
-    message.header.stamp = clock_message(TIME).clock
+    message.header.stamp = topics.CLOCK.message(TIME).clock
     read = deserialize_message(
         Prefilled(Imu()).at(TIME, [0.0] * 3 + [1.0] + [-1.0] + [0.0] * 32), Imu
     )
     assert repr(read) == repr(message)
-    check(clock_message(0), clock_message(TIME), ())
-    assert nanoseconds_of(clock_message(TIME).clock) == TIME
+    check(topics.CLOCK.message(0), topics.CLOCK.message(TIME), ())
+    assert nanoseconds_of(topics.CLOCK.message(TIME).clock) == TIME
 
 
 def test_what_cannot_be_prefilled_is_said() -> None:

@@ -18,8 +18,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
-from ab_msgs_py import Health, topics
-from ab_msgs_py.samples import command_message
+from ab_msgs_py import Health, Topic, topics
 from ab_msgs_py.services import Answer, answer_of, switch_request, trigger_request
 
 DEADLINE = 120.0
@@ -52,7 +51,7 @@ class Fleet:
         self._publishers: dict[str, Any] = {}
         self.listen(topics.DIAGNOSTICS)
 
-    def listen(self, topic: topics.Topic) -> list[Any]:
+    def listen(self, topic: Topic) -> list[Any]:
         """Every message of a topic from now on."""
         heard = self.heard.setdefault(topic.name, [])
         topic.subscription(self.node, heard.append)
@@ -149,7 +148,7 @@ class Fleet:
         publisher = self._publishers["command"]
         self.until(lambda: self._all_hear(publisher), "the drive listens to commands")
         for speed in speeds:
-            publisher.publish(command_message(speed))
+            publisher.publish(topics.COMMAND.message(speed))
 
     def _all_hear(self, publisher: Any) -> bool:
         """Whether a drive is among those who are known to listen, and each of them is reached."""

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rclpy.qos import DurabilityPolicy
 from rosbags.rosbag2 import Reader
 
 from ab_msgs_py import Block, topics
@@ -88,7 +87,7 @@ def test_a_bag_has_what_the_recording_has_and_replays_it(fleet: Fleet, tmp_path:
     fleet.until(lambda: list(tmp_path.glob("again.rrd")), "it was told what is simulated")
     assert fleet.call("replay/pause", False)[0]
     late = topics.DESCRIPTION
-    assert late.qos.durability is DurabilityPolicy.TRANSIENT_LOCAL
+    assert late.qos.latched
     late.subscription(fleet.node, descriptions.append)
     fleet.until(lambda: descriptions, "who comes late is told, too")
     assert fleet.ended("replay") == 0, fleet.log("replay")

@@ -75,9 +75,9 @@ def test_pose_whirl_and_vibration_are_the_samples(fleet: Fleet, tmp_path: Path) 
     if topics.TF.type is None:
         assert "tf is not published: tf2_msgs is not installed" in fleet.log("left/drive_sim")
         return
-    transforms = [transform for message in tf for transform in message.transforms]
-    assert {t.child_frame_id for t in transforms} == {"left/deck"}
-    assert {PoseSample.of_transform(t) for t in transforms} <= set(poses)
+    frames = [frame for message in tf for frame in topics.TF.sample(message)]
+    assert {child for child, _ in frames} == {"left/deck"}
+    assert {pose for _, pose in frames} <= set(poses)
 
 
 def test_the_pickups_reading_has_three_axes(fleet: Fleet) -> None:
@@ -86,9 +86,9 @@ def test_the_pickups_reading_has_three_axes(fleet: Fleet) -> None:
     fleet.start("drive_sim", scene="feeding-deck", changes=f"{CHANGES}, {SENSOR}]")
     fleet.until(lambda: len(vibration) > 100, "100 readings")
     if topics.TF.type:
-        (placed,) = fleet.until(lambda: static, "the sensor's frame")[0].transforms
-        assert (placed.header.frame_id, placed.child_frame_id) == ("deck", "pickup")
-        sits = PoseSample.of_transform(placed)
+        told = fleet.until(lambda: static, "the sensor's frame")[0]
+        ((child, sits),) = topics.TF_STATIC.sample(told)
+        assert (sits.frame, child) == ("deck", "pickup")
         assert sits.place == (0.02, -0.05, 0.01)
         assert sits.turn == pytest.approx((math.cos(0.15), 0.0, 0.0, math.sin(0.15)))
     assert fleet.stop("drive_sim") == 0

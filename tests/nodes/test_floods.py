@@ -5,18 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool
 
-from ab_msgs_py import Block, topics
-from ab_msgs_py.samples import command_message, nanoseconds_of
+from ab_msgs_py import Block, Qos, topics
+from ab_msgs_py.samples import nanoseconds_of
 from ab_msgs_py.services import switch_request
 from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros
 
 STEP_NS = 1_000_000
-FIRMWARE = topics.COMMAND._replace(qos=QoSProfile(depth=10))
+FIRMWARE = topics.COMMAND._replace(qos=Qos(10))
 """As somebody publishes who knows nothing of floods: with ROS's usual depth."""
 
 
@@ -30,7 +29,7 @@ def commands_of(blocks: list[Any]) -> tuple[np.ndarray, np.ndarray]:
 
 def test_a_flood_is_counted_whole_and_delays_no_good_command(fleet: Fleet) -> None:
     """5 kHz of NaN, paced by the drive's own clock, with a good command now and then."""
-    deep = QoSProfile(depth=20_000)
+    deep = Qos(20_000)
     blocks, clock = fleet.listen(topics.BLOCK), fleet.listen(topics.CLOCK._replace(qos=deep))
     sent: dict[float, int] = {}
     bad = 0
@@ -41,9 +40,9 @@ def test_a_flood_is_counted_whole_and_delays_no_good_command(fleet: Fleet) -> No
             if bad % 200 == 0:
                 speed = 1.0 + len(sent)
                 sent[speed] = nanoseconds_of(message.clock)
-                good.publish(command_message(speed))
+                good.publish(topics.COMMAND.message(speed))
             for _ in range(20):
-                flooding.publish(command_message(math.nan))
+                flooding.publish(topics.COMMAND.message(math.nan))
             bad += 20
 
     flooding, good = topics.COMMAND.publisher(fleet.node), FIRMWARE.publisher(fleet.node)
@@ -51,7 +50,7 @@ def test_a_flood_is_counted_whole_and_delays_no_good_command(fleet: Fleet) -> No
     for publisher in (flooding, good):
         fleet.until(publisher.get_subscription_count, "the drive listens")
     # Only the newest: on a busy machine this process lags behind the clock, not the drive.
-    topics.CLOCK._replace(qos=QoSProfile(depth=1)).subscription(fleet.node, flood)
+    topics.CLOCK._replace(qos=Qos(1)).subscription(fleet.node, flood)
     fleet.until(lambda: fleet.value("drive_sim", "commands accepted") == "50", "50 good commands")
     fleet.until(
         lambda: fleet.value("drive_sim", "commands rejected") == str(bad), f"{bad} are counted"
@@ -82,9 +81,9 @@ def test_a_flood_between_two_wake_ups_evicts_nobody_elses_command(fleet: Fleet) 
     # drive does not say that the drive has found it: of two, one may be a wake-up later.
     fleet.until(lambda: len(blocks) > 3, "blocks")
     for count in range(1, 5):
-        good.publish(command_message(float(count)))
+        good.publish(topics.COMMAND.message(float(count)))
         for _ in range(1500):
-            flooding.publish(command_message(math.nan))
+            flooding.publish(topics.COMMAND.message(math.nan))
         fleet.until(
             lambda n=count: fleet.value("drive_sim", "commands rejected") == str(1500 * n),
             f"{1500 * count} are counted",
@@ -108,7 +107,7 @@ def test_a_flood_of_requests_costs_no_command(fleet: Fleet) -> None:
     fleet.until(client.service_is_ready, "the service")
     answers = []
     for count in range(1, 51):
-        good.publish(command_message(float(count)))
+        good.publish(topics.COMMAND.message(float(count)))
         for _ in range(200):
             client.call_async(switch_request(False)).add_done_callback(answers.append)
         heard = len(blocks)

@@ -13,6 +13,7 @@ import rclpy  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 
 from ab_msgs_py import JointSample, PoseSample, VibrationSample, WhirlSample, topics  # noqa: E402
+from ab_msgs_py.topic import arrived  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.nodes.observed import Observed  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
@@ -39,7 +40,7 @@ def heard(subscription: Any, count: int) -> list[Any]:
     end = time.monotonic() + 30.0
     while len(messages) < count:
         assert time.monotonic() < end, f"{len(messages)} of {count} on {subscription.topic_name}"
-        messages += [message for message, _ in topics.arrived(subscription, 10)]
+        messages += [message for message, _ in arrived(subscription, 10)]
         time.sleep(0.01)
     return messages
 

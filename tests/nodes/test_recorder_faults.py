@@ -172,12 +172,12 @@ class FakeDrive:
         fleet.until(lambda: self._blocks.get_subscription_count(), "the recorder listens")
 
     def start(self) -> None:
-        from ab_msgs_py.samples import description_message
+        from ab_msgs_py import topics
 
         self._lives += 1
         before = self._files_begun()
         what = describe(channels=NAMES, run=f"life {self._lives}", effects=[])
-        self._description.publish(description_message(what))
+        self._description.publish(topics.DESCRIPTION.message(what))
         self._fleet.until(lambda: self._files_begun() > before, "the recorder has heard of it")
 
     def _files_begun(self) -> int:
@@ -185,10 +185,10 @@ class FakeDrive:
         return len(re.findall(r"recording to \S+\.rrd$", self._fleet.log("recorder"), re.MULTILINE))
 
     def block(self, first: int, last: int) -> None:
-        from ab_msgs_py import Block
+        from ab_msgs_py import Block, topics
 
         written = number(self._fleet, "samples written")
-        self._blocks.publish(Block(tuple(NAMES), SAMPLES[first:last]).message())
+        self._blocks.publish(topics.BLOCK.message(Block(tuple(NAMES), SAMPLES[first:last])))
         self._fleet.until(
             lambda: number(self._fleet, "samples written") == written + last - first, "it is there"
         )

@@ -135,6 +135,7 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     assert JointSample.of(joints[-1]).spindle_speed == 0.0
 
     # Another disc, another scene.
+    refused(fleet.call("drive_sim/load_disc"), "disc_eccentricity was never set: set it first")
     assert fleet.set("drive_sim", disc_eccentricity=2e-4, disc_angle=1.0)[0]
     assert fleet.call("drive_sim/load_disc")[0]
     fleet.until(lambda: description_of(described[-1])["eccentricity"] == 2e-4, "described")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ab_msgs_py import Block, Health, Level, Task, topics
-from ab_msgs_py.samples import description_message, text_of
+from ab_msgs_py.samples import text_of
 from ab_sim.analysis import replay
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.recording import read_recording
@@ -118,10 +118,11 @@ def test_recorder_survives_malformed_messages(fleet: Fleet, tmp_path: Path) -> N
         Block(("step", "time"), np.array([[1e9, 0.0]])),
         timeless,
     ):
-        block.publish(bad.message())
-    description.publish(description_message({"balls": "two"}))
+        block.publish(topics.BLOCK.message(bad))
+    description.publish(topics.DESCRIPTION.message({"balls": "two"}))
     factor = {"real-time factor": "one"}
-    diagnostics.publish(Health("/drive_sim", Task.DRIVE, Level.OK, "", factor).message_at(0))
+    health = Health("/drive_sim", Task.DRIVE, Level.OK, "", factor)
+    diagnostics.publish(topics.DIAGNOSTICS.message(health))
     fleet.until(
         lambda: int(fleet.value("recorder", "messages malformed") or 0) == 6, "six are counted"
     )

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from ab_sim.accuracy.deviation import Samples, deviation
-from ab_sim.cli.accuracy import print_accuracy
+from ab_sim.cli.accuracy import accuracy_shown
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError, SceneError
 from ab_sim.figures.accuracy_cost import accuracy_figure
@@ -289,7 +289,7 @@ def test_what_is_not_independent_is_said_to_be_so() -> None:
          "laws of friction and contact, steppers, location of events"),
     ):  # fmt: skip
         console = Console(file=io.StringIO(), width=1000)
-        print_accuracy(accuracy, console)
+        console.print(*accuracy_shown(accuracy), sep="\n")
         assert words in console.file.getvalue()  # type: ignore[attr-defined]
 
 

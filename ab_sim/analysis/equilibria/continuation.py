@@ -1,6 +1,6 @@
 """Branches of states found by numbers over speed: pseudo-arclength continuation.
 
-StateSummary a curve in state and speed, so that it goes around folds; these are where the speed's part of
+Along a curve in state and speed, so that it goes around folds; these are where the speed's part of
 the tangent changes its sign, located on the curve. Keller (1977); Allgower and Georg, Numerical
 Continuation Methods (1990), ch. 6.
 """

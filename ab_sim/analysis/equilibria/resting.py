@@ -59,7 +59,7 @@ def _what_turns(scene: Scene) -> str:
         for name, effect in scene.effects.items()
         if hasattr(effect, "space_force") or hasattr(effect, "gravity")
     ]
-    return ", ".join(names)
+    return ", ".join(names) or "deck_model"
 
 
 def field_at(system: System, speed: float) -> VectorField:

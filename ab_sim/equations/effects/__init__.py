@@ -34,9 +34,9 @@ computed. Steppers take results as smooth: a kink that no event locates costs ac
     restitution(self, approach) -> 1
         speed at which two balls part per speed at which they have met [m/s]
     race_shape(self, c, s) -> (m, m, m, m)
-        race at outward normal (c, s): h - R, place across the normal, l - R, dl/dtheta (planar.py)
+        race at outward normal (c, s): h - R, x (along the tangent), l - R, dl/dtheta; see race.py
     race_arc(self, theta) -> m
-        length along the race up to theta, less R theta
+        length along the race, less R theta; differences count
     spindle_acceleration(self, acceleration) -> rad/s^2
         how much of the spindle's acceleration the bodies feel
     rotor_moment(self) -> kg m^2, loop_torque(self, error, integral) -> N m,

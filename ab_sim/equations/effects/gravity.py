@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @register(
     "gravity",
-    equation="g sin(tilt) (cos direction, sin direction) on all that moves",
+    equation="g (sin(tilt) cos(direction), sin(tilt) sin(direction), -cos(tilt)) on all that moves",
     source="Newton; the equations keep A less gravity, which is what an accelerometer reads",
 )
 class Gravity(NamedTuple):

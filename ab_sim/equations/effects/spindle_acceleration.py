@@ -7,7 +7,7 @@ from ab_sim.scene.registry import register
 
 @register(
     "spindle_acceleration",
-    equation="M0 e psi'' across the unbalance; m R psi'' on each ball",
+    equation="M0 e psi'' across the unbalance; (m h - I/a) psi'' on each ball",
     source="thesis (2-9)..(2-11)",
 )
 class SpindleAcceleration(NamedTuple):

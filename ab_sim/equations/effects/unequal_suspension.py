@@ -37,21 +37,21 @@ class UnequalSuspension(NamedTuple):
 
     def space_force(self, deck: DeckMotion) -> tuple[float, float]:
         c, s = cos(self.axis_angle), sin(self.axis_angle)
-        f1 = -self.stiffness_1 * (c * deck.x + s * deck.y)
-        f1 -= self.damping_1 * (c * deck.vx + s * deck.vy)
-        f2 = -self.stiffness_2 * (c * deck.y - s * deck.x)
-        f2 -= self.damping_2 * (c * deck.vy - s * deck.vx)
-        return (c * f1 - s * f2, s * f1 + c * f2)
+        f_p = -self.stiffness_1 * (c * deck.x + s * deck.y)
+        f_p -= self.damping_1 * (c * deck.vx + s * deck.vy)
+        f_q = -self.stiffness_2 * (c * deck.y - s * deck.x)
+        f_q -= self.damping_2 * (c * deck.vy - s * deck.vx)
+        return (c * f_p - s * f_q, s * f_p + c * f_q)
 
     def space_energy(self, deck: DeckMotion) -> float:
         c, s = cos(self.axis_angle), sin(self.axis_angle)
-        u1, u2 = c * deck.x + s * deck.y, c * deck.y - s * deck.x
-        return 0.5 * (self.stiffness_1 * u1 * u1 + self.stiffness_2 * u2 * u2)
+        u_p, u_q = c * deck.x + s * deck.y, c * deck.y - s * deck.x
+        return 0.5 * (self.stiffness_1 * u_p * u_p + self.stiffness_2 * u_q * u_q)
 
     def space_loss(self, deck: DeckMotion) -> float:
         c, s = cos(self.axis_angle), sin(self.axis_angle)
-        v1, v2 = c * deck.vx + s * deck.vy, c * deck.vy - s * deck.vx
-        return self.damping_1 * v1 * v1 + self.damping_2 * v2 * v2
+        v_p, v_q = c * deck.vx + s * deck.vy, c * deck.vy - s * deck.vx
+        return self.damping_1 * v_p * v_p + self.damping_2 * v_q * v_q
 
     def check_scene(self, scene: "Scene") -> None:
         """Refuse a second linear suspension."""

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from ab_sim.dynamics.hanging import place_at_rest
 from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.own_motion import in_modes, length_beside_turns
+from ab_sim.dynamics.registry import IN_SPACE, DeckFromScene, register_deck_model
 from ab_sim.dynamics.system import (
     MASS,
     RACE_HEIGHT,
@@ -49,7 +50,7 @@ def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
         total_mass=scene.total_mass,
         unbalance=scene.eccentric_mass * rotor.eccentricity,
         eccentricity=rotor.eccentricity,
-        rotor_lift=scene.eccentric_mass * rotor.height,
+        rotor_first_z=scene.eccentric_mass * rotor.height,
         deck_first=_numbers(mass * center),
         deck_inertia=_six(about),
         rotor_second=_six(moments),
@@ -215,7 +216,7 @@ def _averaged(system: System) -> tuple[float, float, np.ndarray]:
     """
     deck = system.deck_model
     xx, yy, tall, _, _, _ = deck.rotor_second
-    ring, lift = 0.5 * (xx + yy), deck.rotor_lift
+    ring, lift = 0.5 * (xx + yy), deck.rotor_first_z
     for i, (m, radius, height) in enumerate(system.balls[:, [MASS, RACE_RADIUS, RACE_HEIGHT]]):
         ring += 0.5 * m * radius**2
         tall += m * height**2
@@ -317,3 +318,18 @@ def _six(matrix: np.ndarray) -> tuple[float, float, float, float, float, float]:
 def _numbers(vector: np.ndarray) -> tuple[float, float, float]:
     x, y, z = (float(x) for x in vector)
     return x, y, z
+
+
+register_deck_model(
+    IN_SPACE,
+    InSpace,
+    DeckFromScene(
+        make=deck_model_of,
+        start=start_of,
+        yields=yields_of,
+        rates=rates_of,
+        linearised=linearised,
+        own_motion=own_motion,
+        spindle_inertia=spindle_inertia,
+    ),
+)

@@ -8,6 +8,7 @@ import numpy as np
 from ab_sim.dynamics.hanging import place_at_rest
 from ab_sim.dynamics.linearised import Linearised
 from ab_sim.dynamics.own_motion import alike
+from ab_sim.dynamics.registry import PLANAR, DeckFromScene, register_deck_model
 from ab_sim.dynamics.system import (
     MASS,
     RACE_RADIUS,
@@ -171,3 +172,18 @@ def _force(effects: tuple[object, ...], deck: DeckMotion) -> tuple[Any, Any]:
     f = over_effects(effects, "deck_force", (0.0, 0.0), deck)
     g = over_effects(effects, "space_force", (0.0, 0.0), deck)
     return f[0] + g[0], f[1] + g[1]
+
+
+register_deck_model(
+    PLANAR,
+    Planar,
+    DeckFromScene(
+        make=deck_model_of,
+        start=start_of,
+        yields=yields_of,
+        rates=rates_of,
+        linearised=linearised,
+        own_motion=own_motion,
+        spindle_inertia=spindle_inertia,
+    ),
+)

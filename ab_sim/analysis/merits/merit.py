@@ -1,0 +1,214 @@
+"""A merit, declared once: for reports, tables, pages of the documentation and comparisons.
+
+A run is judged by those of ``declared.Merits``, and by what a program registers.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, Generic, NamedTuple, TypeVar, cast, overload
+
+from ab_sim.errors import InputError, nearest
+from ab_sim.scene.model import Scene
+
+T = TypeVar("T")
+
+NOTHING, NO = "-", "no"
+"""In a table: there is nothing to say; what was looked for is not there."""
+
+
+class WhirlScale(NamedTuple):
+    """How a whirl is shown."""
+
+    factor: float
+    """Turns m into the unit."""
+    unit: str
+    symbol: str
+    """For the head of a row."""
+    suffix: str = ""
+    """Behind a number in a cell; empty where the row's head says the unit."""
+
+
+class Place(IntEnum):
+    """Where in the terminal's table a row stands; those of one place as they were declared."""
+
+    AMOUNT = 0
+    COURSE = 1
+    END = 2
+
+
+class Row(NamedTuple):
+    """A row of the tables for people: a cell for each run."""
+
+    label: str
+    """``{W}`` in it stands for the whirl's symbol."""
+    text: Callable[[Any, WhirlScale], str]
+    """From the run's merits to the cell."""
+    applies: Callable[[Scene], bool] | None = None
+    """In the terminal: for which scenes it is shown. None: where a run has something to say."""
+    place: Place = Place.AMOUNT
+    in_reports: bool = True
+    """Whether reports of recordings show it; they leave out what no run has."""
+    note: str = ""
+    """Explains the row below the terminal's table."""
+    caution: str = ""
+    """Of runs of which the cell says something: what to bear in mind. It begins in lower case."""
+
+    def head(self, symbol: str) -> str:
+        """Its label, with the whirl's symbol."""
+        return self.label.replace("{W}", symbol)
+
+    def says(self, cells: Iterable[str]) -> bool:
+        """Whether one of its cells says something."""
+        return any(cell not in (NOTHING, NO) for cell in cells)
+
+
+class Relative(NamedTuple):
+    """The share of a merit in that of the run without balls."""
+
+    key: str
+    label: str
+
+
+@dataclass(frozen=True, eq=False)
+class Merit(Generic[T]):
+    """A number, or something else, that a run is judged by.
+
+    As an attribute of a class of ``MeritValues`` it is registered, and is the run's value.
+    """
+
+    key: str
+    """Name in reports."""
+    unit: str
+    """As reports give it: SI, "e", "1" of what has no dimension, "-" of what is no number."""
+    meaning: str
+    watch: type[Any]
+    """Looks at the run; see ``judging``."""
+    find: Callable[[Any], T]
+    """Takes the value from the watch."""
+    row: Row | None = None
+    plain: Callable[[Any], object] = lambda value: value
+    """Makes the value JSON-able."""
+    relative: Relative | None = None
+    reported: bool = True
+    """Whether it stands in reports; others serve texts and pictures."""
+
+    def __set_name__(self, owner: type[Any], name: str) -> None:
+        register(self)
+
+    @overload
+    def __get__(self, instance: None, owner: type[Any]) -> "Merit[T]": ...
+
+    @overload
+    def __get__(self, instance: "MeritValues", owner: type[Any]) -> T: ...
+
+    def __get__(self, instance: "MeritValues | None", owner: type[Any]) -> "Merit[T] | T":
+        return self if instance is None else instance.of(self)
+
+    def as_reported(self, value: Any, eccentricity: float) -> object:
+        """A value as JSON-able one: a whirl in e [m], None if that is 0."""
+        if self.unit == "e":
+            return value / eccentricity if eccentricity > 0 else None
+        return self.plain(value)
+
+
+_merits: dict[str, Merit[Any]] = {}
+
+
+def register(merit: Merit[T]) -> Merit[T]:
+    """Make a merit known; returns it.
+
+    Raises:
+        ValueError: another one has the key.
+    """
+    if merit.key in _merits:
+        raise ValueError(f"merit {merit.key!r} is registered twice")
+    _merits[merit.key] = merit
+    return merit
+
+
+def reported_merits() -> list[Merit[Any]]:
+    """All that stand in reports, in their order."""
+    return [merit for merit in _merits.values() if merit.reported]
+
+
+def merits_named(keys: Iterable[str] | None) -> list[Merit[Any]]:
+    """Those of these keys; all, others than reported ones too, if None.
+
+    Raises:
+        InputError: there is none of that key; names the nearest, and all.
+    """
+    if keys is None:
+        return list(_merits.values())
+    return [_named(key) for key in keys]
+
+
+def _named(key: str) -> Merit[Any]:
+    if key in _merits:
+        return _merits[key]
+    known = [merit.key for merit in reported_merits()]
+    raise InputError(
+        f"merit {key!r}: no such merit{nearest(key, known)}; there are: {', '.join(known)}"
+    )
+
+
+class MeritValues:
+    """What merits are in one run.
+
+    Args:
+        values: by key, whirls in m.
+        eccentricity: e of the scene [m].
+    """
+
+    def __init__(self, values: Mapping[str, object], eccentricity: float) -> None:
+        self.values: Mapping[str, object] = dict(values)
+        """By key, whirls in m."""
+        self._eccentricity = eccentricity
+
+    def of(self, merit: Merit[T]) -> T:
+        """Of a merit: SI units.
+
+        Raises:
+            InputError: the run was not judged by it.
+        """
+        if merit.key not in self.values:
+            raise InputError(
+                f"merit {merit.key!r}: this run was not judged by it, but by: "
+                + ", ".join(self.values)
+            )
+        return cast(T, self.values[merit.key])
+
+    def __getitem__(self, key: str) -> object:
+        """A merit as ``report`` gives it, by its key.
+
+        Raises:
+            InputError: there is none of that key, or the run was not judged by it.
+        """
+        merit = _named(key)
+        return merit.as_reported(self.of(merit), self._eccentricity)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, MeritValues) and self.values == other.values
+
+    def __repr__(self) -> str:
+        said = ", ".join(f"{key}={value!r}" for key, value in self.report().items())
+        return f"{type(self).__name__}({said})"
+
+    def report(self, eccentricity: float | None = None) -> dict[str, object]:
+        """As JSON-able values, by key: whirl in eccentricities.
+
+        Args:
+            eccentricity: e [m]; None: the scene's. If it is 0, whirl in it is None.
+        """
+        e = self._eccentricity if eccentricity is None else eccentricity
+        return {
+            key: merit.as_reported(value, e)
+            for key, value in self.values.items()
+            if (merit := _named(key)).reported
+        }
+
+    def cautions(self) -> list[str]:
+        """What to bear in mind of this run."""
+        rows = [merit.row for merit in map(_named, self.values) if merit.row is not None]
+        anyhow = WhirlScale(1.0, "m", "W")
+        return [row.caution for row in rows if row.caution and row.says([row.text(self, anyhow)])]

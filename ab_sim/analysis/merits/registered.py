@@ -1,0 +1,59 @@
+"""Merits of a program's own."""
+
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar
+
+from ab_sim.analysis.merits.judging import JudgedRun, Piece
+from ab_sim.analysis.merits.merit import Merit, MeritValues, Row, WhirlScale, register
+from ab_sim.analysis.merits.wording import number_text
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.scene.model import Scene
+
+
+class OwnMerit(Protocol):
+    """What finds a merit in a run; made anew for each run."""
+
+    def __init__(self, scene: Scene, samples: int) -> None:
+        """For so many samples of a run of the scene."""
+
+    def take(self, piece: Trajectory) -> None:
+        """The next samples, at least one."""
+
+    def value(self) -> float | None:
+        """After the last sample: SI units; None where it has no meaning."""
+
+
+Own = TypeVar("Own", bound=OwnMerit)
+
+
+def register_own(
+    key: str, unit: str, meaning: str, label: str, last_stretch: bool
+) -> Callable[[type[Own]], type[Own]]:
+    """Class decorator: see ``ab_sim.register_merit``."""
+
+    def text(merits: MeritValues, scale: WhirlScale) -> str:
+        value = merits[key]
+        assert value is None or isinstance(value, int | float)
+        return number_text(value)
+
+    def add(kind: type[Own]) -> type[Own]:
+        head = label or key.replace("_", " ")
+        row = Row(head if unit == "1" else f"{head} [{unit}]", text)
+        watch = _watch_of(kind, last_stretch)
+        register(Merit[float | None](key, unit, meaning, watch, lambda each: each.own.value(), row))
+        return kind
+
+    return add
+
+
+def _watch_of(kind: type[OwnMerit], last_stretch: bool) -> type[Any]:
+    class OwnWatch:
+        def __init__(self, run: JudgedRun) -> None:
+            self.own = kind(run.scene, run.last if last_stretch else run.samples)
+
+        def take(self, piece: Piece) -> None:
+            samples = piece.late if last_stretch else piece.trajectory
+            if len(samples):
+                self.own.take(samples)
+
+    return OwnWatch

@@ -1,0 +1,63 @@
+"""Figures of merit in words, for tables."""
+
+import math
+
+from ab_sim.analysis.circulation import Circulation
+from ab_sim.analysis.merits.merit import NOTHING, WhirlScale
+
+
+def peak_text(whirl: float, time: float, scale: WhirlScale) -> str:
+    """Largest whirl, and when."""
+    return f"{whirl * scale.factor:.4g}{scale.suffix} at {time:.3f} s"
+
+
+def final_text(whirl: float, halves: tuple[float, float], changing: bool, scale: WhirlScale) -> str:
+    """Final whirl, or that it is none yet."""
+    text = f"{whirl * scale.factor:.3g}{scale.suffix}"
+    if changing:
+        first, second = (half * scale.factor for half in halves)
+        text += f", still changing ({first:.3g}, then {second:.3g})"
+    return text
+
+
+def number_text(value: float | None) -> str:
+    """A number in three digits."""
+    return NOTHING if value is None else f"{value:.3g}"
+
+
+def milli_text(value: float | None) -> str:
+    """Thousandths in three digits."""
+    return NOTHING if value is None else f"{1e3 * value:.3g}"
+
+
+def in_band_text(
+    time: float | None, band: float, span: tuple[float, float], scale: WhirlScale
+) -> str:
+    """From when on the whirl stays in its band."""
+    if time is not None:
+        return f"+-{band * scale.factor:.2g} {scale.unit} from {time:.2f} s"
+    least, most = (whirl * scale.factor for whirl in span)
+    return f"not before the end: {least:.3g} to {most:.3g} {scale.unit}"
+
+
+def passage_text(passed: float | None, balls: int) -> str:
+    """When all balls were opposite the unbalance first."""
+    if not balls:
+        return NOTHING
+    return "never" if passed is None else f"{passed:.3f} s"
+
+
+def circulating_text(circulating: Circulation | None, balls: int) -> str:
+    """Which balls go round the race for ever, and how fast."""
+    return NOTHING if circulating is None else circulating.text(balls)
+
+
+def angles_text(angles: tuple[float, ...], circulating: Circulation | None) -> str:
+    """Where the balls were at the end."""
+    if not angles:
+        return NOTHING
+    round_ = () if circulating is None else circulating.balls
+    if len(round_) == len(angles):
+        return "none rests"
+    texts = ["-" if k in round_ else f"{math.degrees(a):.1f}" for k, a in enumerate(angles)]
+    return ", ".join(texts) + " deg"

@@ -1,0 +1,87 @@
+"""The order that holds for commands with results: try outputs, work, write, show."""
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.table import Table
+
+from ab_sim.cli.outputs import PlainConsole, check_files, people, say_written, write_json
+from ab_sim.cli.progress import Tell, interruptible, progress_bar
+from ab_sim.output_file import PICTURE, REPORT
+
+Draw = Callable[[Path], None]
+
+
+class WholeLine(str):
+    """A line to be copied: it is not wrapped."""
+
+
+class Outcome(NamedTuple):
+    """What a command's work came to."""
+
+    shown: Iterable[Table | str]
+    """For people; it is gone through after everything has been written."""
+    report: Callable[[], dict[str, Any]] = dict
+    """Makes what the JSON has."""
+    draw: Draw | None = None
+    """Draws into a picture; None: there is nothing to draw."""
+    write: Callable[[], None] | None = None
+    """Writes the command's ``outputs``; None: the work has done so."""
+    written: Sequence[Path] = ()
+    """What else the work has written."""
+
+
+class Command(NamedTuple):
+    """A command whose words have been checked."""
+
+    work: Callable[[Tell], Outcome]
+    """Is given what to call with (what is done now, done, of all)."""
+    bar: str | None = None
+    """Name at the progress bar; None: there is no bar."""
+    left: str | None = None
+    """What Ctrl-C leaves, if the work is to end in order; else it ends at once."""
+    outputs: Sequence[tuple[Path | None, Sequence[str], str]] = ()
+    """Beside JSON and picture: file, endings, option."""
+    aside: bool = False
+    """What is for people never goes to standard output."""
+
+    def run(self, json: str | None = None, plot: Path | None = None) -> None:
+        """Run it, with what was given to ``--json`` and ``--plot``."""
+        report = None if json in (None, "-") else Path(str(json))
+        files = check_files((report, REPORT, "--json"), (plot, PICTURE, "--plot"), *self.outputs)
+        with self._progress() as tell:
+            found = self.work(tell)
+        if json is not None:
+            write_json(found.report(), json)
+        if plot is not None:
+            if found.draw is None:
+                files.remove(plot)
+            else:
+                found.draw(plot)
+        if found.write is not None:
+            found.write()
+        console = people if self.aside or json == "-" else PlainConsole()
+        for each in found.shown:
+            console.print(each, soft_wrap=isinstance(each, WholeLine))
+        say_written([*found.written, *files])
+
+    def _progress(self) -> AbstractContextManager[Tell]:
+        if self.bar is None:
+            return nullcontext(lambda *_: None)
+        return progress_bar(self.bar) if self.left is None else interruptible(self.bar, self.left)
+
+
+def picture(function: str, *shown: Any) -> Draw:
+    """What draws into a file with ``module:function``, called with what is shown and the file.
+
+    It is imported when it is called, as matplotlib takes long.
+    """
+
+    def draw(file: Path) -> None:
+        module, _, name = function.partition(":")
+        getattr(import_module(module), name)(*shown, file)
+
+    return draw

@@ -1,0 +1,45 @@
+"""The deck models that a scene may name."""
+
+from importlib import import_module
+
+from ab_sim.errors import nearest
+
+REGISTRY = "ab_sim.dynamics.registry"
+"""Knows them. Imported by name, as effects are: imports go from there to this room."""
+
+
+def deck_model_ways() -> dict[str, int]:
+    """Names of deck models, each with the number of axes along which it moves."""
+    known = import_module(REGISTRY).deck_models()
+    return {name: each.kind.AXES for name, each in known.items()}
+
+
+def check_deck_model(name: str | None, in_space: bool) -> None:
+    """Refuse a deck model that is not there, or not for this scene.
+
+    Args:
+        name: as the scene has it; None: it names none.
+        in_space: whether the scene has a section ``deck``.
+
+    Raises:
+        ValueError: names what there is, and the nearest.
+    """
+    if name is None:
+        return
+    ways = deck_model_ways()
+    if name not in ways:
+        raise ValueError(
+            f"deck_model = {name!r}: no such deck model{nearest(name, ways)}; known are: "
+            + ", ".join(ways)
+        )
+    if in_space == (ways[name] > 2):
+        return
+    if in_space:
+        raise ValueError(
+            f"deck_model = {name!r}: moves in the plane of the disc, and the scene has a deck in "
+            "space (deck); remove one of the two"
+        )
+    raise ValueError(
+        f"deck_model = {name!r}: moves in space; describe the deck (sections deck and mounts), or "
+        "remove it"
+    )

@@ -1,0 +1,162 @@
+"""A command of a stranger's own: all of it is in this file, and no file of the package knows it."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import pytest
+import typer
+from rich.table import Table
+from typer.testing import CliRunner
+
+from ab_sim import cli
+from ab_sim.cli import progress
+from ab_sim.cli.app import app
+from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.errors import InputError
+from ab_sim.scene import load_scene
+from ab_sim.spindle import SpeedSchedule
+from tests.cli.test_interruption import ROOT, Program
+from tests.cli.tool import PNG
+
+MODULE = "tests.cli.test_stranger_command"
+LEFT = "nothing was written"
+stranger_commands = typer.Typer()
+begun: list[str] = []
+"""Scenes that it has begun to work on."""
+
+
+@stranger_commands.command()
+def turns(
+    scene: SceneArgument,
+    change: SetOption = None,
+    count: Annotated[int, typer.Option(help="Instants over the scene's duration.")] = 1,
+    json: JsonOption = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw them.")] = None,
+) -> None:
+    """How far a scene's profile turns the spindle."""
+    turns_command(scene, change or [], count).run(json, plot)
+
+
+def turns_command(scene_name: str, changes: list[str], count: int) -> Command:
+    if count < 1:
+        raise InputError(f"--count {count}: must be at least 1")
+    scene = load_scene(scene_name, changes)
+
+    def work(tell: progress.Tell) -> Outcome:
+        begun.append(scene.name)
+        schedule, found = SpeedSchedule.of_scene(scene), []
+        for k in range(count):
+            tell("instants", k, count)
+            time = (k + 1) / count * scene.duration
+            found.append((time, schedule.angle(time) / (2.0 * math.pi)))
+        table = Table("time [s]", "turns of the spindle", title=scene.name)
+        for row in found:
+            table.add_row(*(f"{value:.6g}" for value in row))
+        return Outcome(
+            [table, "by its profile"], lambda: {"turns": found}, picture(f"{MODULE}:figure", found)
+        )
+
+    return Command(work, scene.name, LEFT)
+
+
+def figure(found: list[tuple[float, float]], file: Path) -> None:
+    """Import only where one is drawn."""
+    from matplotlib.figure import Figure
+
+    from ab_sim.figures.saved import save
+
+    drawn = Figure()
+    drawn.subplots().plot(*zip(*found, strict=True))
+    save(drawn, file, 50)
+
+
+@pytest.fixture
+def added() -> Iterator[None]:
+    """Known while a test runs."""
+    assert "turns" not in CliRunner().invoke(app, ["--help"]).output
+    app.add_typer(stranger_commands)
+    begun.clear()
+    yield
+    app.registered_groups.pop()
+
+
+def ab_sim(*arguments: str, cwd: Path) -> Any:
+    """In a process of its own, with this command."""
+    return subprocess.run(
+        [sys.executable, "-m", MODULE, *arguments],
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, cwd=cwd, capture_output=True, text=True,
+    )  # fmt: skip
+
+
+TURNS = "turns", "thesis-hold", "--set", "duration=2.5"
+"""At 40 rad/s^2 from rest."""
+
+
+def test_it_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
+    done = ab_sim(*TURNS, "--count", "2", "--json", "t.json", "--plot", "t.png", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "t.json").read_text())["turns"]
+    assert found == [[t, pytest.approx(20.0 * t**2 / (2.0 * math.pi))] for t in (1.25, 2.5)]
+    for words in ("thesis-hold", "turns of the spindle", f"{found[1][1]:.6g}", "by its profile"):
+        assert words in done.stdout
+    assert (tmp_path / "t.png").read_bytes().startswith(PNG)
+    assert done.stderr.splitlines() == ["wrote t.json", "wrote t.png"]
+
+
+def test_json_to_standard_output_is_only_json(tmp_path: Path) -> None:
+    done = ab_sim(*TURNS, "--json", "-", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert len(json.loads(done.stdout)["turns"]) == 1
+    assert "by its profile" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--plot", "t.bmp"), "--plot t.bmp: must end in one of .png"),
+        (("--json", "t.png"), "--json t.png: must end in .json"),
+        (("--json", "no/t.json", "--plot", "t.png"), "there is no folder no"),
+    ],
+)
+def test_outputs_are_tried_before_any_work(
+    arguments: tuple[str, ...],
+    words: str,
+    added: None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    refused = CliRunner().invoke(app, [*TURNS, *arguments])
+    assert isinstance(refused.exception, InputError) and words in str(refused.exception)
+    assert begun == [] and list(tmp_path.iterdir()) == []
+    done = CliRunner().invoke(app, [*TURNS, "--json", "t.json"])
+    assert done.exit_code == 0 and begun == ["thesis-hold"]
+    assert [path.name for path in tmp_path.iterdir()] == ["t.json"]
+
+
+def test_bad_input_is_one_line_and_its_exit_code(tmp_path: Path) -> None:
+    done = ab_sim(*TURNS, "--count", "0", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (2, "ab-sim: --count 0: must be at least 1\n")
+
+
+def test_progress_is_told_and_ctrl_c_ends_the_work_in_order(tmp_path: Path) -> None:
+    files = "--json", str(tmp_path / "t.json"), "--plot", str(tmp_path / "t.png")
+    program = Program(MODULE, *TURNS, "--count", str(10**9), *files)
+    program.until("thesis-hold: instants, ")
+    code, said = program.interrupted()
+    assert (code, said.splitlines()[-1]) == (130, f"ab-sim: interrupted; {LEFT}")
+    assert "Traceback" not in said and list(tmp_path.iterdir()) == []
+
+
+if __name__ == "__main__":
+    app.add_typer(stranger_commands)
+    progress.EVERY = 0.1  # not to be waited for
+    cli.main()
