@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 import yaml
+from gallery_scripts import examples
 from laws import LAWS
 from pydantic import BaseModel
 from sphinx.application import Sphinx
@@ -371,18 +372,6 @@ def glossary() -> Iterator[str]:
     """The page of words for a list of pages, if there is one."""
     if (ROOT / "docs" / "glossary.md").exists():
         yield "glossary"
-
-
-def examples() -> Iterator[str]:
-    """A card for each script of the gallery: its picture, its title, and the way to its page."""
-    yield from ["Short scripts on the [public API](../reference/python.md).", ""]
-    yield from ["::::{grid} 1 2 2 3", ":gutter: 2", ""]
-    for script in sorted((ROOT / "docs" / "gallery" / "examples").glob("plot_*.py")):
-        title = script.read_text(encoding="utf-8").splitlines()[1]
-        picture = f"../examples/images/thumb/sphx_glr_{script.stem}_thumb.png"
-        yield from [f":::{{grid-item-card}} {title}", f":link: ../examples/{script.stem}"]
-        yield from [":link-type: doc", f":img-top: {picture}", ":::"]
-    yield from ["::::", ""]
 
 
 MAKERS: dict[str, Callable[[], Iterator[str]]] = {

@@ -1,10 +1,10 @@
 """What the gallery's scripts leave: figures, which are shown, and effects, which are forgotten."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
-from sphinx_gallery.scrapers import figure_rst
 
 from ab_sim.scene import registry
 
@@ -16,6 +16,8 @@ def figures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
 
     sphinx-gallery itself looks into pyplot, where `plot()` of a result leaves none.
     """
+    from sphinx_gallery.scrapers import figure_rst
+
     names = block_vars["example_globals"]
     paths = []
     for figure in names.values():
@@ -31,3 +33,15 @@ def figures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
 def forget_effects(gallery_conf: dict[str, Any], script: Any) -> None:
     """Scripts run in the process that makes the pages: what one registers is in none of them."""
     registry._effects = dict(_OURS)
+
+
+def examples() -> Iterator[str]:
+    """A card for each script of the gallery: its picture, its title, and the way to its page."""
+    yield from ["Short scripts on the [public API](../reference/python.md).", ""]
+    yield from ["::::{grid} 1 2 2 3", ":gutter: 2", ""]
+    for script in sorted((Path(__file__).parents[1] / "gallery" / "examples").glob("plot_*.py")):
+        title = script.read_text(encoding="utf-8").splitlines()[1]
+        picture = f"../examples/images/thumb/sphx_glr_{script.stem}_thumb.png"
+        yield from [f":::{{grid-item-card}} {title}", f":link: ../examples/{script.stem}"]
+        yield from [":link-type: doc", f":img-top: {picture}", ":::"]
+    yield from ["::::", ""]
