@@ -27,8 +27,6 @@ from ab_sim.scene import registry as effects
 NAMES = [name for name in ab_sim.__all__ if name not in ("__version__", "results")]
 TYPES = list(ab_sim.results.__all__)
 SLOW = {"numpy", "pydantic", "llvmlite", "scipy", "matplotlib", "rerun", "pyarrow", "yaml"}
-BELOW = 0.05
-"""s; what is measured is a tenth of it."""
 
 
 @pytest.fixture(autouse=True)
@@ -54,14 +52,11 @@ def in_a_process(program: str) -> str:
 
 
 def test_importing_it_imports_nothing_that_takes_long() -> None:
-    program = (
-        "import sys, time; begin = time.perf_counter(); import ab_sim; "
-        "print(time.perf_counter() - begin, *sys.modules)"
-    )
-    seconds, *loaded = in_a_process(program).split()
+    """3 ms; what it imports is told, not timed: a busy machine is as slow as it likes."""
+    loaded = in_a_process("import sys; import ab_sim; print(*sys.modules)").split()
+    assert len(loaded) < 120
     assert not SLOW & {name.partition(".")[0] for name in loaded}
     assert [name for name in loaded if name.startswith("ab_sim.")] == []
-    assert float(seconds) < BELOW
 
 
 def test_names_stay_what_they_are_after_all_modules_are_imported() -> None:
