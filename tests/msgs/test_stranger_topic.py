@@ -17,7 +17,7 @@ from ab_msgs_py import Conversion, Topic, topics
 from ab_msgs_py.samples import axes, header
 from ab_sim.bags import Bag, export_bag
 from ab_sim.bags.messages import decoded
-from ab_sim.drive import Drive, shown
+from ab_sim.drive import Drive, published
 from ab_sim.drive.description import describe
 from ab_sim.recording import Recording, open_recording, read_recording
 from ab_sim.scene import load_scene
@@ -34,14 +34,14 @@ VELOCITY = Topic(
 )
 
 
-def _velocity(of: shown.Shown) -> Iterator[shown.Template]:
-    yield shown.Template((0.0, 0.0, 0.0), of.known("vx", "vy", "vz"))
+def _velocity(of: published.Shown) -> Iterator[published.Template]:
+    yield published.Template((0.0, 0.0, 0.0), of.known("vx", "vy", "vz"))
 
 
 def add() -> None:
     """What a change to the package would do, in the places that docs/contributing.md names."""
     topics.declare(VELOCITY)
-    shown.shows(VELOCITY)(_velocity)
+    published.shows(VELOCITY)(_velocity)
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def added() -> Iterator[None]:
     add()
     yield
     topics.ALL.remove(VELOCITY)
-    del shown.SHOWN[VELOCITY]
+    del published.SHOWN[VELOCITY]
 
 
 def velocities_in(path: Path) -> dict[int, tuple[float, ...]]:
