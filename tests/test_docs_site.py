@@ -152,13 +152,13 @@ def test_the_equation_of_each_effect_is_typeset(site: Path) -> None:
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_no_page_scrolls_sideways(width: int, site: Path) -> None:
+def test_no_page_scrolls_sideways_or_is_cut_off(width: int, site: Path) -> None:
     pytest.importorskip("playwright", reason="needs a browser")
     from tests.viewing.browser import browser
 
     with browser(width, 844) as screen:
-        wide = {}
+        found = {}
         for page in sorted(site.rglob("*.html")):
             screen.open(page.as_uri())
-            wide[str(page.relative_to(site))] = screen.sideways()
-    assert len(wide) > 40 and {page: by for page, by in wide.items() if by > 0} == {}
+            found[str(page.relative_to(site))] = (screen.cut_off(), max(screen.sideways(), 0))
+    assert len(found) > 40 and {page: it for page, it in found.items() if it != ([], 0)} == {}

@@ -1,5 +1,6 @@
 """The one-line equations of effects and sensors as typeset on the site, by their text in the code.
 
+Formulas that are wider than a phone are blocks, which scroll; those in a line do not break.
 Where the text changes this has to follow: what is not here is shown as plain text, and a test says
 so.
 """
@@ -16,8 +17,10 @@ LAWS = {
         r" inertia $m + I/a^2$ along the race, and the spindle's acceleration spins the ball up"
     ),
     "g (sin(tilt) cos(direction), sin(tilt) sin(direction), -cos(tilt)) on all that moves": (
-        r"$g \left(\sin(\mathrm{tilt}) \cos(\mathrm{direction}), \sin(\mathrm{tilt}) "
-        r"\sin(\mathrm{direction}), -\cos(\mathrm{tilt})\right)$ on all that moves"
+        "```math\n"
+        r"g \left(\sin(\mathrm{tilt})\, \cos(\mathrm{direction}),\; \sin(\mathrm{tilt})\, "
+        r"\sin(\mathrm{direction}),\; -\cos(\mathrm{tilt})\right)"
+        "\n```\n\non all that moves"
     ),
     "f = -k_3 |u|^2 u": r"$f = -k_3 \left|u\right|^2 u$",
     "T = clip(T_a, +-T_max) - b w, T_a = k_p (w_c - w) + k_i z, z' = w_c - w - (T_a - "
@@ -54,8 +57,10 @@ LAWS = {
     ),
     "s = q round(clip(B(A(phi) f + n), -s_max, s_max) / q) at t = k / F_s; "
     "|B(F)|^2 = 1 / (1 + (F / F_c)^4), S_n = N^2": (
-        r"$s = q\, \mathrm{round}\left(\mathrm{clip}\left(B(A(\varphi) f + n), "
-        r"-s_\mathrm{max}, s_\mathrm{max}\right) / q\right)$ at $t = k / F_s$; "
-        r"$\left|B(F)\right|^2 = \frac{1}{1 + (F / F_c)^4}$, $S_n = N^2$"
+        "```math\n"
+        r"s = q\, \mathrm{round}\left(\mathrm{clip}\left(B(A(\varphi) f + n), "
+        r"-s_\mathrm{max}, s_\mathrm{max}\right) / q\right)"
+        "\n```\n\n"
+        r"at $t = k / F_s$; $\left|B(F)\right|^2 = \frac{1}{1 + (F / F_c)^4}$, $S_n = N^2$"
     ),
 }

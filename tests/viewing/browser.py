@@ -22,6 +22,17 @@ PATIENCE = 240e3
 """ms; a picture takes a second of a machine at rest."""
 
 
+CUT_OFF = """() => {
+    const scrolls = (e) => getComputedStyle(e).overflowX !== 'visible';
+    const within = (e) => e.tagName !== 'ARTICLE' && (scrolls(e) || within(e.parentElement));
+    document.querySelectorAll('details').forEach((e) => { e.open = true; });
+    return [...document.querySelectorAll('article *')]
+        .filter((e) => e.getBoundingClientRect().right > innerWidth + 1)
+        .filter((e) => e.getBoundingClientRect().width > 0 && !within(e.parentElement))
+        .map((e) => e.tagName);
+}"""
+
+
 class Screen:
     """A page, and whom it has got answers from."""
 
@@ -40,6 +51,10 @@ class Screen:
                 "document.documentElement.scrollWidth - document.documentElement.clientWidth"
             )
         )
+
+    def cut_off(self) -> list[str]:
+        """Tags of what reaches beyond the right edge, and in no box of the article that scrolls."""
+        return [str(tag) for tag in self._page.evaluate(CUT_OFF)]
 
     def png(self) -> bytes:
         return self._page.screenshot(timeout=PATIENCE)
