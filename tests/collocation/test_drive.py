@@ -28,10 +28,11 @@ from ab_sim.tracing import machine_code
 from tests.collocation import driven
 from tests.collocation.driven import Collocated
 from tests.deck.scenes import odd
-from tests.effects.parts import Changes, scene_of
+from tests.effects.parts import scene_of
 from tests.hard_cases.extremes import RUBBING
 from tests.hard_cases.extremes import scene_of as extreme
 from tests.integrate.test_collocation_of_deck_models import IN_SPACE
+from tests.integrate.test_event_fallback import STICK_SLIP
 
 SAFETY = {4: 60.0, 8: 3.0, 16: 2.0}
 """Errors of whole runs beside what each step may leave, by its nodes: four are too few for what
@@ -52,17 +53,7 @@ def weak_motor(step: float) -> Scene:
 
 
 def stick_slip(step: float) -> Scene:
-    """Gravity pulls each ball loose once a revolution, friction holds it again."""
-    changes: Changes = {
-        "effects": {
-            "rolling_friction": {"arm": 3e-4},
-            "gravity": {"tilt": 0.32},
-            "viscous_drag": {"coefficient": 0.05},
-        },
-        "start": {"speed": 30.0, "ball_angles": [0.5, 2.5]},
-        "profile": None,
-    }
-    return scene_of("friction", changes, {"solver": {"step": step}})
+    return scene_of("friction", STICK_SLIP, {"solver": {"step": step}})
 
 
 def packed(step: float) -> Scene:

@@ -14,6 +14,17 @@ from tests.hard_cases.extremes import RUBBING
 from tests.hard_cases.extremes import scene_of as extreme
 from tests.integrate.test_dips import DIPS
 
+STICK_SLIP: Changes = {
+    "effects": {
+        "rolling_friction": {"arm": 3e-4},
+        "gravity": {"tilt": 0.32},
+        "viscous_drag": {"coefficient": 0.05},
+    },
+    "start": {"speed": 30.0, "ball_angles": [0.5, 2.5]},
+    "profile": None,
+}
+"""Gravity pulls each ball loose once a revolution, friction holds it again."""
+
 NAME = "collocation"
 
 Maker = Callable[[str, float], Drive]
@@ -36,17 +47,7 @@ def friction(stepper: str, step: float) -> Drive:
 
 
 def stick_slip(stepper: str, step: float) -> Drive:
-    """Gravity pulls each ball loose once a revolution, friction holds it again."""
-    changes: Changes = {
-        "effects": {
-            "rolling_friction": {"arm": 3e-4},
-            "gravity": {"tilt": 0.32},
-            "viscous_drag": {"coefficient": 0.05},
-        },
-        "start": {"speed": 30.0, "ball_angles": [0.5, 2.5]},
-        "profile": None,
-    }
-    return Drive(scene_of("friction", changes, solver(stepper, step)))
+    return Drive(scene_of("friction", STICK_SLIP, solver(stepper, step)))
 
 
 def dips(stepper: str, step: float) -> Drive:
