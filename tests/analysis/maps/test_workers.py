@@ -1,0 +1,98 @@
+"""Work over several processes: in order, with its errors, and when a process is killed."""
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from ab_sim.analysis.maps import workers
+from ab_sim.analysis.maps.workers import WorkerLost, Workers
+from ab_sim.errors import SceneError
+
+
+@pytest.fixture(autouse=True)
+def shared_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "TRIAL", 0.0)
+    monkeypatch.setattr(workers, "WORTH_IT", 0.0)
+
+
+def where(number: int) -> tuple[int, int]:
+    return number, os.getpid()
+
+
+def picky(number: int) -> int:
+    if number == 30:
+        raise SceneError("start.time 30: must be less")
+    return number
+
+
+def killed(number: int) -> int:
+    if number == 30:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def slow(number: int) -> int:
+    time.sleep(0.1 if number < 2 else 3600.0)
+    return number
+
+
+def test_results_come_in_order_and_from_all_processes() -> None:
+    with Workers(2) as each:
+        first = list(each.each(where, range(50), at_a_time=2))
+        second = list(each.each(where, range(7)))
+    assert [number for number, _ in first] == list(range(50))
+    assert [number for number, _ in second] == list(range(7))
+    homes = {home for _, home in first[2:]}
+    assert len(homes) == 2 and os.getpid() not in homes
+    assert {home for _, home in second} <= homes, "processes are there until the end"
+    for home in homes:
+        with pytest.raises(ProcessLookupError):
+            os.kill(home, 0)
+
+
+def test_one_process_is_this_one() -> None:
+    with Workers(1) as each:
+        assert list(each.each(where, range(5))) == [(n, os.getpid()) for n in range(5)]
+
+
+def test_an_error_is_raised_as_itself() -> None:
+    with pytest.raises(SceneError, match="must be less"), Workers(2) as each:
+        list(each.each(picky, range(50), at_a_time=2))
+
+
+def test_a_killed_process_is_said() -> None:
+    with pytest.raises(WorkerLost, match="the same command goes on"), Workers(2) as each:
+        list(each.each(killed, range(50), at_a_time=2))
+
+
+def test_the_end_does_not_wait_for_long_work() -> None:
+    with contextlib.suppress(KeyboardInterrupt), Workers(2) as each:
+        results: Iterator[int] = each.each(slow, range(50), at_a_time=1)
+        assert next(results) == 0 and next(results) == 1
+        raise KeyboardInterrupt
+    assert not multiprocessing.active_children()
+
+
+@pytest.mark.parametrize("after", [0.0, 0.02, 0.1])
+def test_processes_that_are_killed_while_others_start(
+    after: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where a process is gone before the next one starts, as when a whole group gets a signal."""
+    started = workers.multiprocessing.get_context("spawn").Process.start
+
+    def start_and_kill(process: workers.BaseProcess) -> None:
+        started(process)
+        time.sleep(after)
+        assert process.pid is not None
+        os.kill(process.pid, signal.SIGKILL)
+
+    monkeypatch.setattr(
+        workers.multiprocessing.get_context("spawn").Process, "start", start_and_kill
+    )
+    with pytest.raises(WorkerLost), Workers(2) as each:
+        list(each.each(where, range(50)))
