@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.maps import basin, stability_map
-    from ab_sim.api.merits import register_merit
+    from ab_sim.api.merits import merits_of, register_merit
     from ab_sim.api.resting import branches, equilibria, floquet, follow_floquet, modes, recovery
     from ab_sim.api.runs import (
         compare_run,
@@ -66,6 +66,7 @@ __all__ = [
     "floquet",
     "follow_floquet",
     "load_scene",
+    "merits_of",
     "modes",
     "open_recording",
     "recovery",
@@ -87,7 +88,7 @@ _MODULES = {
     "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
     "api.extensions": ("register_effect", "register_stepper"),
     "api.maps": ("basin", "stability_map"),
-    "api.merits": ("register_merit",),
+    "api.merits": ("merits_of", "register_merit"),
     "api.resting": ("branches", "equilibria", "floquet", "follow_floquet", "modes", "recovery"),
     "api.runs": (
         "compare_run",
