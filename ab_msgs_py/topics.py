@@ -40,7 +40,7 @@ COMMAND = declare(
         "spindle/command",
         "std_msgs/msg/Float64",
         Conversion(samples.number_fields, samples.number_of),
-        "spindle speed wanted",
+        "target speed of the spindle",
         "rad/s",
         source="you, or `profile_controller`",
         rate="yours; 200 1/s is plenty",

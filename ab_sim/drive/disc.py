@@ -13,6 +13,7 @@ import numpy as np
 from ab_sim.drive.observation import Snapshot
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.registry import require_built_in
 from ab_sim.dynamics.system import TURNS, System, ball_count, has_motor
 from ab_sim.equations.neighbours import reduced
 from ab_sim.errors import SceneError
@@ -32,8 +33,11 @@ def with_disc(
         further: direction of the new unbalance from that of the old one [rad].
 
     Raises:
-        SceneError: the eccentricity is none, or the rotor's inertia would have to be turned.
+        SceneError: the eccentricity is none, the rotor's inertia would have to be turned, or so
+            would the states of a deck model that is not a built-in one.
     """
+    if further:
+        require_built_in(scene, f"another disc with disc_angle = {further:g} rad")
     if further and not turns_alike(scene):
         raise SceneError(
             f"disc_angle = {further:g} rad: rotor.inertia of {scene.name} is on axes that begin at "

@@ -96,6 +96,26 @@ def of_system(system: System) -> DeckFromScene:
     return next(known.from_scene for known in _deck_models.values() if known.kind is kind)
 
 
+def require_built_in(scene: Scene, asked: str) -> None:
+    """Refuse a deck model of a program's own where formulas know only the built-in ones.
+
+    Args:
+        scene: as it was checked.
+        asked: what uses these formulas, for the message.
+
+    Raises:
+        SceneError: names the key, its value, what is allowed and what to do.
+    """
+    name = scene.deck_model
+    if name in (None, PLANAR, IN_SPACE):
+        return
+    raise SceneError(
+        f"deck_model = {name!r}: {asked} needs the equations of a built-in deck model; "
+        f"allowed here: {IN_SPACE}, {PLANAR}; take deck_model out of the scene (--set "
+        "deck_model=), or simulate this deck instead, without faults of balls, mounts and disc"
+    )
+
+
 @functools.cache
 def _import_all() -> None:
     folder = import_module(_FOLDER)

@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 from ab_sim.dynamics.assemble import DRAG, linear_rates
 from ab_sim.dynamics.system import System, has_events
-from ab_sim.errors import SceneError, exact
+from ab_sim.errors import SceneError, exact, nearest
 from ab_sim.integrate.limits import check_step, largest_step
-from ab_sim.integrate.registry import AUTO, stepper_named, steppers
+from ab_sim.integrate.registry import AUTO, parameters_of, stepper_named, steppers
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.scene.model import Scene
+from ab_sim.scene.sections import Solver
 from ab_sim.spindle import top_speed_of
 
 
@@ -99,14 +100,15 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
             ``top_speed`` of the scene's profile.
 
     Raises:
-        SceneError: unknown stepper, the step is beyond its stability limit, or the scene asks for
-            an accuracy instead.
+        SceneError: unknown stepper, the step is beyond its stability limit, parameters without a
+            stepper that is named, or the scene asks for an accuracy instead.
     """
     if scene.accuracy is not None:
         raise SceneError(
             "accuracy: has to be turned into a stepper and a step first, which takes runs of the "
             "scene: ab_sim.accuracy.resolve_accuracy(scene) returns the scene with them"
         )
+    _check_no_parameters_of_auto(scene.solver)
     step, name = scene.solver.step, scene.solver.stepper
     speed = top_speed(scene) if fastest is None else fastest
     rates = linear_rates(system, speed)
@@ -125,18 +127,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
                 f"auto: {USUAL} would need steps of at most {most:g} s for {what}, whose rate is "
                 f"{abs(rates[what]):.4g} 1/s"
             )
-    if has_events(system.effects) and not stepper.locates_events:
-        able = ", ".join(name for name, known in steppers().items() if known.locates_events)
-        raise SceneError(
-            f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which "
-            f"friction, contact and a motor have; name one of: {able}"
-        )
-    if stepper.needs_own_motion and not type(system.deck_model).COORDINATES:
-        able = ", ".join(n for n, known in steppers().items() if not known.needs_own_motion)
-        raise SceneError(
-            f"solver.stepper = {stepper.name!r}: needs to know the own motion of what carries the "
-            f"balls, and {type(system.deck_model).__name__} says nothing of it; name one of: {able}"
-        )
+    _check_suits(stepper, system)
     check_parts(stepper, step, system, rates)
     limits = limiting(stepper, rates)
     longest, what = largest_step(stepper, limits)
@@ -156,3 +147,37 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     # Where nothing moves by itself, and the spindle stands, there is no cycle and no curve.
     cycle = 2.0 * math.pi / fastest_rate if fastest_rate else step
     return Choice(stepper, reason, longest, what, cycle)
+
+
+def _check_no_parameters_of_auto(solver: Solver) -> None:
+    """Refuse parameters for ``auto``: they belong to one stepper, which has to be named."""
+    if solver.stepper != AUTO or not solver.parameters:
+        return
+    key, value = next(iter(solver.parameters.items()))
+    takes = [name for name in steppers() if key in parameters_of(name)]
+    known = sorted({key for name in steppers() for key in parameters_of(name)})
+    name_it = (
+        f"name the stepper that takes it ({' or '.join(takes)})"
+        if takes
+        else f"no stepper takes it{nearest(key, known)}"
+    )
+    raise SceneError(
+        f"solver.parameters.{key} = {exact(value)}: solver.stepper is {AUTO!r}, which takes no "
+        f"parameters; {name_it}, or remove solver.parameters (--set solver.parameters=)"
+    )
+
+
+def _check_suits(stepper: Stepper, system: System) -> None:
+    """Refuse a stepper that cannot be cut at this system's events, or lacks its own motion."""
+    if has_events(system.effects) and not stepper.locates_events:
+        able = ", ".join(name for name, known in steppers().items() if known.locates_events)
+        raise SceneError(
+            f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which "
+            f"friction, contact and a motor have; name one of: {able}"
+        )
+    if stepper.needs_own_motion and not type(system.deck_model).COORDINATES:
+        able = ", ".join(n for n, known in steppers().items() if not known.needs_own_motion)
+        raise SceneError(
+            f"solver.stepper = {stepper.name!r}: needs to know the own motion of what carries the "
+            f"balls, and {type(system.deck_model).__name__} says nothing of it; name one of: {able}"
+        )

@@ -98,7 +98,11 @@ def _add_steppers(solver: Schema) -> None:
         },
         "additionalProperties": False,
     }
+    without_parameters = {"properties": {"parameters": {"maxProperties": 0}}}
     solver["allOf"] = [
+        # Also where no stepper is named: that is auto.
+        {"if": {"properties": {"stepper": {"const": registry.AUTO}}}, "then": without_parameters},
+    ] + [
         {
             "if": {"properties": {"stepper": {"const": name}}, "required": ["stepper"]},
             "then": {"properties": {"parameters": {"propertyNames": {"enum": list(parameters)}}}},

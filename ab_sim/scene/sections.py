@@ -196,7 +196,8 @@ class Solver(Section):
     )
 
     parameters: dict[str, Number] = Field(
-        default_factory=dict, description="numbers that the stepper takes, by name"
+        default_factory=dict,
+        description="numbers that the stepper takes, by name; it has to be named: auto takes none",
     )
 
     @model_validator(mode="after")

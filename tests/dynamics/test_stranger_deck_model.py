@@ -5,7 +5,7 @@ the deck, the same drive. Balls, friction, events, steppers and recording know n
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +17,8 @@ from typer.testing import CliRunner
 
 import ab_sim
 from ab_sim.cli.app import app
+from ab_sim.drive.disc import with_disc
+from ab_sim.drive.faults.fault import faults_of
 from ab_sim.dynamics import registry
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.registry import (
@@ -171,6 +173,47 @@ def test_what_it_does_not_say_is_refused_where_it_is_asked_for() -> None:
         ab_sim.modes(scene)
     with pytest.raises(SceneError, match="collocation.*OnFixedAxes says nothing of it"):
         ab_sim.Drive(ab_sim.load_scene(SCENE, [f"deck_model={NAME}", "solver.stepper=collocation"]))
+
+
+def refused_for(asked: str) -> str:
+    return re.escape(
+        f"deck_model = {NAME!r}: {asked} needs the equations of a built-in deck model; allowed "
+        "here: in_space, planar; take deck_model out of the scene (--set deck_model=), or "
+    )
+
+
+@pytest.mark.parametrize(
+    ("asked", "call"),
+    [
+        ("the search for resting states", lambda scene: ab_sim.equilibria(scene, 800.0)),
+        ("the search for resting states", lambda scene: ab_sim.branches(scene)),
+        ("Floquet analysis", lambda scene: ab_sim.floquet(scene, 800.0)),
+    ],
+)
+def test_formulas_of_the_built_in_decks_are_not_used(
+    asked: str, call: Callable[[Scene], object]
+) -> None:
+    """They would be of another deck than the one that runs."""
+    with pytest.raises(SceneError, match=refused_for(asked)):
+        call(ab_sim.load_scene(SCENE, [f"deck_model={NAME}"]))
+
+
+@pytest.mark.parametrize("text", ["ball_0 sticks", "ball_1 lost", "disc slips 0.1"])
+def test_faults_that_know_the_built_in_decks_are_refused(text: str) -> None:
+    scene = ab_sim.load_scene(SCENE, [f"deck_model={NAME}"])
+    with pytest.raises(SceneError, match=refused_for(f"faults: {text!r}")):
+        ab_sim.Drive(scene, faults=faults_of([text]))
+    with pytest.raises(SceneError, match=refused_for("another disc with disc_angle = 1 rad")):
+        with_disc(scene, 1e-4, 1.0)
+
+
+def test_faults_that_do_not_are_as_on_a_deck_of_the_package() -> None:
+    faults = faults_of(["suspension softens 0.5", "vibration drops 0.5"])
+    expected, own = (
+        ab_sim.Drive(ab_sim.load_scene(SCENE, deck), faults=faults).advance(200)
+        for deck in ([], [f"deck_model={NAME}"])
+    )
+    np.testing.assert_allclose(own.position, expected.position, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -199,3 +199,18 @@ def test_nothing_that_limits(scene: Any) -> None:
     free = {"viscous_drag": None, "suspension": None}
     Drive(scene(effects=free, spindle={"max_speed": 400.0}, solver={"step": 1e-3}))
     assert largest_step(stepper_named("rk4"), {"nothing": 0j})[0] == np.inf
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"rho_inf": 0.5}, r"name the stepper that takes it \(generalized-alpha\), or remove"),
+        ({"tolerence": 0.5}, "no stepper takes it; did you mean 'tolerance'\\?, or remove"),
+    ],
+)
+def test_auto_takes_no_parameters(given: dict[str, float], words: str, scene: Any) -> None:
+    """Until now it ignored them."""
+    key = next(iter(given))
+    said = rf"solver.parameters.{key} = 0.5: solver.stepper is 'auto', which takes no.*{words}"
+    with pytest.raises(SceneError, match=said):
+        Drive(scene(solver={"stepper": "auto", "parameters": given}))

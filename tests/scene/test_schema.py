@@ -82,11 +82,18 @@ def test_what_the_loader_refuses_is_not_valid(where: str, change: dict[str, Any]
         {"stepper": "collocation", "parameters": {"nodes": 9}},
         {"stepper": "collocation", "parameters": {"rho_inf": 0.5}},
         {"stepper": "rk8", "parameters": {"tolerance": 1e-9}},
+        {"stepper": "auto", "parameters": {"tolerance": 1e-9}},
     ],
     ids=str,
 )
 def test_a_stepper_takes_its_own_parameters_only(given: dict[str, Any]) -> None:
     assert errors(merge(THESIS, {"solver": given})) != []
+
+
+def test_no_stepper_is_auto_which_takes_no_parameters() -> None:
+    raw = {key: value for key, value in THESIS.items() if key != "solver"}
+    assert errors({**raw, "solver": {"step": 1e-3, "parameters": {}}}) == []
+    assert errors({**raw, "solver": {"step": 1e-3, "parameters": {"tolerance": 1e-9}}}) != []
 
 
 def test_a_stepper_takes_its_defaults() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ab_sim.analysis.held_speed import held
 from ab_sim.dynamics.layout import StateLayout, layout_of
+from ab_sim.dynamics.registry import require_built_in
 from ab_sim.dynamics.system import (
     DISCRETE_COLUMNS,
     MASS,
@@ -35,8 +36,10 @@ def resting_system(scene: Scene) -> System:
     Without the effects in ``LEFT_OUT``, and without a gravity that does not pull across the shaft.
 
     Raises:
-        SceneError: the spindle's angle is in the equations, or its speed is a state.
+        SceneError: the deck model is not a built-in one, the spindle's angle is in the equations,
+            or its speed is a state.
     """
+    require_built_in(scene, "the search for resting states")
     effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
     if scene.deck is None and "gravity" in effects and not any(effects["gravity"].gravity()):
         del effects["gravity"]

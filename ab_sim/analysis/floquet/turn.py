@@ -19,6 +19,7 @@ import numpy as np
 
 from ab_sim.analysis.held_speed import FASTEST, held
 from ab_sim.dynamics.assemble import linear_rates, start_state
+from ab_sim.dynamics.registry import require_built_in
 from ab_sim.dynamics.system import has_contact, has_friction
 from ab_sim.errors import InputError, SceneError, exact
 from ab_sim.integrate.flow import Flow
@@ -78,7 +79,8 @@ class TurnMap:
 
     Raises:
         InputError: the spindle stands, or is beyond what scenes may ask for.
-        SceneError: the scene has events, or a state of the spindle; or drag that no step resolves.
+        SceneError: the scene has events, or a state of the spindle; drag that no step resolves; or
+            a deck model that is not a built-in one.
     """
 
     def __init__(self, scene: Scene, speed: float) -> None:
@@ -87,6 +89,7 @@ class TurnMap:
                 f"speed = {exact(speed)} rad/s: must be within 1e-6 to {FASTEST:g}, or the same "
                 "backwards: the solutions looked for repeat with every turn of the spindle"
             )
+        require_built_in(scene, "Floquet analysis")
         self.scene, self.speed = scene, speed
         field = held(scene, speed, scene.start.angle)
         self.system, self.layout = field.system, field.layout

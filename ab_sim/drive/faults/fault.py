@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 from ab_sim.drive.disc import turns_alike
+from ab_sim.dynamics.registry import require_built_in
 from ab_sim.errors import InputError, exact, nearest
 from ab_sim.scene.model import Scene
 
@@ -54,8 +55,11 @@ def balls_of(scene: Scene) -> list[str]:
 
 def supports_of(scene: Scene) -> list[str]:
     """What holds the deck: its suspension in the plane, its mounts in space."""
-    in_space = [f"mount_{k}" for k in range(len(scene.mounts))]
-    return in_space or [name for name in scene.effects if name in IN_THE_PLANE]
+    return _mounts_of(scene) or [name for name in scene.effects if name in IN_THE_PLANE]
+
+
+def _mounts_of(scene: Scene) -> list[str]:
+    return [f"mount_{k}" for k in range(len(scene.mounts))]
 
 
 def sensors_of(scene: Scene) -> list[str]:
@@ -143,6 +147,7 @@ def check_faults(faults: Iterable[Fault], scene: Scene) -> None:
 
     Raises:
         InputError: names the fault, why not, and what there is.
+        SceneError: the fault changes what only built-in deck models are known to have.
     """
     for fault in faults:
         there = KINDS[fault.ails].things(scene)
@@ -151,6 +156,8 @@ def check_faults(faults: Iterable[Fault], scene: Scene) -> None:
                 f"faults: {fault.text!r}: {fault.ails!r} goes with "
                 f"{', '.join(there) or 'nothing'} in this scene{nearest(fault.thing, there)}"
             )
+        if fault.ails in OF_BALLS or fault.ails == "slips" or fault.thing in _mounts_of(scene):
+            require_built_in(scene, f"faults: {fault.text!r}")
         if fault.ails in OF_BALLS and "ball_contact" in scene.effects:
             raise InputError(
                 f"faults: {fault.text!r}: balls that touch push each other (ball_contact), and "

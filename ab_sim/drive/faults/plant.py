@@ -53,8 +53,11 @@ def faulty_system(sound: System, scene: Scene, faults: Iterable[Fault]) -> Syste
         elif fault.ails == "softens":
             assert fault.size is not None
             system = _softened(system, scene, fault.thing, fault.size)
-    deck_model = system.deck_model._replace(total_mass=system.deck_model.total_mass - missing)
-    return system._replace(balls=balls, deck_model=deck_model)
+    if missing:
+        # Built-in deck models have it; of others no ball is lost (``fault.check_faults``).
+        lighter = system.deck_model._replace(total_mass=system.deck_model.total_mass - missing)
+        system = system._replace(deck_model=lighter)
+    return system._replace(balls=balls)
 
 
 def ball_number(fault: Fault) -> int:
