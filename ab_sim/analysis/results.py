@@ -83,6 +83,14 @@ class Results:
                 _say(f"{file.parent}: results cannot be kept there: {error.strerror}")
         return result
 
+    def folder_of(self, scene: Scene, **numbers: Any) -> Path | None:
+        """A folder, not made yet, for results that come in parts; None if there is no place.
+
+        Whoever puts parts there has to see that they can be believed.
+        """
+        _, file = self._key_and_file(scene, numbers)
+        return file and file.with_suffix("")
+
     def _key_and_file(self, scene: Scene, numbers: Mapping[str, Any]) -> tuple[str, Path | None]:
         """All that a result follows from, and the file named by it."""
         what = f"{self._function.__module__}.{self._function.__qualname__}"

@@ -8,6 +8,7 @@ import typer
 import ab_sim
 from ab_sim.cli.analysis_commands import analysis_commands
 from ab_sim.cli.bag_commands import bag_commands
+from ab_sim.cli.design_commands import design_commands
 from ab_sim.cli.key_commands import key_commands
 from ab_sim.cli.node_commands import node_commands
 from ab_sim.cli.options import JsonOption, SceneArgument, SetOption, ViewOption
@@ -324,6 +325,7 @@ def view(
 
 app.add_typer(key_commands)
 app.add_typer(analysis_commands)
+app.add_typer(design_commands)
 app.add_typer(recording_commands)
 app.add_typer(bag_commands)
 app.add_typer(node_commands, name="node")
