@@ -11,7 +11,7 @@ from ab_sim.analysis.merits.merit import Better, merits_named
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.cli.stability import KEPT
-from ab_sim.design.judged import CIRCULATES, FAILED, FAILURE, OUTCOME, SETTLED
+from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, FAILURE, OUTCOME, SETTLED
 from ab_sim.design.points import points_of
 from ab_sim.design.sweep import DEFAULT_MERITS, Sweep, run_sweep
 from ab_sim.design.variables import variable_of
@@ -74,38 +74,37 @@ def draw(found: Sweep, file: Path) -> None:
 
 
 def _shown(found: Sweep) -> Iterator[Table | str]:
-    table = Table(
-        title=f"{found.scene.name}: {len(found.table)} runs; figures of those that settled"
-    )
-    for name in ("merit", "least", "median", "largest", "best", "where"):
-        table.add_column(name, justify="left" if name in ("merit", "where") else "right")
-    settled = found[OUTCOME] == SETTLED
-    for merit in merits_named(found.merits):
-        values = found[merit.key][settled].astype(float)
+    table = Table(title=f"{found.scene.name}: {len(found.table)} runs, of which those that settled")
+    for name in ("merit", "least", "median", "largest"):
+        table.add_column(name, justify="left" if name == "merit" else "right")
+    for merit in found.merits:
+        values = found[merit][found[OUTCOME] == SETTLED].astype(float)
         values = values[np.isfinite(values)]
-        unit = "" if merit.unit in ("1", "-") else f" [{merit.unit}]"
-        numbers = (
-            [number(float(f(values))) for f in (np.min, np.median, np.max)]
-            if len(values)
-            else ["-"] * 3
-        )
-        best = None if merit.better is Better.NEITHER else found.best(merit.key)
-        where = "-" if best is None else _where(found, best)
-        at_best = "-" if best is None else number(float(found[merit.key][best]))
-        table.add_row(f"{merit.key}{unit}", *numbers, at_best, where)
+        numbers = [float(f(values)) for f in (np.min, np.median, np.max)] if len(values) else []
+        table.add_row(_titled(found, merit), *([number(each) for each in numbers] or ["-"] * 3))
     yield table
+    for judged in merits_named(found.merits):
+        best = None if judged.better is Better.NEITHER else found.best(judged.key)
+        if best is not None:
+            value = number(float(found[judged.key][best]))
+            said = f"best {_titled(found, judged.key)}: {value} in run {best}"
+            yield f"{said}: {_where(found, best)}"
     yield ", ".join(f"{name}: {count}" for name, count in found.outcomes.items())
     reasons = [reason for reason in found.table[FAILURE].to_pylist() if reason]
     if reasons:
         yield f"{FAILED}, the first one: {reasons[0]}"
+    if CHANGING in found.outcomes:
+        yield "still changing: a longer duration (--set duration=...) shows where it goes"
     if CIRCULATES in found.outcomes:
-        yield "balls circulate where they go round the race and do not balance; see `ab-sim merits`"
+        yield "circulates: balls go round the race, and do not balance"
+
+
+def _titled(found: Sweep, name: str) -> str:
+    unit = found.unit(name)
+    return name if unit in (None, "1", "-") else f"{name} [{unit}]"
 
 
 def _where(found: Sweep, run: int) -> str:
-    parts = []
-    for key in found.keys:
-        value = found[key][run]
-        said = number(float(value)) if value.dtype.kind in "fiu" else str(value)
-        parts.append(f"{key}={said}")
-    return f"{', '.join(parts)} (run {run})"
+    values = [found[key][run] for key in found.keys]
+    said = [str(v) if isinstance(v, str) else number(float(v)) for v in values]
+    return ", ".join(f"{key}={each}" for key, each in zip(found.keys, said, strict=True))

@@ -36,7 +36,7 @@ from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
 
 if TYPE_CHECKING:
-    from xarray import Dataset
+    from xarray import Dataset  # type: ignore[import-not-found, unused-ignore]
 
 DEFAULT_MERITS = ("final_whirl_over_e", "in_band_from", "peak_whirl_over_e", "residual_unbalance")
 ABOUT = b"ab_sim.sweep"
@@ -98,7 +98,7 @@ class Sweep(Presented):
 
     def _about(self, name: str, what: bytes) -> str | None:
         found: bytes | None = (self.table.schema.field(name).metadata or {}).get(what)
-        return found and found.decode()
+        return None if found is None else found.decode()
 
     def best(self, merit: str) -> int | None:
         """Number of the settled run in which a merit is best; None if there is none.
@@ -189,8 +189,8 @@ class Sweep(Presented):
             for name in (*self.merits, OUTCOME)
         }
         found = Dataset(variables, coordinates, {"scene": self.scene.name})
-        for key in self.keys:
-            found[key].attrs["units"] = self.unit(key) or ""
+        for name in (*self.keys, *self.merits):
+            found[name].attrs["units"] = self.unit(name) or ""
         return found
 
     def _facts(self) -> dict[str, str]:

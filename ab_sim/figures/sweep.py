@@ -10,7 +10,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.lines import Line2D
 
 from ab_sim.analysis.merits.merit import Better, merits_named
-from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, OUTCOME, SETTLED
+from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, OUTCOME
 from ab_sim.design.sweep import Sweep
 from ab_sim.figures.saved import ResultFigure
 
@@ -38,19 +38,19 @@ def _lines(found: Sweep) -> ResultFigure:
     places, names = _places(found, key)
     for axes, merit in zip(panels, merits, strict=True):
         values = found[merit].astype(float)
-        settled = _settled(found) & np.isfinite(values)
-        across = np.unique(places[settled])
-        groups = [values[settled & (places == x)] for x in across]
+        there = np.isfinite(values)
+        across = np.unique(places[there])
+        groups = [values[there & (places == x)] for x in across]
         if groups:
             axes.fill_between(
                 across, [g.min() for g in groups], [g.max() for g in groups], color=LINE,
                 alpha=0.2, lw=0,
             )  # fmt: skip
-            # A line would bridge what lies between, where runs did not settle.
+            # A line would bridge what lies between, where runs have no value.
             middle = np.full(len(every := np.unique(places)), np.nan)
             middle[np.isin(every, across)] = [np.median(g) for g in groups]
             axes.plot(every, middle, color=LINE, marker=".", ms=5, lw=1.4)
-            if len(values[settled]) and _is_wide(values[settled]):
+            if _is_wide(values[there]):
                 axes.set_yscale("log")
         _mark_others(found, axes, places, values)
         _mark_best(found, merit, axes, places, values)
@@ -71,7 +71,7 @@ def _maps(found: Sweep) -> ResultFigure:
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     (x, names_x), (y, names_y) = _places(found, across), _places(found, up)
     for axes, merit in zip(panels, merits, strict=False):
-        values = np.where(_settled(found), found[merit].astype(float), np.nan)
+        values = found[merit].astype(float)
         colours = _draw_map(found, axes, (x, y), values)
         _mark_others(found, axes, x, y)
         _mark_best(found, merit, axes, x, y)
@@ -80,9 +80,9 @@ def _maps(found: Sweep) -> ResultFigure:
             figure.colorbar(colours, ax=axes, pad=0.02)
     for axes in panels[len(merits) :]:
         axes.set_axis_off()
-    for axes in panels[: len(merits)]:
-        _scale_axis(found, across, axes, names_x, "x")
-        _scale_axis(found, up, axes, names_y, "y")
+    for place, axes in enumerate(panels[: len(merits)]):
+        _scale_axis(found, across, axes, names_x, "x", place + columns >= len(merits))
+        _scale_axis(found, up, axes, names_y, "y", place % columns == 0)
     figure.suptitle(_title(found), fontsize=11)
     figure.legend(handles=_legend(found), loc="outside lower center", ncols=5, fontsize=9)
     return figure
@@ -94,7 +94,7 @@ def _draw_map(
     """A grid's values as areas with contours, a design's as points; None: there are none."""
     (x, y), there = places, np.isfinite(values)
     if not there.any():
-        axes.text(0.5, 0.5, "no run settled", transform=axes.transAxes, ha="center", fontsize=10)
+        axes.text(0.5, 0.5, "no run has it", transform=axes.transAxes, ha="center", fontsize=10)
         return None
     norm = _norm(values[there])
     if found.shape is None:
@@ -121,7 +121,7 @@ def _pairs(found: Sweep) -> ResultFigure:
     side = max(2.2, 7.5 / count)
     figure = ResultFigure(figsize=(1.5 + side * count, 1.2 + side * count), layout="constrained")
     panels = figure.subplots(count, count, squeeze=False, sharex="col", sharey="row")
-    values = np.where(_settled(found), found[merit].astype(float), np.nan)
+    values = found[merit].astype(float)
     there = np.flatnonzero(np.isfinite(values))
     order = there[np.argsort(values[there])]
     if merits_named([merit])[0].better is not Better.LARGER:
@@ -146,11 +146,6 @@ def _pairs(found: Sweep) -> ResultFigure:
     figure.suptitle(_title(found) + left_out, fontsize=11)
     figure.legend(handles=_legend(found), loc="outside lower center", ncols=5, fontsize=9)
     return figure
-
-
-def _settled(found: Sweep) -> np.ndarray:
-    settled: np.ndarray = found[OUTCOME] == SETTLED
-    return settled
 
 
 def _places(found: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
@@ -185,17 +180,17 @@ def _is_log(values: np.ndarray) -> bool:
 
 
 def _mark_others(found: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    """Runs that did not settle; below the panel's others where they have no value."""
+    """Runs that did not settle; those without a value as lines across the panel."""
+    size = min(4.0, max(1.0, 80.0 / math.sqrt(len(y))))
     for outcome, (marker, colour) in MARKS.items():
         chosen = found[OUTCOME] == outcome
         valued = chosen & np.isfinite(y)
-        size = 12 if len(y) < 2000 else 4
-        style = {"marker": marker, "color": colour, "s": size, "zorder": 3}
-        axes.scatter(x[valued], y[valued], **style)
-        without = chosen & ~np.isfinite(y)
-        axes.scatter(
-            x[without], np.full(without.sum(), 0.03), **style, transform=axes.get_xaxis_transform()
+        face = "none" if marker == "o" else colour
+        axes.plot(
+            x[valued], y[valued], ls="", marker=marker, ms=size, mfc=face, mec=colour, zorder=3
         )
+        for place in x[chosen & ~np.isfinite(y)]:
+            axes.axvline(place, color=colour, lw=1.0, alpha=0.35, zorder=0)
 
 
 def _mark_best(found: Sweep, merit: str, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
@@ -213,9 +208,8 @@ def _legend(found: Sweep) -> list[Line2D]:
     handles = [Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best that settled")]
     for outcome, count in found.outcomes.items():
         marker, colour = MARKS.get(outcome, ("s", LINE))
-        handles.append(
-            Line2D([], [], marker=marker, color=colour, ls="", label=f"{outcome}: {count}")
-        )
+        face, said = "none" if marker == "o" else colour, f"{outcome}: {count}"
+        handles.append(Line2D([], [], ls="", marker=marker, mfc=face, mec=colour, label=said))
     return handles
 
 
@@ -230,7 +224,7 @@ def _is_wide(values: np.ndarray) -> bool:
 
 
 def _levels(norm: Normalize) -> np.ndarray:
-    shares = np.linspace(0.0, 1.0, 9)[1:-1]
+    shares = np.linspace(0.0, 1.0, 6)[1:-1]
     return np.unique(np.asarray(norm.inverse(shares), float))
 
 
