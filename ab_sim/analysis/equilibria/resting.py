@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.analysis.held_speed import held
-from ab_sim.dynamics.registry import require_built_in
 from ab_sim.dynamics.layout import StateLayout, layout_of
+from ab_sim.dynamics.registry import require_built_in
 from ab_sim.dynamics.system import (
     DISCRETE_COLUMNS,
     MASS,
