@@ -6,7 +6,7 @@ it is damped more than critically, real. Shapes are compared, and their parts we
 kinetic energy M, which has one unit where lengths and angles have two.
 
 Sources: Genta, Dynamics of Rotating Systems (2005), ch. 2 and 3 (whirl, Campbell diagrams);
-Allemang, The Modal Assurance Criterion (2003), of which ``likeness`` is the form weighed by M.
+Allemang, The Modal Assurance Criterion (2003), of which ``modal_assurance`` is the form weighed by M.
 """
 
 from collections.abc import Iterator, Sequence
@@ -199,7 +199,7 @@ def campbell(about: Linearised, speeds: np.ndarray) -> Campbell:
 def _followed(about: Linearised, before: tuple[Mode, ...], speed: float) -> tuple[Mode, ...]:
     """Modes at a speed, in the order of those at one near it that they are like."""
     modes = modes_of(about, speed)
-    order = linear_sum_assignment(likeness(about, before, modes), maximize=True)[1]
+    order = linear_sum_assignment(modal_assurance(about, before, modes), maximize=True)[1]
     return tuple(modes[k] for k in order)
 
 
@@ -208,13 +208,13 @@ def _met(about: Linearised, mode: Mode, low: float, high: float) -> tuple[float,
 
     def at(speed: float) -> Mode:
         modes = modes_of(about, speed)
-        return modes[int(np.argmax(likeness(about, (mode,), modes)))]
+        return modes[int(np.argmax(modal_assurance(about, (mode,), modes)))]
 
     speed = float(brentq(lambda w: at(w).frequency - w, low, high, xtol=1e-9))
     return speed, at(speed)
 
 
-def likeness(about: Linearised, ones: Sequence[Mode], others: Sequence[Mode]) -> np.ndarray:
+def modal_assurance(about: Linearised, ones: Sequence[Mode], others: Sequence[Mode]) -> np.ndarray:
     """1 for modes of the same shape, 0 where neither moves what the other does.
 
     Shape (ones, others).

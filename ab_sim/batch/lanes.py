@@ -1,4 +1,4 @@
-"""Merge the step plans of eight runs into one that all can follow together."""
+"""Step plans of eight runs, merged into one plan for all lanes."""
 
 import bisect
 import itertools
@@ -14,25 +14,25 @@ from ab_sim.spindle.step_ranges import StepRange
 
 
 def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type, LanePlan]:
-    """One plan for eight runs, cut wherever one of them has a breakpoint.
+    """One plan for eight runs, cut at the breakpoints of each of them.
 
-    Where a run has more parts of a step than another, the other takes parts of no length, which
-    change nothing.
+    A run that divides a step into fewer parts than another gets additional parts of zero length,
+    which do not change its state.
 
     Args:
         step_plans: the step ranges of each run, over the same steps.
         step: s.
 
     Returns:
-        The kind of all segments, and the plan.
+        The type of all segments, and the plan.
     """
-    rows = [row for doing in _between_cuts(step_plans) for row in _abreast(doing, step)]
-    alike = (
+    rows = [row for ranges in _ranges_between_cuts(step_plans) for row in _plan_rows(ranges, step)]
+    same_type = (
         len({type(step_range.scheduled.segment) for _, _, lanes in rows for step_range in lanes})
         == 1
     )
     numbers = [(lanes[0].first, steps, finishes) for steps, finishes, lanes in rows]
-    places = [[_place(step_range, alike) for step_range in lanes] for _, _, lanes in rows]
+    places = [[_place(step_range, same_type) for step_range in lanes] for _, _, lanes in rows]
     times = [
         [(step_range.scheduled.start, step_range.offset, step_range.length) for step_range in lanes]
         for _, _, lanes in rows
@@ -43,13 +43,15 @@ def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type
     )
 
 
-def _place(step_range: StepRange, alike: bool) -> ActiveSegment:
+def _place(step_range: StepRange, same_type: bool) -> ActiveSegment:
     place = place_on(step_range.scheduled)
-    return place if alike else place._replace(segment=RampAndCosine.of(place.segment))
+    return place if same_type else place._replace(segment=RampAndCosine.of(place.segment))
 
 
-def _between_cuts(step_plans: Sequence[Sequence[StepRange]]) -> Iterator[list[list[StepRange]]]:
-    """From cut to cut, what each run does there: whole steps, or the parts of one."""
+def _ranges_between_cuts(
+    step_plans: Sequence[Sequence[StepRange]],
+) -> Iterator[list[list[StepRange]]]:
+    """For each interval between cuts, the step ranges of each run: whole steps, or parts of one."""
     grouped = [
         [
             list(group)
@@ -61,30 +63,30 @@ def _between_cuts(step_plans: Sequence[Sequence[StepRange]]) -> Iterator[list[li
     cuts = sorted(set().union(*firsts))
     last = step_plans[0][-1]
     for first, end in itertools.pairwise([*cuts, last.first + max(last.steps, 1)]):
-        doing = []
+        ranges = []
         for starts, groups in zip(firsts, grouped, strict=True):
             parts = groups[bisect.bisect_right(starts, first) - 1]
             if parts[0].steps:
                 parts = [parts[0]._replace(first=first, steps=end - first)]
-            doing.append(parts)
-        yield doing
+            ranges.append(parts)
+        yield ranges
 
 
-def _abreast(
-    doing: list[list[StepRange]], step: float
+def _plan_rows(
+    ranges: list[list[StepRange]], step: float
 ) -> Iterator[tuple[int, bool, list[StepRange]]]:
-    """Rows of a plan: steps, whether they are finished then, and what each run does."""
-    most = max(len(parts) for parts in doing)
+    """Rows of a plan: number of steps, whether they end in this row, step range of each run."""
+    most = max(len(parts) for parts in ranges)
     for k in range(most):
         lanes = [
             parts[k] if k < len(parts) else parts[-1]._replace(offset=step, length=0.0)
-            for parts in doing
+            for parts in ranges
         ]
         yield max(1, *(step_range.steps for step_range in lanes)), k + 1 == most, lanes
 
 
 def _by_lane(values: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:
-    """From (rows, lanes, floats) to (rows, floats, lanes)."""
+    """An array of shape (rows, floats, lanes), from one of shape (rows, lanes, floats)."""
     table = np.array(values, float).transpose(0, 2, 1)
     assert table.shape[-1] == LANES
     return np.ascontiguousarray(table)

@@ -1,4 +1,4 @@
-"""A scene with what its run in a batch needs."""
+"""One run of a batch: its scene, system, stepper and speed schedule."""
 
 import functools
 import math
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.batch.sample_room import SampleRoom
+from ab_sim.batch.sample_buffer import SampleBuffer
 from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
@@ -22,40 +22,40 @@ from ab_sim.spindle.step_ranges import StepGrid, StepRange, step_ranges
 
 
 class BatchRun(NamedTuple):
-    """One of the runs."""
+    """One run of a batch, with its result."""
 
     scene: Scene
     trajectory: Trajectory
-    """Every ``every``-th step; up to the last sound one, if the run diverged. Its samples may share
-    a block of memory with others'; who keeps few of many runs copies theirs."""
+    """Every ``every``-th step; if the run diverged, up to the last finite one. The samples may be a
+    view of memory shared with other runs: copy them to keep a few of many runs."""
     failure: str
-    """Why it ended early; empty if it did not."""
+    """Why the run ended early; empty if it did not."""
 
 
 class StepPlanKey(NamedTuple):
-    """What stretches follow from: where it is the same, they need not be found again."""
+    """What a step plan depends on: runs with equal keys have the same step ranges."""
 
     scheduled_segments: tuple[ScheduledSegment, ...]
     grid: StepGrid
 
     def step_ranges(self, steps: int) -> list[StepRange]:
-        """Of so many steps from the start."""
+        """Step ranges of a number of steps from the start."""
         return list(
             step_ranges(SpeedSchedule.of_scheduled(self.scheduled_segments), self.grid, 0, steps)
         )
 
 
 @functools.lru_cache(maxsize=8)
-def step_plan_of(course: StepPlanKey) -> StepPlan:
-    """The way of all steps along a course."""
-    return StepPlan.along(SpeedSchedule.of_scheduled(course.scheduled_segments), course.grid, 0)
+def cached_step_plan(key: StepPlanKey) -> StepPlan:
+    """The step plan of a speed schedule, made once for runs with equal keys."""
+    return StepPlan.along(SpeedSchedule.of_scheduled(key.scheduled_segments), key.grid, 0)
 
 
 class PreparedRun:
-    """A scene with what its run needs.
+    """A scene with the objects that its run needs.
 
     Args:
-        scene: checked; an accuracy that it asks for is measured.
+        scene: checked; if it asks for an accuracy, the solver is found by measurement.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -64,18 +64,18 @@ class PreparedRun:
         choice = choose_stepper(self.scene, self.system)
         self.stepper, self.steps = choice.stepper, steps_of(self.scene)
         scheduled_segments = SpeedSchedule.of_scene(self.scene).segments
-        # Ramps do not ask for the cycle, which is another one for each mass and stiffness.
+        # Step ranges of ramps do not depend on the cycle, which differs with mass and stiffness.
         curved = any(not isinstance(scheduled.segment, Ramp) for scheduled in scheduled_segments)
-        self.course = StepPlanKey(
+        self.step_plan_key = StepPlanKey(
             scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
         )
         smooth = not has_events(self.system.effects)
-        self.fits_a_lane = self.stepper.takes_lanes and smooth
+        self.fits_lane = self.stepper.takes_lanes and smooth
         self.takes_collocation_steps = self.stepper.collocation_steps and smooth
 
     @property
-    def likeness(self) -> Any:
-        """Runs in which this is the same go together."""
+    def group_key(self) -> Any:
+        """Runs with equal keys run on the same machine code, in one group."""
         names = tuple(self.scene.effects), tuple(self.scene.sensors)
         constants = pattern(self.system)
         solver = self.stepper, self.scene.solver.step
@@ -83,30 +83,30 @@ class PreparedRun:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Of its samples."""
+        """Channel names of its samples."""
         return channels_of(self.scene, self.system)
 
-    def trajectory(self, samples: np.ndarray, thinned: int) -> Trajectory:
-        """Each so-many-th of some samples from the start, with sensors of all there are."""
+    def trajectory(self, samples: np.ndarray, stride: int) -> Trajectory:
+        """Every ``stride``-th sample. Sensors are computed from all samples, before thinning."""
         if not self.scene.sensors:
-            return Trajectory(self.channels, samples).thinned(thinned)
-        return RowReader(self.scene, self.system).trajectory(samples).thinned(thinned)
+            return Trajectory(self.channels, samples).thinned(stride)
+        return RowReader(self.scene, self.system).trajectory(samples).thinned(stride)
 
 
 def steps_of(scene: Scene) -> int:
-    """How many steps a scene's run has."""
+    """Number of steps of a scene's run."""
     return max(1, math.ceil(scene.duration / scene.solver.step - 1e-9))
 
 
-def room_for(members: Sequence[PreparedRun], every: int) -> SampleRoom:
-    """For the samples that come out of the kernel, of runs of one likeness."""
+def sample_buffer_for(members: Sequence[PreparedRun], every: int) -> SampleBuffer:
+    """Memory for the samples that the kernel writes for a group of runs."""
     first = members[0]
-    # Where not all of them are kept, each run's are let go when it has been thinned.
-    runs = len(members) if kept_at_first(first.scene, every) == every else 0
-    samples = first.steps // kept_at_first(first.scene, every)
-    return SampleRoom(runs, (samples, len(first.channels)))
+    # If they are thinned afterwards, the memory of each run is released after it was thinned.
+    runs = len(members) if kernel_stride(first.scene, every) == every else 0
+    samples = first.steps // kernel_stride(first.scene, every)
+    return SampleBuffer(runs, (samples, len(first.channels)))
 
 
-def kept_at_first(scene: Scene, every: int) -> int:
-    """Each so-manieth step comes out of the kernel: an accelerometer's filter takes all of them."""
+def kernel_stride(scene: Scene, every: int) -> int:
+    """Stride of the samples that the kernel writes; with sensors 1: filters need every step."""
     return 1 if scene.sensors else every

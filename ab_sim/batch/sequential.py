@@ -1,4 +1,4 @@
-"""Runs one after the other."""
+"""Runs of a batch that are computed one after the other."""
 
 import math
 import time
@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ab_sim.batch.prepared_run import BatchRun, PreparedRun, kept_at_first, step_plan_of
-from ab_sim.batch.sample_room import SampleRoom
+from ab_sim.batch.prepared_run import BatchRun, PreparedRun, cached_step_plan, kernel_stride
+from ab_sim.batch.sample_buffer import SampleBuffer
 from ab_sim.drive import Drive
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.steps import Steps
@@ -18,8 +18,8 @@ _AT_ONCE = 10_000
 """Steps whose samples are in memory at a time where they are thinned."""
 
 
-def one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRun], float]:
-    """A Drive for each; runs and CPU time [s]. Each ``every``-th step is kept."""
+def run_one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRun], float]:
+    """Run each with a Drive of its own, every ``every``-th step kept; runs, and CPU time [s]."""
     runs, seconds = [], 0.0
     for member in members:
         drive, failure = Drive(member.scene), ""
@@ -27,7 +27,7 @@ def one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRu
         try:
             taken = drive.advance(member.steps, every)
         except DivergedError as error:
-            # Once more, up to where it was sound.
+            # Once more, up to the last finite state.
             failure, sound = str(error), drive.steps
             drive.reset()
             taken = drive.advance(sound, every)
@@ -37,28 +37,28 @@ def one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRu
 
 
 class SequentialRuns:
-    """Runs of one likeness, with a stepper that takes collocation steps, and without events.
+    """Runs of one group with a stepper that takes collocation steps, without events.
 
-    They have in common what a Drive makes for itself, and what the stepper keeps as long as it
-    serves: tables of responses, which one run takes over from another where they are the same.
+    They share one ``Steps`` object, and with it the stepper's response tables, which are computed
+    again only for a run whose constants differ.
 
     Args:
-        first: one of them.
-        room: for what comes out of the kernel.
+        first: one of the runs.
+        buffer: for the samples that the kernel writes.
     """
 
-    def __init__(self, first: PreparedRun, room: SampleRoom) -> None:
+    def __init__(self, first: PreparedRun, buffer: SampleBuffer) -> None:
         discrete_state = start_discrete_state(first.scene, first.system)
         self._steps = Steps(first.system, first.stepper, first.scene.solver.step, discrete_state)
-        self._room = room
+        self._buffer = buffer
         self._rows = np.empty((min(first.steps, _AT_ONCE), len(first.channels)))
 
     def run(self, members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRun], float]:
-        """As ``one_by_one``."""
+        """As ``run_one_by_one``."""
         runs, seconds = [], 0.0
         for member in members:
-            in_kernel, samples = kept_at_first(member.scene, every), self._room.take(1)[0]
-            step_plan = step_plan_of(member.course)
+            in_kernel, samples = kernel_stride(member.scene, every), self._buffer.take(1)[0]
+            step_plan = cached_step_plan(member.step_plan_key)
             self._to_start(member)
             for kind in step_plan.kinds:
                 self._steps.along(kind)
@@ -69,8 +69,8 @@ class SequentialRuns:
                 taken = member.trajectory(samples, every // in_kernel)
                 runs.append(BatchRun(member.scene, taken, ""))
             else:
-                # A Drive says what went wrong, and where.
-                diverged, spent = one_by_one([member], every)
+                # A Drive reports what diverged, and where.
+                diverged, spent = run_one_by_one([member], every)
                 runs += diverged
             seconds += spent
         return runs, seconds
@@ -83,7 +83,7 @@ class SequentialRuns:
         steps.work.smooth[0] = math.nan
 
     def _take(self, step_plan: StepPlan, steps: int, every: int, samples: np.ndarray) -> bool:
-        """Fill in each so-many-th of a run's samples; whether all of them were sound."""
+        """Fill in every ``every``-th sample of a run; whether all steps were finite."""
         if every == 1:
             return self._advance(step_plan, 0, samples)
         for done in range(0, steps, len(self._rows)):
@@ -95,5 +95,5 @@ class SequentialRuns:
         return True
 
     def _advance(self, step_plan: StepPlan, first: int, samples: np.ndarray) -> bool:
-        """Fill in samples, ``first`` steps having been taken before; whether all were sound."""
+        """Fill in samples, beginning after ``first`` steps; whether all steps were finite."""
         return step_plan.walk(self._steps.along, first, len(samples), math.nan, samples) >= 0

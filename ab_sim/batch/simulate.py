@@ -16,12 +16,12 @@ from ab_sim.batch.prepared_run import (
     BatchRun,
     PreparedRun,
     StepPlanKey,
-    kept_at_first,
-    room_for,
+    kernel_stride,
+    sample_buffer_for,
     steps_of,
 )
-from ab_sim.batch.sample_room import SampleRoom
-from ab_sim.batch.sequential import SequentialRuns, one_by_one
+from ab_sim.batch.sample_buffer import SampleBuffer
+from ab_sim.batch.sequential import SequentialRuns, run_one_by_one
 from ab_sim.compiling import compiled
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
 from ab_sim.dynamics.layout import layout_of
@@ -45,7 +45,7 @@ class Batch(Presented):
 
     runs: tuple[BatchRun, ...]
     side_by_side: int
-    """How many of them ran in lanes; the others, one by one."""
+    """Number of runs that ran in lanes; the others ran one by one."""
     integration_seconds: float
     """CPU time of this thread for taking the steps, all runs together [s]. Of runs that go one by
     one, a kernel for a further kind of the profile's segments is made in it, too."""
@@ -153,20 +153,22 @@ def run_prepared(
     """
     runs: list[BatchRun | None] = [None] * len(prepared)
     seconds, done, lanes_used = 0.0, 0, 0
-    for members in _alike(prepared).values():
+    for members in _grouped(prepared).values():
         first = prepared[members[0]]
-        fit = first.fits_a_lane
-        sample_room = room_for([prepared[i] for i in members], every)
-        alone = (
-            SequentialRuns(first, sample_room).run if first.takes_collocation_steps else one_by_one
+        in_lanes = first.fits_lane
+        sample_buffer = sample_buffer_for([prepared[i] for i in members], every)
+        run_sequentially = (
+            SequentialRuns(first, sample_buffer).run
+            if first.takes_collocation_steps
+            else run_one_by_one
         )
-        width = LANES if fit else 1
+        width = LANES if in_lanes else 1
         for begin in range(0, len(members), width):
             chosen = members[begin : begin + width]
             these = [prepared[i] for i in chosen]
-            taken = _side_by_side(these, every, sample_room) if fit else None
+            taken = _side_by_side(these, every, sample_buffer) if in_lanes else None
             lanes_used += len(chosen) if taken else 0
-            results, spent = taken or alone(these, every)
+            results, spent = taken or run_sequentially(these, every)
             for i, result in zip(chosen, results, strict=True):
                 runs[i] = result
             seconds, done = seconds + spent, done + len(chosen)
@@ -204,7 +206,7 @@ def _check_room(scenes: list[Scene], every: int) -> None:
     for scene in scenes:
         width, steps = 14 + 2 * (scene.balls.count + len(scene.sensors)), steps_of(scene)
         kept += steps // every * width
-        most = steps // kept_at_first(scene, every) * width * LANES + 3 * steps
+        most = steps // kernel_stride(scene, every) * width * LANES + 3 * steps
         at_work = max(at_work, most)
     if kept + at_work > MOST_VALUES:
         raise InputError(
@@ -214,33 +216,33 @@ def _check_room(scenes: list[Scene], every: int) -> None:
         )
 
 
-def _alike(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:
+def _grouped(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:
     groups: dict[Any, list[int]] = {}
     for i, one in enumerate(prepared):
-        groups.setdefault(one.likeness, []).append(i)
+        groups.setdefault(one.group_key, []).append(i)
     return groups
 
 
 def _side_by_side(
     members: list[PreparedRun],
     every: int,
-    sample_room: SampleRoom,
+    sample_buffer: SampleBuffer,
 ) -> tuple[list[BatchRun], float]:
-    """Runs and CPU time.
+    """Run up to eight runs in lanes; runs, and CPU time [s].
 
     Args:
-        members: up to eight of one likeness.
-        every: keep each so-many-th step.
-        sample_room: for what comes out of them.
+        members: up to eight runs of one group.
+        every: every how many-th step is kept.
+        sample_buffer: for their samples.
     """
     # Lanes without a run of their own repeat the last one.
     lanes = [*members, *itertools.repeat(members[-1], LANES - len(members))]
     first = members[0]
     step, steps = first.scene.solver.step, first.steps
-    kind, plan = _plan(tuple(lane.course for lane in lanes), steps)
-    in_kernel = kept_at_first(first.scene, every)
+    kind, plan = _plan(tuple(lane.step_plan_key for lane in lanes), steps)
+    in_kernel = kernel_stride(first.scene, every)
     runs = _runs(lanes, kind, in_kernel)
-    samples = sample_room.take(LANES)
+    samples = sample_buffer.take(LANES)
     kernel = compiled(advance_side_by_side)
     begin = time.thread_time()
     kernel(runs, plan, samples)
@@ -260,13 +262,13 @@ def _side_by_side(
 
 
 @functools.lru_cache(maxsize=8)
-def _plan(courses: tuple[StepPlanKey, ...], steps: int) -> tuple[type, LanePlan]:
-    """See ``merged``; runs whose profile does not vary have the same."""
-    return merged([course.step_ranges(steps) for course in courses], courses[0].grid.step)
+def _plan(keys: tuple[StepPlanKey, ...], steps: int) -> tuple[type, LanePlan]:
+    """The merged plan of eight runs, made once for runs whose profiles are equal."""
+    return merged([key.step_ranges(steps) for key in keys], keys[0].grid.step)
 
 
 def _runs(lanes: list[PreparedRun], kind: type, every: int) -> LaneRuns:
-    """What eight runs of a likeness work with, at their start."""
+    """Work arrays of eight runs of one group, at their start."""
     first = lanes[0]
     code, layout, n = code_of(first.system, kind), layout_of(first.system), len(first.system.balls)
     step, size = first.scene.solver.step, layout.size

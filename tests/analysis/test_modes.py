@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.analysis.modes import Mode, campbell, likeness, modes_of, moving, vibration_of
+from ab_sim.analysis.modes import Mode, campbell, modal_assurance, modes_of, moving, vibration_of
 from ab_sim.dynamics.assemble import linearised, start_discrete_state, start_state, system_of
 from ab_sim.dynamics.deck_models.in_space import angular_velocity
 from ab_sim.errors import SceneError
@@ -244,7 +244,7 @@ def test_branches_are_followed_through_a_crossing_and_met_once_per_revolution() 
     for branch in found.branches:
         (one,) = {name(mode) for mode in branch}
         at[one] = np.array([mode.frequency for mode in branch])
-        assert min(likeness(about, [p], [q]).item() for p, q in pairwise(branch)) > 0.99
+        assert min(modal_assurance(about, [p], [q]).item() for p, q in pairwise(branch)) > 0.99
     assert len(at) == 6
     backward, forward = (at[tilt] for tilt in tilts)
     assert np.ptp(at[turn]) < 1e-9

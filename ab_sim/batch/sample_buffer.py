@@ -1,17 +1,17 @@
-"""Where the samples of many runs are kept."""
+"""Memory for the samples of many runs, allocated in blocks."""
 
 import numpy as np
 
 _BLOCK = 2**21
-"""Numbers, 16 MB: memory comes in huge pages then, which take a third of the time to be had."""
+"""Numbers per block, 16 MB: large enough for huge pages, allocated three times as fast."""
 
 
-class SampleRoom:
-    """Room for samples, got for many runs at a time.
+class SampleBuffer:
+    """Allocates memory for samples, a block for many runs at a time.
 
     Args:
-        runs: how many there are to come.
-        shape: of the samples of one, (samples, channels).
+        runs: number of runs to be expected.
+        shape: of the samples of one run, (samples, channels).
     """
 
     def __init__(self, runs: int, shape: tuple[int, int]) -> None:
@@ -19,7 +19,7 @@ class SampleRoom:
         self._block, self._used = np.empty((0, *shape)), 0
 
     def take(self, runs: int) -> np.ndarray:
-        """Room for some more, shape (runs, samples, channels); its content is arbitrary."""
+        """An uninitialised array for some more runs, shape (runs, samples, channels)."""
         if self._used + runs > len(self._block):
             fit = min(_BLOCK // max(1, self._shape[0] * self._shape[1]), self._left)
             self._block, self._used = np.empty((max(runs, fit), *self._shape)), 0
