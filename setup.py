@@ -109,6 +109,7 @@ setup(
             "ruff",
             "scipy-stubs; python_version >= '3.11'",
             "types-PyYAML",
+            "xarray; python_version >= '3.11'",  # what sweeps become, where it is there
         ],
     },
     entry_points={"console_scripts": ["ab-sim = ab_sim.cli:main"]},

@@ -147,6 +147,7 @@ def test_no_public_signature_is_untyped() -> None:
 
 def hints_of(function: FunctionType) -> dict[str, object]:
     names = {"Figure": Figure, "DataFrame": SimpleNamespace, "Comparison": object}
+    names["Dataset"] = SimpleNamespace
     return typing.get_type_hints(function, {**names, **function.__globals__})
 
 

@@ -6,7 +6,8 @@ it is damped more than critically, real. Shapes are compared, and their parts we
 kinetic energy M, which has one unit where lengths and angles have two.
 
 Sources: Genta, Dynamics of Rotating Systems (2005), ch. 2 and 3 (whirl, Campbell diagrams);
-Allemang, The Modal Assurance Criterion (2003), of which ``modal_assurance`` is the form weighed by M.
+Allemang, The Modal Assurance Criterion (2003), of which ``modal_assurance`` is the form
+weighed by M.
 """
 
 from collections.abc import Iterator, Sequence

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import pyarrow
 
 from ab_sim.analysis.merits import merits_of
-from ab_sim.analysis.merits.merit import Kind, Merit, merits_named
+from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
 from ab_sim.batch.prepared_run import BatchRun, PreparedRun, steps_of
 from ab_sim.batch.simulate import run_prepared
 from ab_sim.errors import InputError, SceneError
@@ -51,7 +51,7 @@ def merit_columns(keys: Iterable[str]) -> list[Merit[Any]]:
     """
     found = merits_named(keys)
     for merit in found:
-        if merit.kind is Kind.STRUCTURE:
+        if merit.kind is MeritKind.STRUCTURE:
             raise InputError(
                 f"merit {merit.key!r}: is a list, not a number; `ab-sim merits` says which are"
             )
@@ -77,7 +77,7 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
 
 def schema_of(job: Job) -> pyarrow.Schema:
     """Of what ``judged`` gives."""
-    kinds = {Kind.NUMBER: pyarrow.float64(), Kind.TRUTH: pyarrow.bool_()}
+    kinds = {MeritKind.NUMBER: pyarrow.float64(), MeritKind.TRUTH: pyarrow.bool_()}
     return pyarrow.schema(
         [
             (RUN, pyarrow.int64()),

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ab_sim.design.variables import Range, Values, Variable
+from ab_sim.design.variables import ListedValues, Range, Variable
 from ab_sim.errors import InputError
 from ab_sim.quoting import short
 
@@ -16,7 +16,7 @@ MOST = 10_000_000
 
 
 class Points(Protocol):
-    """Values of some keys for each of many runs."""
+    """ListedValues of some keys for each of many runs."""
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -33,10 +33,10 @@ class Points(Protocol):
 
 
 @dataclass(frozen=True)
-class Grid:
+class GridPoints:
     """All combinations of values; the last key's change fastest."""
 
-    axes: tuple[Values, ...]
+    axes: tuple[ListedValues, ...]
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -61,7 +61,7 @@ class Grid:
         return {"grid": {axis.key: list(axis.values) for axis in self.axes}}
 
 
-class Sampled:
+class DesignPoints:
     """Points of a design that fills a space of ranges, by scipy.stats.qmc.
 
     Args:
@@ -133,17 +133,17 @@ def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) 
                 f"{each.key}: has values of its own; a design takes ranges, {each.key}=FROM..TO"
             )
     _check_count(int(count))
-    return Sampled(ranges, kind, int(count), seed)
+    return DesignPoints(ranges, kind, int(count), seed)
 
 
-def _grid(variables: Sequence[Variable]) -> Grid:
+def _grid(variables: Sequence[Variable]) -> GridPoints:
     for each in variables:
         if isinstance(each, Range):
             raise InputError(
                 f"{each.key}: from {each.low:g} to {each.high:g}, but how many values? Write "
                 f"{each.key}={each.low:g}..{each.high:g}:COUNT, or ask for a design"
             )
-    found = Grid(tuple(each for each in variables if isinstance(each, Values)))
+    found = GridPoints(tuple(each for each in variables if isinstance(each, ListedValues)))
     _check_count(len(found))
     return found
 

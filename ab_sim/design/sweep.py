@@ -57,7 +57,7 @@ class Sweep(Presented):
     """That vary; dotted."""
     merits: tuple[str, ...]
     """That it has columns of."""
-    points: dict[str, Any]
+    points: dict[str, object]
     """What the runs' values follow from: a grid's, or a design's ranges, count and seed."""
     table: pyarrow.Table
     """A row for each run: run, keys, merits, outcome, failure; SI units, whirls in e."""
@@ -90,7 +90,7 @@ class Sweep(Presented):
     def shape(self) -> tuple[int, ...] | None:
         """Of a grid, how many values each key has; None of a design."""
         grid = self.points.get("grid")
-        return None if grid is None else tuple(len(values) for values in grid.values())
+        return tuple(map(len, grid.values())) if isinstance(grid, dict) else None
 
     def unit(self, name: str) -> str | None:
         """Of a column: SI, e for whirls, 1 of numbers without one; None of words."""
@@ -148,7 +148,7 @@ class Sweep(Presented):
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """Everything as JSON-able values, SI units: see ``ab-sim sweep --help``."""
         return {
             "scene": self.scene.as_mapping(),

@@ -10,17 +10,18 @@ from ab_sim.errors import InputError, exact
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.quoting import short
 from ab_sim.scene.keys import scene_keys
+from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
 MOST = 1_000_000
-"""Values of one key."""
+"""ListedValues of one key."""
 FORMS = (
     "must be KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT, KEY=FROM..TO (of a design) or "
-    "KEY=V,V,..., e.g. balls.mass=0.0005..0.003:26"
+    "KEY=V,V,..., e.g. balls.mass=0.5g..3g:26"
 )
 
 
 class Range(NamedTuple):
-    """Values between two ends, of which a design takes some."""
+    """ListedValues between two ends, of which a design takes some."""
 
     key: str
     low: float
@@ -31,7 +32,7 @@ class Range(NamedTuple):
     """Whether the key takes whole numbers only."""
 
     def at(self, shares: np.ndarray) -> np.ndarray:
-        """Values at shares of the way from the low end to the high one.
+        """ListedValues at shares of the way from the low end to the high one.
 
         Args:
             shares: from 0 to below 1, shape (n,).
@@ -45,8 +46,8 @@ class Range(NamedTuple):
         return self.low + shares * (self.high - self.low)
 
 
-class Values(NamedTuple):
-    """Values of a key, each of which a grid takes."""
+class ListedValues(NamedTuple):
+    """ListedValues of a key, each of which a grid takes."""
 
     key: str
     values: tuple[Any, ...]
@@ -55,13 +56,13 @@ class Values(NamedTuple):
     """Whether they are drawn over a logarithmic axis."""
 
 
-Variable = Range | Values
+Variable = Range | ListedValues
 
 
 def variable_of(text: str) -> Variable:
     """What is written ``KEY=FROM..TO:COUNT``, ``KEY=log:FROM..TO:COUNT`` or ``KEY=V,V,...``.
 
-    Without a count it is a range for a design. Values are YAML, so a value may be a list.
+    Without a count it is a range for a design. ListedValues are YAML, so a value may be a list.
 
     Raises:
         InputError: says what is wrong with it.
@@ -74,7 +75,7 @@ def variable_of(text: str) -> Variable:
     if not dots:
         return values(key, _listed(text, given))
     high, colon, count = rest.partition(":")
-    between = range_(key, _number(text, low), _number(text, high), log)
+    between = range_(key, _number(text, key, low), _number(text, key, high), log)
     return spaced(between, _count(text, count)) if colon else between
 
 
@@ -100,7 +101,7 @@ def range_(key: str, low: float, high: float, log: bool = False) -> Range:
     return Range(key, low, high, log, whole)
 
 
-def spaced(between: Range, count: int) -> Values:
+def spaced(between: Range, count: int) -> ListedValues:
     """So many values of a range, both ends among them; of whole numbers, those nearest to them.
 
     Raises:
@@ -115,36 +116,49 @@ def spaced(between: Range, count: int) -> Values:
     else:
         steps = np.linspace(low, high, count)
     if whole:
-        return Values(key, tuple(dict.fromkeys(round(float(value)) for value in steps)), log)
-    return Values(key, tuple(float(value) for value in steps), log)
+        return ListedValues(key, tuple(dict.fromkeys(round(float(value)) for value in steps)), log)
+    return ListedValues(key, tuple(float(value) for value in steps), log)
 
 
-def values(key: str, given: Sequence[Any]) -> Values:
-    """Values of any kind.
+def values(key: str, given: Sequence[Any]) -> ListedValues:
+    """ListedValues of any kind.
 
     Raises:
         InputError: there are none, too many, or one is given twice.
     """
-    scene_keys(key)
+    unit = scene_keys(key)[0].unit
     if not 1 <= len(given) <= MOST:
         raise InputError(f"{key}: {len(given)} values: must be from 1 to {MOST}")
+    found = tuple(_plain(key, unit, value) for value in given)
     seen: set[str] = set()
-    for value in given:
+    for value in found:
         if (said := repr(value)) in seen:
             raise InputError(f"{key}: {short(value)} is given twice")
         seen.add(said)
-    return Values(key, tuple(given))
+    return ListedValues(key, found)
 
 
 def _takes_whole_numbers(key: str) -> bool:
     return scene_keys(key)[0].range.startswith("whole")
 
 
-def _number(text: str, part: str) -> float:
+def _number(text: str, key: str, part: str) -> float:
+    """A number as it is written, with its unit or in SI."""
+    part = part.strip()
     try:
+        if has_unit(part):
+            return in_si(part, scene_keys(key)[0].unit)
         return float(part)
-    except ValueError:
-        raise InputError(f"{short(text)}: {short(part)} is no number; {FORMS}") from None
+    except ValueError as error:
+        why = error if has_unit(part) else f"is no number; {FORMS}"
+        raise InputError(f"{short(text)}: {short(part)} {why}") from None
+
+
+def _plain(key: str, unit: str, value: Any) -> Any:
+    """A value in SI where it is written with its unit, and a number where it reads like one."""
+    if unit in NO_UNIT or not isinstance(value, str):
+        return value
+    return _number(f"{key}={value}", key, value)
 
 
 def _count(text: str, part: str) -> int:

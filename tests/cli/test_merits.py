@@ -6,7 +6,7 @@ import pytest
 
 import ab_sim as package
 from ab_sim.analysis.merits import described_merits, reported_merits
-from ab_sim.analysis.merits.merit import Better, Kind
+from ab_sim.analysis.merits.merit import Better, MeritKind
 from tests.cli.tool import ab_sim
 
 
@@ -64,6 +64,6 @@ def test_what_is_scalar_is_a_number_or_true_or_false_in_every_report() -> None:
         for merit in reported_merits():
             value = report[merit.key]
             if value is not None:
-                expected = {Kind.NUMBER: (float,), Kind.TRUTH: (bool,)}
+                expected = {MeritKind.NUMBER: (float,), MeritKind.TRUTH: (bool,)}
                 assert type(value) in expected.get(merit.kind, (list, dict)), merit.key
-            assert merit.scalar == (merit.kind is not Kind.STRUCTURE)
+            assert merit.scalar == (merit.kind is not MeritKind.STRUCTURE)

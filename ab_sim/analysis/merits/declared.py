@@ -4,7 +4,7 @@ Each is declared here and nowhere else, in the order of reports.
 """
 
 from ab_sim.analysis.circulation import Circulation
-from ab_sim.analysis.merits.merit import Better, Kind, Merit, MeritValues, Place, Relative, Row
+from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, MeritValues, Place, Relative, Row
 from ab_sim.analysis.merits.watches import (
     BAND,
     FLOOR,
@@ -90,7 +90,7 @@ class Merits(MeritValues):
         FinalWhirlWatch,
         lambda final: final.halves,
         reported=False,
-        kind=Kind.STRUCTURE,
+        kind=MeritKind.STRUCTURE,
     )
     changing = Merit[bool](
         "still_changing",
@@ -103,7 +103,7 @@ class Merits(MeritValues):
         FinalWhirlWatch,
         lambda final: final.changing,
         better=Better.SMALLER,
-        kind=Kind.TRUTH,
+        kind=MeritKind.TRUTH,
     )
     span = Merit[tuple[float, float]](
         "final_whirl_span",
@@ -113,7 +113,7 @@ class Merits(MeritValues):
         FinalWhirlWatch,
         lambda final: final.span,
         reported=False,
-        kind=Kind.STRUCTURE,
+        kind=MeritKind.STRUCTURE,
     )
     band = Merit[float](
         "band_over_e",
@@ -214,7 +214,7 @@ class Merits(MeritValues):
             place=Place.COURSE,
         ),
         plain=list,
-        kind=Kind.STRUCTURE,
+        kind=MeritKind.STRUCTURE,
     )
     final_speed = Merit[float](
         "final_speed",
@@ -246,7 +246,7 @@ class Merits(MeritValues):
             note=CIRCULATE,
         ),
         plain=lambda found: found and found.report(),
-        kind=Kind.STRUCTURE,
+        kind=MeritKind.STRUCTURE,
     )
     overlaps = Merit[tuple[Overlap, ...] | None](
         "overlapping_balls",
@@ -263,5 +263,5 @@ class Merits(MeritValues):
             caution=f"balls overlap: {WHAT_CHANGES}",
         ),
         plain=lambda found: None if found is None else [each._asdict() for each in found],
-        kind=Kind.STRUCTURE,
+        kind=MeritKind.STRUCTURE,
     )

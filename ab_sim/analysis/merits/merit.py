@@ -26,7 +26,7 @@ class Better(str, Enum):
     """It describes a run, and judges nothing."""
 
 
-class Kind(str, Enum):
+class MeritKind(str, Enum):
     """What a merit's value is, where it is not null."""
 
     NUMBER = "number"
@@ -123,7 +123,7 @@ class Merit(Generic[T]):
     """Takes the value from the watch."""
     row: Row | None = None
     better: Better = Better.NEITHER
-    kind: Kind = Kind.NUMBER
+    kind: MeritKind = MeritKind.NUMBER
     plain: Callable[[Any], object] = lambda value: value
     """Makes the value JSON-able."""
     relative: Relative | None = None
@@ -145,7 +145,7 @@ class Merit(Generic[T]):
     @property
     def scalar(self) -> bool:
         """Whether reports give a number, true or false, or null: what can be compared by size."""
-        return self.kind is not Kind.STRUCTURE
+        return self.kind is not MeritKind.STRUCTURE
 
     def described(self) -> list[MeritInWords]:
         """In words: itself, and then its share in that of the run without balls, if it has one."""

@@ -72,4 +72,5 @@ def _watch_of(kind: type[OwnMerit], last_stretch: bool) -> type[Any]:
             if len(samples):
                 self.own.take(samples)
 
+    OwnWatch.__module__ = kind.__module__  # so that what follows from it is told from older code's
     return OwnWatch
