@@ -86,7 +86,7 @@ def test_bad_input_exits_with_2_and_leaves_nothing(
 
 def test_killed_at_any_time_nothing_is_lost_or_doubled(tmp_path: Path) -> None:
     """With processes that share the work; `benchmarks/sweep_kills.py` does so fifty times."""
-    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
     command = [
         sys.executable, "-m", "ab_sim", "sweep", "no-ball", "--set", "duration=4",
         "--over", "rotor.eccentricity=1e-5..1e-3:3000", "--workers", "2", "--parquet", "s.parquet",
@@ -107,5 +107,5 @@ def test_killed_at_any_time_nothing_is_lost_or_doubled(tmp_path: Path) -> None:
 
 
 def kept_runs(folder: Path) -> list[int]:
-    files = folder.glob("ab_sim/results/judged-*/*.parquet")
+    files = folder.glob("cache/ab_sim/results/judged-*/*.parquet")
     return [run for file in files for run in pyarrow.parquet.read_table(file)["run"].to_pylist()]
