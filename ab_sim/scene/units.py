@@ -103,7 +103,7 @@ def in_si(text: str, unit: str) -> float:
         raise ValueError("must be a number without unit")
     found = _TEXT.fullmatch(text.strip()) if len(text) <= MOST else None
     if found is None:
-        raise ValueError(f"must be a number, in {unit} or with its unit{_example(unit)}")
+        raise ValueError(f"must be a number, in {unit} or with a unit{_example(unit)}")
     number, written = found.groups()
     with _many_digits():
         try:

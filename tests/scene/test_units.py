@@ -124,7 +124,7 @@ REFUSED = [
     Refused("1 m^999", "m", "is no unit"),
     Refused("1 m.__class__", "m", "is no unit"),
     Refused("1 m; 2", "m", "is no unit"),
-    Refused("__import__('os')", "m", "must be a number, in m or with its unit, e.g. 12 mm"),
+    Refused("__import__('os')", "m", "must be a number, in m or with a unit, e.g. 12 mm"),
     Refused("1 __import__('os')", "m", "is no unit"),
     Refused("nan m", "m", "must be a number"),
     Refused("inf m", "m", "must be a number"),
