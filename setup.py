@@ -60,6 +60,7 @@ setup(
         "llvmlite>=0.45",  # opaque pointers, and the pass manager that is left
         "matplotlib",
         "numpy",
+        "pint>=0.24",
         "plotly>=6",
         "pyarrow",
         "pydantic>=2",

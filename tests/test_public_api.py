@@ -26,7 +26,9 @@ from ab_sim.scene import registry as effects
 
 NAMES = [name for name in ab_sim.__all__ if name not in ("__version__", "results")]
 TYPES = list(ab_sim.results.__all__)
-SLOW = {"numpy", "pydantic", "llvmlite", "scipy", "matplotlib", "rerun", "pyarrow", "yaml"}
+SLOW = {
+    *("numpy", "pydantic", "llvmlite", "scipy", "matplotlib", "rerun", "pyarrow", "yaml", "pint"),
+}
 
 
 @pytest.fixture(autouse=True)

@@ -104,7 +104,8 @@ def simulate_batch(
         scene: what the runs have in common; an accuracy that it asks for is measured with it as it
             is, without variations.
         variations: for each run, values by dotted key, e.g. ``{"balls.mass": 0.002,
-            "effects.viscous_drag.coefficient": 2.0}``; None removes a key. Any key may vary.
+            "effects.viscous_drag.coefficient": 2.0}``, SI or a text with a unit, ``"2 g"``; None
+            removes a key. Any key may vary.
         every: keep each so-many-th step.
         progress: called with (runs done, runs).
 

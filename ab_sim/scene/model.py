@@ -30,7 +30,8 @@ from ab_sim.scene.sensors import Sensors
 class Scene(Section):
     """One drive, its effects and sensors, its start and its spindle-speed profile.
 
-    Made by ``ab_sim.load_scene``; values are SI, and do not change afterwards.
+    Made by ``ab_sim.load_scene``; values are SI, however they are written in its file, and do not
+    change afterwards.
 
     Examples
     --------

@@ -103,9 +103,16 @@ def in_si(text: str, unit: str) -> float:
         raise ValueError("must be a number without unit")
     found = _TEXT.fullmatch(text.strip()) if len(text) <= MOST else None
     if found is None:
-        raise ValueError(f"must be a number, in {unit} or with its unit{_example(unit)}")
+        raise ValueError(f"must be a number, in {unit} or with a unit{_example(unit)}")
     number, written = found.groups()
     with _many_digits():
+        try:
+            _registry()
+        except ImportError:  # where dependencies came with ROS
+            raise ValueError(
+                "has a unit, for which pint is needed: pip install 'pint>=0.24', or give the "
+                f"number in {unit}"
+            ) from None
         given, wanted = _units(written), _units(unit)
         if wanted is None:  # of an effect of somebody's own
             raise ValueError(f"must be a number in {unit}, written without unit")
