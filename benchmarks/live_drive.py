@@ -30,10 +30,10 @@ SAID = (
 BARE = """
 import math, signal, sys, threading, time
 import numpy as np
-from ab_sim.nodes.realtime import Hardening
+from ab_sim.nodes.realtime import RealTimeRequests
 period, ended, rows = float(sys.argv[1]), threading.Event(), []
 priority = int(sys.argv[3])
-if refused := Hardening(priority, priority > 0, priority > 0).apply():
+if refused := RealTimeRequests(priority, priority > 0, priority > 0).apply():
     sys.exit("; ".join(refused))
 signal.signal(signal.SIGTERM, lambda *_: ended.set())
 begin, wakes = time.monotonic(), 1

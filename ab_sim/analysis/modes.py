@@ -6,8 +6,7 @@ it is damped more than critically, real. Shapes are compared, and their parts we
 kinetic energy M, which has one unit where lengths and angles have two.
 
 Sources: Genta, Dynamics of Rotating Systems (2005), ch. 2 and 3 (whirl, Campbell diagrams);
-Allemang, The Modal Assurance Criterion (2003), of which ``modal_assurance`` is the form
-weighed by M.
+Allemang, The Modal Assurance Criterion (2003): ``modal_assurance``, weighted by the mass matrix.
 """
 
 from collections.abc import Iterator, Sequence
@@ -216,7 +215,7 @@ def _met(about: Linearised, mode: Mode, low: float, high: float) -> tuple[float,
 
 
 def modal_assurance(about: Linearised, ones: Sequence[Mode], others: Sequence[Mode]) -> np.ndarray:
-    """1 for modes of the same shape, 0 where neither moves what the other does.
+    """Modal assurance criterion: 1 for modes of the same shape, 0 for orthogonal ones.
 
     Shape (ones, others).
     """

@@ -1,4 +1,4 @@
-"""Topics of the contract (`ab_msgs_py.topics`) as a bag has them, and those that only bags have."""
+"""Topics in bags: those of the contract (`ab_msgs_py.topics`), and two that only bags have."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from rosbags.interfaces import (
 from ab_msgs_py import Qos, Topic, topics
 from ab_msgs_py.topics import BLOCK, COMMAND, DESCRIPTION, JOINT_STATES, VIBRATION, WHIRL
 
-_FOREVER = QosTime(9223372036, 854775807)  # what ROS 2 means by no limit
+_FOREVER = QosTime(9223372036, 854775807)  # ROS 2: infinite
 
 
-def offered(qos: Qos) -> OfferedQos:
-    """What a publisher offers."""
+def offered_qos(qos: Qos) -> OfferedQos:
+    """The QoS profile that a publisher of a topic offers, as rosbags has it."""
     return OfferedQos(
         QosHistory.KEEP_LAST,
         qos.depth,
@@ -34,32 +34,32 @@ def offered(qos: Qos) -> OfferedQos:
     )
 
 
-def topic_called(name: str) -> Topic | None:
-    """The topic of the contract that has a full name, in whatever namespace."""
+def topic_by_name(name: str) -> Topic | None:
+    """The topic of the contract with this full name, in any namespace; None without one."""
     known = [topic for topic in topics.ALL if name.endswith("/" + topic.name.lstrip("/"))]
     return max(known, key=lambda topic: len(topic.name)) if known else None
 
 
 OF_A_DRIVE = (DESCRIPTION, BLOCK, JOINT_STATES, VIBRATION, WHIRL)
-"""By these a drive is known to be in a bag."""
+"""A namespace with one of these topics has a drive."""
 
 NUMBER = COMMAND._replace(name="recording/", qos=Qos())
-"""Beside the contract: what `Recording.scalar` was given, each on a topic with its name."""
+"""In bags only: numbers of `Recording.scalar`, each on a topic with its name."""
 THINNED = BLOCK._replace(name="recording/thinned", qos=Qos())
 """Beside the contract: of a block of a run of which not every step was kept, just before it, how
 many were left out by intent up to each row, and by which rule. Laid out like a block."""
 THINNED_CHANNELS = ("step", "time", "left_out", "every", "around")
 NOTE = "recording."
-"""What `Recording.event` was given is a log entry of a node, or rather logger, that begins so."""
+"""Prefix of the logger of log messages that hold an entry of `Recording.event`."""
 
 
-def logger(namespace: str, name: str) -> str:
-    """The name of a node's logger, as log entries have it."""
+def logger_name(namespace: str, name: str) -> str:
+    """The full name of a node's logger, as in log messages."""
     return f"{namespace.strip('/').replace('/', '.')}.{name}".lstrip(".")
 
 
-def namespaces(there: Iterable[tuple[str, str]]) -> list[str]:
-    """Where there are drives, by the names and types of the topics that there are."""
+def drive_namespaces(there: Iterable[tuple[str, str]]) -> list[str]:
+    """Namespaces of the drives, from the names and types of topics."""
     return sorted(
         {
             name.removesuffix(f"/{topic.name}") or "/"

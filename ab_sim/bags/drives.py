@@ -1,4 +1,4 @@
-"""What a recorder would have written, had it listened to the messages of a bag."""
+"""Messages of a bag converted to the recordings that a recorder would have written."""
 
 from __future__ import annotations
 
@@ -18,31 +18,31 @@ from ab_sim.bags.reader import Message
 from ab_sim.recording import Recording, drawable
 
 
-class Ignored:
-    """Messages that could not be used, by topic: how many, and what was wrong with the last."""
+class IgnoredMessages:
+    """Counts messages that could not be used, by topic, with the error of the last one."""
 
     def __init__(self) -> None:
         self.ignored: dict[str, tuple[int, str]] = {}
 
     def ignore(self, topic: str, reason: object) -> None:
-        """Count one."""
+        """Count a message that cannot be used."""
         self.ignored[topic] = self.ignored.get(topic, (0, ""))[0] + 1, str(reason)
 
     @property
-    def why(self) -> str:
-        """For the end of an error's text."""
+    def summary(self) -> str:
+        """Text to be appended to an error message."""
         return "".join(
             f"; ignored {count} messages on {topic}, the last one: {reason}"
             for topic, (count, reason) in self.ignored.items()
         )
 
 
-class DriveLog(Ignored):
-    """Writes recordings; use it as a context, which closes the last one.
+class BagConverter(IgnoredMessages):
+    """Converts messages to recordings; a context manager, which closes the last one.
 
     Args:
         namespace: the drive's.
-        kinds: topics of the messages that will come, by their full names.
+        kinds: topics of the messages, by full name.
         out: the first recording's file.
 
     Raises:
@@ -57,7 +57,7 @@ class DriveLog(Ignored):
         self._recording: Recording | None = None
         self._is_thinned = False  # what the recording is made of
         self._description: dict[str, Any] = {}
-        self._time = 0  # newest one heard of [ns]
+        self._time = 0  # newest [ns]
         self._levels: dict[str, Level] = {}
         self._left_out = np.empty((0, len(contract.THINNED_CHANNELS)))  # of the next block
         self._pending: list[tuple[Any, ...]] = []  # noted before there were samples
@@ -73,14 +73,14 @@ class DriveLog(Ignored):
             topics.EVENTS: self._event,
         }
 
-    def __enter__(self) -> DriveLog:
+    def __enter__(self) -> BagConverter:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._close()
 
     def write(self, message: Message) -> None:
-        """Take the next message."""
+        """Convert the next message."""
         topic = self._kinds[message.topic]
         if topic not in self._write and topic is not NUMBER:
             return
@@ -99,18 +99,18 @@ class DriveLog(Ignored):
             self._description = description
 
     def _thinned(self, block: Block) -> None:
-        channels, told = checked(block)
+        channels, rule = checked_block(block)
         if channels != contract.THINNED_CHANNELS:
             raise ValueError(f"must have the channels {contract.THINNED_CHANNELS}")
-        counts, every, around = told[:, 2], told[:, 3], told[:, 4]
+        counts, every, around = rule[:, 2], rule[:, 3], rule[:, 4]
         whole = (counts == np.rint(counts)).all() and (counts >= 0).all()
         if not (whole and (np.diff(counts) >= 0).all() and (every >= 1).all()
-                and (around >= 0).all() and np.isfinite(told).all()):  # fmt: skip
+                and (around >= 0).all() and np.isfinite(rule).all()):  # fmt: skip
             raise ValueError("counts must be whole and grow, every at least 1, around 0 or more")
-        self._left_out = told
+        self._left_out = rule
 
     def _block(self, block: Block) -> None:
-        channels, samples = checked(block)
+        channels, samples = checked_block(block)
         if not len(samples):
             return
         described = self._description.get("channels")
@@ -120,9 +120,9 @@ class DriveLog(Ignored):
             self._close()  # the drive was reset, and a recording's steps only grow
             self._open(channels)
         assert self._recording is not None
-        told, self._left_out = self._left_out, self._left_out[:0]
-        thinned = self._is_thinned and np.array_equal(told[:, 0], samples[:, 0])
-        self._recording.block(channels, samples, told[:, 2] if thinned else None)
+        left_out, self._left_out = self._left_out, self._left_out[:0]
+        thinned = self._is_thinned and np.array_equal(left_out[:, 0], samples[:, 0])
+        self._recording.block(channels, samples, left_out[:, 2] if thinned else None)
         self._time = max(self._time, round(1e9 * samples[-1, 1]))
 
     def _clock(self, time: int) -> None:
@@ -146,11 +146,12 @@ class DriveLog(Ignored):
     def _status(self, status: str) -> None:
         self._note(f"profile: {status}", "INFO", "profile")
 
-    def _faults(self, told: list[str]) -> None:
-        self._note(f"faults: {', '.join(told) or 'none'}", "WARN" if told else "INFO", "faults")
+    def _faults(self, faults: list[str]) -> None:
+        text = f"faults: {', '.join(faults) or 'none'}"
+        self._note(text, "WARN" if faults else "INFO", "faults")
 
     def _event(self, event: Event) -> None:
-        noted = contract.logger(self._namespace, NOTE)
+        noted = contract.logger_name(self._namespace, NOTE)
         if event.node.startswith(noted):
             source = event.node.removeprefix(noted)
             self._note(event.text, event.level, source, event.time)
@@ -199,7 +200,7 @@ class DriveLog(Ignored):
             self._recording = None
 
 
-def checked(block: Block) -> tuple[tuple[str, ...], np.ndarray]:
+def checked_block(block: Block) -> tuple[tuple[str, ...], np.ndarray]:
     """Channels and samples of a block.
 
     Raises:

@@ -1,4 +1,4 @@
-"""From a recording to a bag."""
+"""Export of a recording to a bag."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ab_msgs_py import Block, Topic, topics
 from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import Event
 from ab_sim.bags import contract
-from ab_sim.bags.contract import NOTE, NUMBER, THINNED, offered
+from ab_sim.bags.contract import NOTE, NUMBER, THINNED, offered_qos
 from ab_sim.bags.messages import encoded, prefilled
 from ab_sim.bags.writer import BagWriter
 from ab_sim.drive.driving_forces import driving_forces
@@ -31,8 +31,8 @@ _BLOCK = 20  # rows of a block
 _PROFILE = "profile: "  # how the recorder notes the profile controller's state
 _COMMANDS = "commands_received"
 
-Sent = tuple[int, int, Topic, str, bytes]
-"""A message: time [ns], what goes first at that time, topic, its full name, CDR."""
+TimedMessage = tuple[int, int, Topic, str, bytes]
+"""Time [ns], rank among messages of that time, topic, its full name, message in CDR."""
 
 
 def export_bag(
@@ -46,37 +46,37 @@ def export_bag(
 
     Times are simulated ones. Every sample is in ``vibration/block``; the state, at ``rate``, on the
     topics that a drive shows (`ab_sim.drive.published`), as far as the run has the channels;
-    commands and the profile controller's state on their topics; what else was noted on ``/rosout``,
-    and other scalars on topics of their own, ``recording/NAME``. ``/clock`` goes before them all.
-    `import_bag` makes the same recording of it.
+    commands and the profile controller's state on their topics; other events on ``/rosout``, and
+    other scalars on topics of their own, ``recording/NAME``. At each time ``/clock`` comes first.
+    `import_bag` makes the same recording from it.
 
     Args:
         run: as `open_recording` gives it.
         path: of the bag's folder.
         namespace: the drive's.
         rate: of the state [1/s], at most: one per sample.
-        progress: is told how many samples are done, of how many.
+        progress: called with the number of samples done, and of all.
 
     Raises:
         RecordingError: there are no samples, they cannot be read, or the bag not be written.
     """
     if not run.extent.rows:
         raise RecordingError("the recording holds no samples: there is nothing to export")
-    notes = sorted(_notes(run, namespace), key=lambda sent: sent[:2])
+    notes = sorted(_notes(run, namespace), key=lambda message: message[:2])
     samples = _Samples(run, namespace, rate)
     with BagWriter(path) as bag:
         known: set[str] = set()
         for time, _, topic, name, message in heapq.merge(
-            samples.sent(progress), notes, key=lambda sent: sent[:2]
+            samples.messages(progress), notes, key=lambda message: message[:2]
         ):
             if name not in known:
                 known.add(name)
-                bag.topic(name, topic.type_name, offered(topic.qos))
+                bag.topic(name, topic.type_name, offered_qos(topic.qos))
             bag.write(name, time, message)
     return bag.messages
 
 
-def _notes(run: StoredRun, namespace: str) -> Iterator[Sent]:
+def _notes(run: StoredRun, namespace: str) -> Iterator[TimedMessage]:
     """Commands, scalars and events, each after the clock."""
     times = set()
     for name, scalar in run.notes.scalars.items():
@@ -92,7 +92,7 @@ def _notes(run: StoredRun, namespace: str) -> Iterator[Sent]:
         if (event.source, event.level) == ("profile", "INFO") and status != event.text:
             message = encoded(topic, status)
         else:
-            topic, logger = topics.EVENTS, contract.logger(namespace, NOTE + event.source)
+            topic, logger = topics.EVENTS, contract.logger_name(namespace, NOTE + event.source)
             message = encoded(topic, Event(time, event.level, logger, event.text))
         yield time, 2, topic, topic.within(namespace), message
     for time in times:
@@ -100,7 +100,7 @@ def _notes(run: StoredRun, namespace: str) -> Iterator[Sent]:
 
 
 class _Samples:
-    """What a drive would have published of the samples."""
+    """The messages that a drive would have published for the samples."""
 
     def __init__(self, run: StoredRun, namespace: str, rate: float) -> None:
         self._run, self._namespace = run, namespace
@@ -109,64 +109,64 @@ class _Samples:
         sensors = run.description.get("sensors") or ()
         shown = Shown(namespace, run.channels, balls_in(run.channels), list(sensors))
         places = {name: place for place, name in enumerate(shown.names)}
-        self._made: list[tuple[Topic, Prefilled, list[int]]] = [
-            (topic, prefilled(topic, made.sample), [places[name] for name in made.numbers])
+        self._templates: list[tuple[Topic, Prefilled, list[int]]] = [
+            (topic, prefilled(topic, each.sample), [places[name] for name in each.numbers])
             for topic, of in SHOWN.items()
-            for made in of(shown)
+            for each in of(shown)
         ]
         self._scene: Scene | None = None
         try:
             self._scene = check_scene(run.description["scene"], "the recording")
         except (SceneError, LookupError, TypeError, ValueError):
-            pass  # somebody else's: nobody knows the forces on its balls
+            pass  # of another program: driving forces are unknown
 
-    def sent(self, progress: Callable[[int, int], None]) -> Iterator[Sent]:
-        """In the order of time."""
+    def messages(self, progress: Callable[[int, int], None]) -> Iterator[TimedMessage]:
+        """All messages, sorted by time."""
         extent, done = self._run.extent, 0
         begin = nanoseconds(extent.first[1])
-        yield self._sent(begin, -1, topics.DESCRIPTION, dict(self._run.description))
+        yield self._message(begin, -1, topics.DESCRIPTION, dict(self._run.description))
         channels = self._run.channels
         thinned = self._run.every > 1
         for block in self._run.blocks((*channels, LEFT_OUT) if thinned else None, rows=_ROWS):
             rows = Trajectory(channels, block[:, : len(channels)])
             counts = block[:, -1] if thinned else None
             yield from heapq.merge(
-                self._blocks(rows, counts), self._states(rows), key=lambda sent: sent[:2]
+                self._blocks(rows, counts), self._states(rows), key=lambda message: message[:2]
             )
             done += len(rows)
             progress(done, extent.rows)
 
-    def _blocks(self, rows: Trajectory, left_out: np.ndarray | None) -> Iterator[Sent]:
+    def _blocks(self, rows: Trajectory, left_out: np.ndarray | None) -> Iterator[TimedMessage]:
         for first in range(0, len(rows), _BLOCK):
             samples = rows.samples[first : first + _BLOCK]
             time = nanoseconds(samples[-1, 1])
             if left_out is not None:
                 counts = left_out[first : first + _BLOCK]
                 rule = np.tile((self._run.every, self._run.around), (len(counts), 1))
-                told = np.column_stack([samples[:, :2], counts, rule])
-                yield self._sent(time, 0, THINNED, Block(contract.THINNED_CHANNELS, told))
-            yield self._sent(time, 1, topics.BLOCK, Block(rows.channels, samples))
+                thinning = np.column_stack([samples[:, :2], counts, rule])
+                yield self._message(time, 0, THINNED, Block(contract.THINNED_CHANNELS, thinning))
+            yield self._message(time, 1, topics.BLOCK, Block(rows.channels, samples))
 
-    def _states(self, rows: Trajectory) -> Iterator[Sent]:
+    def _states(self, rows: Trajectory) -> Iterator[TimedMessage]:
         times = np.rint(1e9 * rows["time"]).astype(np.int64)
         chosen = []
         for row, time in enumerate(times.tolist()):
             if time >= self._due:
                 chosen.append(row)
-                # On a raster, and not so long after the last: rates that do not divide stay true.
+                # On a fixed grid: the mean rate is exact if the period is no multiple of the step.
                 self._due = (time // self._period + 1) * self._period
         if not chosen:
             return
         numbers = self._numbers(Trajectory(rows.channels, rows.samples[chosen]))
-        parts = [numbers[:, places].tolist() for _, _, places in self._made]
+        parts = [numbers[:, places].tolist() for _, _, places in self._templates]
         for at, time in enumerate(times[chosen].tolist()):
             yield _clock(time)
-            for (topic, made, _), part in zip(self._made, parts, strict=True):
+            for (topic, template, _), part in zip(self._templates, parts, strict=True):
                 name = topic.within(self._namespace)
-                yield time, 1, topic, name, made.at(time, part[at])
+                yield time, 1, topic, name, template.at(time, part[at])
 
     def _numbers(self, rows: Trajectory) -> np.ndarray:
-        """All that is shown of some rows, as `Shown.names` names it."""
+        """Numbers of the messages of some rows, in the order of `Shown.names`."""
         turning = np.zeros((len(rows), 3))
         if rows.tilts and "wx_rate" in rows.channels:
             turning = rows.angular_acceleration
@@ -174,19 +174,19 @@ class _Samples:
         return np.column_stack([rows.samples, constants, self._efforts(rows), turning])
 
     def _efforts(self, rows: Trajectory) -> np.ndarray:
-        """Of the balls; NaN where nobody knows."""
+        """Efforts of the balls; NaN if the recording has no scene."""
         if self._scene is not None and self._scene.balls.count == rows.balls:
             return -driving_forces(rows, self._scene) * self._scene.race.radius
         return np.full((len(rows), rows.balls), math.nan)
 
-    def _sent(self, time: int, order: int, topic: Topic, sample: Any) -> Sent:
+    def _message(self, time: int, order: int, topic: Topic, sample: Any) -> TimedMessage:
         return time, order, topic, topic.within(self._namespace), encoded(topic, sample)
 
 
 def nanoseconds(seconds: float) -> int:
-    """A time [s] as a stamp has it [ns]."""
+    """A time [s] in whole nanoseconds."""
     return round(seconds * 1e9)
 
 
-def _clock(time: int) -> Sent:
+def _clock(time: int) -> TimedMessage:
     return time, 0, topics.CLOCK, topics.CLOCK.name, encoded(topics.CLOCK, time)

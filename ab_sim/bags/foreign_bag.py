@@ -1,4 +1,4 @@
-"""Bags without ``vibration/block``: of test rigs, or of a drive by somebody else's recorder."""
+"""Bags without ``vibration/block``: of test rigs, or by another program's recorder."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ import numpy as np
 
 from ab_msgs_py import Topic, VibrationSample, WhirlSample, topics
 from ab_msgs_py.samples import HOUSING, frame_of, nanoseconds_of
-from ab_sim.bags.drives import Ignored
+from ab_sim.bags.drives import IgnoredMessages
 from ab_sim.bags.messages import decoded
 from ab_sim.bags.reader import Bag
 from ab_sim.recording import drawable
 
 _WALL = 10**18
-"""ns; a stamp beyond (the year 2001) is of a clock on the wall, and times count from the first."""
+"""ns; later stamps (after the year 2001) are wall-clock times: times count from the first."""
 _SPINDLE = "spindle"
 
 
 class _Series:
-    """What one topic said, or one sensor on it."""
+    """Samples of one topic, or of one sensor on it."""
 
     def __init__(self, channels: tuple[str, ...]) -> None:
         self.channels = channels
@@ -41,16 +41,17 @@ class _Series:
         return np.array(self.flat).reshape(-1, len(self.channels))
 
 
-class ForeignBag(Ignored):
-    """Gathers what such a bag has into one table.
+class ForeignBag(IgnoredMessages):
+    """Joins the topics of such a bag to one table.
 
-    A row for every stamp of the series that has most; of the others, what was last said by then,
-    NaN before the first time. A row's command is the one that was in force until its stamp.
+    There is a row for every stamp of the series with most samples. Other series have their last
+    value up to that stamp, and NaN before their first. The command of a row is the one that was in
+    force before its stamp.
 
     Args:
         bag: the bag.
         namespace: of the drive.
-        kinds: what to read, by full names.
+        kinds: topics to read, by full name.
     """
 
     def __init__(self, bag: Bag, namespace: str, kinds: dict[str, Topic]) -> None:
@@ -71,9 +72,10 @@ class ForeignBag(Ignored):
         for message in bag.messages(read):
             kind = read[message.topic]
             try:
-                said = decoded(message.data, kind.type_name)
-                # Joints may be any: a rig has others than a drive.
-                self._read[kind](said if kind is topics.JOINT_STATES else kind.sample(said))
+                message_read = decoded(message.data, kind.type_name)
+                # A test rig may have other joints than a drive.
+                raw = kind is topics.JOINT_STATES
+                self._read[kind](message_read if raw else kind.sample(message_read))
             except ValueError as error:
                 self.ignore(message.topic, error)
         self.channels: tuple[str, ...] = ("step", "time")
@@ -99,7 +101,7 @@ class ForeignBag(Ignored):
         for series in [*self._series.values(), self._commands]:
             if not series.stamps:
                 continue
-            # A command that came with a row acts after it.
+            # A command with the stamp of a row acts after it.
             until = stamps - 1 if series is self._commands else stamps
             at = np.searchsorted(np.array(series.stamps), until, side="right") - 1
             values = np.where(at[:, None] < 0, np.nan, series.values[at])
@@ -115,7 +117,7 @@ class ForeignBag(Ignored):
         self._now = stamp
 
     def _command(self, speed: float) -> None:
-        # It has no stamp of its own. Of several at once the last one counts.
+        # It has no stamp. Of several between two stamps the last one counts.
         self._commands.stamps.append(self._now)
         self._commands.flat.append(speed)
 
@@ -134,7 +136,7 @@ class ForeignBag(Ignored):
                     raise ValueError(f"has {len(message.name)} names and {len(field)} values")
                 if name in found:
                     raise ValueError(f"names {joint} twice")
-                # A drive that models no motor says NaN.
+                # Without a motor the effort is NaN.
                 if name != "motor_torque" or not math.isnan(field[at]):
                     found[name] = float(field[at])
         if not found:

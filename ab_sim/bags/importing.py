@@ -1,4 +1,4 @@
-"""From a bag to recordings."""
+"""Recordings made from a bag."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ab_msgs_py import Topic, topics
 from ab_msgs_py.topics import BLOCK, CLOCK, DESCRIPTION
 from ab_sim.bags import contract
 from ab_sim.bags.contract import NUMBER, THINNED
-from ab_sim.bags.drives import DriveLog
+from ab_sim.bags.drives import BagConverter
 from ab_sim.bags.foreign_bag import ForeignBag
 from ab_sim.bags.reader import Bag
 from ab_sim.errors import InputError, RecordingError
@@ -20,18 +20,18 @@ from ab_sim.recording import Recording
 _CHUNK = 1000  # rows
 
 
-class Imported(NamedTuple):
-    """What became of a bag."""
+class ImportedBag(NamedTuple):
+    """The recordings that were made from a bag."""
 
     files: list[Path]
-    """More than one where the drive was reset, or another one described itself."""
+    """Several if the drive was reset, or another drive published its description."""
     rows: int
     missing: int
-    """Steps that are not in the bag, though steps before and after them are."""
+    """Number of steps that are missing between steps in the bag."""
     ignored: dict[str, tuple[int, str]]
-    """By topic: messages that could not be used, and what was wrong with the last one."""
+    """By topic: number of unusable messages, and the error of the last one."""
     complete: bool
-    """Whether the bag was finished; if not, it was read as far as it goes."""
+    """Whether the bag was finished; if not, its readable part was used."""
 
 
 def import_bag(
@@ -39,7 +39,7 @@ def import_bag(
     out: Path,
     namespace: str | None = None,
     progress: Callable[[int, int], None] = lambda done, of: None,
-) -> Imported:
+) -> ImportedBag:
     """Make recordings of a bag.
 
     With ``vibration/block`` they are to the bit what a recorder that had listened would have
@@ -61,8 +61,8 @@ def import_bag(
     """
     with Bag(path) as bag:
         own = choose_namespace(bag, namespace)
-        kinds = _kinds(bag, own)
-        log = DriveLog(own, kinds, out)
+        kinds = _topics_to_read(bag, own)
+        log = BagConverter(own, kinds, out)
         messages = sum(bag.topics[name].messages for name in kinds)
         if BLOCK.within(own) in kinds:
             # A recorder that came later than the drive has it after some of the samples.
@@ -75,20 +75,20 @@ def import_bag(
                         progress(done, messages)
             if not log.rows:
                 raise RecordingError(
-                    f"{path}: {BLOCK.within(own)} has no samples that can be used{log.why}"
+                    f"{path}: {BLOCK.within(own)} has no samples that can be used{log.summary}"
                 )
-            return Imported(log.files, log.rows, log.missing, log.ignored, bag.complete)
-        return _strange(bag, own, kinds, out)
+            return ImportedBag(log.files, log.rows, log.missing, log.ignored, bag.complete)
+        return _import_foreign(bag, own, kinds, out)
 
 
 def choose_namespace(bag: Bag, wanted: str | None) -> str:
-    """The namespace of the drive that is meant.
+    """The namespace of the drive to be imported.
 
     Raises:
         InputError: there is none of that name, or none was named and there are several.
         RecordingError: the bag has none at all.
     """
-    there = contract.namespaces((name, topic.type) for name, topic in bag.topics.items())
+    there = contract.drive_namespaces((name, topic.type) for name, topic in bag.topics.items())
     if wanted is None and len(there) == 1:
         return there[0]
     if wanted is not None and (named := "/" + wanted.strip("/")) in there:
@@ -113,11 +113,11 @@ def _listed(bag: Bag) -> str:
     return ", ".join(there[:20] + ["..."] * (len(there) > 20)) or "no topics at all"
 
 
-def _kinds(bag: Bag, namespace: str) -> dict[str, Topic]:
-    """What to read, by full names.
+def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
+    """Topics to read, by full name.
 
     Raises:
-        RecordingError: something else goes by one of our names.
+        RecordingError: a topic of the bag has a name of the contract and another type.
     """
     wanted = {kind.within(namespace): kind for kind in topics.ALL}
     clock = f"{namespace.rstrip('/')}/clock"
@@ -139,12 +139,12 @@ def _kinds(bag: Bag, namespace: str) -> dict[str, Topic]:
     return found
 
 
-def _strange(bag: Bag, namespace: str, kinds: dict[str, Topic], out: Path) -> Imported:
+def _import_foreign(bag: Bag, namespace: str, kinds: dict[str, Topic], out: Path) -> ImportedBag:
     """A recording of a bag that has no blocks."""
     table = ForeignBag(bag, namespace, kinds)
     if not len(table.samples):
-        raise RecordingError(f"{bag.path}: there is no message that can be used{table.why}")
+        raise RecordingError(f"{bag.path}: there is no message that can be used{table.summary}")
     with Recording(out, description=table.description, drawn=table.drawn, index=False) as recording:
         for first in range(0, len(table.samples), _CHUNK):
             recording.block(table.channels, table.samples[first : first + _CHUNK])
-    return Imported([out], recording.rows, recording.missing, table.ignored, bag.complete)
+    return ImportedBag([out], recording.rows, recording.missing, table.ignored, bag.complete)

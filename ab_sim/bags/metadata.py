@@ -1,4 +1,4 @@
-"""``metadata.yaml`` of a bag that is not finished; rosbags writes that of one that is."""
+"""``metadata.yaml`` of an unfinished bag; rosbags writes that of a finished one."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ METADATA = "metadata.yaml"
 _UNFINISHED = "ab_sim_unfinished"
 
 
-def beginning(file: Path, topics: Collection[Connection]) -> bytes:
-    """The metadata of a bag that has these topics and nobody knows yet how many messages."""
+def initial_metadata(file: Path, topics: Collection[Connection]) -> bytes:
+    """The metadata of a bag with these topics, with message counts of 0."""
     none = {"nanoseconds": 0}
     since = {"nanoseconds_since_epoch": 0}
     about: dict[str, Any] = {
@@ -44,8 +44,8 @@ def beginning(file: Path, topics: Collection[Connection]) -> bytes:
     return text.getvalue().encode()
 
 
-def is_of_beginning(path: Path) -> bool:
-    """Whether metadata is still that of an unfinished bag."""
+def is_unfinished(path: Path) -> bool:
+    """Whether metadata are those of ``initial_metadata``."""
     return f"{_UNFINISHED}:" in path.read_text(errors="replace")
 
 

@@ -18,21 +18,21 @@ from ab_sim.quoting import shortened
 
 
 class BagTopic(NamedTuple):
-    """What a bag says of a topic."""
+    """A topic of a bag."""
 
     type: str
     messages: int
-    """How many."""
+    """Number of messages."""
     qos: Qos | None
-    """What its first publisher offered, if that is known."""
+    """QoS profile of its first publisher, if the bag has it."""
 
 
 class Message(NamedTuple):
-    """A message as it is in a bag."""
+    """A message in a bag."""
 
     topic: str
     time: int
-    """When it was received [ns]."""
+    """Receive time [ns]."""
     data: bytes
     """In CDR."""
 
@@ -52,7 +52,7 @@ class Bag:
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self.complete = True
-        """Whether whoever wrote it came to an end."""
+        """Whether its writer finished it."""
         self._reader: Any = self._open()
         self.topics: dict[str, BagTopic] = {}
         for connection in self._reader.connections:
@@ -74,17 +74,17 @@ class Bag:
 
     @property
     def count(self) -> int:
-        """How many messages there are."""
+        """Number of messages."""
         return sum(topic.messages for topic in self.topics.values())
 
     @property
     def span(self) -> tuple[int, int]:
-        """Times of the first and the last message [ns]; both 0 if there is none."""
-        held = self._held
-        return (held.start_time, held.end_time - 1) if held.message_count else (0, 0)
+        """Times of the first and the last message [ns]; both 0 without messages."""
+        stored = self._metadata
+        return (stored.start_time, stored.end_time - 1) if stored.message_count else (0, 0)
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Messages of some topics, in the order in which they were received."""
+        """Messages of some topics, in the order of their receive times."""
         wanted = [each for each in self._reader.connections if each.topic in topics]
         if not wanted:
             return
@@ -101,7 +101,7 @@ class Bag:
             yield Message(connection.topic, time, data)
 
     @property
-    def _held(self) -> Any:
+    def _metadata(self) -> Any:
         reader = self._reader
         return reader.metadata if isinstance(reader, McapReader) else reader
 
@@ -123,7 +123,7 @@ class Bag:
         return reader
 
     def _file(self) -> Path:
-        """What to read: the folder, or the only file in one that was not finished."""
+        """Path to read: the folder, or the only file of an unfinished bag."""
         path, cannot = self.path, f"cannot read the bag {self.path}: "
         if not path.exists():
             raise RecordingError(cannot + "no such folder or file")

@@ -1,4 +1,4 @@
-"""MCAP files without an end: their writer was killed, or is still at work."""
+"""MCAP files without a footer: their writer was killed, or is still running."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ MAGIC = b"\x89MCAP0\r\n"
 _FOOTER = struct.Struct("<BQQQI")  # 2, length, where the summary begins, and its offsets; checksum
 _DATA_END = b"\x0f" + struct.pack("<QI", 4, 0)
 END = _DATA_END + _FOOTER.pack(2, 20, 0, 0, 0) + MAGIC
-"""Of a file that has no summary: whoever reads it goes through all of it."""
+"""Footer of a file without a summary: readers then scan the whole file."""
 _RECORD = struct.Struct("<BQ")
 
 
 def is_finished(path: Path) -> bool:
-    """Whether an MCAP file has the end that it should have, with a summary."""
+    """Whether an MCAP file has a footer and a summary."""
     with path.open("rb") as file:
         size = file.seek(0, io.SEEK_END)
         file.seek(max(size - len(MAGIC) - _FOOTER.size, 0))
@@ -29,24 +29,24 @@ def is_finished(path: Path) -> bool:
 
 
 def is_being_written(path: Path) -> bool:
-    """Whether somebody has a file open to write it, as far as the system tells."""
+    """Whether another process has the file open for writing, as far as the system can tell."""
     with path.open("rb") as file:
         try:  # `BagWriter` holds a lock
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
             return True
-        try:  # others do not; Linux gives a lease on a file only if nobody writes it
+        try:  # other programs hold none; Linux refuses a lease on a file that is open for writing
             fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_RDLCK)
             fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_UNLCK)
         except BlockingIOError:
             return True
         except OSError:
-            pass  # somebody else's file, or a file system without leases
+            pass  # a file of another user, or a file system without leases
     return False
 
 
 def written_by(path: Path) -> str:
-    """The library that wrote an MCAP file, by its own word; nothing if it does not say."""
+    """The library named in the header of an MCAP file; empty without one."""
     with path.open("rb") as file:
         file.seek(len(MAGIC) + _RECORD.size)
         try:
@@ -59,9 +59,9 @@ def written_by(path: Path) -> str:
 
 
 class CompletedFile:
-    """Stands for the path of a file without an end: opened, it has one after its last whole record.
+    """Path-like object for a file without a footer: when read, its whole records end in one.
 
-    Nothing is written.
+    The file itself is not changed.
     """
 
     def __init__(self, path: Path) -> None:
@@ -71,14 +71,14 @@ class CompletedFile:
         return str(self._path)
 
     def open(self, mode: str) -> BinaryIO:
-        """Open it to read."""
+        """Open the file for reading."""
         file = self._path.open("rb")
-        return io.BufferedReader(_WithEnd(file, _whole(file)), 1 << 20)
+        return io.BufferedReader(_CompletedStream(file, _whole_bytes(file)), 1 << 20)
 
 
-class _WithEnd(io.RawIOBase):
+class _CompletedStream(io.RawIOBase):
     def __init__(self, file: BinaryIO, whole: int) -> None:
-        self._file, self._whole, self._at = file, whole, 0
+        self._file, self._whole_bytes, self._at = file, whole, 0
 
     def readable(self) -> bool:
         return True
@@ -87,16 +87,16 @@ class _WithEnd(io.RawIOBase):
         return True
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        base = {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._whole + len(END)}
+        base = {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._whole_bytes + len(END)}
         self._at = base[whence] + offset
         return self._at
 
     def readinto(self, buffer: Any) -> int:
-        if self._at < self._whole:
+        if self._at < self._whole_bytes:
             self._file.seek(self._at)
-            data = self._file.read(min(len(buffer), self._whole - self._at))
+            data = self._file.read(min(len(buffer), self._whole_bytes - self._at))
         else:
-            data = END[self._at - self._whole :][: len(buffer)]
+            data = END[self._at - self._whole_bytes :][: len(buffer)]
         buffer[: len(data)] = data
         self._at += len(data)
         return len(data)
@@ -107,22 +107,22 @@ class _WithEnd(io.RawIOBase):
 
 
 def torn_bytes(path: Path) -> int:
-    """How many bytes at the end of a file belong to nothing that can be read."""
+    """Number of bytes at the end of a file that belong to no whole record."""
     with path.open("rb") as file:
-        whole = _whole(file)
+        whole = _whole_bytes(file)
         file.seek(whole)
         rest = file.read(len(END) + 1)
         return 0 if rest == END else file.seek(0, io.SEEK_END) - whole
 
 
-def _whole(file: BinaryIO) -> int:
-    """How many bytes from the start are whole records."""
+def _whole_bytes(file: BinaryIO) -> int:
+    """Number of bytes from the start that are whole records."""
     size = file.seek(0, io.SEEK_END)
     at = len(MAGIC)
     while at + _RECORD.size <= size:
         file.seek(at)
         kind, length = _RECORD.unpack(file.read(_RECORD.size))
-        # Data ends here; what follows would be the summary.
+        # The data section ends here; the summary would follow.
         if kind in (0x00, 0x02, 0x0F) or at + _RECORD.size + length > size:
             break
         at += _RECORD.size + length

@@ -20,7 +20,7 @@ from rosbags.rosbag2 import (
 from rosbags.rosbag2.storage_mcap import McapWriter
 
 from ab_sim.bags.messages import TYPES
-from ab_sim.bags.metadata import METADATA, beginning
+from ab_sim.bags.metadata import METADATA, initial_metadata
 from ab_sim.bags.unfinished_bag import END
 from ab_sim.errors import RecordingError
 from ab_sim.output_file import write_whole
@@ -30,11 +30,11 @@ _CHECKSUM = 201
 
 
 class BagWriter:
-    """A bag on its way to the disk; from one thread at a time.
+    """Writes a bag; to be used from one thread at a time.
 
-    After every flush it is one that others read, too: the file then has MCAP's end, without a
-    summary, which is overwritten by what comes next, and ``metadata.yaml`` knows the topics, though
-    not how many messages they have. A killed writer leaves that, or a torn end for `mend_bag`.
+    After every flush other programs can read the bag: the file has an MCAP footer without summary,
+    which the next message overwrites, and ``metadata.yaml`` has the topics, with message counts of
+    0. A killed writer leaves this state, or a torn end for `repair_bag`.
     (``ros2 bag reindex`` sees only files whose names end in a number.)
 
     After a write error (disk full) every method but `close` raises it again, and the file is cut
@@ -52,7 +52,7 @@ class BagWriter:
         self.path = Path(path)
         self.messages = 0
         self.messages_written = 0
-        """Of these, messages that are in the file."""
+        """Messages that a flush has put into the file."""
         self._topics: dict[str, Connection] = {}
         self._latest = 0
         self._error: RecordingError | None = None
@@ -82,19 +82,19 @@ class BagWriter:
         self.close()
 
     def topic(self, name: str, type_name: str, qos: Qos | None) -> None:
-        """Say what a topic is, before its first message; ``qos`` is what a player will offer."""
+        """Declare a topic before its first message; ``qos`` is the profile that players offer."""
         self._check_usable()
         self._topics[name] = self._writer.add_connection(
             name, type_name, typestore=TYPES, offered_qos_profiles=[qos] if qos else []
         )
 
     def write(self, topic: str, time: int, message: bytes | memoryview) -> None:
-        """Take a message.
+        """Add a message.
 
         Args:
             topic: its full name.
-            time: when it came [ns]. Never earlier than the one before: a clock that was put back
-                would put messages into another order.
+            time: receive time [ns]; raised to that of the message before, if it is earlier, so that
+                a clock that was set back does not change the order.
             message: in CDR.
         """
         self._check_usable()
@@ -106,7 +106,7 @@ class BagWriter:
         self.messages += 1
 
     def flush(self) -> None:
-        """Put into the file what was taken."""
+        """Write all messages added so far to the file."""
         self._check_usable()
         storage = self._storage
         try:
@@ -116,7 +116,9 @@ class BagWriter:
             storage.bio.write(END)
             storage.bio.seek(whole)
             if self._metadata_topics != len(self._topics):
-                write_whole(self.path / METADATA, beginning(storage.path, self._topics.values()))
+                write_whole(
+                    self.path / METADATA, initial_metadata(storage.path, self._topics.values())
+                )
                 self._metadata_topics = len(self._topics)
         except OSError as error:
             raise self._fail(error) from error
@@ -124,7 +126,7 @@ class BagWriter:
         self.messages_written = self.messages
 
     def close(self) -> None:
-        """Write the rest, and what makes the bag complete. Does nothing when closed or failed."""
+        """Write the rest and the summary. Does nothing if it is closed or failed."""
         if self._closed or self._error:
             return
         self.flush()
@@ -138,7 +140,7 @@ class BagWriter:
         storage = self._writer.storage
         assert isinstance(storage, McapWriter)
         storage.path = storage.path.rename(self.path / name)
-        fcntl.flock(storage.bio, fcntl.LOCK_EX)  # for `mend_bag` to see that it is at work
+        fcntl.flock(storage.bio, fcntl.LOCK_EX)  # `repair_bag` finds this lock
 
     def _check_usable(self) -> None:
         if self._error:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ab_sim.bags import STATE_RATE, Bag, export_bag, import_bag, mend_bag
+from ab_sim.bags import STATE_RATE, Bag, export_bag, import_bag, repair_bag
 from ab_sim.cli.outputs import people, say_written
 from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.ros import require_ros
@@ -85,10 +85,10 @@ def mend_command(bag: Path) -> None:
     """Complete a bag in place.
 
     Raises:
-        RecordingError: see `mend_bag`.
+        RecordingError: see `repair_bag`.
     """
     with progress_bar(bag.name) as update:
-        mended = mend_bag(bag, lambda done, of: update("messages", done, of))
+        mended = repair_bag(bag, lambda done, of: update("messages", done, of))
     if mended is None:
         people.print(f"{bag} is complete: there is nothing to mend")
         return

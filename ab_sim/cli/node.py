@@ -1,4 +1,4 @@
-"""`ab-sim node`: asks running nodes, and prints what they answer."""
+"""`ab-sim node`: calls services of running nodes, and prints their answers."""
 
 import contextlib
 import json
@@ -9,7 +9,7 @@ from typing import Any
 
 from rich.table import Table
 
-from ab_sim.cli.node_acts import ACTS, Act
+from ab_sim.cli.node_services import SERVICES, ServiceCommand
 from ab_sim.cli.outputs import PlainConsole, people
 from ab_sim.cli.ros import require_ros
 from ab_sim.errors import AbSimError, InputError, Interrupted, Refused
@@ -17,64 +17,66 @@ from ab_sim.limited_yaml import read_yaml
 from ab_sim.quoting import short, visible
 
 AGAIN = 0.5
-"""s after which what is urgent is asked for again."""
+"""s after which an urgent request is repeated."""
 _EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
 
 
-def act_command(act: Act, words: Mapping[str, Any], namespace: str, name: str, wait: float) -> None:
-    """Ask for a service, having told its parameters first.
+def call_service(
+    command: ServiceCommand, words: Mapping[str, Any], namespace: str, name: str, wait: float
+) -> None:
+    """Call a service, after its parameters were set.
 
     Raises:
         InputError: bad input, or nobody is there.
         Refused: the node's answer.
     """
-    values = told(act, words)
+    values = parameter_values(command, words)
     node = _full_name(namespace, name, wait)
     from ab_sim.nodes.caller import PARAMETERS, Caller
 
-    kind, request = act.request()
+    kind, request = command.request()
     with Caller(wait) as caller, people.status(f"asking {node}"):
         needed = PARAMETERS if values else {}
-        caller.meet(node, {act.asks: kind, **needed}, act.urgent)
+        caller.wait_for_services(node, {command.service_name: kind, **needed}, command.urgent)
         before = caller.parameters([*values]) if values else {}
-        put_back = act.put_back
+        restore = command.restores_parameters
         try:
             if values:
                 caller.set(values)
-            again = AGAIN if act.urgent else 0.0
-            answer = caller.ask(act.asks, request, act.patience, again)
-            put_back = put_back or not answer.success  # what is refused leaves nothing behind
+            again = AGAIN if command.urgent else 0.0
+            answer = caller.call(command.service_name, request, command.timeout, again)
+            restore = restore or not answer.success  # a refused call changes nothing
         except Interrupted:
-            caller.go_on()
+            caller.clear_interrupt()
             raise
         finally:
-            if before and put_back:
+            if before and restore:
                 with contextlib.suppress(AbSimError):  # what has ended, has said why
                     caller.set(before)
     text = str(getattr(answer, "message", ""))  # those of ROS's life cycle have none
     if not answer.success:
-        raise Refused(text or f"{node}/{act.asks}: refused, without a reason")
+        raise Refused(text or f"{node}/{command.service_name}: refused, without a reason")
     print(visible(text) or "done")
 
 
-def told(act: Act, words: Mapping[str, Any]) -> dict[str, Any]:
-    """What becomes of a command's words: parameters of the node.
+def parameter_values(command: ServiceCommand, words: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of the node that the command's arguments give.
 
     Raises:
         InputError: one is not what it has to be.
     """
     values = {}
-    for taken in act.takes:
-        given = words[taken.parameter]
-        each: list[str] = [] if given is None else list(given) if taken.many else [given]
+    for argument in command.arguments:
+        given = words[argument.parameter]
+        each: list[str] = [] if given is None else list(given) if argument.many else [given]
         if stray := next((word for word in each if re.match(r"--?[A-Za-z]", word)), None):
-            raise InputError(f"{stray}: `ab-sim node {act.name}` has no such option")
-        read = [taken.read(word) for word in each]
-        value = taken.default if not read else read if taken.many else read[0]
+            raise InputError(f"{stray}: `ab-sim node {command.name}` has no such option")
+        read = [argument.read(word) for word in each]
+        value = argument.default if not read else read if argument.many else read[0]
         if value is not None:
-            values[taken.parameter] = value
+            values[argument.parameter] = value
     return values
 
 
@@ -97,13 +99,13 @@ def set_command(values: Sequence[str], namespace: str, name: str, wait: float) -
     from ab_sim.nodes.caller import PARAMETERS, Caller
 
     with Caller(wait) as caller, people.status(f"asking {node}"):
-        caller.meet(node, PARAMETERS)
+        caller.wait_for_services(node, PARAMETERS)
         caller.set(wanted)
     print("set")
 
 
 def value_of(text: str) -> Any:
-    """What a word says in YAML; `1e-4`, too, is a number, which YAML takes for a text.
+    """The value of a word in YAML; `1e-4`, a text by YAML's rules, is a number here.
 
     Raises:
         InputError: it is no YAML.
@@ -124,7 +126,7 @@ def get_command(names: Sequence[str], namespace: str, name: str, wait: float) ->
     from ab_sim.nodes.caller import PARAMETERS, Caller
 
     with Caller(wait) as caller, people.status(f"asking {node}"):
-        caller.meet(node, PARAMETERS)
+        caller.wait_for_services(node, PARAMETERS)
         values = caller.parameters(names)
     for key, value in values.items():
         print(visible(f"{key}: {_written(value)}"))
@@ -141,9 +143,9 @@ def list_command(wait: float) -> None:
     from ab_sim.nodes.caller import Caller
 
     with Caller(wait) as caller, people.status("listening"):
-        health = caller.listen()
-        found, nobody = caller.found(), caller.nobody_at_all
-    known = {act.asks for act in ACTS}
+        health = caller.collect_health()
+        found, nobody = caller.nodes(), caller.no_nodes_text
+    known = {each.service_name for each in SERVICES}
     rows = 0
     table = Table("node", "is", "says", "can be asked to")
     for node, offers in sorted(found.items()):
@@ -151,7 +153,7 @@ def list_command(wait: float) -> None:
             continue
         rows += 1
         said = health.get(node)
-        can = [act.name for act in ACTS if act.asks in offers]
+        can = [each.name for each in SERVICES if each.service_name in offers]
         level = said.level.name if said is not None else "-"
         table.add_row(node, level, said.message if said is not None else "-", ", ".join(can) or "-")
     if not rows:

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ab_sim.cli.node_acts import ACTS, DRIVE, Act, Taken
+from ab_sim.cli.node_services import DRIVE, SERVICES, ServiceArgument, ServiceCommand
 
 node_commands = typer.Typer(
     help="Ask running nodes for what their services do: pause, step, start and so on. Exit codes: "
@@ -21,44 +21,46 @@ WaitOption = Annotated[
 ]
 
 
-def _add(act: Act) -> None:
+def _add(service: ServiceCommand) -> None:
     def command(namespace: str, node: str, wait: float, **words: Any) -> None:
-        from ab_sim.cli.node import act_command
+        from ab_sim.cli.node import call_service
 
-        act_command(act, words, namespace, node, wait)
+        call_service(service, words, namespace, node, wait)
 
-    # What typer reads: an argument for each thing that is taken.
-    takes = [
-        _parameter(taken.parameter, _argument(taken), ... if taken.default is ... else None)
-        for taken in act.takes
+    # The signature that typer reads.
+    arguments = [
+        _parameter(
+            argument.parameter, _argument(argument), ... if argument.default is ... else None
+        )
+        for argument in service.arguments
     ]
     options = [
         _parameter("namespace", NamespaceOption, ""),
-        _parameter("node", NodeOption, act.node),
+        _parameter("node", NodeOption, service.node),
         _parameter("wait", WaitOption, 5.0),
     ]
-    whole = [*takes, *options]
+    whole = [*arguments, *options]
     command.__signature__ = inspect.Signature(whole)  # type: ignore[attr-defined]
     command.__annotations__ = {parameter.name: parameter.annotation for parameter in whole}
     # A number may be negative, and is no option.
-    settings = {"ignore_unknown_options": True} if act.takes else {}
-    node_commands.command(act.name, help=act.meaning, context_settings=settings)(command)
+    settings = {"ignore_unknown_options": True} if service.arguments else {}
+    node_commands.command(service.name, help=service.meaning, context_settings=settings)(command)
 
 
-def _argument(taken: Taken) -> Any:
-    kind = list[str] if taken.many else str
-    optional = taken.default is not ...
-    return Annotated[kind | None if optional else kind, typer.Argument(metavar=taken.metavar)]
+def _argument(argument: ServiceArgument) -> Any:
+    kind = list[str] if argument.many else str
+    optional = argument.default is not ...
+    return Annotated[kind | None if optional else kind, typer.Argument(metavar=argument.metavar)]
 
 
 def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
-    wanted = inspect.Parameter.empty if default is ... else default
+    default_or_empty = inspect.Parameter.empty if default is ... else default
     kind = inspect.Parameter.KEYWORD_ONLY
-    return inspect.Parameter(name, kind, default=wanted, annotation=annotation)
+    return inspect.Parameter(name, kind, default=default_or_empty, annotation=annotation)
 
 
-for _act in ACTS:
-    _add(_act)
+for _service in SERVICES:
+    _add(_service)
 
 
 @node_commands.command("set")

@@ -11,7 +11,7 @@ from rclpy.node import Node
 
 from ab_msgs_py import topics
 from ab_sim.bags import BagWriter
-from ab_sim.bags.contract import offered
+from ab_sim.bags.contract import offered_qos
 from ab_sim.nodes.inbox import Inbox
 
 
@@ -37,7 +37,7 @@ class BagRecorder:
         names = {topic.name: node.resolve_topic_name(topic.name) for topic in heard}
         self._inbox = Inbox(names.values(), length)
         for topic in heard:
-            self.bag.topic(names[topic.name], topic.type_name, offered(topic.qos))
+            self.bag.topic(names[topic.name], topic.type_name, offered_qos(topic.qos))
             topic.bytes_of(node, functools.partial(self._put, names[topic.name]))
 
     @property

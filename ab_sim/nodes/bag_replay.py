@@ -18,7 +18,7 @@ from ab_msgs_py import topics
 from ab_msgs_py.ros_messages import class_of
 from ab_msgs_py.services import PAUSE, Answer, serve_switch
 from ab_sim.bags import Bag
-from ab_sim.bags.contract import topic_called
+from ab_sim.bags.contract import topic_by_name
 from ab_sim.bags.importing import choose_namespace
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.nodes.log import PlainLog
@@ -181,7 +181,7 @@ def chosen(bag: Bag, namespace: str | None) -> list[str]:
 def _profile(name: str, qos: Qos | None) -> QoSProfile:
     """What was offered, as far as it matters to who listens; by default as the contract says."""
     if qos is None:
-        known = topic_called(name)
+        known = topic_by_name(name)
         return known.qos.profile if known else QoSProfile(depth=10)
     latched = qos.durability is QosDurability.TRANSIENT_LOCAL
     unsure = qos.reliability is QosReliability.BEST_EFFORT

@@ -37,11 +37,11 @@ class Caller:
     """Somebody on the network who asks: use it as a context, in which Ctrl-C raises Interrupted.
 
     Args:
-        patience: s to wait for a node to be found.
+        timeout: s to wait for a node to be found.
     """
 
-    def __init__(self, patience: float) -> None:
-        self._patience = patience
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
         self._context = contextlib.ExitStack()
         self._clients: dict[str, Client[Any, Any]] = {}
 
@@ -67,24 +67,26 @@ class Caller:
         rclpy.try_shutdown()
         self._context.close()
 
-    def meet(self, node: str, services: Mapping[str, Any], urgent: bool = False) -> None:
-        """Wait until a node offers services, by name and type, and knows us.
+    def wait_for_services(
+        self, node: str, services: Mapping[str, Any], urgent: bool = False
+    ) -> None:
+        """Wait until a node offers services, and discovery is mutual.
 
         Args:
             node: its full name.
-            services: what is going to be asked for.
-            urgent: not until it knows us, so that the request has to be repeated; and several may
-                offer it, which are asked all.
+            services: to be called: type by name.
+            urgent: do not wait for mutual discovery, so that requests have to be repeated; if
+                several nodes offer a service, all are called.
 
         Raises:
-            InputError: it does not in time, or several do; says what there is instead.
+            InputError: a service is not offered in time, or by several nodes; lists what there is.
         """
         for name, kind in services.items():
             self._clients[name] = self._node.create_client(kind, f"{node}/{name}")
         clients = self._clients.values()
-        if not self._until(lambda: all(c.service_is_ready() for c in clients), self._patience):
+        if not self._until(lambda: all(c.service_is_ready() for c in clients), self._timeout):
             missing = [n for n, client in self._clients.items() if not client.service_is_ready()]
-            raise InputError(self._nobody(node, missing[0]))
+            raise InputError(self._not_offered_text(node, missing[0]))
         if urgent:
             return
         self._until(lambda: False, ACQUAINTED)  # in which a second one is discovered, too
@@ -94,19 +96,19 @@ class Caller:
                     f"{count} nodes offer {node}/{name}; end all but one, or give them namespaces"
                 )
 
-    def ask(self, service: str, request: Any, patience: float = ANSWER, again: float = 0.0) -> Any:
-        """The answer of a service that ``meet`` has found.
+    def call(self, service: str, request: Any, timeout: float = ANSWER, again: float = 0.0) -> Any:
+        """The answer of a service that ``wait_for_services`` has found.
 
         Args:
             service: its name.
             request: for it.
-            patience: s to wait for the answer.
+            timeout: s to wait for the answer.
             again: s after which the request is repeated; 0: it is not.
 
         Raises:
             AbSimError: there is no answer in time.
         """
-        client, end = self._clients[service], time.monotonic() + patience
+        client, end = self._clients[service], time.monotonic() + timeout
         while True:
             future = client.call_async(request)
             left = end - time.monotonic()
@@ -114,7 +116,7 @@ class Caller:
                 return future.result()
             if time.monotonic() >= end:
                 raise AbSimError(
-                    f"{client.srv_name} did not answer within {patience:g} s; it may be busy, and "
+                    f"{client.srv_name} did not answer within {timeout:g} s; it may be busy, and "
                     "do what it was asked for all the same"
                 )
 
@@ -124,7 +126,7 @@ class Caller:
         Raises:
             InputError: it has none of such a name; gives the nearest.
         """
-        known = sorted(self.ask("list_parameters", ListParameters.Request()).result.names)
+        known = sorted(self.call("list_parameters", ListParameters.Request()).result.names)
         for name in names:
             if name not in known:
                 own = [other for other in known if "." not in other]
@@ -133,7 +135,7 @@ class Caller:
                     + ", ".join(own)
                 )
         wanted = list(names) or known
-        answer = self.ask("get_parameters", GetParameters.Request(names=wanted))
+        answer = self.call("get_parameters", GetParameters.Request(names=wanted))
         pairs = zip(wanted, answer.values, strict=False)
         return {name: _plain(parameter_value_to_python(value)) for name, value in pairs}
 
@@ -147,16 +149,16 @@ class Caller:
         self.parameters([*values])
         each = [_message(name, value) for name, value in values.items()]
         request = SetParametersAtomically.Request(parameters=each)
-        result = self.ask("set_parameters_atomically", request).result
+        result = self.call("set_parameters_atomically", request).result
         if not result.successful:
             raise Refused(result.reason or f"refused: {', '.join(values)}")
 
-    def go_on(self) -> None:
-        """After Ctrl-C: something is still to be put in order."""
+    def clear_interrupt(self) -> None:
+        """Allow further calls after Ctrl-C, to restore parameters."""
         self._stopping.clear()
 
-    def found(self) -> dict[str, list[str]]:
-        """The nodes that are known by now, and the names of the services of each."""
+    def nodes(self) -> dict[str, list[str]]:
+        """The discovered nodes, with the names of their services."""
         nodes: dict[str, list[str]] = {}
         for name, namespace in self._node.get_node_names_and_namespaces():
             if name.startswith("_"):
@@ -169,51 +171,53 @@ class Caller:
                 nodes[whole] = sorted(service for service in mine if "/" not in service)
         return nodes
 
-    def listen(self) -> dict[str, Health]:
-        """What nodes say of themselves, by their full names.
+    def collect_health(self) -> dict[str, Health]:
+        """Diagnostics of the nodes, by full name.
 
-        It ends as soon as everybody on this machine has been found, and all that speak have
-        spoken; where that cannot be known, when the time to wait for a node is over.
+        It ends when all nodes on this machine were discovered and all that publish diagnostics
+        were received; if that cannot be known, after the time to wait for a node.
         """
-        told: dict[str, Health] = {}
+        received: dict[str, Health] = {}
 
-        def hear(message: Any) -> None:
+        def receive(message: Any) -> None:
             for health in topics.DIAGNOSTICS.sample(message):
-                told[health.node] = health
+                received[health.node] = health
 
-        topics.DIAGNOSTICS.subscription(self._node, hear)
+        topics.DIAGNOSTICS.subscription(self._node, receive)
 
-        def all_heard() -> bool:
-            return self._all_are_known() and all(name in told for name in self._speakers())
+        def all_received() -> bool:
+            return self._all_discovered() and all(
+                name in received for name in self._diagnostics_publishers()
+            )
 
-        end = time.monotonic() + self._patience
+        end = time.monotonic() + self._timeout
         if participants_here() != 1:  # Not alone: what others offer is found after they are.
-            self._until(all_heard, self._patience)
+            self._until(all_received, self._timeout)
             self._until(lambda: False, ACQUAINTED)
-            self._until(all_heard, end - time.monotonic())
-        return told
+            self._until(all_received, end - time.monotonic())
+        return received
 
-    def _all_are_known(self) -> bool:
-        """Whether there is a node for each participant; we are one of each."""
+    def _all_discovered(self) -> bool:
+        """Whether as many nodes as DDS participants were discovered, this process included."""
         there = participants_here()
         return there is not None and len(self._node.get_node_names()) >= there
 
-    def _speakers(self) -> list[str]:
-        """The full names of the nodes that publish diagnostics."""
+    def _diagnostics_publishers(self) -> list[str]:
+        """Full names of the nodes that publish diagnostics."""
         publishers = self._node.get_publishers_info_by_topic(topics.DIAGNOSTICS.name)
         return [f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in publishers]
 
     @property
-    def nobody_at_all(self) -> str:
-        """Where it has looked, in vain."""
+    def no_nodes_text(self) -> str:
+        """Text for the case that no node was found."""
         domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), os.environ.get(DISCOVERY_RANGE, "")
         return f"there is no node at all on ROS_DOMAIN_ID {domain}, {DISCOVERY_RANGE} {reach}"
 
-    def _nobody(self, node: str, service: str) -> str:
-        found = self.found()
-        said = f"nobody offers {node}/{service} (waited {self._patience:g} s); "
+    def _not_offered_text(self, node: str, service: str) -> str:
+        found = self.nodes()
+        said = f"nobody offers {node}/{service} (waited {self._timeout:g} s); "
         if not found:
-            return said + f"{self.nobody_at_all}: is it running?"
+            return said + f"{self.no_nodes_text}: is it running?"
         if node in found:
             return said + f"{node} is there, and offers " + ", ".join(_own(found[node]))
         asked = service in PARAMETERS

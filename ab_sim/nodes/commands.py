@@ -1,4 +1,4 @@
-"""Commands from a topic: taken at wake-ups, put on their path, reported."""
+"""Commands from the topic: read at wake-ups, passed to the command path, reported."""
 
 import time
 from typing import Any
@@ -9,109 +9,108 @@ from rclpy.subscription import Subscription
 from ab_msgs_py import topics
 from ab_msgs_py.topic import arrived
 from ab_sim.errors import CommandError, exact
-from ab_sim.nodes.command_path import CommandPath, Silence
+from ab_sim.nodes.command_path import CommandPath, WatchdogAction
 from ab_sim.nodes.duration_histogram import DurationHistogram
 
 AT_ONCE = 1000
-"""Most commands taken at a wake-up: some 4 ms. The others wait, so that a flood stops no clock."""
+"""Largest number of commands read at a wake-up, in some 4 ms; the others wait in the queue."""
 NAMELESS = "_NODE_NAME_UNKNOWN_"
-"""What rmw calls the node of a publisher that it has not been told of yet."""
+"""Name that rmw gives the node of a publisher until it has discovered the node."""
 
-ON_SILENCE = {
-    Silence.HOLD: "the speed is held",
-    Silence.COAST: "the spindle coasts to standstill",
-    Silence.STOP: "the spindle stops",
+WATCHDOG_TEXTS = {
+    WatchdogAction.HOLD: "the speed is held",
+    WatchdogAction.COAST: "the spindle coasts to standstill",
+    WatchdogAction.STOP: "the spindle stops",
 }
 
 
-def at_wake_ups(message: Any) -> None:
-    """In the place of a callback, which nobody is to call: marks what wake-ups take themselves."""
+def not_called(message: Any) -> None:
+    """Callback of a subscription that is read at wake-ups and not by the executor."""
 
 
 class PendingCommands:
-    """What has been commanded since the last wake-up.
+    """The commands received since the last wake-up.
 
-    The executor does not answer their subscription (``DriveSim.subscriptions``): a flood then makes
-    no service wait behind it, and no thread fight the loop for Python's lock. What is in the
-    subscription's queue when a wake-up begins acts in that wake-up, up to ``AT_ONCE`` of them. DDS
-    keeps the newest ``topics.COMMAND.qos.depth`` that wait, whoever sent them; these are all
-    counted.
+    The executor does not serve this subscription (``DriveSim.subscriptions``), so that a flood of
+    commands neither delays services nor competes with the loop for Python's lock. Commands that are
+    in the queue when a wake-up begins act in that wake-up, up to ``AT_ONCE`` of them. DDS keeps the
+    newest ``topics.COMMAND.qos.depth`` that wait; these are all counted.
 
     Args:
-        node: it listens as.
-        path: where they go.
+        node: the subscriber.
+        path: receives the commands.
     """
 
     def __init__(self, node: Node, path: CommandPath) -> None:
         self._node, self._path = node, path
         self._subscription: Subscription[Any] | None = None
         self._delays = DurationHistogram()
-        self._told = 0
+        self._rejections_reported = 0
         self._sources = 0
-        self._unheard: dict[tuple[int, ...], str] = {}
-        """Publishers of another type, as they were last looked for: what is wrong, by endpoint."""
+        self._wrong_type: dict[tuple[int, ...], str] = {}
+        """Publishers of another type at the last check: the message for people, by endpoint."""
         self._nameless: set[tuple[int, ...]] = set()
-        """Those whose node had no name yet."""
+        """Publishers whose node had no name yet."""
 
     def listen(self) -> None:
-        """From now on; what was commanded before is not heard."""
-        self._subscription = topics.COMMAND.subscription(self._node, at_wake_ups)
+        """Subscribe to the topic."""
+        self._subscription = topics.COMMAND.subscription(self._node, not_called)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Destroy the subscription."""
         if self._subscription is not None:
             self._node.destroy_subscription(self._subscription)
         self._subscription, self._sources = None, 0
-        self._unheard.clear()
+        self._wrong_type.clear()
         self._nameless.clear()
 
     def take(self, now: int, standing: bool) -> None:
-        """Put on their path what has come by a step; rejecting costs no more than accepting.
+        """Pass the commands received by a step to the command path.
 
         Args:
             now: the step.
-            standing: whether time stands still: such a command waits as long as somebody likes.
+            standing: whether time stands still: then the commands' delays are not measured.
         """
         if self._subscription is not None:
-            # On the steady clock: the system's may be set while a command is on its way.
+            # By the steady clock: the system clock may be set in the meantime.
             steady = time.monotonic_ns() - time.time_ns()
             for message, received in arrived(self._subscription, AT_ONCE):
-                self._path.hear(
+                self._path.receive(
                     topics.COMMAND.sample(message), now, 0 if standing else received + steady
                 )
 
-    def shown(self) -> None:
-        """Outputs have been published: of those commands that have led to them it was the first."""
+    def outputs_published(self) -> None:
+        """Record the delays of commands that acted in the outputs just published."""
         if self._path.acted:
             now = time.monotonic_ns()
             for received in filter(None, self._path.acted):
                 self._delays.add(1e-9 * max(now - received, 0))
             self._path.acted.clear()
 
-    def others_came(self) -> bool:
-        """Whether there are more or fewer who can command than at the last call."""
+    def publishers_changed(self) -> bool:
+        """Whether the number of publishers has changed since the last call."""
         before = self._sources
         if self._subscription is not None:
             self._sources = self._subscription.get_publisher_count()
         return before != self._sources
 
-    def look_for_other_types(self) -> None:
-        """Whether somebody publishes something else on the topic, which DDS passes over silently.
+    def check_publisher_types(self) -> None:
+        """Log publishers of another type on the topic, which DDS ignores silently.
 
-        Takes a query of the graph: not for every wake-up. Each one is logged when it is found; the
-        name of its node may be known some time after its publisher, so that without one it is
-        logged at the second look.
+        It queries the graph, which is too slow for every wake-up. A publisher is logged when it is
+        found. The name of its node may be discovered later: without a name it is logged at the
+        second check.
         """
         if self._subscription is None:
             return
-        before, topic = self._unheard, self._subscription.topic_name
+        before, topic = self._wrong_type, self._subscription.topic_name
         found = {
             tuple(info.endpoint_gid): info
             for info in self._node.get_publishers_info_by_topic(topic)
             if info.topic_type != topics.COMMAND.type_name
         }
         nameless = {gid for gid, info in found.items() if info.node_name == NAMELESS}
-        self._unheard = {
+        self._wrong_type = {
             gid: (
                 f"{info.node_namespace.rstrip('/')}/{info.node_name} publishes {info.topic_type} "
                 f"on {topic} and is not heard: commands are {topics.COMMAND.type_name}"
@@ -120,24 +119,28 @@ class PendingCommands:
             if gid not in nameless - self._nameless
         }
         self._nameless = nameless
-        for endpoint in self._unheard.keys() - before.keys():
-            self._node.get_logger().warning(self._unheard[endpoint])
+        for endpoint in self._wrong_type.keys() - before.keys():
+            self._node.get_logger().warning(self._wrong_type[endpoint])
 
-    def news(self) -> list[str]:
-        """What is wrong, for people."""
-        path, news = self._path, sorted(self._unheard.values())
+    def warnings(self) -> list[str]:
+        """Warnings for the diagnostics."""
+        path, warnings = self._path, sorted(self._wrong_type.values())
         if path.stopped:
-            news.append("emergency stop: commands are ignored until ~/reset_emergency_stop")
+            warnings.append("emergency stop: commands are ignored until ~/reset_emergency_stop")
         elif path.silent:
             rules = path.rules
-            news.append(f"no command for {rules.age_limit:g} s: {ON_SILENCE[rules.silence]}")
+            warnings.append(
+                f"no command for {rules.age_limit:g} s: {WATCHDOG_TEXTS[rules.silence]}"
+            )
         if self._sources > 1:
             topic = self._node.resolve_topic_name(topics.COMMAND.name)
-            news.append(f"{self._sources} publishers on {topic}: the last to speak leads the drive")
-        return news
+            warnings.append(
+                f"{self._sources} publishers on {topic}: the last to speak leads the drive"
+            )
+        return warnings
 
     def values(self, now: int) -> dict[str, str]:
-        """For the diagnostics; counts are since the scene was configured."""
+        """Values for the diagnostics; counts begin when the scene is configured."""
         path, age = self._path, self._path.age(now)
         state = "emergency stop" if path.stopped else "watchdog" if path.silent else "commands"
         return {
@@ -154,13 +157,13 @@ class PendingCommands:
             **self._delays.values("command to output"),
         }
 
-    def refusals(self) -> str:
-        """What has been rejected since this was asked, for people; nothing, if nothing was.
+    def rejections(self) -> str:
+        """Text on the commands rejected since the last call; empty without any.
 
-        Asked now and then, as a log entry costs a hundred times what a command does.
+        It is called once per report: a log message takes a hundred times as long as a command.
         """
         path = self._path
-        count, self._told = path.rejected - self._told, path.rejected
+        count, self._rejections_reported = path.rejected - self._rejections_reported, path.rejected
         if not count:
             return ""
         try:

@@ -72,7 +72,7 @@ class DriveControl:
                 return True, "paused already" if pause else "running already"
             if not pause and session.trouble:
                 return False, f"{session.trouble}; reset first"
-            session.take_last()
+            session.step_before_pause()
             session.paused = pause
             session.restart_clock()
             return True, "paused" if pause else "running"
@@ -101,15 +101,15 @@ class DriveControl:
 
     def reset(self) -> Answer:
         """Back to t = 0 and the scene's start; a command under way is forgotten."""
-        return self._leap(lambda session: session.led.reset(), "reset to t = 0")
+        return self._leap(lambda session: session.commanded.reset(), "reset to t = 0")
 
     def reset_time(self) -> Answer:
         """Back to t = 0 in the present state."""
-        return self._leap(lambda session: session.led.reset_time(), "time reset to t = 0")
+        return self._leap(lambda session: session.commanded.reset_time(), "time reset to t = 0")
 
     def reset_state(self) -> Answer:
         """Back to the scene's start, and time goes on; a command under way is forgotten."""
-        return self._leap(lambda session: session.led.reset_state(), "state reset")
+        return self._leap(lambda session: session.commanded.reset_state(), "state reset")
 
     def load_scene(self) -> Answer:
         """The scene of the parameters, from t = 0."""
@@ -118,7 +118,7 @@ class DriveControl:
             asked = session
         prepared = self._prepare(node.scene_of(values))
         with node.active(asked) as session:
-            session.take_last()
+            session.step_before_pause()
             _last_words(session)
             session.path.lead(prepared.drive.servo, prepared.drive.step)
             session.trouble = ""
@@ -133,18 +133,18 @@ class DriveControl:
         eccentricity, angle = values["disc_eccentricity"], values["disc_angle"]
         with node.active() as session:
             asked, before = _sound(session), session.now
-            if "disc_eccentricity" not in node.settings.asked:
+            if "disc_eccentricity" not in node.settings.explicitly_set:
                 return False, "the parameter disc_eccentricity was never set: set it first [m]"
             scene, moved = with_disc(before.scene, eccentricity, angle)
         share = node.settings.values["error_checks"]
-        prepared = node.unless_ended(lambda: before.altered(scene, (), share))
+        prepared = node.run_unless_shut_down(lambda: before.altered(scene, (), share))
         with node.active(asked) as session:
             _leave(session)
             if session.trouble:
                 return False, f"{session.trouble}; reset first"
             kept = moved(session.now.drive.snapshot())
             session.begin(prepared)
-            session.led.leap(kept)
+            session.commanded.restore(kept)
             session.pending = [session.now.drive.present()]
             _arrive(session)
             return True, f"eccentricity {eccentricity:g} m, {angle:g} rad further"
@@ -182,7 +182,7 @@ class DriveControl:
             except ValueError as error:
                 raise InputError(f"snapshot {path}: {error}") from error
             session.path.restore(commands)  # it may refuse, too
-            session.led.leap(kept)
+            session.commanded.restore(kept)
 
         return self._leap(leap, f"restored {path}", asked)
 
@@ -211,23 +211,25 @@ class DriveControl:
     def _prepare(self, scene: Scene) -> PreparedDrive:
         node = self._node
         values, say = node.settings.values, node.get_logger().info
-        return node.unless_ended(lambda: node.prepare(scene, values, say))
+        return node.run_unless_shut_down(lambda: node.prepare(scene, values, say))
 
     def _break(self, faults: tuple[Fault, ...]) -> Answer:
         with self._node.active() as session:
             asked, before = session, session.now
             if faults == before.drive.faults:
-                return True, f"faults in force already: {session.marks.words}"
+                return True, f"faults in force already: {session.fault_publisher.words}"
         share = self._node.settings.values["error_checks"]
-        prepared = self._node.unless_ended(lambda: before.altered(before.scene, faults, share))
+        prepared = self._node.run_unless_shut_down(
+            lambda: before.altered(before.scene, faults, share)
+        )
         with self._node.active(asked) as session:
             _leave(session)
             if session.trouble:
                 return False, f"{session.trouble}; reset first"
-            session.go_on_with(prepared)
+            session.replace_drive(prepared)
             _arrive(session)
             session.report()
-            return True, f"faults in force: {session.marks.words}"
+            return True, f"faults in force: {session.fault_publisher.words}"
 
     def _wait_for(self, commands: int) -> str:
         """Until so many have come since the last request; why not, if they do not."""
@@ -265,7 +267,9 @@ def _sound(session: Session) -> Session:
         CommandError: its drive is broken, and what is asked for is made for a sound one.
     """
     if session.now.drive.faults:
-        raise CommandError(f"faults are in force ({session.marks.words}): ~/clear_faults first")
+        raise CommandError(
+            f"faults are in force ({session.fault_publisher.words}): ~/clear_faults first"
+        )
     return session
 
 

@@ -90,7 +90,7 @@ class DriveHealth:
             return "running"
         return "running in real time" if asked == 1.0 else f"running at {asked:g} times real time"
 
-    def news(self) -> list[str]:
+    def warnings(self) -> list[str]:
         """What has gone less than well since the last call."""
         pacing, drive = self._pacer.recent(), self._drive
         # A drive that was reset has begun to count again.
@@ -98,21 +98,21 @@ class DriveHealth:
             self._unresolved, drive.steps_with_unresolved_events
         )
         self._unresolved = drive.steps_with_unresolved_events
-        news = []
+        warnings = []
         if pacing.dropped:
-            news.append(f"fell behind: {pacing.dropped} steps were dropped")
+            warnings.append(f"fell behind: {pacing.dropped} steps were dropped")
         if pacing.worst_lateness > self.tolerance.lateness:
-            news.append(f"a wake-up was {pacing.worst_lateness:.3f} s late")
+            warnings.append(f"a wake-up was {pacing.worst_lateness:.3f} s late")
         if self._off_pace():
             asked = self._pacer.factor
             what = "in real time" if asked == 1.0 else f"at {asked:g} times real time"
-            news.append(f"not {what}: factor {self._factor:.3f}")
+            warnings.append(f"not {what}: factor {self._factor:.3f}")
         if crowded:
-            news.append(
+            warnings.append(
                 f"{crowded} steps had too many events to locate them all; a shorter solver.step "
                 "would be more accurate"
             )
-        return [*news, *self._drift()]
+        return [*warnings, *self._drift()]
 
     def values(self) -> dict[str, str]:
         """Figures, with their units; those of pacing are since it was configured."""

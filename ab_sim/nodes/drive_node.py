@@ -12,11 +12,11 @@ from ab_msgs_py import ENDED, Level
 from ab_msgs_py.services import EMERGENCY_STOP
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.errors import AbSimError, CommandError, Interrupted
-from ab_sim.nodes.commands import at_wake_ups
+from ab_sim.nodes.commands import not_called
 from ab_sim.nodes.drive_health import PERIOD
 from ab_sim.nodes.drive_settings import drive_settings, fixed_settings, tolerance_of
 from ab_sim.nodes.fair_lock import FairLock
-from ab_sim.nodes.managed import GLANCE, Managed, Say
+from ab_sim.nodes.managed_node import GLANCE, ManagedNode, Say
 from ab_sim.nodes.outputs import Outputs
 from ab_sim.nodes.parameters import close_parameters, path_of
 from ab_sim.nodes.prepared_drive import PreparedDrive, scene_of
@@ -31,7 +31,7 @@ who asks is no nearer than that."""
 UNCONFIGURED = "unconfigured: no scene is loaded"
 
 
-class DriveNode(Managed):
+class DriveNode(ManagedNode):
     """Has a drive on its bench from configure to cleanup, whose time goes on from activate on."""
 
     def __init__(self) -> None:
@@ -45,12 +45,12 @@ class DriveNode(Managed):
         self._session: Session | None = None
         self._state = Level.OK, UNCONFIGURED
         self._reported = 0.0
-        self.settings.follow(self._judge, self._apply)
+        self.settings.accept_changes(self._judge, self._apply)
 
     @property
     def subscriptions(self) -> Iterator[Subscription[Any]]:
         """What the executor answers: all but the commands, which wake-ups take themselves."""
-        return (s for s in super().subscriptions if s.callback is not at_wake_ups)
+        return (s for s in super().subscriptions if s.callback is not not_called)
 
     @contextlib.contextmanager
     def active(self, asked: Session | None = None) -> Iterator[Session]:
@@ -94,7 +94,7 @@ class DriveNode(Managed):
             scene = self.scene_of(values)
             doing = f"configuring {scene.name}"
             self.get_logger().info(f"{doing}: kernels that are new take a while to compile")
-            prepared = self.meanwhile(lambda say: self.prepare(scene, values, say), doing)
+            prepared = self.run_in_thread(lambda say: self.prepare(scene, values, say), doing)
             with self._turn:
                 self._session = Session(self, self._outputs, self._fixed, self.settings, prepared)
         except AbSimError as error:
@@ -205,6 +205,6 @@ class DriveNode(Managed):
         if session is None:
             return
         with contextlib.suppress(Interrupted):
-            checks = self.unless_ended(lambda: session.checks_after(before))
+            checks = self.run_unless_shut_down(lambda: session.checks_for_settings(before))
             with self._turn:
-                session.follow(before, checks)
+                session.apply_settings(before, checks)

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 from rclpy.node import Node
 
-from ab_sim.nodes.command_path import Rules, Silence
+from ab_sim.nodes.command_path import Rules, WatchdogAction
 from ab_sim.nodes.drive_health import RealTimeTolerance
-from ab_sim.nodes.parameters import Wanted, declare, whole_ratio
+from ab_sim.nodes.parameters import ParameterSpec, declare, whole_ratio
 from ab_sim.nodes.prepared_drive import Rates
-from ab_sim.nodes.realtime import Hardening
+from ab_sim.nodes.realtime import RealTimeRequests
 from ab_sim.nodes.settings import Settings, Values
 
 
@@ -45,7 +45,7 @@ class Fixed(NamedTuple):
     """Of the bus' jitter."""
     clock: bool
     """Whether simulated time is published."""
-    hardening: Hardening
+    real_time: RealTimeRequests
 
 
 def fixed_settings(node: Node) -> Fixed:
@@ -71,7 +71,7 @@ def fixed_settings(node: Node) -> Fixed:
         declare(node, "start_paused", False, "wait for ~/pause with false"),
         number("jitter_seed", 0, "of command_jitter", "1", 0, 2**31),
         declare(node, "publish_clock", True, "whether simulated time goes to /clock"),
-        Hardening(
+        RealTimeRequests(
             number("realtime_priority", 0, priority, "1", 0, 99),
             declare(node, "lock_memory", False, "keep all memory from being swapped out"),
             declare(node, "garbage_by_hand", False, by_hand),
@@ -84,42 +84,43 @@ def drive_settings(node: Node) -> Settings:
     made = Settings(node)
     for meaning, wanted in (
         ("name or YAML file of the scene; a change waits for ~/load_scene, or to be configured",
-         Wanted("scene", "thesis-hold")),
+         ParameterSpec("scene", "thesis-hold")),
         ("changes to the scene, each key=value; new ones wait for the same",
-         Wanted("changes", [""])),
+         ParameterSpec("changes", [""])),
         ("what makes simulated time go on",
-         Wanted("time_mode", "paced", choices=[mode.value for mode in TimeMode])),
+         ParameterSpec("time_mode", "paced", choices=[mode.value for mode in TimeMode])),
         ("simulated time over the clock's, where time is paced",
-         Wanted("speed_factor", 1.0, "1", (0.01, 100.0))),
-        ("wake-ups that a request of ~/step takes", Wanted("steps", 1, "1", (1, 10_000))),
+         ParameterSpec("speed_factor", 1.0, "1", (0.01, 100.0))),
+        ("wake-ups that a request of ~/step takes", ParameterSpec("steps", 1, "1", (1, 10_000))),
         ("commands that ~/step waits for, at most 1 s, before it takes its steps",
-         Wanted("await_commands", 0, "1", (0, 100))),
+         ParameterSpec("await_commands", 0, "1", (0, 100))),
         ("a command beyond this speed is rejected; 0: the scene's spindle.max_speed",
-         Wanted("speed_limit", 0.0, "rad/s", (0.0, 1e6))),
+         ParameterSpec("speed_limit", 0.0, "rad/s", (0.0, 1e6))),
         ("of the spindle on its way to a command; 0: the scene's spindle.max_acceleration",
-         Wanted("acceleration_limit", 0.0, "rad/s^2", (0.0, 1e9))),
+         ParameterSpec("acceleration_limit", 0.0, "rad/s^2", (0.0, 1e9))),
         ("age of the last command, in simulated time, at which the watchdog acts; 0: never",
-         Wanted("command_age_limit", 0.0, "s", (0.0, 1e6))),
+         ParameterSpec("command_age_limit", 0.0, "s", (0.0, 1e6))),
         ("what the watchdog does: hold the present speed, coast or stop to standstill",
-         Wanted("command_silence", "hold", choices=[silence.value for silence in Silence])),
+         ParameterSpec("command_silence", "hold", choices=[each.value for each in WatchdogAction])),
         ("of the spindle where the watchdog lets it coast",
-         Wanted("coast_deceleration", 5.0, "rad/s^2", (1e-3, 1e9))),
+         ParameterSpec("coast_deceleration", 5.0, "rad/s^2", (1e-3, 1e9))),
         ("of every command, to mimic a bus, in simulated time",
-         Wanted("command_delay", 0.0, "s", (0.0, 10.0))),
+         ParameterSpec("command_delay", 0.0, "s", (0.0, 10.0))),
         ("what a command may take longer by, at random, in simulated time",
-         Wanted("command_jitter", 0.0, "s", (0.0, 10.0))),
+         ParameterSpec("command_jitter", 0.0, "s", (0.0, 10.0))),
         ("how far the real-time factor may be from speed_factor, as a part of that, without a "
-         "warning", Wanted("factor_tolerance", 0.05, "1", (0.001, 1.0))),
+         "warning", ParameterSpec("factor_tolerance", 0.05, "1", (0.001, 1.0))),
         ("how late a wake-up may be without a warning",
-         Wanted("lateness_tolerance", 0.1, "s", (0.001, 60.0))),
+         ParameterSpec("lateness_tolerance", 0.1, "s", (0.001, 60.0))),
         ("most of the loop's CPU time that estimating the error may take; 0: no estimate",
-         Wanted("error_checks", 0.05, "1", (0.0, 0.5))),
-        ("file for ~/save_snapshot and ~/restore_snapshot", Wanted("snapshot", "drive.json")),
+         ParameterSpec("error_checks", 0.05, "1", (0.0, 0.5))),
+        ("file for ~/save_snapshot and ~/restore_snapshot",
+         ParameterSpec("snapshot", "drive.json")),
         ("what is broken, e.g. ['ball_0 sticks']; a change waits for ~/inject_faults",
-         Wanted("faults", [""])),
-        ("of the disc for ~/load_disc", Wanted("disc_eccentricity", 0.0, "m", (0.0, 1.0))),
+         ParameterSpec("faults", [""])),
+        ("of the disc for ~/load_disc", ParameterSpec("disc_eccentricity", 0.0, "m", (0.0, 1.0))),
         ("of the disc's unbalance for ~/load_disc, from that of the disc before",
-         Wanted("disc_angle", 0.0, "rad", (-1e3, 1e3))),
+         ParameterSpec("disc_angle", 0.0, "rad", (-1e3, 1e3))),
     ):  # fmt: skip
         made.declare(meaning, wanted)
     return made
@@ -131,7 +132,7 @@ def rules_of(values: Values) -> Rules:
         max_speed=values["speed_limit"] or math.inf,
         max_acceleration=values["acceleration_limit"] or math.inf,
         age_limit=values["command_age_limit"] or math.inf,
-        silence=Silence(values["command_silence"]),
+        silence=WatchdogAction(values["command_silence"]),
         coast=values["coast_deceleration"],
         delay=values["command_delay"],
         jitter=values["command_jitter"],

@@ -1,4 +1,4 @@
-"""What topics have brought and nobody has taken yet."""
+"""Queues of received messages, between two threads."""
 
 import threading
 from collections import deque
@@ -7,10 +7,10 @@ from typing import Any
 
 
 class Inbox:
-    """Messages on their way from the thread that hears them to the one that takes them.
+    """Queues of received messages, one per topic, from the receiving to the processing thread.
 
-    There are at most ``length`` of each topic: of more, the topic's oldest give way and are
-    counted in ``dropped``, so that a flood on one topic takes nothing from another.
+    Each queue holds at most ``length`` messages: beyond that the oldest are dropped and counted in
+    ``dropped``. A flood on one topic does not affect the others.
     """
 
     def __init__(self, topics: Iterable[str], length: int) -> None:
@@ -19,7 +19,7 @@ class Inbox:
         }
         self.dropped = dict.fromkeys(self._queues, 0)
         self._lock = threading.Lock()
-        self._heard = 0
+        self._received = 0
 
     def __len__(self) -> int:
         return sum(map(len, self._queues.values()))
@@ -29,11 +29,11 @@ class Inbox:
         with self._lock:
             queue = self._queues[topic]
             self.dropped[topic] += len(queue) == queue.maxlen
-            queue.append((self._heard, topic, message))
-            self._heard += 1
+            queue.append((self._received, topic, message))
+            self._received += 1
 
     def take(self) -> list[tuple[str, Any]]:
-        """All messages, each with its topic, in the order in which they came."""
+        """Remove and return all messages, each with its topic, in the order of arrival."""
         with self._lock:
             taken = [entry for queue in self._queues.values() for entry in queue]
             for queue in self._queues.values():

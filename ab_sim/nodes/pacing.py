@@ -119,7 +119,7 @@ class Pacer:
         self._begun = min(max(self._over(now) - self._taken, 0.0), 1.0)
         return due
 
-    def count_on(self, before: "Pacer") -> None:
+    def continue_counts(self, before: "Pacer") -> None:
         """Go on with another's counts: they are since the scene was configured."""
         self.total, self.lateness = before.total, before.lateness
 

@@ -13,21 +13,20 @@ from ab_sim.errors import InputError, nearest
 from ab_sim.output_file import RECORDING, check_ending, check_folder, check_writable
 
 
-class Wanted(NamedTuple):
-    """What a parameter's value has to be."""
+class ParameterSpec(NamedTuple):
+    """Name, type, unit and allowed values of a parameter."""
 
     name: str
     default: Any
-    """The value is of its type. Where it is a number with a fraction, a whole one does as well, and
-    where it is a list of texts, one text."""
+    """Its type is that of the value; an int is taken for a float, one text for a list of texts."""
     unit: str = ""
     allowed: tuple[float, float] | None = None
     """Least and greatest value."""
     choices: Sequence[str] = ()
 
     @property
-    def words(self) -> str:
-        """For messages."""
+    def allowed_text(self) -> str:
+        """The allowed values in words, for messages."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
         low_to_high = f" from {self.allowed[0]:g} to {self.allowed[1]:g}" if self.allowed else ""
@@ -44,7 +43,7 @@ class Wanted(NamedTuple):
         if allowed and self.allowed is not None:
             allowed = self.allowed[0] <= value <= self.allowed[1]
         if not allowed:
-            raise InputError(f"parameter {self.name} = {given!r}: must be {self.words}")
+            raise InputError(f"parameter {self.name} = {given!r}: must be {self.allowed_text}")
         return value
 
     def declare(self, node: Node, meaning: str, read_only: bool) -> Any:
@@ -60,9 +59,9 @@ class Wanted(NamedTuple):
         """
         descriptor = ParameterDescriptor(
             description=meaning + (f" [{self.unit}]" if self.unit else ""),
-            additional_constraints=self.words if self.choices else "",
+            additional_constraints=self.allowed_text if self.choices else "",
             read_only=read_only,
-            # Typed here instead: to ROS, 250 is no value for a parameter that is 250.0 by default.
+            # Types are checked here: ROS would refuse 250 for a parameter whose default is 250.0.
             dynamic_typing=True,
         )
         if self.allowed is not None:
@@ -76,8 +75,10 @@ class Wanted(NamedTuple):
         try:
             given = node.declare_parameter(self.name, self.default, descriptor).value
         except Exception as error:
-            # rclpy raises a different class for every way in which a value can be wrong.
-            raise InputError(f"parameter {self.name}: must be {self.words}: {error}") from error
+            # rclpy raises various exception classes for wrong values.
+            raise InputError(
+                f"parameter {self.name}: must be {self.allowed_text}: {error}"
+            ) from error
         return self.checked(given)
 
 
@@ -89,8 +90,8 @@ def declare(
     unit: str = "",
     allowed: tuple[float, float] | None = None,
 ) -> Any:
-    """Declare a parameter that stays as it is while the node lives; see ``Wanted``."""
-    return Wanted(name, default, unit, allowed).declare(node, meaning, read_only=True)
+    """Declare a parameter that stays as it is while the node lives; see ``ParameterSpec``."""
+    return ParameterSpec(name, default, unit, allowed).declare(node, meaning, read_only=True)
 
 
 QOS = "qos_overrides."
@@ -105,13 +106,11 @@ PARAMETERS = "parameters: "
 
 
 def close_parameters(node: Node) -> None:
-    """To be called when all parameters are declared: refuse a value for any other, log them.
+    """Refuse values for undeclared parameters, and log the declared ones.
 
-    The log is latched: whoever records a node learns its parameters, even later.
-
-    ROS drops such a value without a word. What a file says of other nodes, under their names, never
-    gets here. Overrides of a topic's quality of service are declared with the topic: whether they
-    can be such is looked at, and not whether there will be that topic.
+    To be called after all parameters were declared. The log is latched, so that a recorder that
+    starts later has the parameters. ROS itself ignores values for undeclared parameters. Overrides
+    of a topic's QoS are declared with the topic: only their form is checked here.
 
     Raises:
         InputError: names the parameters that were given and are not there, and the nearest.
@@ -126,12 +125,12 @@ def close_parameters(node: Node) -> None:
                 f"{nearest(name, known)}; it has {', '.join(known)}; one that is for other nodes "
                 "goes into a file, under their names"
             )
-    told = (f"{name} = {node.get_parameter(name).value!r}" for name in sorted(known))
-    node.get_logger().info(PARAMETERS + ", ".join(told))
+    listed = (f"{name} = {node.get_parameter(name).value!r}" for name in sorted(known))
+    node.get_logger().info(PARAMETERS + ", ".join(listed))
 
 
 def whole_ratio(long: float, short: float, meaning: str) -> int:
-    """How often ``short`` goes into ``long``, which must be a whole number of times.
+    """The ratio ``long`` / ``short``, which must be a whole number.
 
     Raises:
         InputError: it is not; names both.
@@ -146,7 +145,7 @@ def whole_ratio(long: float, short: float, meaning: str) -> int:
 
 
 def path_of(text: str) -> Path:
-    """The file or folder that a parameter names; ``~`` is the home."""
+    """The path that a parameter names, with ``~`` expanded."""
     return Path(os.path.expanduser(text))
 
 
@@ -184,7 +183,7 @@ def recording_folder(path: str) -> Path:
 
 
 def _check_override(name: str, value: Any) -> None:
-    """ROS would pass over a policy that it does not know here, and raise for a value."""
+    """Refuse an unknown QoS policy, which ROS ignores, and a wrong value, for which it raises."""
     _, _, end_and_policy = name.removeprefix(QOS).partition(".")
     end, _, policy = end_and_policy.partition(".")
     if end not in ("publisher", "subscription") or policy not in QOS_POLICIES:
@@ -205,7 +204,7 @@ def _kind(default: Any) -> str:
 
 
 def _converted(value: Any, default: Any) -> Any:
-    """The value as the default's type, or None if it is not one."""
+    """The value converted to the default's type, or None."""
     if isinstance(default, list):
         texts = [value] if isinstance(value, str) else [] if value is None else value
         alike = isinstance(texts, Iterable) and all(isinstance(text, str) for text in texts)

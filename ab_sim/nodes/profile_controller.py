@@ -12,7 +12,7 @@ from ab_msgs_py import ENDED, Health, Level, Qos, Task, topics
 from ab_msgs_py.services import ABORT, START, Answer, serve_trigger
 from ab_sim.errors import InputError
 from ab_sim.nodes.log import PlainLog
-from ab_sim.nodes.parameters import Wanted, close_parameters, declare
+from ab_sim.nodes.parameters import ParameterSpec, close_parameters, declare
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.profile_run import ProfileRun, ProfileState
 from ab_sim.nodes.settings import Settings, Values
@@ -49,9 +49,9 @@ class ProfileController(PlainLog):
         for meaning, wanted in (
             ("name or YAML file of a scene that has a profile, YAML file of a profile alone, or "
              "that in braces; read when it is set, the next ~/start takes it",
-             Wanted("profile", "thesis-hold")),
+             ParameterSpec("profile", "thesis-hold")),
             ("changes to the scene, each key=value; the next ~/start takes them",
-             Wanted("changes", [""])),
+             ParameterSpec("changes", [""])),
         ):  # fmt: skip
             self._settings.declare(meaning, wanted)
         rate = declare(self, "command_rate", 200.0, "commands", "1/s", (1.0, 1000.0))
@@ -98,7 +98,7 @@ class ProfileController(PlainLog):
         self.run = ProfileRun(asked, slope, self._period, silence, self._say)
         self._vibration: Subscription[Any] | None = None
         self._listen()
-        self._settings.follow(self._judge, self._apply)
+        self._settings.accept_changes(self._judge, self._apply)
 
     def start(self) -> Answer:
         """Run the profile from its beginning, now."""
@@ -228,7 +228,7 @@ class ProfileController(PlainLog):
     def _hear(self, message: Any) -> None:
         sample = _VIBRATION.sample(message)
         with self._lock:
-            self.run.hear(self._time() * 1e-9, sample.frame, sample.time, sample.linear)
+            self.run.receive(self._time() * 1e-9, sample.frame, sample.time, sample.linear)
 
     def _tick(self) -> None:
         with self._lock:

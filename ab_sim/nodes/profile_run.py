@@ -124,10 +124,10 @@ class ProfileRun:
         self.command = 0.0
         self._enter(ProfileState.ABORTED)
 
-    def hear(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
-        """A sample of the vibration: see ``VibrationWatch.hear``."""
+    def receive(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
+        """A sample of the vibration: see ``VibrationWatch.receive``."""
         if self._watch is not None:
-            self._watch.hear(now, sensor, stamp, vector)
+            self._watch.receive(now, sensor, stamp, vector)
 
     def tick(self, now: float) -> float | None:
         """What is to be commanded now [rad/s]; None: nothing."""

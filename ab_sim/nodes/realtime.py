@@ -1,4 +1,4 @@
-"""What the operating system can do for a loop that must not be late, if it may."""
+"""Real-time options of the operating system: priority, locked memory, garbage collection."""
 
 import ctypes
 import gc
@@ -8,7 +8,7 @@ import sys
 MCL_CURRENT, MCL_FUTURE = 1, 2
 
 
-def ask_for_priority(priority: int) -> str:
+def request_priority(priority: int) -> str:
     """Real-time scheduling (SCHED_FIFO) of the calling thread.
 
     Args:
@@ -33,7 +33,7 @@ def ask_for_priority(priority: int) -> str:
 
 
 def lock_memory() -> str:
-    """Keep all memory of the process from being swapped out; as ``ask_for_priority``."""
+    """Lock all memory of the process (mlockall); returns as ``request_priority``."""
     try:
         libc = ctypes.CDLL(None, use_errno=True)
         if libc.mlockall(MCL_CURRENT | MCL_FUTURE) == 0:
@@ -48,44 +48,44 @@ def lock_memory() -> str:
     )
 
 
-def spare_what_lives() -> None:
-    """Leave what lives by now out of all of Python's searches for garbage.
+def freeze_garbage_collector() -> None:
+    """Exclude all existing objects from garbage collection (gc.freeze).
 
-    A compiler and a ROS node are hundreds of thousands of objects, and a full search, which may
-    come at any wake-up, looks at each. What was left out before is searched a last time.
+    A compiler and a ROS node have hundreds of thousands of objects, and a full collection, which
+    may happen at any wake-up, visits each. Objects frozen before are collected a last time.
     """
     gc.unfreeze()
     gc.collect()
     gc.freeze()
 
 
-class Hardening:
-    """What a loop asks of the system.
+class RealTimeRequests:
+    """Real-time options that a loop requests from the system.
 
     Args:
-        priority: of its thread, see ``ask_for_priority``; 0: scheduled as usual.
-        memory: whether it is to be locked.
-        by_hand: whether to search for garbage in spare moments only. What lives already is left
-            out of searches in any case.
+        priority: of the loop's thread, see ``request_priority``; 0: default scheduling.
+        memory: whether memory is locked.
+        by_hand: whether garbage is collected between wake-ups only. Existing objects are excluded
+            from collection in any case.
     """
 
     def __init__(self, priority: int, memory: bool, by_hand: bool) -> None:
         self._priority, self._memory, self._by_hand = priority, memory, by_hand
         self.words = "as usual"
-        """What there is of it, for the diagnostics."""
+        """The options that were granted, for the diagnostics."""
 
     def apply(self) -> list[str]:
-        """Ask for it, in the loop's thread; what was refused, and why."""
+        """Request the options, in the loop's thread; returns refusals with their reasons."""
         granted, refused = [], []
         asked = []
         if self._priority:
-            asked.append((f"SCHED_FIFO {self._priority}", ask_for_priority(self._priority)))
+            asked.append((f"SCHED_FIFO {self._priority}", request_priority(self._priority)))
         if self._memory:
             asked.append(("memory locked", lock_memory()))
         for what, refusal in asked:
             granted += [] if refusal else [what]
             refused += [refusal] if refusal else []
-        spare_what_lives()
+        freeze_garbage_collector()
         if self._by_hand:
             gc.disable()
             granted.append("garbage by hand")
@@ -93,7 +93,7 @@ class Hardening:
             self.words = "; ".join([*granted, *refused])
         return refused
 
-    def spare_moment(self) -> None:
-        """The loop has a moment to spare."""
+    def collect_garbage(self) -> None:
+        """Collect garbage now; to be called when the loop is idle."""
         if self._by_hand:
             gc.collect()

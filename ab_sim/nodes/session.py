@@ -15,11 +15,11 @@ from ab_sim.nodes.command_path import CommandPath
 from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.nodes.commands import PendingCommands
 from ab_sim.nodes.drive_settings import Fixed, TimeMode, mode_of, rules_of, tolerance_of
-from ab_sim.nodes.fault_marks import FaultMarks
+from ab_sim.nodes.fault_publisher import FaultPublisher
 from ab_sim.nodes.outputs import Outputs
 from ab_sim.nodes.prepared_drive import PreparedDrive
 from ab_sim.nodes.settings import Settings, Values
-from ab_sim.nodes.stages import Stages
+from ab_sim.nodes.stage_timer import StageTimer
 
 INACTIVE = "inactive: time stands still until the node is activated"
 
@@ -33,7 +33,7 @@ class Session:
         node: it is a part of.
         outputs: what is published goes there.
         fixed: what stays as it is.
-        settings: what may change, see ``follow``.
+        settings: those that can change, see ``apply_settings``.
         prepared: the drive.
     """
 
@@ -46,7 +46,7 @@ class Session:
         prepared: PreparedDrive,
     ) -> None:
         self._node, self._outputs, self._settings = node, outputs, settings
-        self._hardening, self.paused = fixed.hardening, fixed.paused
+        self._real_time, self.paused = fixed.real_time, fixed.paused
         self.active = False
         """Whether its time may go on at all."""
         self._per_block = fixed.per_block
@@ -55,12 +55,12 @@ class Session:
         self.stepped_for = 0
         """Commands that had come when ~/step was last answered; see ``new_commands``."""
         self._wakes, self._reported = 0, False
-        self._stages = Stages("inputs", "integration", "observing", "publishing")
+        self._stages = StageTimer("inputs", "integration", "observing", "publishing")
         drive = prepared.drive
         self.path = CommandPath(drive.servo, drive.step, rules_of(settings.values), fixed.seed)
         self._commands = PendingCommands(node, self.path)
         self._description = topics.DESCRIPTION.publisher(node)
-        self.marks = FaultMarks(node)
+        self.fault_publisher = FaultPublisher(node)
         # By its number, one that was started again is told from one that was heard of again.
         self._run = {"run": uuid.uuid4().hex}
         self.now = prepared
@@ -83,28 +83,28 @@ class Session:
 
     def begin(self, prepared: PreparedDrive) -> None:
         """Run this from now on."""
-        prepared.pacer.count_on(self.now.pacer)
+        prepared.pacer.continue_counts(self.now.pacer)
         self.now = prepared
-        self.led = CommandedDrive(prepared.drive, self.path, prepared.checks)
+        self.commanded = CommandedDrive(prepared.drive, self.path, prepared.checks)
         self.pending = [prepared.drive.present()]
         self._outputs.begin(prepared.scene, prepared.drive.channels)
-        self.marks.tell(())
+        self.fault_publisher.publish(())
         # Latched, and only now: who has read it knows that the drive is ready.
         description = prepared.description() | self._run
         self._description.publish(topics.DESCRIPTION.message(description))
         self._node.get_logger().info(prepared.words() + (", paused" if self.paused else ""))
 
-    def go_on_with(self, prepared: PreparedDrive) -> None:
+    def replace_drive(self, prepared: PreparedDrive) -> None:
         """Run what is the same but for its faults from now on, from where it is."""
-        faults = transfer_faults(self.now.drive, prepared.drive, self.led.faults)
+        faults = transfer_faults(self.now.drive, prepared.drive, self.commanded.faults)
         self.now = prepared
-        self.led = CommandedDrive(prepared.drive, self.path, prepared.checks, faults)
+        self.commanded = CommandedDrive(prepared.drive, self.path, prepared.checks, faults)
         self.pending = self.pending and [prepared.drive.present()]
-        self.marks.tell(prepared.drive.faults)
+        self.fault_publisher.publish(prepared.drive.faults)
 
     def activate(self) -> None:
         """Listen to commands; time goes on, where it does so by itself."""
-        for refusal in self._hardening.apply():
+        for refusal in self._real_time.apply():
             self._node.get_logger().warning(refusal)
         self._commands.listen()
         self.active = True
@@ -113,7 +113,7 @@ class Session:
 
     def deactivate(self) -> None:
         """Time stands still, nobody is listened to, and nothing is left unpublished."""
-        self.take_last()
+        self.step_before_pause()
         self.finish(INACTIVE)
         self.now.health.begin(time.monotonic())
         self._commands.close()
@@ -127,10 +127,10 @@ class Session:
 
     def close(self) -> None:
         """Nothing is described any more, and nothing is broken."""
-        self.marks.tell(())
+        self.fault_publisher.publish(())
         self._outputs.end()
         self._node.destroy_publisher(self._description)
-        self.marks.close()
+        self.fault_publisher.close()
 
     def wake(self) -> None:
         """What is to be done at a wake-up."""
@@ -145,9 +145,9 @@ class Session:
         # After catching up nothing may be due; time that stands still is not published.
         elif due := pacer.due(time.monotonic()):
             self.advance(due)
-        if self.led.checks is not None:
+        if self.commanded.checks is not None:
             # Last: what has been published does not wait for it.
-            self.led.checks.work(time.thread_time() - begin)
+            self.commanded.checks.work(time.thread_time() - begin)
 
     def rest(self) -> float:
         """How long to sleep until the next wake-up [s]."""
@@ -164,27 +164,27 @@ class Session:
         self._stages.begin()
         first = len(self.pending)
         try:
-            for part in self.led.advance(steps):
+            for part in self.commanded.advance(steps):
                 self.pending.append(part)
         except DivergedError as error:
             self.trouble = str(error)
             self.paused = True
             self._node.get_logger().error(f"paused: {error}")
-            self._outputs.sampled(self.pending[first:], self.led.faults)
-            self._commands.shown()
+            self._outputs.sampled(self.pending[first:], self.commanded.faults)
+            self._commands.outputs_published()
             self.flush()
             self.report()
             return
         self._stages.end("integration")
-        self._outputs.sampled(self.pending[first:], self.led.faults)
+        self._outputs.sampled(self.pending[first:], self.commanded.faults)
         self.publish()
-        self._commands.shown()
+        self._commands.outputs_published()
         self._wakes += 1
         if self._wakes % self._per_block == 0:
             self.flush()
         self._stages.end("publishing")
 
-    def take_last(self) -> None:
+    def step_before_pause(self) -> None:
         """A last wake-up before time stands still: no lag is forgotten."""
         self._take(self.now.pacer.stop)
 
@@ -215,9 +215,9 @@ class Session:
         """Publish the present."""
         self._stages.begin()
         present = self.pending[-1] if self.pending else self.now.drive.present()
-        shown, silent = self._outputs.look(present, self.led.faults)
+        shown, silent = self._outputs.state_values(present, self.commanded.faults)
         self._stages.end("observing")
-        self._outputs.show(self.now.time_ns, shown, silent)
+        self._outputs.publish_state(self.now.time_ns, shown, silent)
 
     def flush(self) -> None:
         """Publish the samples since the last block."""
@@ -227,52 +227,58 @@ class Session:
     def report(self, instead: str = "") -> None:
         """Publish this node's health, with what to say instead of what it does."""
         health = self.now.health
-        self._commands.look_for_other_types()
-        news = [*self.marks.news(), *health.news(), *self._commands.news()]
-        level = Level.WARN if news else Level.OK
-        text = "; ".join([self._state(), *news])
+        self._commands.check_publisher_types()
+        warnings = [
+            *self.fault_publisher.warnings(),
+            *health.warnings(),
+            *self._commands.warnings(),
+        ]
+        level = Level.WARN if warnings else Level.OK
+        text = "; ".join([self._state(), *warnings])
         if self.trouble:
             level, text = Level.ERROR, self.trouble
-        elif rival := self._outputs.rival():
-            level, text = Level.ERROR, rival
+        elif other_clock := self._outputs.other_clock():
+            level, text = Level.ERROR, other_clock
         values = {
             **health.values(),
             **self._stages.values(),
             **self._commands.values(self.now.drive.steps),
-            **self.marks.values(),
+            **self.fault_publisher.values(),
             "time": self.mode.value,
-            "scheduling": self._hardening.words,
+            "scheduling": self._real_time.words,
         }
         self._outputs.report(self.now.time_ns, level, instead or text, values)
-        if refusals := self._commands.refusals():
-            self._node.get_logger().warning(refusals)
+        if rejections := self._commands.rejections():
+            self._node.get_logger().warning(rejections)
 
     def report_now_and_then(self) -> None:
         """Once a second, and as soon as somebody else can command."""
         due = self.now.health.period_over(time.monotonic(), self.standing)
-        if self._commands.others_came() or due:
+        if self._commands.publishers_changed() or due:
             self.report()
         elif self._reported:
             # Not behind the same wake-up: either takes much of a period of a millisecond.
-            self._hardening.spare_moment()
+            self._real_time.collect_garbage()
             self._reported = False
         if due:
             self._reported = True
             if self.standing:
                 # For those who come late: a clock that says nothing might be none.
-                self._outputs.tell_time(self.now.time_ns)
+                self._outputs.publish_clock(self.now.time_ns)
 
-    def checks_after(self, before: Values) -> LiveChecks | None:
+    def checks_for_settings(self, before: Values) -> LiveChecks | None:
         """Checks of the error after settings have changed; others may take long to make."""
         share = self._settings.values["error_checks"]
-        return self.led.checks if share == before["error_checks"] else self.now.checks_for(share)
+        return (
+            self.commanded.checks if share == before["error_checks"] else self.now.checks_for(share)
+        )
 
-    def follow(self, before: Values, checks: LiveChecks | None) -> None:
+    def apply_settings(self, before: Values, checks: LiveChecks | None) -> None:
         """Settings have changed.
 
         Args:
             before: what held until now.
-            checks: those of ``checks_after``.
+            checks: those of ``checks_for_settings``.
         """
         values = self._settings.values
         if any(values[name] != before[name] for name in ("time_mode", "speed_factor")):
@@ -286,7 +292,7 @@ class Session:
         self.path.rules = rules_of(values)
         self.now.health.tolerance = tolerance_of(values)
         self.now.health.checks = checks
-        self.led.check_with(checks)
+        self.commanded.set_checks(checks)
 
     def _state(self) -> str:
         if self.mode is TimeMode.LOCK_STEP:

@@ -1,4 +1,4 @@
-"""Parameters that change while a node runs: judged without side effects, then applied together."""
+"""Parameters that change while a node runs: validated without side effects, then applied."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -8,7 +8,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ab_sim.errors import AbSimError, InputError
-from ab_sim.nodes.parameters import Wanted
+from ab_sim.nodes.parameters import ParameterSpec
 
 Values = Mapping[str, Any]
 
@@ -22,61 +22,61 @@ class Settings:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._wanted: dict[str, Wanted] = {}
+        self._specs: dict[str, ParameterSpec] = {}
         self.values: dict[str, Any] = {}
-        """What holds, by name."""
-        self.asked: set[str] = set()
-        """Names of those that somebody has set, or that began as no default."""
+        """Present values, by name."""
+        self.explicitly_set: set[str] = set()
+        """Names of parameters that were set, or began with a value other than the default."""
 
-    def declare(self, meaning: str, wanted: Wanted) -> None:
-        """One more.
+    def declare(self, meaning: str, spec: ParameterSpec) -> None:
+        """Declare a parameter.
 
         Raises:
             InputError: the value given is of another type, or is not allowed.
         """
-        self._wanted[wanted.name] = wanted
-        value = wanted.declare(self._node, meaning, read_only=False)
-        self.values[wanted.name] = value
-        if value != wanted.default:
-            self.asked.add(wanted.name)
+        self._specs[spec.name] = spec
+        value = spec.declare(self._node, meaning, read_only=False)
+        self.values[spec.name] = value
+        if value != spec.default:
+            self.explicitly_set.add(spec.name)
 
-    def follow(
-        self, judge: Callable[[Values], None], apply: Callable[[Values, Values], None]
+    def accept_changes(
+        self, validate: Callable[[Values], None], apply: Callable[[Values, Values], None]
     ) -> None:
-        """Let them be changed from now on.
+        """Accept changes from now on.
 
         Args:
-            judge: raises an error of ab_sim, and does nothing else, if all values as they would be
-                may not be; they then stay as they are.
-            apply: is given the values that held and, after ``values`` has them, those that hold.
+            validate: raises an AbSimError if the new set of values is not allowed; it has no side
+                effects, and the values are then left unchanged.
+            apply: called with the old and the new values, after ``values`` has the new ones.
         """
 
-        def judged(parameters: list[Parameter[Any]]) -> SetParametersResult:
+        def validated(parameters: list[Parameter[Any]]) -> SetParametersResult:
             try:
-                judge(self._with(parameters))
+                validate(self._with(parameters))
             except AbSimError as error:
                 return SetParametersResult(successful=False, reason=str(error))
             return SetParametersResult(successful=True)
 
         def applied(parameters: list[Parameter[Any]]) -> None:
-            if names := {p.name for p in parameters} & self._wanted.keys():
-                self.asked |= names
+            if names := {p.name for p in parameters} & self._specs.keys():
+                self.explicitly_set |= names
                 before, self.values = self.values, self._with(parameters)
                 apply(before, self.values)
 
-        self._node.add_on_set_parameters_callback(judged)
+        self._node.add_on_set_parameters_callback(validated)
         self._node.add_post_set_parameters_callback(applied)
 
     def _with(self, parameters: list[Parameter[Any]]) -> dict[str, Any]:
-        """All values as they would be; parameters of others are not looked at.
+        """All values with some changed; parameters declared elsewhere are ignored.
 
         Raises:
-            InputError: one of them is of another type, or is not allowed; or is to be deleted.
+            InputError: a value has the wrong type or is not allowed, or a parameter is deleted.
         """
         for p in parameters:
             # ROS would forget it, and know no parameter of that name from then on.
-            if p.name in self._wanted and p.type_ is Parameter.Type.NOT_SET:
+            if p.name in self._specs and p.type_ is Parameter.Type.NOT_SET:
                 raise InputError(f"parameter {p.name}: cannot be deleted; set it instead")
-        changes = {p.name: p.value for p in parameters if p.name in self._wanted}
-        checked = {name: self._wanted[name].checked(value) for name, value in changes.items()}
+        changes = {p.name: p.value for p in parameters if p.name in self._specs}
+        checked = {name: self._specs[name].checked(value) for name, value in changes.items()}
         return {**self.values, **checked}

@@ -21,7 +21,7 @@ class _Sensor:
         self._since, self._count, self._spread = stamp, 0, 0.0
         self._mean = [0.0, 0.0, 0.0]
 
-    def hear(self, stamp: int, vector: Sequence[float], over: float) -> None:
+    def receive(self, stamp: int, vector: Sequence[float], over: float) -> None:
         if self.newest is None or stamp < self.newest:
             self.rms = None  # first of all, or the drive was reset
             self._begin(stamp)
@@ -50,7 +50,7 @@ class VibrationWatch:
         self._heard: dict[str, float] = {}
         self._began = now
 
-    def hear(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
+    def receive(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
         """A sample; one that is not finite, or whose stamp stands still, is as good as none.
 
         Args:
@@ -62,7 +62,7 @@ class VibrationWatch:
         known = self._sensors.setdefault(sensor, _Sensor())
         if not all(map(math.isfinite, vector)) or stamp == known.newest:
             return
-        known.hear(stamp, vector, self._until.over)
+        known.receive(stamp, vector, self._until.over)
         self._heard[sensor] = now
 
     @property

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ab_msgs_py import Block, topics
 from ab_sim.bags import BagWriter, export_bag
-from ab_sim.bags.contract import offered, topic_called
+from ab_sim.bags.contract import offered_qos, topic_by_name
 from ab_sim.bags.messages import encoded
 from ab_sim.recording import RecordedRun, Recording, open_recording, read_recording
 
@@ -42,8 +42,8 @@ def bag_of(path: Path, messages: Iterable[tuple[str, int, bytes]], **types: str)
         for topic, time, message in messages:
             if topic not in known:
                 known.add(topic)
-                kind = topic_called(topic) or topics.WHIRL
+                kind = topic_by_name(topic) or topics.WHIRL
                 type_name = types.get(topic.strip("/").replace("/", "_"), kind.type_name)
-                bag.topic(topic, type_name, offered(kind.qos))
+                bag.topic(topic, type_name, offered_qos(kind.qos))
             bag.write(topic, time, message)
     return path

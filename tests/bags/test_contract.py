@@ -52,7 +52,7 @@ SAMPLES: dict[Topic, Any] = {
 
 @pytest.mark.parametrize("topic", topics.ALL, ids=[topic.name for topic in topics.ALL])
 def test_quality_of_service_is_that_of_the_nodes(topic: Topic) -> None:
-    profile, offered = topic.qos.profile, contract.offered(topic.qos)
+    profile, offered = topic.qos.profile, contract.offered_qos(topic.qos)
     assert profile.depth == offered.depth and profile.history is HistoryPolicy.KEEP_LAST
     assert profile.reliability is ReliabilityPolicy.RELIABLE
     latched = profile.durability is DurabilityPolicy.TRANSIENT_LOCAL

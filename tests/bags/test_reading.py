@@ -14,7 +14,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from ab_msgs_py import VibrationSample
 from ab_msgs_py.topics import BLOCK, COMMAND, DESCRIPTION, PROFILE_STATUS, VIBRATION
 from ab_sim.bags import Bag, BagWriter, import_bag
-from ab_sim.bags.contract import offered
+from ab_sim.bags.contract import offered_qos
 from ab_sim.bags.messages import TYPES, encoded
 from ab_sim.errors import AbSimError, InputError, RecordingError
 from ab_sim.recording import read_recording
@@ -112,7 +112,7 @@ def test_the_file_alone_is_a_bag(finished: Path, tmp_path: Path) -> None:
 
 def test_write_error_is_told_and_what_was_written_is_readable(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "bag")
-    writer.topic("/vibration/block", BLOCK.type_name, offered(BLOCK.qos))
+    writer.topic("/vibration/block", BLOCK.type_name, offered_qos(BLOCK.qos))
     rng, sent = np.random.default_rng(0), 0
     with (
         files_limited_to(300_000),

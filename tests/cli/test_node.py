@@ -4,13 +4,13 @@ from typing import Any
 
 import pytest
 
-from ab_sim.cli.node import told, value_of
-from ab_sim.cli.node_acts import ACTS
+from ab_sim.cli.node import parameter_values, value_of
+from ab_sim.cli.node_services import SERVICES
 from ab_sim.errors import InputError
 from tests.cli.tool import ab_sim
 from tests.domains import own_domain
 
-NAMES = {act.name: act for act in ACTS}
+NAMES = {each.name: each for each in SERVICES}
 
 
 def test_every_service_of_the_contract_can_be_asked_for() -> None:
@@ -18,7 +18,9 @@ def test_every_service_of_the_contract_can_be_asked_for() -> None:
     from ab_msgs_py import services
 
     offered = {v for k, v in vars(services).items() if k.isupper() and isinstance(v, str)}
-    assert {f"~/{act.asks}" for act in ACTS} == offered, "each wants a row in node_acts.py"
+    assert {f"~/{each.service_name}" for each in SERVICES} == offered, (
+        "each wants a row in node_services.py"
+    )
 
 
 def test_words_become_parameters(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
@@ -49,7 +51,7 @@ def test_words_become_parameters(monkeypatch: pytest.MonkeyPatch, tmp_path: Any)
         ),
         ("pause", {}, {}),
     ):
-        assert told(NAMES[name], words) == values, name
+        assert parameter_values(NAMES[name], words) == values, name
 
 
 def test_values_of_parameters() -> None:
@@ -60,7 +62,7 @@ def test_values_of_parameters() -> None:
 
 def test_a_slip_in_an_option_is_no_word() -> None:
     with pytest.raises(InputError, match="--nmae: `ab-sim node save` has no such option"):
-        told(NAMES["save"], {"snapshot": "--nmae"})
+        parameter_values(NAMES["save"], {"snapshot": "--nmae"})
 
 
 @pytest.mark.parametrize(

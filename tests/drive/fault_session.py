@@ -18,24 +18,24 @@ class FaultSession:
     def __init__(self, scene: Scene, *texts: str) -> None:
         self.drive = Drive(scene, commanded=True, faults=faults_of(texts))
         self.path = CommandPath(self.drive.servo, self.drive.step, Rules())
-        self.led = CommandedDrive(self.drive, self.path)
+        self.commanded = CommandedDrive(self.drive, self.path)
 
     def run(self, steps: int, speed: float | None = None) -> Observation:
         if speed is not None:
-            self.path.hear(speed, self.drive.steps)
-        for _ in self.led.advance(steps):
+            self.path.receive(speed, self.drive.steps)
+        for _ in self.commanded.advance(steps):
             pass
         return self.drive.observe()
 
     def heard(self) -> Trajectory:
         """The present, as sensors have it."""
-        return self.led.faults.readings(self.drive.present()).present
+        return self.commanded.faults.readings(self.drive.present()).present
 
     def inject(self, *texts: str) -> Observation:
         """These, instead of those that are in force; the drive right afterwards."""
         other = Drive(self.drive.scene, commanded=True, faults=faults_of(texts))
-        faults = transfer_faults(self.drive, other, self.led.faults)
-        self.drive, self.led = other, CommandedDrive(other, self.path, None, faults)
+        faults = transfer_faults(self.drive, other, self.commanded.faults)
+        self.drive, self.commanded = other, CommandedDrive(other, self.path, None, faults)
         return other.observe()
 
 

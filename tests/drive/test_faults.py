@@ -274,7 +274,7 @@ def test_nothing_else_leaps_as_a_disc_slips(scene: Any) -> None:
     session.inject("disc slips -20")
     before = session.drive.observe()
     session.run(10)
-    leap = session.led.faults.jerk(session.drive)
+    leap = session.commanded.faults.jerk(session.drive)
     assert leap is not None
     there = session.drive.observe()
     session.drive.restore(leap)

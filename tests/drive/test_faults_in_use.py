@@ -20,7 +20,11 @@ def test_what_is_heard_of_a_slipping_disc_is_told_from_the_hub(scene: Any) -> No
     """The hub has turned further than the disc, and where balls are in space does not change."""
     session = FaultSession(scene(), "disc slips 5")
     session.run(1000, 80.0)
-    slipped, true, heard = session.led.faults.slipped, session.drive.present(), session.heard()
+    slipped, true, heard = (
+        session.commanded.faults.slipped,
+        session.drive.present(),
+        session.heard(),
+    )
     assert slipped > 4.9
     assert heard["angle"] == pytest.approx(true["angle"] + slipped, abs=1e-12)
     before = true["angle"][:, None] + true.ball_angles
@@ -30,7 +34,7 @@ def test_what_is_heard_of_a_slipping_disc_is_told_from_the_hub(scene: Any) -> No
 def test_however_steps_are_grouped(scene: Any) -> None:
     benches = [FaultSession(scene(), "disc slips 7", "ball_1 sticks") for _ in range(2)]
     for session, groups in zip(benches, ([1] * 333 + [667], [1000]), strict=True):
-        session.path.hear(120.0, 0)
+        session.path.receive(120.0, 0)
         for steps in groups:
             session.run(steps)
     assert np.array_equal(*(places(session.drive.observe()) for session in benches))
@@ -45,7 +49,7 @@ def test_sensors_lie_and_the_motion_does_not_know(scene: Any) -> None:
     for _ in range(60):
         true, now = sound.run(4), session.run(4)
         assert np.array_equal(true.readings["pickup"], now.readings["pickup"])
-        heard, silent = session.led.faults.readings(session.drive.present())
+        heard, silent = session.commanded.faults.readings(session.drive.present())
         told.append("spindle" in silent)
         since = now.steps - 2500
         assert heard["speed"][0] == pytest.approx(150.0 - 3e-3 * since)
@@ -57,11 +61,11 @@ def test_sensors_lie_and_the_motion_does_not_know(scene: Any) -> None:
         assert np.array_equal(heard.position[0], true.position)
         steps = np.array([now.steps - 40, now.steps])
         both = np.array([now.readings["pickup"]] * 2)
-        kept, sampled = session.led.faults.sampled("pickup", steps, both)
+        kept, sampled = session.commanded.faults.sampled("pickup", steps, both)
         assert np.array_equal(kept, steps) and np.array_equal(sampled[1], said)
     assert 10 < sum(told) < 50
     session.inject()
-    heard, silent = session.led.faults.readings(session.drive.present())
+    heard, silent = session.commanded.faults.readings(session.drive.present())
     assert not silent
     assert [heard["pickup_1"][0], heard["pickup_2"][0]] == true.readings["pickup"].tolist()
 
@@ -82,10 +86,10 @@ def test_the_vibration_of_a_scene_without_sensors(scene: Any) -> None:
     session = spun(scene())
     session.inject("vibration saturates 0.01", "vibration drops")
     session.run(1)
-    heard, silent = session.led.faults.readings(session.drive.present())
+    heard, silent = session.commanded.faults.readings(session.drive.present())
     assert np.abs(heard.acceleration).max() == 0.01
     assert silent == {"vibration"}
-    none = session.led.faults.sampled("vibration", np.arange(5), np.zeros((5, 2)))
+    none = session.commanded.faults.sampled("vibration", np.arange(5), np.zeros((5, 2)))
     assert [part.shape for part in none] == [(0,), (0, 2)]
 
 
@@ -94,20 +98,20 @@ def test_what_goes_on_goes_on(scene: Any) -> None:
     session = spun(scene())
     session.inject("spindle drifts 1", "disc slips 1")
     session.run(1000)
-    slipped = session.led.faults.slipped
+    slipped = session.commanded.faults.slipped
     session.inject("spindle drifts 1", "disc slips 1", "ball_0 sticks")
-    assert session.led.faults.slipped == slipped == pytest.approx(0.99)
+    assert session.commanded.faults.slipped == slipped == pytest.approx(0.99)
     now = session.drive.observe()
     assert session.heard()["speed"][0] == pytest.approx(now.omega + 1.0)
-    session.led.reset_time()
+    session.commanded.reset_time()
     now = session.run(500)
     assert session.heard()["speed"][0] == pytest.approx(now.omega + 1.5)
-    session.led.reset()
+    session.commanded.reset()
     now = session.drive.observe()
-    assert (session.led.faults.slipped, now.omega) == (0.0, 0.0)
+    assert (session.commanded.faults.slipped, now.omega) == (0.0, 0.0)
     assert session.heard()["speed"][0] == 0.0
     session.run(100, 10.0)
-    session.led.reset_state()
+    session.commanded.reset_state()
     now = session.drive.observe()
     assert session.heard()["speed"][0] == 0.0
     assert now.theta_rate[0] == 0.0
@@ -177,16 +181,18 @@ def play(session: FaultSession, chance: random.Random) -> None:
         elif what == "clear":
             session.inject()
         elif what == "command":
-            session.path.hear(chance.choice([0.0, 90.0, 110.0, -300.0, 1e4]), session.drive.steps)
+            session.path.receive(
+                chance.choice([0.0, 90.0, 110.0, -300.0, 1e4]), session.drive.steps
+            )
         else:
             {
-                "reset": session.led.reset,
-                "time": session.led.reset_time,
-                "state": session.led.reset_state,
+                "reset": session.commanded.reset,
+                "time": session.commanded.reset_time,
+                "state": session.commanded.reset_state,
             }[what]()
     except (InputError, CommandError):
         pass
-    for part in session.led.advance(chance.choice([1, 7, 40])):
+    for part in session.commanded.advance(chance.choice([1, 7, 40])):
         assert np.isfinite(part.samples).all()
     heard = session.heard()
     assert np.isfinite(heard.samples).all()

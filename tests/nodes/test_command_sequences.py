@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.nodes.command_path import CommandPath, Rules, Silence
+from ab_sim.nodes.command_path import CommandPath, Rules, WatchdogAction
 from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.scene import load_scene
 
@@ -28,7 +28,7 @@ any_rules = st.builds(
     st.floats(0.0, 1000.0),
     st.floats(1e-3, 1e4),
     st.one_of(st.just(math.inf), st.floats(1e-4, 0.1)),
-    st.sampled_from(Silence),
+    st.sampled_from(WatchdogAction),
     st.floats(1e-3, 1e4),
     st.floats(0.0, 0.05),
     st.floats(0.0, 0.05),
@@ -48,7 +48,7 @@ def play(happening: list[tuple[str, object]], grouping: int | None = None) -> Tr
     parts = [DRIVE.present()]
     for what, value in happening:
         if what == "command":
-            led.path.hear(value, DRIVE.steps)  # type: ignore[arg-type]
+            led.path.receive(value, DRIVE.steps)  # type: ignore[arg-type]
         elif what == "rules":
             led.path.rules = value  # type: ignore[assignment]
         elif what == "stop":
@@ -96,7 +96,7 @@ def drawn(rng: random.Random) -> list[tuple[str, object]]:
         elif what == "rules":
             value = Rules(
                 rng.uniform(0.0, 1000.0), 10 ** rng.uniform(-3, 4),
-                rng.choice([math.inf, 10 ** rng.uniform(-4, -1)]), rng.choice(list(Silence)),
+                rng.choice([math.inf, 10 ** rng.uniform(-4, -1)]), rng.choice(list(WatchdogAction)),
                 10 ** rng.uniform(-3, 4), rng.uniform(0.0, 0.05), rng.uniform(0.0, 0.05),
             )  # fmt: skip
         happening.append((what, value))
@@ -122,17 +122,17 @@ def test_steps_may_be_grouped_in_any_way(
 
 def led_drive() -> CommandedDrive:
     DRIVE.reset()
-    rules = Rules(delay=0.02, jitter=0.01, age_limit=0.5, silence=Silence.COAST, coast=20.0)
+    rules = Rules(delay=0.02, jitter=0.01, age_limit=0.5, silence=WatchdogAction.COAST, coast=20.0)
     led = CommandedDrive(DRIVE, CommandPath(DRIVE.servo, DRIVE.step, rules, seed=5))
     for speed in (50.0, 55.0, 60.0):
-        led.path.hear(speed, DRIVE.steps)
+        led.path.receive(speed, DRIVE.steps)
         list(led.advance(40))
     return led
 
 
 def test_time_begins_anew_and_nothing_else_does() -> None:
     led = led_drive()
-    led.path.hear(70.0, DRIVE.steps)
+    led.path.receive(70.0, DRIVE.steps)
     before, age = DRIVE.observe(), led.path.age(DRIVE.steps)
     led.reset_time()
     after = DRIVE.observe()
@@ -156,7 +156,7 @@ def test_the_state_begins_anew_and_time_does_not() -> None:
     assert now.theta.tolist() == [0.0, 1.0]
     list(led.advance(100))
     assert DRIVE.observe().omega == 0.0, "commands are forgotten"
-    led.path.hear(20.0, DRIVE.steps)
+    led.path.receive(20.0, DRIVE.steps)
     samples = Trajectory.join(list(led.advance(200)))
     assert samples["time"][0] == pytest.approx((steps + 101) * DRIVE.step)
     assert samples["speed"][-1] > 0.0
@@ -164,16 +164,16 @@ def test_the_state_begins_anew_and_time_does_not() -> None:
 
 def test_a_path_goes_on_from_what_was_kept() -> None:
     led = led_drive()
-    led.path.hear(33.0, DRIVE.steps)
+    led.path.receive(33.0, DRIVE.steps)
     kept, path = DRIVE.snapshot(), led.path.state()
 
     def on() -> bytes:
         samples = list(led.advance(10))
-        led.path.hear(44.0, DRIVE.steps)
+        led.path.receive(44.0, DRIVE.steps)
         return Trajectory.join([*samples, *led.advance(700)]).samples.tobytes()
 
     first = on()
     assert led.path.silent
-    led.leap(kept)
+    led.restore(kept)
     led.path.restore(path)
     assert on() == first

@@ -27,7 +27,7 @@ def test_says_nothing_of_a_pace_not_measured_yet(drive: Drive) -> None:
     drive.advance(400)
     assert not health.period_over(100.4, paused=False)
     assert health.state(paused=False) == "running"
-    assert health.news() == []
+    assert health.warnings() == []
     assert "real-time factor" not in health.values()
 
 
@@ -36,7 +36,7 @@ def test_on_pace(drive: Drive) -> None:
     drive.advance(980)
     assert health.period_over(101.0, paused=False)
     assert health.state(paused=False) == "running in real time"
-    assert health.news() == []
+    assert health.warnings() == []
     assert health.values()["real-time factor"] == "0.9800"
 
 
@@ -46,7 +46,7 @@ def test_off_pace_is_not_called_real_time(drive: Drive, steps: int, factor: str)
     drive.advance(steps)
     health.period_over(101.0, paused=False)
     assert health.state(paused=False) == "running"
-    assert health.news() == [f"not in real time: factor {factor}"]
+    assert health.warnings() == [f"not in real time: factor {factor}"]
 
 
 def test_longer_windows(drive: Drive) -> None:
@@ -63,12 +63,12 @@ def test_at_another_speed(drive: Drive) -> None:
     pacer.start(100.0, 2.0)
     drive.advance(1980)
     health.period_over(101.0, paused=False)
-    assert health.state(paused=False) == "running at 2 times real time" and health.news() == []
+    assert health.state(paused=False) == "running at 2 times real time" and health.warnings() == []
     drive.advance(1000)
     health.period_over(102.0, paused=False)
-    assert health.news() == ["not at 2 times real time: factor 1.000"]
+    assert health.warnings() == ["not at 2 times real time: factor 1.000"]
     health.paced = False
-    assert health.news() == [] and health.state(paused=False) == "running as fast as possible"
+    assert health.warnings() == [] and health.state(paused=False) == "running as fast as possible"
 
 
 def test_how_far_off_is_a_parameter(drive: Drive) -> None:
@@ -85,7 +85,7 @@ def test_a_pause_has_no_pace(drive: Drive) -> None:
     health.begin(101.5)
     assert health.period_over(102.5, paused=True)
     assert health.state(paused=True) == "paused"
-    assert health.news() == []
+    assert health.warnings() == []
     assert "real-time factor" not in health.values()
 
 
@@ -93,8 +93,8 @@ def test_a_pause_has_no_pace(drive: Drive) -> None:
 def test_lateness_is_news_once(drive: Drive, lateness: float, expected: list[str]) -> None:
     health, pacer = watched(drive, lateness=lateness)
     pacer.due(100.3)
-    assert health.news() == expected
-    assert health.news() == []
+    assert health.warnings() == expected
+    assert health.warnings() == []
     assert health.values()["worst lateness [s]"] == "0.296000", "over the node's life"
 
 
@@ -102,7 +102,7 @@ def test_steps_lost_to_a_pause_are_news(drive: Drive) -> None:
     health, pacer = watched(drive, lateness=60.0)
     pacer.stop(102.0)
     pacer.start(200.0)
-    assert health.news() == ["fell behind: 1960 steps were dropped"]
+    assert health.warnings() == ["fell behind: 1960 steps were dropped"]
     assert health.values()["steps dropped"] == "1960"
 
 

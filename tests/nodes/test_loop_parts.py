@@ -10,7 +10,7 @@ import pytest
 from ab_sim.nodes import realtime
 from ab_sim.nodes.duration_histogram import DurationHistogram
 from ab_sim.nodes.fair_lock import FairLock
-from ab_sim.nodes.stages import Stages
+from ab_sim.nodes.stage_timer import StageTimer
 
 
 def test_quantiles_are_those_of_the_durations() -> None:
@@ -37,7 +37,7 @@ def test_what_no_class_is_for_is_counted_too(duration: float) -> None:
 
 def test_stages() -> None:
     ticks = iter([0, 1000, 4000, 10_000, 13_000, 14_000, 20_000, 20_500, 20_700])
-    stages = Stages("inputs", "integration", clock=lambda: next(ticks))
+    stages = StageTimer("inputs", "integration", clock=lambda: next(ticks))
     for _ in range(2):
         stages.begin()
         stages.end("inputs")
@@ -79,7 +79,7 @@ def test_real_time_is_granted_or_refused_with_a_reason() -> None:
     policies: list[int] = []
 
     def ask() -> None:
-        said.append(realtime.ask_for_priority(10))
+        said.append(realtime.request_priority(10))
         policies.append(os.sched_getscheduler(0))
 
     thread = threading.Thread(target=ask)
@@ -95,7 +95,7 @@ def test_real_time_is_granted_or_refused_with_a_reason() -> None:
 
 def test_a_priority_that_there_is_not_is_refused() -> None:
     assert "real-time priority 1000: the system refuses (Invalid argument)" in (
-        realtime.ask_for_priority(1000)
+        realtime.request_priority(1000)
     )
 
 
@@ -114,12 +114,12 @@ class Knot:
 
 def test_garbage_by_hand() -> None:
     try:
-        hardening = realtime.Hardening(priority=0, memory=False, by_hand=True)
-        assert hardening.apply() == []
+        real_time = realtime.RealTimeRequests(priority=0, memory=False, by_hand=True)
+        assert real_time.apply() == []
         for _ in range(5000):
             Knot()
         assert Knot.alive == 5000 and not gc.isenabled()
-        hardening.spare_moment()
+        real_time.collect_garbage()
         assert Knot.alive == 0
     finally:
         gc.enable()
@@ -129,13 +129,13 @@ def test_garbage_by_hand() -> None:
 def test_what_lives_is_left_out_of_searches_for_garbage_until_it_is_asked_for_again() -> None:
     try:
         knot = Knot()
-        realtime.Hardening(priority=0, memory=False, by_hand=False).apply()
+        realtime.RealTimeRequests(priority=0, memory=False, by_hand=False).apply()
         assert gc.isenabled()
         assert len(gc.get_objects()) < gc.get_freeze_count() / 100, "all that a search looks at"
         del knot
         gc.collect()
         assert Knot.alive == 1, "it lived then"
-        realtime.spare_what_lives()
+        realtime.freeze_garbage_collector()
         assert Knot.alive == 0
     finally:
         gc.unfreeze()

@@ -40,7 +40,7 @@ class Bench:
             turn = 2 * math.pi * 30.0 * self.now
             for sensor, large in self.shaking.items():
                 vector = large * math.cos(turn), large * math.sin(turn), self.offset
-                self.run.hear(self.now, sensor, stamp, vector)
+                self.run.receive(self.now, sensor, stamp, vector)
             if (command := self.run.tick(self.now)) is not None:
                 self.commands.append(command)
 
@@ -142,7 +142,7 @@ def test_vibration_that_does_not_come(bad: str) -> None:
         session.go(0.01)
         if bad == "stamp":
             for sensor in ("", "other"):
-                session.run.hear(session.now, sensor, 12_000_000_000, (0.0, 0.0, 0.0))
+                session.run.receive(session.now, sensor, 12_000_000_000, (0.0, 0.0, 0.0))
     assert session.state == "running", "not yet"
     if bad == "stamp":  # which once went back to that, and then stood still
         session.go(0.9)

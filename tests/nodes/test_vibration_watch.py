@@ -14,7 +14,7 @@ def test_root_mean_square_about_the_mean(count: int) -> None:
     vectors = np.random.default_rng(count).normal((0.0, 3.0, 9.81), 2.0, (count + 1, 3))
     for k, vector in enumerate(vectors):
         assert watch.rms is None
-        watch.hear(1e-3 * k, "pickup", 7_000_000 + 1_000_000 * k, vector.tolist())
+        watch.receive(1e-3 * k, "pickup", 7_000_000 + 1_000_000 * k, vector.tolist())
     window = vectors[:count]
     expected = np.sqrt(np.mean(np.sum((window - window.mean(axis=0)) ** 2, axis=1)))
     assert watch.rms == pytest.approx(expected, rel=1e-12)

@@ -1,4 +1,4 @@
-"""Mending a torn bag: its writer was killed, or the machine went down."""
+"""Repair of a bag without an end: its writer was killed, or the machine went down."""
 
 from __future__ import annotations
 
@@ -7,43 +7,43 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from ab_sim.bags.metadata import METADATA, is_of_beginning
+from ab_sim.bags.metadata import METADATA, is_unfinished
 from ab_sim.bags.reader import Bag
 from ab_sim.bags.unfinished_bag import is_being_written, is_finished, torn_bytes, written_by
 from ab_sim.bags.writer import BagWriter
 from ab_sim.errors import RecordingError
 
 _LIBRARY = "rosbags"
-_TOLD = 1000  # messages between two tellings
+_PROGRESS_EVERY = 1000  # messages
 
 
-class Mending(NamedTuple):
-    """What became of a bag."""
+class BagRepair(NamedTuple):
+    """Result of the repair of a bag."""
 
     messages: int
-    """How many it has."""
+    """Number of messages that the bag has now."""
     lost: int
-    """Bytes at its end of which nothing could be read."""
+    """Number of bytes at the end of the file that could not be read."""
 
 
-def mend_bag(
+def repair_bag(
     path: Path | str, progress: Callable[[int, int], None] = lambda done, of: None
-) -> Mending | None:
-    """Give a torn bag the end that it should have; what is whole in it stays, to the bit.
+) -> BagRepair | None:
+    """Complete a bag that has no end; all whole messages are kept, bit for bit.
 
-    A new file is written beside the old one and takes its place when it is complete; until then,
-    and after an error, the old one is as it was.
+    A new file is written beside the old one and replaces it when it is complete. Until then, and
+    after an error, the old file is unchanged.
 
     Args:
         path: of the bag's folder, or of the .mcap file in it.
-        progress: is told how many messages are done, of how many.
+        progress: called with the number of messages done, and of all.
 
     Returns:
-        None where there is nothing to mend.
+        None if the bag is complete already.
 
     Raises:
-        RecordingError: there is no bag, it is none of ours, it is still being written, or the new
-            one cannot be written.
+        RecordingError: there is no bag, it was not written by ab_sim, it is still being written, or
+            the new file cannot be written.
     """
     file, cannot = _file_of(Path(path)), f"cannot mend the bag {path}: "
     try:
@@ -53,7 +53,7 @@ def mend_bag(
             )
         metadata = file.parent / METADATA
         beside = metadata.is_file()
-        if is_finished(file) and not (is_of_beginning(metadata) if beside else Path(path).is_dir()):
+        if is_finished(file) and not (is_unfinished(metadata) if beside else Path(path).is_dir()):
             return None
         library = written_by(file)
         if not library.startswith(_LIBRARY):
@@ -68,12 +68,12 @@ def mend_bag(
             made.chmod(file.stat().st_mode)
             lost = torn_bytes(file)
             made.replace(file)
-            # Until this line, too, it says that it is of an unfinished bag, which is mended again.
+            # Before this line the metadata say "unfinished", so that the repair is repeated.
             if beside or Path(path).is_dir():
                 (made.parent / METADATA).replace(metadata)
     except OSError as error:
         raise RecordingError(f"{cannot}{error.strerror}; nothing has changed") from error
-    return Mending(messages, lost)
+    return BagRepair(messages, lost)
 
 
 def _file_of(path: Path) -> Path:
@@ -86,12 +86,12 @@ def _file_of(path: Path) -> Path:
 
 
 def _copy(file: Path, made: Path, progress: Callable[[int, int], None]) -> int:
-    """Write what can be read of a file to another one, in a bag of its own; returns messages."""
+    """Copy the readable messages of a file to a new bag; returns their number."""
     with Bag(file) as torn, BagWriter(made.parent, made.name) as bag:
         for name, topic in torn.topics.items():
             bag.topic(name, topic.type, topic.qos)
         for done, message in enumerate(torn.messages(torn.topics)):
             bag.write(message.topic, message.time, message.data)
-            if done % _TOLD == 0:
+            if done % _PROGRESS_EVERY == 0:
                 progress(done, torn.count)
         return bag.messages

@@ -15,7 +15,7 @@ from rclpy.node import Node  # noqa: E402
 from ab_msgs_py import JointSample, PoseSample, VibrationSample, WhirlSample, topics  # noqa: E402
 from ab_msgs_py.topic import arrived  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
-from ab_sim.nodes.observed import Observed  # noqa: E402
+from ab_sim.nodes.state_publishers import StatePublishers  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -59,7 +59,7 @@ def test_topics_show_the_drive(node: Node, scene: str, changes: list[str]) -> No
     drive.command(100.0)
     taken = drive.advance(50)
     now, sensors = drive.observe(), drive.scene.sensors
-    observed = Observed(node)
+    observed = StatePublishers(node)
     # Begun before with another scene: nothing of it is left.
     other = Drive(load_scene("nsc-case-1"))
     observed.begin(other.scene, other.channels)
@@ -70,7 +70,7 @@ def test_topics_show_the_drive(node: Node, scene: str, changes: list[str]) -> No
     while not all(p.get_subscription_count() for p in node.publishers if p.topic_name in names):
         assert time.monotonic() < end, "they are not known to each other"
         time.sleep(0.01)
-    observed.publish(TIME, observed.look(taken))
+    observed.publish(TIME, observed.values_of(taken))
     joints, vibration, whirl, pose = (
         heard(subscription, max(len(sensors), 1) if topic is topics.VIBRATION else 1)
         for topic, subscription in zip(HEARD, subscriptions, strict=True)

@@ -1,4 +1,4 @@
-"""Marks of the faults in force: on their topic, in the log, in the diagnostics."""
+"""Publishes the faults in force: on their topic, in the log, in the diagnostics."""
 
 from collections.abc import Sequence
 
@@ -8,8 +8,8 @@ from ab_msgs_py import topics
 from ab_sim.drive.faults.fault import Fault
 
 
-class FaultMarks:
-    """Tells which faults there are.
+class FaultPublisher:
+    """Publishes which faults are in force.
 
     Args:
         node: it publishes as.
@@ -21,25 +21,25 @@ class FaultMarks:
 
     @property
     def words(self) -> str:
-        """For people."""
+        """The faults as one line of text."""
         return ", ".join(self._texts or []) or "none"
 
-    def tell(self, faults: Sequence[Fault]) -> None:
-        """These from now on."""
+    def publish(self, faults: Sequence[Fault]) -> None:
+        """Publish these faults as the ones in force."""
         before, self._texts = self._texts or [], [fault.text for fault in faults]
-        # Latched: who comes late, and who has never heard of faults, is told of none, too.
+        # Latched, and published also without faults: late subscribers receive it.
         self._topic.publish(topics.FAULTS.message(self._texts))
         if self._texts != before:
             self._node.get_logger().warning(f"faults in force: {self.words}")
 
-    def news(self) -> list[str]:
-        """Each, as a warning."""
+    def warnings(self) -> list[str]:
+        """A warning for each fault."""
         return [f"fault: {text}" for text in self._texts or []]
 
     def values(self) -> dict[str, str]:
-        """For the diagnostics."""
+        """Values for the diagnostics."""
         return {"faults": self.words}
 
     def close(self) -> None:
-        """Nothing is told of any more."""
+        """Destroy the publisher."""
         self._node.destroy_publisher(self._topic)

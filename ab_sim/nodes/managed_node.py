@@ -1,9 +1,9 @@
-"""A lifecycle node that is led by its loop: transitions are the loop's, and may take their time.
+"""A lifecycle node whose main loop carries out the transitions.
 
-rclpy carries a transition out in the thread that answers all requests, and answers nothing else for
-as long as it takes. Here the loop takes the requests for transitions, at its wake-ups. So none
-comes in the middle of a step, the thread that answers everything else goes on, and what takes long
-goes into a thread of its own, while the loop waits for its end, a signal or another request.
+rclpy carries out a transition in the executor's thread, and serves no other callback meanwhile.
+Here the main loop reads the requests for transitions at its wake-ups. So no transition happens
+during a step, the executor's thread goes on, and long work runs in a thread of its own, while the
+loop waits for its end, a signal or another request.
 """
 
 import threading
@@ -21,21 +21,21 @@ from ab_sim.errors import AbSimError, Interrupted
 from ab_sim.nodes.log import PlainLog
 
 GLANCE = 0.05
-"""s between two looks at what is asked, where there is nothing else to do."""
+"""s between two checks for requests when the loop is idle."""
 PROGRESS = 5.0
-"""s between two words on what takes long."""
+"""s between two log messages on long work."""
 Result = TypeVar("Result")
 Say = Callable[[str], Any]
 
 
-class Managed(PlainLog, LifecycleNode):
-    """To be derived from: ``configure``, ``activate``, ``deactivate`` and ``cleanup`` do the work.
+class ManagedNode(PlainLog, LifecycleNode):
+    """Base class; subclasses implement ``configure``, ``activate``, ``deactivate`` and ``cleanup``.
 
-    An error of ab_sim refuses the transition and is told; any other one ends the node.
+    An AbSimError refuses the transition and is logged; any other exception ends the node.
 
     Args:
         name: of the node.
-        urgent: names of the services that the loop answers itself, besides those of transitions.
+        urgent: names of further services that the main loop serves itself.
     """
 
     def __init__(self, name: str, *urgent: str) -> None:
@@ -43,37 +43,37 @@ class Managed(PlainLog, LifecycleNode):
         self.stopping = threading.Event()
         self._urgent = {self.resolve_service_name(own) for own in (CHANGE_STATE, *urgent)}
         self.by_loop = [s for s in super().services if s.service_name in self._urgent]
-        """Whoever offers an urgent service adds it."""
+        """Services served by the main loop; urgent ones are appended by their owners."""
         self._failure: Exception | None = None
 
     @property
     def services(self) -> Iterator[Service[Any, Any]]:
-        """What the executor answers: all but what the loop answers itself."""
+        """Services that the executor serves: all but those of the main loop."""
         return (s for s in super().services if s.service_name not in self._urgent)
 
     def destroy_node(self) -> None:
-        """As any node's; its DDS participant leaves at once.
+        """Destroy the node and its state machine at once.
 
-        rclpy leaves the state machine, which holds the node, to the search for garbage. That never
-        comes where the process ends: others then see the node for the 20 s of the DDS lease.
+        rclpy leaves the state machine, which holds the node, to the garbage collector. At the end
+        of a process that may never run: others would see the node for the DDS lease of 20 s.
         """
         super().destroy_node()
         self._state_machine.destroy_when_not_in_use()
 
     def configure(self) -> None:
-        """Make ready what takes long."""
+        """Transition configure: prepare what takes long."""
         raise NotImplementedError
 
     def activate(self) -> None:
-        """Time goes on."""
+        """Transition activate: start time."""
         raise NotImplementedError
 
     def deactivate(self) -> None:
-        """Time stands still."""
+        """Transition deactivate: stop time."""
         raise NotImplementedError
 
     def cleanup(self) -> None:
-        """Give back what was made ready."""
+        """Transition cleanup: release what was prepared."""
         raise NotImplementedError
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -93,25 +93,25 @@ class Managed(PlainLog, LifecycleNode):
         return self._done(self.cleanup)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """For rclpy: the end, in order, as a signal would bring it."""
+        """For rclpy: an orderly end, as after a signal."""
         self.stopping.set()
         return TransitionCallbackReturn.SUCCESS
 
     def start_up(self) -> None:
-        """Configure and activate, without being asked.
+        """Configure and activate without a request.
 
         Raises:
-            AbSimError: why it cannot be done; ``Interrupted``: told to end meanwhile.
+            AbSimError: a transition failed; ``Interrupted``: the node was asked to end.
         """
         for transition in (self.trigger_configure, self.trigger_activate):
             if transition() is not TransitionCallbackReturn.SUCCESS:
                 self._raise()
 
     def answer(self) -> None:
-        """Answer what only the loop answers, transitions among it.
+        """Serve the services of the main loop, transitions included.
 
         Raises:
-            Exception: one that is none of ab_sim's, from a transition.
+            Exception: from a transition, if it is no AbSimError.
         """
         for service in self.by_loop:
             answer_waiting(service)
@@ -122,39 +122,39 @@ class Managed(PlainLog, LifecycleNode):
         elif self._failure is not None:
             self._raise()
 
-    def meanwhile(self, act: Callable[[Say], Result], doing: str) -> Result:
-        """Do what takes long in a thread of its own, and answer requests until it is done.
+    def run_in_thread(self, act: Callable[[Say], Result], doing: str) -> Result:
+        """Run long work in a thread of its own, and serve requests until it is done.
 
         Args:
-            act: is given what to tell people by; what it has to say is logged here, for ROS may be
-                gone when it is left behind.
-            doing: what that is, for the log.
+            act: called with a function that queues a text for the log. The texts are logged here,
+                because ROS may be shut down before ``act`` returns.
+            doing: name of the work, for the log.
 
         Raises:
-            Interrupted: told to end; ``act`` is left behind.
+            Interrupted: the node was asked to end; ``act`` is abandoned.
             Exception: as ``act``.
         """
-        said: SimpleQueue[str] = SimpleQueue()
-        future = _in_a_thread(lambda: act(said.put))
-        began = told = time.monotonic()
+        messages: SimpleQueue[str] = SimpleQueue()
+        future = _in_a_thread(lambda: act(messages.put))
+        began = logged = time.monotonic()
         while not wait([future], timeout=GLANCE).done:
             if self.stopping.is_set():
                 raise Interrupted("interrupted")
-            while not said.empty():
-                self.get_logger().info(said.get())
-            if (now := time.monotonic()) - told > PROGRESS:
-                told = now
+            while not messages.empty():
+                self.get_logger().info(messages.get())
+            if (now := time.monotonic()) - logged > PROGRESS:
+                logged = now
                 self.get_logger().info(f"{doing}: {now - began:.0f} s so far")
             self.answer()
         return future.result()
 
-    def unless_ended(self, act: Callable[[], Result]) -> Result:
-        """Do what takes long for a callback, which is to be over soon when the node ends.
+    def run_unless_shut_down(self, act: Callable[[], Result]) -> Result:
+        """Run long work of a callback; return early when the node is asked to end.
 
-        A callback that goes on holds the node, and with it the node's place in others' graphs.
+        A callback that does not return would keep the node alive, also in the graphs of others.
 
         Raises:
-            Interrupted: told to end; ``act`` is left behind.
+            Interrupted: the node was asked to end; ``act`` is abandoned.
             Exception: as ``act``.
         """
         future = _in_a_thread(act)
@@ -164,7 +164,7 @@ class Managed(PlainLog, LifecycleNode):
         return future.result()
 
     def _done(self, act: Callable[[], None]) -> TransitionCallbackReturn:
-        """rclpy drops what is raised without a word: it is kept for the loop."""
+        """Run a transition; keep its exception, which rclpy would drop, for the main loop."""
         try:
             act()
         except Exception as error:

@@ -1,4 +1,4 @@
-"""What a drive shows of itself at every wake-up, on the topics that anybody can read."""
+"""Publishers of a drive's state, at every wake-up."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence, Set
@@ -19,15 +19,15 @@ from ab_sim.nodes.accelerometers import Accelerometers
 from ab_sim.scene import Scene
 
 
-class Observed:
-    """Publishes what a drive shows (`ab_sim.drive.published`), and the deck's pose as tf too.
+class StatePublishers:
+    """Publishes a drive's state (`ab_sim.drive.published`), and the deck's pose on tf.
 
-    Beside them what is observed, as a URDF, and every sample of its accelerometers.
-    A deck in the plane has all of these: it moves along two axes and does not turn. tf is published
-    where tf2_msgs is installed; the log says so if not.
+    Also the drive's URDF, and every sample of its accelerometers. A deck in the plane has the same
+    topics: it moves along two axes and does not turn. tf needs tf2_msgs; without it a message is
+    logged.
 
     Args:
-        node: it publishes as; its namespace is part of the frames' names.
+        node: of the publishers; its namespace is part of the frames' names.
     """
 
     def __init__(self, node: Node) -> None:
@@ -36,7 +36,7 @@ class Observed:
         self._model = topics.MODEL.publisher(node)
         self._accelerometers = Accelerometers(node)
         self._streams: list[_Stream] = []
-        self._heard: list[_Stream] = []
+        self._subscribed: list[_Stream] = []
         self._tf_static = None
         if topics.TF.type is None:
             node.get_logger().info(
@@ -47,11 +47,11 @@ class Observed:
         self._tf_static = topics.TF_STATIC.publisher(node)
 
     def begin(self, scene: Scene, channels: Sequence[str]) -> None:
-        """What is observed from now on.
+        """Publish the state of a scene's drive from now on.
 
         Args:
-            scene: what the samples are of.
-            channels: that they have.
+            scene: of the drive.
+            channels: of its samples.
         """
         self._driven, self._radius = DrivenBalls.of(scene), scene.race.radius
         self._model.publish(topics.MODEL.message(urdf_of(scene)))
@@ -73,15 +73,15 @@ class Observed:
             self._tf_static.publish(topics.TF_STATIC.message(placed))
 
     def end(self) -> None:
-        """Nothing is observed any more: who comes late is not told of what has been."""
+        """Clear the latched topics."""
         self._model.publish(topics.MODEL.message(""))
         if self._tf_static is not None:
             self._tf_static.publish(topics.TF_STATIC.message([]))
 
-    def look(self, present: Trajectory) -> list[float]:
-        """All that is shown of the last sample; nothing, if nobody listens to any of it."""
-        self._heard = [stream for stream in self._streams if stream.listeners()]
-        if not self._heard:
+    def values_of(self, present: Trajectory) -> list[float]:
+        """All published numbers of the last sample; empty if no topic has a subscriber."""
+        self._subscribed = [stream for stream in self._streams if stream.listeners()]
+        if not self._subscribed:
             return []
         row, turning = present.samples[-1], AXES
         if self._tilts:
@@ -95,30 +95,32 @@ class Observed:
         efforts = (-self._radius * forces).tolist()
         return [*row.tolist(), *CONSTANTS.values(), *efforts, *turning]
 
-    def heard(self, shown: list[float], present: Trajectory, faults: ActiveFaults) -> Set[str]:
-        """Put what faulty sensors say into what ``look`` has seen of the same; who says nothing."""
-        heard, silent = faults.readings(present.last(1))
-        shown[: len(heard.channels)] = heard.samples[0].tolist()
+    def with_sensor_faults(
+        self, shown: list[float], present: Trajectory, faults: ActiveFaults
+    ) -> Set[str]:
+        """Replace sensor readings by those of faulty sensors, in place; returns silent sensors."""
+        read, silent = faults.readings(present.last(1))
+        shown[: len(read.channels)] = read.samples[0].tolist()
         for ball in faults.lost:
             shown[self._names.index(effort(ball))] = 0.0
         return silent
 
     def publish(self, time: int, shown: list[float], silent: Set[str] = frozenset()) -> None:
-        """Publish what ``look`` has seen, stamped with a time [ns]; of silent sensors nothing.
+        """Publish numbers of ``values_of``, stamped with a time [ns], except of silent sensors.
 
-        To whom did not listen then, it would have been lost anyway.
+        Topics that had no subscriber in ``values_of`` are left out.
         """
-        for stream in self._heard:
+        for stream in self._subscribed:
             if stream.sensor not in silent:
                 stream.send(stream.message.at(time, stream.numbers(shown)))
 
     def sampled(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:
-        """Publish every sample of accelerometers in some integration steps."""
+        """Publish every accelerometer sample of some integration steps."""
         self._accelerometers.publish(runs, faults)
 
     def _stream(self, topic: Topic, messages: Template) -> "_Stream":
         handle = self._publishers[topic].handle
-        # Past rclpy's publisher, whose ways cost as much as sending does.
+        # By the C handle: rclpy's own publish takes as long again as sending.
         return _Stream(
             handle.get_subscription_count,
             handle.publish_raw,
@@ -129,16 +131,16 @@ class Observed:
 
 
 class _Stream(NamedTuple):
-    """One kind of message."""
+    """The publisher of one message template."""
 
     listeners: Callable[[], int]
-    """How many there are."""
+    """Number of subscribers."""
     send: Callable[[bytes], None]
     message: Prefilled
     numbers: Callable[[list[float]], tuple[float, ...]]
-    """Its numbers, out of all that is shown."""
+    """Selects its numbers from all published ones."""
     sensor: str
-    """Which says so; empty: what is true."""
+    """The sensor that it reports; empty: the true state."""
 
 
 def _numbers_at(places: Sequence[int]) -> Callable[[list[float]], tuple[float, ...]]:
@@ -147,7 +149,7 @@ def _numbers_at(places: Sequence[int]) -> Callable[[list[float]], tuple[float, .
 
 
 def _place(scene: Scene, name: str, shown: Shown) -> PoseSample:
-    """A sensor's, in the deck."""
+    """Pose of a sensor in the deck's frame."""
     sensor = scene.sensors[name]
     half = 0.5 * sensor.axis_angle
     turn = (math.cos(half), 0.0, 0.0, math.sin(half))

@@ -1,15 +1,15 @@
-"""What a wake-up's time goes into."""
+"""Durations of the stages of a wake-up."""
 
 import time
 from collections.abc import Callable
 
 
-class Stages:
-    """A stop watch for the stages of a wake-up.
+class StageTimer:
+    """Measures the durations of the stages of a wake-up.
 
     Args:
         names: of the stages.
-        clock: what it reads [ns].
+        clock: returns the time [ns].
     """
 
     def __init__(self, *names: str, clock: Callable[[], int] = time.perf_counter_ns) -> None:
@@ -18,11 +18,11 @@ class Stages:
         self._clear()
 
     def begin(self) -> None:
-        """The next stage begins now."""
+        """Start the next stage."""
         self._mark = self._clock()
 
     def end(self, name: str) -> None:
-        """A stage has ended, and the next begins."""
+        """End a stage and start the next one."""
         now = self._clock()
         self._counts[name] += 1
         self._totals[name] += now - self._mark
@@ -30,7 +30,7 @@ class Stages:
         self._mark = now
 
     def values(self) -> dict[str, str]:
-        """Mean and longest of each since this was asked, for the diagnostics."""
+        """Mean and longest duration of each stage since the last call, for the diagnostics."""
         values = {}
         for name in self._names:
             mean = 1e-9 * self._totals[name] / max(self._counts[name], 1)

@@ -17,8 +17,8 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from ab_msgs_py.topics import BLOCK, DESCRIPTION
-from ab_sim.bags import Bag, BagWriter, import_bag, mend_bag
-from ab_sim.bags.contract import offered
+from ab_sim.bags import Bag, BagWriter, import_bag, repair_bag
+from ab_sim.bags.contract import offered_qos
 from ab_sim.bags.messages import encoded
 from ab_sim.errors import RecordingError
 from ab_sim.recording import read_recording
@@ -32,7 +32,7 @@ FLUSHES = 30
 KILLED = """
 import os, signal, sys
 sys.path[:0] = {path!r}
-from tests.bags.test_mending import write
+from tests.bags.test_repair import write
 write({bag!r})
 os.kill(os.getpid(), signal.SIGKILL)
 """
@@ -42,8 +42,8 @@ os.kill(os.getpid(), signal.SIGKILL)
 def write(path: Path | str) -> BagWriter:
     """Blocks of 10 rows, two in each flush; it is never closed."""
     bag = BagWriter(path)
-    bag.topic("/drive_description", DESCRIPTION.type_name, offered(DESCRIPTION.qos))
-    bag.topic("/vibration/block", BLOCK.type_name, offered(BLOCK.qos))
+    bag.topic("/drive_description", DESCRIPTION.type_name, offered_qos(DESCRIPTION.qos))
+    bag.topic("/vibration/block", BLOCK.type_name, offered_qos(BLOCK.qos))
     bag.write("/drive_description", 0, encoded(DESCRIPTION, describe()))
     for first in range(0, 600, 10):
         block = block_of(CHANNELS, SAMPLES[first : first + 10])
@@ -116,7 +116,7 @@ def test_a_torn_one_is_mended_up_to_its_last_whole_chunk(killed: Path, lost: int
         tear(killed, lost)
     with Bag(killed) as bag:
         there = list(bag.messages(bag.topics))
-    mended = mend_bag(killed)
+    mended = repair_bag(killed)
     assert mended is not None and mended.messages == len(there) and (mended.lost < 4000)
     blocks = written()[: len(there) - 1]
     assert len(blocks) >= 60 - 2 * (1 + lost // 500)
@@ -130,7 +130,7 @@ def test_a_torn_one_is_mended_up_to_its_last_whole_chunk(killed: Path, lost: int
     with Reader(killed) as reader:
         assert reader.message_count == len(there)
     assert sorted(p.name for p in killed.iterdir()) == ["bag_0.mcap", "metadata.yaml"]
-    assert mend_bag(killed) is None, "nothing is left to mend"
+    assert repair_bag(killed) is None, "nothing is left to mend"
     made = import_bag(killed, killed.parent / "back.rrd")
     back = read_recording(killed.parent / "back.rrd")
     assert made.complete and back.samples.tobytes() == SAMPLES[: 10 * len(blocks)].tobytes()
@@ -140,7 +140,7 @@ def test_the_file_alone_is_mended_and_gets_no_metadata(killed: Path, tmp_path: P
     tear(killed, 60)
     (tmp_path / "alone").mkdir()
     file = Path(shutil.move(file_in(killed), tmp_path / "alone" / "other.mcap"))
-    mended = mend_bag(file)
+    mended = repair_bag(file)
     assert mended is not None and [p.name for p in file.parent.iterdir()] == ["other.mcap"]
     with Bag(file) as bag:
         assert bag.complete and bag.count == mended.messages
@@ -150,10 +150,10 @@ def test_one_that_is_still_written_is_refused(tmp_path: Path) -> None:
     writer = write(tmp_path / "bag")
     before = file_in(tmp_path / "bag").read_bytes()
     with pytest.raises(RecordingError, match="bag: it is still being written; end the recorder"):
-        mend_bag(tmp_path / "bag")
+        repair_bag(tmp_path / "bag")
     assert file_in(tmp_path / "bag").read_bytes() == before
     writer.close()
-    assert mend_bag(tmp_path / "bag") is None
+    assert repair_bag(tmp_path / "bag") is None
 
 
 def test_a_writer_that_takes_no_lock_is_seen_too(killed: Path) -> None:
@@ -161,7 +161,7 @@ def test_a_writer_that_takes_no_lock_is_seen_too(killed: Path) -> None:
         file_in(killed).open("r+b"),
         pytest.raises(RecordingError, match="still being written"),
     ):
-        mend_bag(killed)
+        repair_bag(killed)
 
 
 def test_what_cannot_be_mended_stays_as_it_was(killed: Path, tmp_path: Path) -> None:
@@ -170,15 +170,15 @@ def test_what_cannot_be_mended_stays_as_it_was(killed: Path, tmp_path: Path) -> 
     content = file.read_bytes()
     file.write_bytes(content.replace(b"rosbags-", b"libmcap-", 1))
     with pytest.raises(RecordingError, match=r"written by 'libmcap-.*`mcap recover`"):
-        mend_bag(killed)
+        repair_bag(killed)
     assert file.read_bytes() == content.replace(b"rosbags-", b"libmcap-", 1)
     file.write_bytes(content)
     with files_limited_to(2000), pytest.raises(RecordingError, match="File too large"):
-        mend_bag(killed)
+        repair_bag(killed)
     assert file.read_bytes() == content and len(list(killed.iterdir())) == 2
     for none in (tmp_path / "no", tmp_path):
         with pytest.raises(RecordingError, match=r"must be a folder with one \.mcap file in it"):
-            mend_bag(none)
+            repair_bag(none)
 
 
 def test_the_command_says_what_it_did(killed: Path) -> None:

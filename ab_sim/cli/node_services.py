@@ -1,4 +1,4 @@
-"""What `ab-sim node` can ask running nodes for, one row each; nothing here needs ROS to be read."""
+"""The services that `ab-sim node` can call, one row each; this module does not import ROS."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -24,7 +24,7 @@ def _whole(text: str) -> int:
 
 
 def _file(text: str) -> str:
-    """The node may be at home in another folder."""
+    """An absolute path: the node may run in another folder."""
     return str(Path(text).expanduser().absolute())
 
 
@@ -67,100 +67,106 @@ def _transition(label: str) -> Callable[[], tuple[Any, Any]]:
     return made
 
 
-class Taken(NamedTuple):
-    """What a command is told, which becomes a parameter of the node before it is asked."""
+class ServiceArgument(NamedTuple):
+    """An argument of a command; it is set as a parameter of the node before the call."""
 
     parameter: str
     metavar: str
     read: Callable[[str], Any] = str
     default: Any = ...
-    """Set where nothing is told; `...`: it has to be told, None: the parameter stays as it is."""
+    """Value without the argument; `...`: required, None: the parameter is left unchanged."""
     many: bool = False
-    """All that is left, as a list."""
+    """Whether it takes all remaining words, as a list."""
 
 
-class Act(NamedTuple):
-    """One service that can be asked for."""
+class ServiceCommand(NamedTuple):
+    """A command that calls one service."""
 
     name: str
-    """Of the command; the service is called so, too, with underscores."""
+    """Name of the command; with underscores the default name of the service."""
     meaning: str
     node: str = DRIVE
-    takes: tuple[Taken, ...] = ()
+    arguments: tuple[ServiceArgument, ...] = ()
     service: str = ""
-    """Where it is called otherwise."""
+    """Name of the service, if it is another one."""
     request: Callable[[], tuple[Any, Any]] = _trigger
-    """Makes the service's type, and the request."""
-    patience: float = 10.0
-    """s for the answer."""
-    put_back: bool = False
-    """Whether the parameters are afterwards what they were."""
+    """Returns the service's type and the request."""
+    timeout: float = 10.0
+    """s to wait for the answer."""
+    restores_parameters: bool = False
+    """Whether the parameters get their former values after the call."""
     urgent: bool = False
-    """To be asked at once, and again until there is an answer."""
+    """Whether it is called without waiting for discovery, and repeated until there is an answer."""
 
     @property
-    def asks(self) -> str:
+    def service_name(self) -> str:
         """The service's name."""
         return self.service or self.name.replace("-", "_")
 
 
-_SNAPSHOT = Taken("snapshot", "FILE", _file)
-ACTS = (
-    Act("pause", "Let simulated time stand still.", request=_on),
-    Act("resume", "Let it go on.", service="pause", request=_off),
-    Act(
+_SNAPSHOT = ServiceArgument("snapshot", "FILE", _file)
+SERVICES = (
+    ServiceCommand("pause", "Let simulated time stand still.", request=_on),
+    ServiceCommand("resume", "Let it go on.", service="pause", request=_off),
+    ServiceCommand(
         "step",
         "Take N wake-ups while time stands still; without N, as many as the node's parameter "
         "`steps` says. The answer is JSON.",
-        takes=(Taken("steps", "N", _whole, None),),
-        patience=600.0,
-        put_back=True,
+        arguments=(ServiceArgument("steps", "N", _whole, None),),
+        timeout=600.0,
+        restores_parameters=True,
     ),
-    Act("reset", "Back to t = 0 and the start; commands are forgotten."),
-    Act("reset-time", "Back to t = 0 in the present state."),
-    Act("reset-state", "Back to the start's state, and time goes on; commands are forgotten."),
-    Act(
+    ServiceCommand("reset", "Back to t = 0 and the start; commands are forgotten."),
+    ServiceCommand("reset-time", "Back to t = 0 in the present state."),
+    ServiceCommand(
+        "reset-state", "Back to the start's state, and time goes on; commands are forgotten."
+    ),
+    ServiceCommand(
         "load-scene",
         "Simulate another scene, from t = 0. It may have to be compiled first.",
-        takes=(
-            Taken("scene", "SCENE", _scene),
-            Taken("changes", "KEY=VALUE", default=[""], many=True),
+        arguments=(
+            ServiceArgument("scene", "SCENE", _scene),
+            ServiceArgument("changes", "KEY=VALUE", default=[""], many=True),
         ),
-        patience=300.0,
+        timeout=300.0,
     ),
-    Act(
+    ServiceCommand(
         "load-disc",
         "Put in a disc of another eccentricity [m], its unbalance by an angle [rad] ahead of that "
         "of the disc before.",
-        takes=(
-            Taken("disc_eccentricity", "ECCENTRICITY", _number),
-            Taken("disc_angle", "ANGLE", _number, 0.0),
+        arguments=(
+            ServiceArgument("disc_eccentricity", "ECCENTRICITY", _number),
+            ServiceArgument("disc_angle", "ANGLE", _number, 0.0),
         ),
-        patience=300.0,
+        timeout=300.0,
     ),
-    Act(
+    ServiceCommand(
         "inject-faults",
         "Break these from now on, instead of what is broken: 'ball_1 sticks', "
         "'vibration drifts 0.1' ...",
-        takes=(Taken("faults", "FAULT", many=True),),
-        patience=300.0,
+        arguments=(ServiceArgument("faults", "FAULT", many=True),),
+        timeout=300.0,
     ),
-    Act("clear-faults", "Mend all of them.", patience=300.0),
-    Act("save", "Save the present to a .json file.", takes=(_SNAPSHOT,), service="save_snapshot"),
-    Act("restore", "Back to what a file holds.", takes=(_SNAPSHOT,), service="restore_snapshot"),
-    Act(
+    ServiceCommand("clear-faults", "Mend all of them.", timeout=300.0),
+    ServiceCommand(
+        "save", "Save the present to a .json file.", arguments=(_SNAPSHOT,), service="save_snapshot"
+    ),
+    ServiceCommand(
+        "restore", "Back to what a file holds.", arguments=(_SNAPSHOT,), service="restore_snapshot"
+    ),
+    ServiceCommand(
         "emergency-stop",
         "To standstill as fast as the spindle can; commands are ignored from then on.",
         urgent=True,
     ),
-    Act("reset-emergency-stop", "Let commands be followed again."),
+    ServiceCommand("reset-emergency-stop", "Let commands be followed again."),
     *(
-        Act(
+        ServiceCommand(
             label,
             meaning,
             service="change_state",
             request=_transition(label),
-            patience=300.0,
+            timeout=300.0,
         )
         for label, meaning in (
             ("configure", "Load the scene of the node's parameters, and compile it."),
@@ -170,7 +176,7 @@ ACTS = (
             ("shutdown", "End the node."),
         )
     ),
-    Act("start", "Run the profile.", CONTROLLER),
-    Act("abort", "Stop the profile, and ramp down to standstill.", CONTROLLER),
+    ServiceCommand("start", "Run the profile.", CONTROLLER),
+    ServiceCommand("abort", "Stop the profile, and ramp down to standstill.", CONTROLLER),
 )
-"""A service that is not here cannot be asked for by `ab-sim node`; a test compares."""
+"""All services of the contract; a test compares."""
