@@ -241,3 +241,10 @@ class Balanced(Section):
         le=1e6,
         default=0.1,
     )
+    residual_couple: Number | None = quantity(
+        "the same of the rotor's couple; without, and where it has none, the couple does not count",
+        "1",
+        gt=0,
+        le=1e6,
+        default=None,
+    )

@@ -76,9 +76,12 @@ class BalancedConclusion:
         final: FinalWhirlWatch,
         circulation: FinalCirculationWatch,
     ) -> None:
-        left = residual.unbalance.value_if_any
-        limit = (run.scene.balanced or Balanced()).residual_unbalance
+        left, couple = residual.unbalance.value_if_any, residual.couple.value_if_any
+        limits = run.scene.balanced or Balanced()
+        within = left is not None and left <= limits.residual_unbalance
+        if limits.residual_couple is not None and couple is not None:
+            within = within and couple <= limits.residual_couple
         # A whirl that dies away changes by a tenth of itself however small it has become.
         settled = not final.changing or final.mean_square.value <= FLOOR * run.disc_alone
-        self.found = None if left is None else left <= limit and settled and not circulation.found
+        self.found = None if left is None else within and settled and not circulation.found
         """None without an unbalance."""

@@ -148,7 +148,8 @@ class Merits(MotionMerits):
         "whether residual_unbalance is at most the scene's balanced.residual_unbalance (default "
         "0.1: what rolling friction leaves of a rotor that balls have balanced), no ball "
         f"circulates, and the whirl is not still changing unless it is within {100 * FLOOR:g} % of "
-        "M0 e / M; the couple does not count; null without an unbalance",
+        "M0 e / M; residual_couple counts only where the scene has balanced.residual_couple; null "
+        "without an unbalance",
         "residual_unbalance <= limit, and no circulating_balls, and (not still_changing or W_f <= "
         f"{100 * FLOOR:g} % M0 e / M)",
         BalancedConclusion,
