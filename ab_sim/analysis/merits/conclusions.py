@@ -5,7 +5,6 @@ import math
 from ab_sim.analysis.merits.judging import JudgedRun
 from ab_sim.analysis.merits.spindle import SpindleStartWatch, SpindleTargetWatch
 from ab_sim.analysis.merits.watches import (
-    FLOOR,
     BandWatch,
     FinalCirculationWatch,
     FinalWhirlWatch,
@@ -81,7 +80,5 @@ class BalancedConclusion:
         within = left is not None and left <= limits.residual_unbalance
         if limits.residual_couple is not None and couple is not None:
             within = within and couple <= limits.residual_couple
-        # A whirl that dies away changes by a tenth of itself however small it has become.
-        settled = not final.changing or final.mean_square.value <= FLOOR * run.disc_alone
-        self.found = None if left is None else within and settled and not circulation.found
+        self.found = None if left is None else within and final.settled and not circulation.found
         """None without an unbalance."""

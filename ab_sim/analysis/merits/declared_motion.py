@@ -75,6 +75,18 @@ class MotionMerits(MeritValues):
         relative=Relative("final_whirl_relative_to_no_balls", "... / without balls"),
         better=Better.SMALLER,
     )
+    settled = Merit[bool](
+        "settled",
+        "-",
+        "whether the whirl does not change any more over the last stretch, or is within "
+        f"{100 * FLOOR:g} % of M0 e / M",
+        f"not still_changing or W_f <= {100 * FLOOR:g} % M0 e / M",
+        FinalWhirlWatch,
+        lambda final: final.settled,
+        better=Better.LARGER,
+        kind=MeritKind.TRUTH,
+        reported=False,
+    )
     halves = Merit[tuple[float, float]](
         "final_whirl_of_halves",
         "-",

@@ -110,6 +110,14 @@ class FinalWhirlWatch:
         return self._trend.found(ROUNDING * self._disc_alone)
 
     @property
+    def settled(self) -> bool:
+        """Whether it does not, or is so small that it does not matter.
+
+        A whirl that dies away changes by a tenth of itself however small it has become.
+        """
+        return not self.changing or self.mean_square.value <= FLOOR * self._disc_alone
+
+    @property
     def band(self) -> float:
         """Half the width of the band around it [m]."""
         return max(BAND * self.mean_square.value, FLOOR * self._disc_alone)
