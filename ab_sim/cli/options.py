@@ -1,8 +1,11 @@
 """Options that commands share."""
 
+import os
 from typing import Annotated
 
 import typer
+
+from ab_sim.errors import InputError
 
 SceneArgument = Annotated[
     str, typer.Argument(help="Name of a scene (see `ab-sim scenes`) or path of a YAML file.")
@@ -31,3 +34,21 @@ ViewOption = Annotated[
         "window; or in a viewer that runs already, rerun+http://HOST:PORT/proxy.",
     ),
 ]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N", help="Processes that share the work. Default: as many as processors."
+    ),
+]
+
+
+def processes(workers: int | None) -> int:
+    """How many processes to use.
+
+    Raises:
+        InputError: fewer than one.
+    """
+    count = len(os.sched_getaffinity(0)) if workers is None else workers
+    if count < 1:
+        raise InputError(f"--workers {count}: must be at least 1")
+    return count
