@@ -59,6 +59,7 @@ def search(ranges: Sequence[Range], costs: Costs, effort: Effort) -> None:
         integrality=[each.whole for each in ranges],
         vectorized=True,
         updating="deferred",
+        tol=0.0,  # runs are given; costs say by their order only what is better
         polish=False,
     )
     free = [k for k, each in enumerate(ranges) if not each.whole]
