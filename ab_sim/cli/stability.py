@@ -1,7 +1,7 @@
 """`ab-sim stability`."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +70,28 @@ def map_command(
         return Outcome(shown(), report, draw)
 
     return Command(work, plane.scene.name, KEPT)
+
+
+def check_combination(given: Set[str], maps: bool, basin: bool) -> None:
+    """Refuse options that do not go together.
+
+    Args:
+        given: names of the options that were given.
+        maps: whether a map is asked for.
+        basin: whether a basin is asked for.
+    """
+    if maps and basin:
+        raise InputError("--map and --basin: one at a time")
+    if given & {"against", "each"} and not maps:
+        raise InputError("--against, --each: are of maps; say what to map with --map")
+    if {"against", "each"} <= given:
+        raise InputError("--against and --each: one at a time")
+    if "coarse" in given and not maps:
+        raise InputError("--coarse: is of maps; say what to map with --map")
+    if "limit" in given and not basin:
+        raise InputError("--limit: is of basins; ask for one with --basin")
+    if "speed" in given and basin:
+        raise InputError("--speed: a basin is of the scene's own profile; change that with --set")
 
 
 def family_command(
