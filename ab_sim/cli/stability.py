@@ -9,7 +9,7 @@ from rich.table import Table
 
 from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED
 from ab_sim.analysis.held_speed import last_speed
-from ab_sim.analysis.maps.balls import Against, Shares, plane_with_balls
+from ab_sim.analysis.maps.balls import BallCountComparison, StableShares, plane_with_balls
 from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
@@ -46,7 +46,7 @@ def map_command(
 
     def work(tell: Tell) -> Outcome:
         maps = [stability_map(each, coarse, _processors(), tell) for each in planes]
-        compared = None if against is None else Against(*maps)
+        compared = None if against is None else BallCountComparison(*maps)
 
         def report() -> dict[str, Any]:
             beside = {} if compared is None else {"against": compared.report()}
@@ -155,13 +155,13 @@ def family_table(found: Family) -> Table:
     return table
 
 
-def against_table(found: Against) -> Table:
+def against_table(found: BallCountComparison) -> Table:
     """Two numbers of balls beside each other, for people."""
     ours, other = (m.plane.scene.balls.count for m in (found.ours, found.other))
     table = Table(title=f"balance of {ours} and of {other} balls, together as heavy")
     for name in ("stable", "for both", f"only for {ours}", f"only for {other}"):
         table.add_column(name, justify="left" if name == "stable" else "right")
-    rows: tuple[tuple[str, Shares], ...] = (
+    rows: tuple[tuple[str, StableShares], ...] = (
         ("at some positions at least", found.somewhere),
         ("at every position", found.everywhere),
     )

@@ -48,16 +48,16 @@ def _arrows_text(drawing: Drawing) -> list[str]:
     ]
 
 
-def _balance_text(said: Explanation) -> list[str]:
-    balance = said.balance
+def _balance_text(explained: Explanation) -> list[str]:
+    balance = explained.balance
     if balance is None:
-        why = said.left_out.get("balance")
+        why = explained.left_out.get("balance")
         return [f"No balanced positions are marked: {why}."] if why else []
     turned = (-np.remainder(-np.degrees(balance.angles), 360.0)).tolist()
     angles = sorted({round(angle, 1) for angle in turned})
     places = ", ".join(f"{angle:g}" for angle in angles) + " deg"
-    if balance.residual > 0.0 and said.unbalance:
-        share = 100.0 * balance.residual / said.unbalance
+    if balance.residual > 0.0 and explained.unbalance:
+        share = 100.0 * balance.residual / explained.unbalance
         whose = "This ball" if len(balance.angles) == 1 else "These balls"
         return [
             f"**{whose} cannot balance it**: yellow rings mark the best place ({places}), which "
@@ -69,11 +69,11 @@ def _balance_text(said: Explanation) -> list[str]:
     return [f"**Yellow rings**: where the balls balance the rotor ({places}).{many}"]
 
 
-def _without_balls_text(said: Explanation) -> list[str]:
-    if said.alone is not None:
+def _without_balls_text(explained: Explanation) -> list[str]:
+    if explained.alone is not None:
         return [
             "**Whirl**: grey, what it would be without balls if the speed were held; near the "
             "critical speed a run-up does not get as far."
         ]
-    why = said.left_out.get("alone")
+    why = explained.left_out.get("alone")
     return [f"Whirl without balls is not drawn: {why}."] if why else []
