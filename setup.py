@@ -60,6 +60,7 @@ setup(
         "llvmlite>=0.45",  # opaque pointers, and the pass manager that is left
         "matplotlib",
         "numpy",
+        "pint>=0.24",
         "plotly>=6",
         "pyarrow",
         "pydantic>=2",
@@ -109,6 +110,7 @@ setup(
             "ruff",
             "scipy-stubs; python_version >= '3.11'",
             "types-PyYAML",
+            "xarray; python_version >= '3.11'",  # what sweeps become, where it is there
         ],
     },
     entry_points={"console_scripts": ["ab-sim = ab_sim.cli:main"]},

@@ -24,9 +24,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ab_sim import results
     from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
+    from ab_sim.api.design import open_sweep, sweep
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.maps import basin, stability_map
-    from ab_sim.api.merits import register_merit
+    from ab_sim.api.merits import merits_of, register_merit
     from ab_sim.api.resting import branches, equilibria, floquet, follow_floquet, modes, recovery
     from ab_sim.api.runs import (
         compare_run,
@@ -66,8 +67,10 @@ __all__ = [
     "floquet",
     "follow_floquet",
     "load_scene",
+    "merits_of",
     "modes",
     "open_recording",
+    "open_sweep",
     "recovery",
     "register_effect",
     "register_merit",
@@ -79,15 +82,17 @@ __all__ = [
     "simulate",
     "simulate_batch",
     "stability_map",
+    "sweep",
 ]
 
 # No name of it but `results` may be that of a module beside this one: importing that module would
 # put it in the name's place (`ab_sim.accuracy` is a package). A test looks.
 _MODULES = {
     "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
+    "api.design": ("open_sweep", "sweep"),
     "api.extensions": ("register_effect", "register_stepper"),
     "api.maps": ("basin", "stability_map"),
-    "api.merits": ("register_merit",),
+    "api.merits": ("merits_of", "register_merit"),
     "api.resting": ("branches", "equilibria", "floquet", "follow_floquet", "modes", "recovery"),
     "api.runs": (
         "compare_run",

@@ -9,6 +9,7 @@ from ab_sim.analysis.modes import Mode, NaturalVibration
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.batch import Batch
+from ab_sim.design.sweep import Sweep
 from ab_sim.drive.observation import Observation
 from ab_sim.recording import StoredRun
 from ab_sim.reports.compare import RecordingComparison
@@ -38,5 +39,6 @@ __all__ = [
     "Stability",
     "StabilityMap",
     "StoredRun",
+    "Sweep",
     "NaturalVibration",
 ]

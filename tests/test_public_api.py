@@ -26,7 +26,9 @@ from ab_sim.scene import registry as effects
 
 NAMES = [name for name in ab_sim.__all__ if name not in ("__version__", "results")]
 TYPES = list(ab_sim.results.__all__)
-SLOW = {"numpy", "pydantic", "llvmlite", "scipy", "matplotlib", "rerun", "pyarrow", "yaml"}
+SLOW = {
+    *("numpy", "pydantic", "llvmlite", "scipy", "matplotlib", "rerun", "pyarrow", "yaml", "pint"),
+}
 
 
 @pytest.fixture(autouse=True)
@@ -147,6 +149,7 @@ def test_no_public_signature_is_untyped() -> None:
 
 def hints_of(function: FunctionType) -> dict[str, object]:
     names = {"Figure": Figure, "DataFrame": SimpleNamespace, "Comparison": object}
+    names["Dataset"] = SimpleNamespace
     return typing.get_type_hints(function, {**names, **function.__globals__})
 
 

@@ -79,7 +79,7 @@ class OfflineRun(Presented):
         return self.trajectory._columns()
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: see ``ab-sim run --help``."""
+        """Everything as JSON-able values, SI units: ``ab-sim run --help``, ``ab-sim merits``."""
         duration = float(self.trajectory["time"][-1])
         return {
             "samples": [_sample(observation) for observation in self.samples],

@@ -12,7 +12,7 @@ import hashlib
 import json
 import logging
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -83,14 +83,26 @@ class Results:
                 _say(f"{file.parent}: results cannot be kept there: {error.strerror}")
         return result
 
-    def _key_and_file(self, scene: Scene, numbers: Mapping[str, Any]) -> tuple[str, Path | None]:
+    def folder_of(self, scene: Scene, modules: Iterable[str], **numbers: Any) -> Path | None:
+        """A folder, not made yet, for results that come in parts; None if there is no place.
+
+        Whoever puts parts there has to see that they can be believed.
+
+        Args:
+            scene, numbers: see ``of``.
+            modules: whose code computes them, too.
+        """
+        _, file = self._key_and_file(scene, numbers, modules)
+        return file and file.with_suffix("")
+
+    def _key_and_file(
+        self, scene: Scene, numbers: Mapping[str, Any], modules: Iterable[str] = ()
+    ) -> tuple[str, Path | None]:
         """All that a result follows from, and the file named by it."""
         what = f"{self._function.__module__}.{self._function.__qualname__}"
-        modules = frozenset(
-            [self._function.__module__, *(type(each).__module__ for each in scene.effects.values())]
-        )
+        effects = (type(each).__module__ for each in scene.effects.values())
         try:
-            made_of = _made_of(modules)
+            made_of = _made_of(frozenset([self._function.__module__, *effects, *modules]))
         except NotOfSources as reason:
             _say(f"results are not kept: {reason}")
             return "", None

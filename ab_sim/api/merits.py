@@ -1,19 +1,78 @@
-"""The call by which a program adds what runs are judged by."""
+"""Calls that judge a run, and that add what runs are judged by."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
+from ab_sim import analysis
+from ab_sim.analysis import Merits
 from ab_sim.analysis.merits.registered import Own, register_own
+from ab_sim.api.common import SceneLike, as_scene
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError
+
+
+def merits_of(
+    trajectory: Trajectory, scene: SceneLike, keys: Iterable[str] | None = None
+) -> Merits:
+    """Judge a run by some merits, or by all: ``ab-sim merits`` lists them.
+
+    What only merits need that were not asked for is not computed.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        The whole run, from its start to its end; it may be thinned.
+    scene : Scene, str or Path
+        What was run, or its name, or its file.
+    keys : iterable of str, optional
+        Names of the merits wanted; default: all.
+
+    Returns
+    -------
+    Merits
+        ``merits["final_whirl_over_e"]`` is one by its name, in the unit that the list gives;
+        ``report()`` all that were asked for, by name, JSON-able.
+
+    Raises
+    ------
+    InputError
+        There is no merit of such a name, the nearest is named; or there are no samples.
+    SceneError
+        The scene is not valid.
+
+    Notes
+    -----
+    Displacements are counted from where the deck hangs at rest.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.5"])
+    >>> run = ab_sim.Drive(scene).advance(500)
+    >>> ab_sim.merits_of(run, scene, ["final_speed", "still_changing"]).report()
+    {'final_speed': 20.0, 'still_changing': False}
+    """
+    if len(trajectory) == 0:
+        raise InputError("trajectory: has no samples; a run is judged by at least one")
+    return analysis.merits_of(trajectory, as_scene(scene), keys)
 
 
 def register_merit(
-    key: str, *, meaning: str, unit: str = "1", label: str = "", last_stretch: bool = False
+    key: str,
+    *,
+    meaning: str,
+    unit: str = "1",
+    label: str = "",
+    last_stretch: bool = False,
+    better: str = "neither",
 ) -> Callable[[type[Own]], type[Own]]:
     """Class decorator: make a merit known, a number that runs are judged by, in this process.
 
-    It stands in reports, in the tables of ``ab-sim run`` and ``ab-sim report``, and in ``merits``
-    of results. The class is made anew for each run, with the scene and how many samples there are.
-    ``take(piece)`` is called with these, a ``Trajectory`` after the other: a run may be longer than
-    what fits into memory. Then ``value()`` gives the number, or None where it has no meaning.
+    It stands in ``ab-sim merits``, in reports, in the tables of ``ab-sim run`` and ``ab-sim
+    report``, and in ``merits`` of results. The class is made anew for each run, with the scene and
+    how many samples there are. ``take(piece)`` is called with these, a ``Trajectory`` after the
+    other: a run may be longer than what fits into memory. Then ``value()`` gives the number, or
+    None where it has no meaning. A text ``equation`` of the class, if it has one, is listed with
+    the merit.
 
     Parameters
     ----------
@@ -27,6 +86,8 @@ def register_merit(
         Of its row in tables, without the unit; default: the key, with spaces.
     last_stretch : bool, default False
         Whether the class is shown the last tenth of the run only.
+    better : str, default "neither"
+        Which values are wanted: smaller, larger or neither.
 
     Returns
     -------
@@ -37,6 +98,8 @@ def register_merit(
     ------
     ValueError
         Another merit has the key.
+    InputError
+        ``better`` is none of these words.
 
     Notes
     -----
@@ -57,4 +120,4 @@ def register_merit(
     >>> round(run.merits["mean_speed"], 3), "mean_speed" in run.report()
     (2.0, True)
     """
-    return register_own(key, unit, meaning, label, last_stretch)
+    return register_own(key, unit, meaning, label, last_stretch, better)

@@ -119,7 +119,8 @@ def simulate_batch(
     scene : Scene, str or Path
         What the runs have in common; an accuracy that it asks for is measured with it as it is.
     variations : sequence of mappings
-        For each run values by dotted key, SI; None removes a key. Any key may vary.
+        For each run values by dotted key, SI or a text with a unit, ``"2 g"``; None removes a key.
+        Any key may vary.
     every : int, default 1
         Keep each so-many-th step.
     progress : callable, optional

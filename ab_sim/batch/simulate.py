@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -104,7 +104,8 @@ def simulate_batch(
         scene: what the runs have in common; an accuracy that it asks for is measured with it as it
             is, without variations.
         variations: for each run, values by dotted key, e.g. ``{"balls.mass": 0.002,
-            "effects.viscous_drag.coefficient": 2.0}``; None removes a key. Any key may vary.
+            "effects.viscous_drag.coefficient": 2.0}``, SI or a text with a unit, ``"2 g"``; None
+            removes a key. Any key may vary.
         every: keep each so-many-th step.
         progress: called with (runs done, runs).
 
@@ -128,7 +129,30 @@ def simulate_batch(
         scenes = varied(resolve_accuracy(scene)[0], variations)
     prepared = [_prepared(scene, number) for number, scene in enumerate(scenes)]
     _check_room([one.scene for one in prepared], every)
-    runs: list[BatchRun | None] = [None] * len(scenes)
+    done = run_prepared(prepared, every, progress)
+    return Batch(*done, tuple(dict(each) for each in variations))
+
+
+class DoneRuns(NamedTuple):
+    """What became of many runs; see ``Batch``."""
+
+    runs: tuple[BatchRun, ...]
+    side_by_side: int
+    integration_seconds: float
+
+
+def run_prepared(
+    prepared: Sequence[PreparedRun],
+    every: int,
+    progress: Callable[[int, int], None] | None = None,
+) -> DoneRuns:
+    """Run them, those that are alike side by side where that can be.
+
+    Args:
+        prepared: in the order of the results.
+        every, progress: see ``simulate_batch``.
+    """
+    runs: list[BatchRun | None] = [None] * len(prepared)
     seconds, done, lanes_used = 0.0, 0, 0
     for members in _grouped(prepared).values():
         first = prepared[members[0]]
@@ -150,9 +174,8 @@ def simulate_batch(
                 runs[i] = result
             seconds, done = seconds + spent, done + len(chosen)
             if progress is not None:
-                progress(done, len(scenes))
-    done_runs = tuple(run for run in runs if run is not None)
-    return Batch(done_runs, lanes_used, seconds, tuple(dict(each) for each in variations))
+                progress(done, len(prepared))
+    return DoneRuns(tuple(run for run in runs if run is not None), lanes_used, seconds)
 
 
 def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Scene]:
@@ -194,7 +217,7 @@ def _check_room(scenes: list[Scene], every: int) -> None:
         )
 
 
-def _grouped(prepared: list[PreparedRun]) -> dict[Any, list[int]]:
+def _grouped(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:
     groups: dict[Any, list[int]] = {}
     for i, one in enumerate(prepared):
         groups.setdefault(one.group_key, []).append(i)

@@ -8,6 +8,7 @@ import typer
 import ab_sim
 from ab_sim.cli.analysis_commands import analysis_commands
 from ab_sim.cli.bag_commands import bag_commands
+from ab_sim.cli.design_commands import design_commands
 from ab_sim.cli.key_commands import key_commands
 from ab_sim.cli.node_commands import node_commands
 from ab_sim.cli.options import (
@@ -69,18 +70,11 @@ def run(
     The JSON has `samples` (one per time, each with t, psi, omega, u, v, x, y, vx, vy, whirl,
     theta, ball_rate, stuck, and where the scene has them motor_torque, readings; of a deck in
     space also z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes), events,
-    steps_with_unresolved_events, what was run, and what the run is judged by: peak_whirl_over_e,
-    peak_time; final_whirl_over_e, the root mean square over the last tenth of the run
-    (final_stretch), and whether it is still_changing there, by a tenth of itself or more;
-    final_whirl_relative_to_no_balls; residual_unbalance, and of a deck in space residual_couple;
-    peak_tilt and final_tilt of its shaft; circulating_balls, with numbers and mean speeds, that go
-    round the race to the end (null if none does); overlapping_balls, pairs that for want of
-    ball_contact were in one place, and since when (null where none can be); in_band_from, the time
-    from which the whirl stays within band_over_e of its final value; first_passage_of_opposite,
-    the time at which all balls first have theta <= -180 deg (less variable_speed_period, the time
-    at which that starts, it is the thesis' "settling period"). The same run
-    without_variable_speed_period and without_balls is judged alike. Where the scene asks for an
-    accuracy, what was measured and what it costs. Symbols, signs and angles: docs/conventions.md
+    steps_with_unresolved_events, what was run, and what the run is judged by, each by its name:
+    `ab-sim merits` lists these with units, meanings and equations. final_stretch says how long the
+    last stretch is, over which final values are taken. The same run without_variable_speed_period
+    and without_balls is judged alike. Where the scene asks for an accuracy, what was measured and
+    what it costs. Symbols, signs and angles: docs/conventions.md
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
     """
@@ -142,6 +136,28 @@ def sensors() -> None:
     from ab_sim.cli.tables import print_sensors
 
     print_sensors()
+
+
+@app.command()
+def merits(
+    name: Annotated[
+        str | None, typer.Argument(help="Print this merit only.", show_default=False)
+    ] = None,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print the same as JSON, a list of merits.")
+    ] = False,
+) -> None:
+    """List what a run is judged by: name, unit, which values are better, meaning, equation.
+
+    By these names `ab-sim run --json` and `merits_of` in Python give them. Unit e: a length in
+    eccentricities, 1: it has none, -: it is no number. False is smaller than true. The last stretch
+    is the last tenth of the run, t_l its beginning. The JSON has `name`, `unit`, `better` (smaller,
+    larger, neither), `kind` (number, true or false, structure), `meaning` and `equation` of each.
+    Symbols and signs: docs/conventions.md
+    """
+    from ab_sim.cli.merit_list import print_merits
+
+    print_merits(name, json)
 
 
 @app.command()
@@ -286,6 +302,7 @@ def view(
 
 app.add_typer(key_commands)
 app.add_typer(analysis_commands)
+app.add_typer(design_commands)
 app.add_typer(recording_commands)
 app.add_typer(bag_commands)
 app.add_typer(node_commands, name="node")

@@ -25,7 +25,8 @@ def keys(
 
     `N` stands for the number of an entry in a list, counted from 0; `NAME` for a name of your own.
     A key that is required is so where its section is given. `-`: has none. `ab-sim effects` and
-    `ab-sim sensors` say more, `ab-sim run --set KEY=VALUE` changes a key.
+    `ab-sim sensors` say more, `ab-sim run --set KEY=VALUE` changes a key. Where a key has a unit,
+    a number may be written with one of the same dimension: `12 mm`, `2500 rpm`.
     """
     from ab_sim.cli.keys import print_keys
 

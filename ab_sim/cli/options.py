@@ -19,9 +19,10 @@ SetOption = Annotated[
         "--set",
         metavar="KEY=VALUE",
         help="Change a value of the scene, e.g. balls.mass=0.002 or "
-        "effects.viscous_drag.coefficient=2; an empty value removes the key. accuracy.angle=1e-9 "
-        "[rad] or accuracy.whirl=1e-6 [e] asks for an error instead of the scene's solver: the "
-        "cheapest stepper and step measured to deliver it are taken. Repeatable.",
+        "effects.viscous_drag.coefficient=2, SI or with a unit, 'balls.mass=2 g'; an empty value "
+        "removes the key. accuracy.angle=1e-9 [rad] or accuracy.whirl=1e-6 [e] asks for an error "
+        "instead of the scene's solver: the cheapest stepper and step measured to deliver it are "
+        "taken. Repeatable.",
     ),
 ]
 JsonOption = Annotated[

@@ -145,7 +145,7 @@ def report(
     any length are read in blocks; those that were not finished as far as they go.
 
     The JSON has `runs`, each with recording, scene, begins and duration [s], samples, gaps,
-    missing, complete, events, merits (see `ab-sim run --help`; null if what was run is not known),
+    missing, complete, events, merits (see `ab-sim merits`; null if what was run is not known),
     vibration_of, vibration_rms [m/s^2], once_per_turn_share, real_time_factor (mean, least; null of
     an offline run) and notes. Symbols, signs and angles: docs/conventions.md
     """

@@ -8,6 +8,7 @@ from ab_sim.analysis.modes import NaturalVibration
 from ab_sim.analysis.offline import OfflineRun
 from ab_sim.analysis.recovery import RecoveryOverDrag
 from ab_sim.batch import Batch
+from ab_sim.design.sweep import Sweep
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.figures.accuracy_cost import drawn_accuracy
@@ -21,6 +22,7 @@ from ab_sim.figures.recovery import drawn_recovery
 from ab_sim.figures.run import drawn_run
 from ab_sim.figures.saved import ResultFigure, with_plain_texts
 from ab_sim.figures.stability_map import drawn_map
+from ab_sim.figures.sweep import drawn_sweep
 from ab_sim.studies.accuracy_cost import AccuracyCost
 from ab_sim.studies.basin import Basin
 from ab_sim.studies.effect_cost import EffectCost
@@ -87,3 +89,8 @@ def accuracy_cost(found: AccuracyCost) -> ResultFigure:
 def effect_cost(found: EffectCost) -> ResultFigure:
     """Time per step of each variant."""
     return with_plain_texts(drawn_cost([found]))
+
+
+def sweep(found: Sweep) -> ResultFigure:
+    """Merits over the keys that vary."""
+    return with_plain_texts(drawn_sweep(found))

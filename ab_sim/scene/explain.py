@@ -14,6 +14,8 @@ from ab_sim.scene.profiles import KINDS
 from ab_sim.scene.quantities import EACH, ONE
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.scene.sensors import Accelerometer
+from ab_sim.scene.unit_texts import unit_at
+from ab_sim.scene.units import in_si
 
 MOST_MESSAGES = 20
 """Findings that are told; who has more begins with these."""
@@ -70,6 +72,8 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     if kind in _BOUNDS:
         bound, words = _BOUNDS[kind]
         return f"{key} = {short(value)}: must be {words} {exact(context[bound])}{_meaning(loc)}"
+    if kind == "float_parsing" and isinstance(value, str):
+        return f"{key} = {short(value)}: {_no_number(value, loc)}{_meaning(loc)}"
     if kind in ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float"):
         what = "a whole number" if kind.startswith("int") else "a number"
         return f"{key} = {short(value)}: must be {what}{_meaning(loc)}"
@@ -93,6 +97,16 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     if kind in ("model_type", "named_tuple_type", "model_attributes_type"):
         return f"{key} = {short(value)}: must be a section `key: value`"
     return f"{key} = {short(value)}: {finding['msg']}"
+
+
+def _no_number(text: str, loc: list[str]) -> str:
+    """What is wrong with a text that stands for a number, and not with a unit that fits."""
+    unit = unit_at(tuple(loc))
+    try:
+        in_si(text, unit)
+    except ValueError as error:
+        return str(error)
+    return "must be a number"
 
 
 def _not_finite(value: Any) -> bool:

@@ -2,7 +2,7 @@
 
 import difflib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from ab_sim.errors import InputError, exact
@@ -41,13 +41,14 @@ def scene_keys(section: str = "") -> list[SceneKey]:
     schema = bare_schema()
     rows = _below("", schema, schema["$defs"])
     wanted = section.split(".") if section else []
-    chosen = [row for row in rows if _begins(row.key.split("."), wanted)]
+    chosen = [row for row in rows if begins(row.key.split("."), wanted)]
     if chosen:
         return chosen
     raise InputError(f"{short(section)}: a scene has no such key{_near(section, rows)}")
 
 
-def _begins(key: list[str], wanted: list[str]) -> bool:
+def begins(key: Sequence[str], wanted: Sequence[str]) -> bool:
+    """Whether the parts of a row's key begin with those of a key in a scene."""
     return len(wanted) <= len(key) and all(
         part == given or part == NAME or (part == ENTRY and given.isdecimal())
         for part, given in zip(key, wanted, strict=False)

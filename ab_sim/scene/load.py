@@ -14,6 +14,7 @@ from ab_sim.scene.changes import REMOVED, Change, apply, parsed
 from ab_sim.scene.explain import explain
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
+from ab_sim.scene.unit_texts import without_units
 from ab_sim.scene_files import find_scene, read_scene_file
 
 
@@ -26,9 +27,10 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
         Name of a scene that comes with the package, or path of a YAML file.
     changes : iterable of str, optional
         ``key=value`` with a dotted key, e.g. ``balls.mass=0.002`` or
-        ``effects.viscous_drag.coefficient=2``, SI; the value is read as YAML; an empty value
-        removes the key, which has to be there. A change that asks for an ``accuracy`` takes the
-        file's ``solver`` away, which it stands instead of, and the other way round.
+        ``effects.viscous_drag.coefficient=2``, SI, or with a unit: ``balls.mass=2 g``; the value
+        is read as YAML; an empty value removes the key, which has to be there. A change that asks
+        for an ``accuracy`` takes the file's ``solver`` away, which it stands instead of, and the
+        other way round.
 
     Returns
     -------
@@ -46,6 +48,8 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
     >>> scene = ab_sim.load_scene("thesis-hold", ["balls.mass=0.002"])
     >>> scene.balls.masses, scene.critical_speed
     ((0.002, 0.002), 100.0)
+    >>> ab_sim.load_scene("thesis-hold", ["balls.mass=2 g", "start.speed=60 rpm"]).balls.mass
+    0.002
     >>> ab_sim.load_scene("thesis-hold", ["balls.mas=0.002"])
     Traceback (most recent call last):
     ab_sim.errors.SceneError: ...balls.mas...
@@ -62,8 +66,8 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
 
     Args:
         scene: stays as it is.
-        changes: values by dotted key, e.g. ``{"balls.mass": 0.002}``; None removes the key, which
-            has to be there.
+        changes: values by dotted key, SI or a text with a unit, e.g. ``{"balls.mass": 0.002}`` or
+            ``"2 g"``; None removes the key, which has to be there.
         origin: what to call the changes in messages.
 
     Raises:
@@ -105,14 +109,23 @@ def with_solver(
 
 
 def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
-    """A scene out of nested mappings; ``origin`` names their source in messages."""
+    """A scene out of nested mappings, numbers in SI or as texts with a unit.
+
+    Args:
+        raw: what a scene's file says.
+        origin: names their source in messages.
+
+    Raises:
+        SceneError: as of ``load_scene``.
+    """
     problems: list[str] = []
     effects: dict[str, Any] = {}
     try:
         if "effects" not in raw:
             raise ValueError("effects: is missing; add it, if empty as []")
         known = _effects_model(tuple(effect_classes().items()))
-        named = known.model_validate(_by_name(raw["effects"]))
+        given = without_units(_by_name(raw["effects"]), ("effects",))
+        named = known.model_validate(given)
         effects = {name: getattr(named, name) for name in named.model_fields_set}
         effects = {name: effects[name] for name in effect_classes() if name in effects}
     except ValidationError as error:
@@ -127,7 +140,7 @@ def _checked(
 ) -> Scene:
     """The scene with effects that have been checked, unless there have been problems with them."""
     try:
-        checked = Scene.model_validate({**raw, "effects": effects})
+        checked = Scene.model_validate({**without_units(dict(raw)), "effects": effects})
     except ValidationError as error:
         problems = [*problems, *explain(error, (), only_own_fields=bool(problems))]
     if problems:

@@ -11,6 +11,7 @@ from ab_sim.scene.changes import apply, parsed
 from ab_sim.scene.explain import explain
 from ab_sim.scene.load import load_scene, read_mapping
 from ab_sim.scene.profiles import AnyProfile, Profile, check_profile
+from ab_sim.scene.unit_texts import without_units
 from ab_sim.scene_files import find_scene
 
 GIVEN = "the profile in braces"
@@ -59,7 +60,9 @@ def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> AskedPro
             "keys begin with profile., e.g. profile.target_speed=150"
         )
     try:
-        profile: AnyProfile = TypeAdapter(Profile).validate_python(whole.get("profile"))
+        profile: AnyProfile = TypeAdapter(Profile).validate_python(
+            without_units(whole).get("profile")
+        )
         check_profile(profile, 0.0, INF, INF)
     except ValidationError as error:
         raise SceneError(

@@ -11,12 +11,15 @@ from typing import Any
 from ab_sim.scene.deck_models import deck_model_ways
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
+from ab_sim.scene.units import NUMBER
 
 Schema = dict[str, Any]
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 STEPPERS = "ab_sim.integrate.registry"
 """Knows the steppers. Imported by name, as effects are: imports go from there to this room."""
+WITH_UNIT = rf"^\s*{NUMBER}\s*[A-Za-zµμ°(]"
+"""How a number with its unit begins; which units are known, and fit, is left to ``check_scene``."""
 _BOUNDS = {
     "ge": "minimum",
     "gt": "exclusiveMinimum",
@@ -134,10 +137,13 @@ def _tidy(schema: Any) -> None:
 
 
 def _with_units(schema: Any) -> None:
-    """Units in descriptions, which editors show; in place."""
+    """Units in descriptions, which editors show, and numbers as texts with a unit; in place."""
     for part in parts_of(schema):
         if part.get("unit", "1") != "1":
             part["description"] += f" [{part['unit']}]"
+            for number in parts_of(part):
+                if number.get("type") == "number":
+                    number |= {"type": ["number", "string"], "pattern": WITH_UNIT}
 
 
 def parts_of(schema: Any) -> list[Schema]:

@@ -17,7 +17,6 @@ import ab_sim
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.maps.checkpoint import PointCheckpoint, Tell
 from ab_sim.analysis.maps.refine import Point
-from ab_sim.analysis.maps.workers import Workers
 from ab_sim.analysis.merits import merits_of
 from ab_sim.batch import simulate_batch
 from ab_sim.equations.neighbours import start_angles
@@ -25,9 +24,11 @@ from ab_sim.errors import InputError, SceneError, exact
 from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
+from ab_sim.workers import Workers
 
 BALANCED_TO = 0.05
 """Largest residual unbalance, as a share of M0 e, that is called balance."""
+JUDGED_BY = ("still_changing", "circulating_balls", "residual_unbalance", "final_whirl_over_e")
 SAMPLES = 1000
 """Of a run, at least, that it is judged by."""
 CHUNK = 32
@@ -238,7 +239,7 @@ def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
         if run.failure:
             found[k] = ["diverged", None, None]
             continue
-        merits = merits_of(run.trajectory, run.scene)
+        merits = merits_of(run.trajectory, run.scene, JUDGED_BY)
         outcome = "changing" if merits.changing else "run"
         outcome = "circulating" if merits.circulating else outcome
         found[k] = [outcome, merits.residual_unbalance, merits.final_whirl]

@@ -25,6 +25,7 @@ Schema = dict[str, Any]
 
 SECTIONS = (
     "rotor", "race", "balls", "start", "spindle", "profile", "solver", "accuracy", "deck", "mounts",
+    "balanced",
 )  # fmt: skip
 """Of a scene, in the order of the page; effects and sensors have pages of their own."""
 
@@ -288,15 +289,13 @@ def _parameters(what: type[Any], fields: dict[str, Schema], at: str) -> Iterator
 
 def merits() -> Iterator[str]:
     """Every merit of a run, by its key."""
-    from ab_sim.analysis.merits import reported_merits
+    from ab_sim.analysis.merits import described_merits
 
     rows = []
-    for merit in reported_merits():
-        rows.append([f"`{merit.key}`", _cell(merit.meaning), merit.unit.replace("-", "")])
-        if merit.relative is not None:
-            beside = f"`{merit.key}` in that of the run without balls"
-            rows.append([f"`{merit.relative.key}`", beside, "1"])
-    yield from _table(["key", "meaning", "unit"], rows)
+    for each in described_merits():
+        shown = [each.unit.replace("-", ""), each.better, _cell(each.meaning)]
+        rows.append([f"`{each.name}`", *shown, f"`{each.equation}`" if each.equation else ""])
+    yield from _table(["key", "unit", "better", "meaning", "equation"], rows)
 
 
 def commands() -> Iterator[str]:

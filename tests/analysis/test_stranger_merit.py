@@ -23,6 +23,8 @@ CHANGES = ["--set", "duration=0.3"]
 
 
 class LargestAcceleration:
+    equation = "max hypot(x'', y'')"
+
     def __init__(self, scene: Scene, samples: int) -> None:
         self.left, self.largest = samples, -1.0
 
@@ -40,8 +42,9 @@ def registered() -> Iterator[None]:
     """Known while a test runs."""
     before = dict(registry._merits)
     add = ab_sim.register_merit(
-        KEY, unit="m/s^2", label="largest a", meaning="the deck's, in the end", last_stretch=True
-    )
+        KEY, unit="m/s^2", label="largest a", meaning="the deck's, in the end",
+        last_stretch=True, better="smaller",
+    )  # fmt: skip
     assert add(LargestAcceleration) is LargestAcceleration
     yield
     registry._merits.clear()
@@ -61,7 +64,7 @@ def test_it_is_in_reports_and_tables(tmp_path: Path) -> None:
     )
     assert said.exit_code == 0, said.output
     report = json.loads((tmp_path / "r.json").read_text())
-    assert list(report)[list(report).index(KEY) - 1] == "overlapping_balls", "the last one"
+    assert list(report)[list(report).index(KEY) - 1] == "balanced", "the last one"
     assert report[KEY] > 0 and report["without_balls"][KEY] > 0
     (row,) = [line for line in said.output.splitlines() if "largest a [m/s^2]" in line]
     assert f"{report[KEY]:.3g}" in row and f"{report['without_balls'][KEY]:.3g}" in row
@@ -77,8 +80,24 @@ def test_it_is_in_the_table_of_the_documentation(monkeypatch: pytest.MonkeyPatch
     monkeypatch.syspath_prepend(Path(__file__).parents[2] / "docs" / "extensions")
     from_code = importlib.import_module("from_code")
     lines = list(from_code.merits())
-    assert f"| `{KEY}` | the deck's, in the end | m/s^2 |" in lines
+    assert (
+        f"| `{KEY}` | m/s^2 | smaller | the deck's, in the end | `max hypot(x'', y'')` |" in lines
+    )
     assert any("`final_whirl_relative_to_no_balls`" in line for line in lines)
+
+
+def test_it_is_listed_with_all_that_is_said_of_it() -> None:
+    said = CliRunner().invoke(app, ["merits", KEY, "--json"])
+    assert json.loads(said.output) == [
+        {
+            "name": KEY,
+            "unit": "m/s^2",
+            "better": "smaller",
+            "kind": "number",
+            "meaning": "the deck's, in the end",
+            "equation": "max hypot(x'', y'')",
+        }
+    ]
 
 
 def test_drives_of_a_batch_are_sorted_by_its_key() -> None:
@@ -121,6 +140,8 @@ def test_what_is_no_merit_names_the_nearest(scene: Any) -> None:
         merits_of(run, scene())["residual"]
     with pytest.raises(ValueError, match="registered twice"):
         ab_sim.register_merit("peak_time", meaning="taken")(LargestAcceleration)
+    with pytest.raises(ab_sim.InputError, match="better = 'less': must be one of smaller, larger"):
+        ab_sim.register_merit("mine", meaning="mine", better="less")
 
 
 def test_a_length_may_be_in_eccentricities(scene: Any) -> None:

@@ -30,7 +30,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"deck": {"inertia": 3.0}}, "deck.inertia = 3.0: must be a list; about the centre of mass"),
     ({"deck": {"inertia": [1, 2]}}, "deck.inertia = [1, 2]: has 2 numbers; give [xx, yy, zz], or"),
     ({"deck": {"inertia": [1, 1, 1, 0]}}, "deck.inertia = [1, 1, 1, 0]: has 4 numbers; give [xx"),
-    ({"deck": {"inertia": [1, 1, "x"]}}, "deck.inertia.2 = 'x': must be a number; about the"),
+    ({"deck": {"inertia": [1, 1, "x"]}}, "deck.inertia.2 = 'x': must be a number, in kg m^2 or"),
     ({"deck": {"inertia": [1, 1, NAN]}}, "deck.inertia.2 = nan: must be a finite number; about"),
     (
         {"deck": {"inertia": [1e-4, 1e-4, 3e-4]}},
@@ -69,7 +69,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     (mount(stiffnes=1.0), "mounts.1.stiffnes = 1.0: not known here; did you mean 'stiffness'?"),
     # races
     ({"race": {"height": []}}, "race.height = []: give one number, or one for each race"),
-    ({"race": {"height": "low"}}, "race.height = 'low': must be a number; of its plane along the"),
+    ({"race": {"height": "low"}}, "race.height = 'low': must be a number, in m or with a unit"),
     ({"balls": {"race": [0, 2]}}, "balls.race.1 = 2: there is no such race; race.height has 2, co"),
     ({"balls": {"race": -1}}, "balls.race = -1: there is no such race; race.height has 2, counted"),
     ({"balls": {"race": [0, 0.5]}}, "balls.race.1 = 0.5: must be a whole number; in which race a"),

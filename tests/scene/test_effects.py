@@ -58,7 +58,11 @@ def test_a_bare_name_takes_the_defaults(scene: Any, magnets: None) -> None:
     ("given", "words"),
     [
         ({"strength": 6}, "effects.magnets.strength = 6: must be at most 5; B [T]"),
-        ({"strength": "lots"}, "effects.magnets.strength = 'lots': must be a number; B [T]"),
+        (
+            {"strength": "lots"},
+            "effects.magnets.strength = 'lots': must be a number, in T or with a unit, e.g. 0.5 T; "
+            "B [T]",
+        ),
         (
             {"strenght": 1},
             "effects.magnets.strenght = 1: not known here; did you mean 'strength'?; "

@@ -117,7 +117,7 @@ def test_a_bare_name_takes_the_defaults() -> None:
         ({"rotor.bandwidth": 3}, "not known here, it is a parameter of a sensor: sensors.NAME.ban"),
         ({"rotor.axis_angle": 3}, "an effect: effects.unequal_suspension.axis_angle or a sensor: "),
         ({"sensors.a.range": 0}, "sensors.a.range = 0: must be more than 0; s_max, readings are c"),
-        ({"sensors.a.range": "far"}, "sensors.a.range = 'far': must be a number; s_max, readings"),
+        ({"sensors.a.range": "far"}, "sensors.a.range = 'far': must be a number, in m/s^2 or with"),
         ({"sensors.a.seed": 1.5}, "sensors.a.seed = 1.5: must be a whole number; picks the noise"),
         ({"sensors.a": 3}, "sensors.a = 3: must be a section"),
         ({"sensors": ["accelerometer"]}, "sensors = ['accelerometer']: must be a section `name: "),

@@ -16,9 +16,9 @@ from ab_sim.analysis.maps.checkpoint import PointCheckpoint, Tell
 from ab_sim.analysis.maps.plane import SPEED, Axis, Plane
 from ab_sim.analysis.maps.refine import Point, refined
 from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
-from ab_sim.analysis.maps.workers import Workers
 from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.scene.model import Scene
+from ab_sim.workers import Workers
 
 COARSE = 8
 """Spacing of the points that a map begins with."""

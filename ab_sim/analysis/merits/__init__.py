@@ -2,7 +2,7 @@
 
 from ab_sim.analysis.merits.declared import Merits
 from ab_sim.analysis.merits.judging import LAST
-from ab_sim.analysis.merits.merit import reported_merits
+from ab_sim.analysis.merits.merit import described_merits, reported_merits
 from ab_sim.analysis.merits.of_run import merits_of, merits_of_pieces, passes_of
 from ab_sim.analysis.merits.watches import BAND, FLOOR, rms
 
@@ -11,6 +11,7 @@ __all__ = [
     "FLOOR",
     "LAST",
     "Merits",
+    "described_merits",
     "reported_merits",
     "merits_of",
     "merits_of_pieces",

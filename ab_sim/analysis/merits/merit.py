@@ -5,7 +5,7 @@ A run is judged by those of ``declared.Merits``, and by what a program registers
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import Enum, IntEnum
 from typing import Any, Generic, NamedTuple, TypeVar, cast, overload
 
 from ab_sim.errors import InputError, nearest
@@ -15,6 +15,24 @@ T = TypeVar("T")
 
 NOTHING, NO = "-", "no"
 """In a table: there is nothing to say; what was looked for is not there."""
+
+
+class Better(str, Enum):
+    """Which values of a merit are wanted; false is smaller than true."""
+
+    SMALLER = "smaller"
+    LARGER = "larger"
+    NEITHER = "neither"
+    """It describes a run, and judges nothing."""
+
+
+class MeritKind(str, Enum):
+    """What a merit's value is, where it is not null."""
+
+    NUMBER = "number"
+    TRUTH = "true or false"
+    STRUCTURE = "structure"
+    """A list or more; it cannot be averaged, or drawn over a parameter."""
 
 
 class WhirlScale(NamedTuple):
@@ -70,6 +88,21 @@ class Relative(NamedTuple):
     label: str
 
 
+class MeritInWords(NamedTuple):
+    """What a merit is, in words, for lists and pages."""
+
+    name: str
+    """Its key in reports."""
+    unit: str
+    """As reports give it; "-" of what is no number."""
+    better: str
+    """smaller, larger or neither."""
+    kind: str
+    """number, true or false, structure."""
+    meaning: str
+    equation: str
+
+
 @dataclass(frozen=True, eq=False)
 class Merit(Generic[T]):
     """A number, or something else, that a run is judged by.
@@ -80,13 +113,18 @@ class Merit(Generic[T]):
     key: str
     """Name in reports."""
     unit: str
-    """As reports give it: SI, "e", "1" of what has no dimension, "-" of what is no number."""
+    """As reports give it: SI, "mm/s" of values in m/s, "e" of such in m, "1" of what has no
+    dimension, "-" of what is no number."""
     meaning: str
+    equation: str
+    """One line, symbols as in docs/conventions.md; empty where a program gave none."""
     watch: type[Any]
     """Looks at the run; see ``judging``."""
     find: Callable[[Any], T]
     """Takes the value from the watch."""
     row: Row | None = None
+    better: Better = Better.NEITHER
+    kind: MeritKind = MeritKind.NUMBER
     plain: Callable[[Any], object] = lambda value: value
     """Makes the value JSON-able."""
     relative: Relative | None = None
@@ -105,10 +143,32 @@ class Merit(Generic[T]):
     def __get__(self, instance: "MeritValues | None", owner: type[Any]) -> "Merit[T] | T":
         return self if instance is None else instance.of(self)
 
+    @property
+    def scalar(self) -> bool:
+        """Whether reports give a number, true or false, or null: what can be compared by size."""
+        return self.kind is not MeritKind.STRUCTURE
+
+    def described(self) -> list[MeritInWords]:
+        """In words: itself, and then its share in that of the run without balls, if it has one."""
+        better, kind = self.better.value, self.kind.value
+        own = MeritInWords(self.key, self.unit, better, kind, self.meaning, self.equation)
+        if self.relative is None:
+            return [own]
+        meaning = (
+            f"{self.key} in that of the run without balls, which `ab-sim run` makes beside; null "
+            "if that is 0 or cannot run"
+        )
+        equation = f"{self.key} / {self.key} without balls"
+        return [own, MeritInWords(self.relative.key, "1", better, kind, meaning, equation)]
+
     def as_reported(self, value: Any, eccentricity: float) -> object:
         """A value as JSON-able one: a whirl in e [m], None if that is 0."""
+        if value is None:
+            return None
         if self.unit == "e":
             return value / eccentricity if eccentricity > 0 else None
+        if self.unit == "mm/s":
+            return 1e3 * value
         return self.plain(value)
 
 
@@ -132,6 +192,21 @@ def reported_merits() -> list[Merit[Any]]:
     return [merit for merit in _merits.values() if merit.reported]
 
 
+def described_merits(name: str | None = None) -> list[MeritInWords]:
+    """In words, all that stand in reports, in their order; or the one of that name.
+
+    Raises:
+        InputError: there is none of that name; names the nearest, and all.
+    """
+    found = [each for merit in reported_merits() for each in merit.described()]
+    if name is None:
+        return found
+    named = [each for each in found if each.name == name]
+    if not named:
+        raise _unknown(name, [each.name for each in found])
+    return named
+
+
 def merits_named(keys: Iterable[str] | None) -> list[Merit[Any]]:
     """Those of these keys; all, others than reported ones too, if None.
 
@@ -140,15 +215,20 @@ def merits_named(keys: Iterable[str] | None) -> list[Merit[Any]]:
     """
     if keys is None:
         return list(_merits.values())
+    if isinstance(keys, str):
+        raise InputError(f"keys = {keys!r}: must be a list of names; write [{keys!r}]")
     return [_named(key) for key in keys]
 
 
 def _named(key: str) -> Merit[Any]:
     if key in _merits:
         return _merits[key]
-    known = [merit.key for merit in reported_merits()]
-    raise InputError(
-        f"merit {key!r}: no such merit{nearest(key, known)}; there are: {', '.join(known)}"
+    raise _unknown(key, [merit.key for merit in reported_merits()])
+
+
+def _unknown(name: str, known: list[str]) -> InputError:
+    return InputError(
+        f"merit {name!r}: no such merit{nearest(name, known)}; there are: {', '.join(known)}"
     )
 
 

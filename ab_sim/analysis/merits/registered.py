@@ -4,14 +4,15 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
 from ab_sim.analysis.merits.judging import JudgedRun, Piece
-from ab_sim.analysis.merits.merit import Merit, MeritValues, Row, WhirlScale, register
+from ab_sim.analysis.merits.merit import Better, Merit, MeritValues, Row, WhirlScale, register
 from ab_sim.analysis.merits.wording import number_text
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
 
 
 class OwnMerit(Protocol):
-    """What finds a merit in a run; made anew for each run."""
+    """What finds a merit in a run; made anew for each run. It may have a text, ``equation``."""
 
     def __init__(self, scene: Scene, samples: int) -> None:
         """For so many samples of a run of the scene."""
@@ -27,9 +28,13 @@ Own = TypeVar("Own", bound=OwnMerit)
 
 
 def register_own(
-    key: str, unit: str, meaning: str, label: str, last_stretch: bool
+    key: str, unit: str, meaning: str, label: str, last_stretch: bool, better: str
 ) -> Callable[[type[Own]], type[Own]]:
     """Class decorator: see ``ab_sim.register_merit``."""
+    if better not in {each.value for each in Better}:
+        raise InputError(
+            f"better = {better!r}: must be one of {', '.join(each.value for each in Better)}"
+        )
 
     def text(merits: MeritValues, scale: WhirlScale) -> str:
         value = merits[key]
@@ -39,8 +44,19 @@ def register_own(
     def add(kind: type[Own]) -> type[Own]:
         head = label or key.replace("_", " ")
         row = Row(head if unit == "1" else f"{head} [{unit}]", text)
-        watch = _watch_of(kind, last_stretch)
-        register(Merit[float | None](key, unit, meaning, watch, lambda each: each.own.value(), row))
+        watch, equation = _watch_of(kind, last_stretch), str(getattr(kind, "equation", ""))
+        register(
+            Merit[float | None](
+                key,
+                unit,
+                meaning,
+                equation,
+                watch,
+                lambda each: each.own.value(),
+                row,
+                Better(better),
+            )
+        )
         return kind
 
     return add
@@ -56,4 +72,5 @@ def _watch_of(kind: type[OwnMerit], last_stretch: bool) -> type[Any]:
             if len(samples):
                 self.own.take(samples)
 
+    OwnWatch.__module__ = kind.__module__  # so that what follows from it is told from older code's
     return OwnWatch

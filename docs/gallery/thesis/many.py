@@ -10,8 +10,8 @@ import numpy as np
 
 from ab_sim import Scene, Trajectory, load_scene, simulate_batch
 from ab_sim.analysis.maps.checkpoint import PointCheckpoint
-from ab_sim.analysis.maps.workers import Workers
 from ab_sim.analysis.merits import merits_of
+from ab_sim.workers import Workers
 from gallery.thesis.drive import BASE, Parameters, Period, Tell, variation_of
 
 EVERY = 10

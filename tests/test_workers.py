@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from ab_sim.analysis.maps import workers
-from ab_sim.analysis.maps.workers import WorkerLost, Workers
+from ab_sim import workers
 from ab_sim.errors import SceneError
+from ab_sim.workers import WorkerLost, Workers
 
 
 @pytest.fixture(autouse=True)

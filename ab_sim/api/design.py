@@ -1,0 +1,130 @@
+"""Calls that decide over many drives."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from ab_sim.api.common import Progress, SceneLike, as_scene
+from ab_sim.design import sweep as sweeps
+from ab_sim.design.points import points_of
+from ab_sim.design.sweep import DEFAULT_MERITS, Sweep
+from ab_sim.design.variables import Variable, range_, values, variable_of
+from ab_sim.errors import InputError
+from ab_sim.quoting import short
+from ab_sim.workers import Workers
+
+Over = Mapping[str, str | Sequence[object]]
+"""By dotted key: values; or a text as of the command line, ``"0.5 g..3 g:26"``; of a design, two
+numbers, from where to where."""
+
+
+def sweep(
+    scene: SceneLike,
+    over: Over,
+    merits: Iterable[str] = DEFAULT_MERITS,
+    *,
+    design: str | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Progress | None = None,
+) -> Sweep:
+    """Run a scene over values of its keys, and judge each run by merits: ``ab-sim sweep``.
+
+    What is done is kept on disk: an interrupted sweep goes on when it is asked for again.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        What is run, or its name, or its file.
+    over : mapping of str
+        By dotted key, its values: a list, or a text, ``"0.5 g..3 g:26"`` (evenly spaced),
+        ``"log:0.1..10:20"`` or ``"0.001,0.002"``. All combinations are run. Of a design, two
+        numbers or a text, ``"0.1..10"`` or ``"log:0.1..10"``.
+    merits : iterable of str, optional
+        Names of those that are numbers; ``ab-sim merits`` lists them.
+    design : str, optional
+        ``"sobol:1024"``, a scrambled Sobol sequence, or ``"lhs:1000"``, a Latin hypercube, instead
+        of a grid.
+    seed : int, default 0
+        Of a design's random numbers.
+    workers : int, default 1
+        Processes; more than one needs a program with ``if __name__ == "__main__":``.
+    progress : callable, optional
+        Called with what is done now, how many runs are done, and of how many.
+
+    Returns
+    -------
+    Sweep
+        ``table``, a pyarrow.Table with a row for each run: its number, the keys' values, merits,
+        ``outcome``, ``failure``; ``sweep["balls.mass"]``, a column as an array of shape (runs,);
+        ``best(merit)``, the number of a run; ``scene_of(run)``, to run it again.
+
+    Raises
+    ------
+    SceneError
+        The scene is not valid, or no point of those looked at first makes one.
+    InputError
+        A key, value, merit or design cannot be used, or another process computes the same sweep.
+
+    Notes
+    -----
+    A run that fails says why in its row, and leaves the others alone. Results do not depend on the
+    number of processes, nor on interruptions. scipy.stats.qmc makes the designs.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.2"])
+    >>> found = ab_sim.sweep(scene, {"balls.mass": "1 g..2 g:3"}, ["peak_whirl_over_e"])
+    >>> found["balls.mass"].tolist(), found.shape
+    ([0.001, 0.0015, 0.002], (3,))
+    >>> found.scene_of(2).balls.masses
+    (0.002, 0.002)
+    """
+    if not isinstance(over, Mapping):
+        raise InputError(f"over = {short(over)}: must be a mapping of keys to their values")
+    if workers < 1:
+        raise InputError(f"workers = {workers}: must be at least 1")
+    variables = [_variable(key, given, design is not None) for key, given in over.items()]
+    points = points_of(variables, design, seed)
+    return sweeps.run_sweep(as_scene(scene), points, merits, Workers(workers), progress)
+
+
+def open_sweep(path: Path | str) -> Sweep:
+    """Read what ``Sweep.write`` or ``ab-sim sweep --parquet`` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+        A Parquet file.
+
+    Returns
+    -------
+    Sweep
+        As it was.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or is nothing of that kind; names it and the reason.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.2"])
+    >>> ab_sim.sweep(scene, {"balls.mass": [0.001, 0.002]}).write("balls.parquet")
+    >>> ab_sim.open_sweep("balls.parquet")
+    <Sweep: scene thesis-hold, runs 2, grid 2, ...>
+    """
+    return sweeps.open_sweep(path)
+
+
+def _variable(key: str, given: str | Sequence[object], in_design: bool) -> Variable:
+    if isinstance(given, str):
+        return variable_of(f"{key}={given}")
+    listed = list(given)
+    if not in_design:
+        return values(key, [each.item() if hasattr(each, "item") else each for each in listed])
+    if len(listed) != 2 or not all(isinstance(each, int | float) for each in listed):
+        raise InputError(f"{key}: {short(given)}: must be two numbers, from where to where")
+    low, high = (float(each) for each in listed if isinstance(each, int | float))
+    return range_(key, low, high)

@@ -1,0 +1,44 @@
+"""`ab-sim merits`."""
+
+import json
+
+from rich.table import Table
+
+from ab_sim.analysis.merits import described_merits
+from ab_sim.analysis.merits.merit import MeritInWords
+from ab_sim.cli.outputs import PlainConsole
+
+console = PlainConsole()
+WHOLE = 2000
+"""Columns; more than any merit needs."""
+LISTED = ("name", "unit", "better", "meaning", "equation")
+
+
+def print_merits(name: str | None, as_json: bool) -> None:
+    """What a run is judged by, or one of these.
+
+    Raises:
+        InputError: there is none of that name; names the nearest, and all.
+    """
+    found = described_merits(name)
+    if as_json:
+        print(json.dumps([each._asdict() for each in found], indent=1))
+        return
+    if not console.is_terminal:  # another program reads it: a merit is one line
+        console.width = WHOLE
+    if name is not None:
+        console.print(_one(found[0]))
+        return
+    table = Table()
+    for column in LISTED:
+        table.add_column(column, overflow="fold")
+    for each in found:
+        table.add_row(*(str(getattr(each, column)) for column in LISTED))
+    console.print(table)
+
+
+def _one(merit: MeritInWords) -> Table:
+    table = Table(show_header=False)
+    for label, text in merit._asdict().items():
+        table.add_row(label, text)
+    return table

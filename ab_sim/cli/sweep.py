@@ -1,0 +1,110 @@
+"""`ab-sim sweep`."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from rich.table import Table
+
+from ab_sim.analysis.merits.merit import Better, merits_named
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.stability import KEPT
+from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, FAILURE, OUTCOME, SETTLED
+from ab_sim.design.points import points_of
+from ab_sim.design.sweep import DEFAULT_MERITS, Sweep, run_sweep
+from ab_sim.design.variables import variable_of
+from ab_sim.errors import InputError
+from ab_sim.output_file import CSV, PARQUET
+from ab_sim.presentation import number
+from ab_sim.scene import load_scene
+from ab_sim.workers import Workers
+
+
+def sweep_command(
+    scene_name: str,
+    changes: list[str],
+    over: list[str],
+    design: tuple[str | None, int],
+    merits: str | None,
+    workers: int | None,
+    files: tuple[Path | None, Path | None],
+) -> Command:
+    """Runs over values of keys.
+
+    Args:
+        scene_name, changes: see ``load_scene``.
+        over: see ``variable_of``.
+        design: see ``points_of``, and the seed.
+        merits: keys with commas between; None: some.
+        workers: processes; None: as many as there are processors.
+        files: for Parquet and CSV.
+    """
+    processes = len(os.sched_getaffinity(0)) if workers is None else workers
+    if processes < 1:
+        raise InputError(f"--workers {processes}: must be at least 1")
+    scene = load_scene(scene_name, changes)
+    points = points_of([variable_of(each) for each in over], *design)
+    wanted = DEFAULT_MERITS if merits is None else tuple(each.strip() for each in merits.split(","))
+    merits_named(wanted)
+    table, comma = files
+
+    def work(tell: Tell) -> Outcome:
+        found = run_sweep(scene, points, wanted, Workers(processes), tell)
+
+        def write() -> None:
+            for file in (table, comma):
+                if file is not None:
+                    found.write(file)
+
+        draw = picture("ab_sim.cli.sweep:draw", found)
+        return Outcome(_shown(found), found.report, draw, write)
+
+    outputs = ((table, PARQUET, "--parquet"), (comma, CSV, "--csv"))
+    return Command(work, scene.name, KEPT, outputs)
+
+
+def draw(found: Sweep, file: Path) -> None:
+    """Draw it into a picture."""
+    from ab_sim.figures.saved import save
+    from ab_sim.figures.sweep import drawn_sweep
+
+    save(drawn_sweep(found), file, 110)
+
+
+def _shown(found: Sweep) -> Iterator[Table | str]:
+    table = Table(title=f"{found.scene.name}: {len(found.table)} runs, of which those that settled")
+    for name in ("merit", "least", "median", "largest"):
+        table.add_column(name, justify="left" if name == "merit" else "right")
+    for merit in found.merits:
+        values = found[merit][found[OUTCOME] == SETTLED].astype(float)
+        values = values[np.isfinite(values)]
+        numbers = [float(f(values)) for f in (np.min, np.median, np.max)] if len(values) else []
+        table.add_row(_titled(found, merit), *([number(each) for each in numbers] or ["-"] * 3))
+    yield table
+    for judged in merits_named(found.merits):
+        best = None if judged.better is Better.NEITHER else found.best(judged.key)
+        if best is not None:
+            value = number(float(found[judged.key][best]))
+            said = f"best {_titled(found, judged.key)}: {value} in run {best}"
+            yield f"{said}: {_where(found, best)}"
+    yield ", ".join(f"{name}: {count}" for name, count in found.outcomes.items())
+    reasons = [reason for reason in found.table[FAILURE].to_pylist() if reason]
+    if reasons:
+        yield f"{FAILED}, the first one: {reasons[0]}"
+    if CHANGING in found.outcomes:
+        yield "still changing: a longer duration (--set duration=...) shows where it goes"
+    if CIRCULATES in found.outcomes:
+        yield "circulates: balls go round the race, and do not balance"
+
+
+def _titled(found: Sweep, name: str) -> str:
+    unit = found.unit(name)
+    return name if unit in (None, "1", "-") else f"{name} [{unit}]"
+
+
+def _where(found: Sweep, run: int) -> str:
+    values = [found[key][run] for key in found.keys]
+    said = [str(v) if isinstance(v, str) else number(float(v)) for v in values]
+    return ", ".join(f"{key}={each}" for key, each in zip(found.keys, said, strict=True))

@@ -1,0 +1,134 @@
+"""Rows that are done, kept on disk part by part: whatever ends a sweep, no part is lost or doubled.
+
+A part is a file named by a hash of its content, in a folder named by a hash of all that its rows
+follow from. It is written once, and is there as a whole or not at all.
+"""
+
+import contextlib
+import errno
+import fcntl
+import hashlib
+import logging
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import pyarrow
+from pyarrow import parquet
+
+from ab_sim.analysis.results import Results
+from ab_sim.design.judged import RUN, Job, judged, merit_columns
+from ab_sim.errors import InputError
+from ab_sim.output_file import write_whole
+from ab_sim.quoting import visible
+
+SUFFIX = ".parquet"
+
+
+class Parts:
+    """The rows of a sweep that are done; to be used in a ``with``.
+
+    Args:
+        job: what its runs have in common.
+        points: what its points follow from, JSON-able.
+
+    Raises:
+        InputError: another process computes the same sweep.
+    """
+
+    def __init__(self, job: Job, points: dict[str, Any]) -> None:
+        numbers = {"keys": list(job.keys), "merits": list(job.merits), "points": points}
+        modules = {merit.watch.__module__ for merit in merit_columns(job.merits)}
+        self._folder = Results(judged).folder_of(job.scene, modules, **numbers)
+        self._lock: int | None = None
+        self._complained = False
+
+    def __enter__(self) -> "Parts":
+        if self._folder is not None:
+            try:
+                self._folder.mkdir(mode=0o700, exist_ok=True)
+                self._lock = os.open(self._folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
+            except OSError as error:
+                self._complain(error)
+                self._folder = None
+        if self._lock is not None:
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                os.close(self._lock)
+                raise InputError(
+                    "another process computes this very sweep; wait for it, or end it: what it has "
+                    "done is kept"
+                ) from None
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._lock is not None:
+            os.close(self._lock)
+
+    def done(self, schema: pyarrow.Schema) -> pyarrow.Table:
+        """All rows that are there, of each run one; parts that cannot be believed are left out."""
+        files = sorted(self._folder.glob(f"*{SUFFIX}")) if self._folder is not None else []
+        tables = [found for file in files if (found := _read(file, schema)) is not None]
+        whole = pyarrow.concat_tables([schema.empty_table(), *tables])
+        runs = whole[RUN].to_numpy()
+        return whole if len(set(runs.tolist())) == len(runs) else _once(whole)
+
+    def keep(self, rows: pyarrow.Table) -> None:
+        """Keep a part; where that cannot be, one line says so, and all goes on."""
+        if self._folder is None:
+            return
+        sink = pyarrow.BufferOutputStream()
+        parquet.write_table(rows, sink, compression="zstd")
+        content = sink.getvalue().to_pybytes()
+        try:
+            write_whole(self._folder / (_digest(content) + SUFFIX), content)
+        except OSError as error:
+            self._complain(error)
+
+    def join(self, rows: pyarrow.Table) -> None:
+        """One part in place of many, of rows that are all."""
+        if self._folder is None:
+            return
+        before = set(self._folder.glob(f"*{SUFFIX}"))
+        if len(before) < 2:
+            return
+        self.keep(rows)
+        if set(self._folder.glob(f"*{SUFFIX}")) - before:
+            for file in before:
+                with contextlib.suppress(OSError):
+                    file.unlink()
+
+    def _complain(self, error: OSError) -> None:
+        if not self._complained:
+            self._complained = True
+            reason = error.strerror or errno.errorcode.get(error.errno or 0, "")
+            said = f"{self._folder}: what is done cannot be kept there: {reason}"
+            logging.getLogger("ab_sim").warning(visible(said))
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:32]
+
+
+def _read(file: Path, schema: pyarrow.Schema) -> pyarrow.Table | None:
+    """Its rows; None if it is not what it was written as."""
+    try:
+        content = file.read_bytes()
+        if _digest(content) != file.stem:
+            return None
+        found = parquet.read_table(pyarrow.BufferReader(content))
+    except (OSError, pyarrow.ArrowException):
+        return None
+    return found if found.schema.equals(schema) else None
+
+
+def _once(rows: pyarrow.Table) -> pyarrow.Table:
+    first = {int(run): place for place, run in reversed(list(enumerate(rows[RUN].to_pylist())))}
+    return rows.take(sorted(first.values()))

@@ -1,0 +1,153 @@
+"""The points of a sweep: which values the keys have in each run."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from ab_sim.design.variables import ListedValues, Range, Variable
+from ab_sim.errors import InputError
+from ab_sim.quoting import short
+
+MOST = 10_000_000
+"""Runs of a sweep."""
+
+
+class Points(Protocol):
+    """ListedValues of some keys for each of many runs."""
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Dotted."""
+
+    def __len__(self) -> int:
+        """How many runs."""
+
+    def at(self, run: int) -> tuple[Any, ...]:
+        """The values of a run, in the keys' order."""
+
+    def report(self) -> dict[str, Any]:
+        """What they follow from, JSON-able; the same for the same points only."""
+
+
+@dataclass(frozen=True)
+class GridPoints:
+    """All combinations of values; the last key's change fastest."""
+
+    axes: tuple[ListedValues, ...]
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Dotted."""
+        return tuple(axis.key for axis in self.axes)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many values each key has."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    def __len__(self) -> int:
+        return math.prod(self.shape)
+
+    def at(self, run: int) -> tuple[Any, ...]:
+        """See ``Points``."""
+        places = np.unravel_index(run, self.shape)
+        return tuple(axis.values[int(place)] for axis, place in zip(self.axes, places, strict=True))
+
+    def report(self) -> dict[str, Any]:
+        """See ``Points``."""
+        return {"grid": {axis.key: list(axis.values) for axis in self.axes}}
+
+
+class DesignPoints:
+    """Points of a design that fills a space of ranges, by scipy.stats.qmc.
+
+    Args:
+        ranges: one for each key.
+        design: ``sobol`` or ``lhs``, Latin hypercube; scrambled.
+        count: of points; a power of 2 of ``sobol``.
+        seed: of its random numbers.
+    """
+
+    def __init__(self, ranges: Sequence[Range], design: str, count: int, seed: int) -> None:
+        from scipy.stats import qmc
+
+        self.ranges, self.design, self._count, self._seed = tuple(ranges), design, count, seed
+        if design == "sobol":
+            engine: qmc.QMCEngine = qmc.Sobol(len(ranges), rng=np.random.default_rng(seed))
+        else:
+            engine = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed))
+        shares = engine.random(count)
+        self._columns = [each.at(shares[:, k]) for k, each in enumerate(self.ranges)]
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Dotted."""
+        return tuple(each.key for each in self.ranges)
+
+    def __len__(self) -> int:
+        return self._count
+
+    def at(self, run: int) -> tuple[Any, ...]:
+        """See ``Points``."""
+        return tuple(column[run].item() for column in self._columns)
+
+    def report(self) -> dict[str, Any]:
+        """See ``Points``."""
+        ranges = {each.key: [each.low, each.high, each.log, each.whole] for each in self.ranges}
+        return {"design": self.design, "count": self._count, "seed": self._seed, "ranges": ranges}
+
+
+def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) -> Points:
+    """Points over variables.
+
+    Args:
+        variables: at least one; all with values for a grid, all ranges for a design.
+        design: ``sobol:COUNT`` or ``lhs:COUNT``; None: a grid.
+        seed: of a design's random numbers.
+
+    Raises:
+        InputError: says what does not fit.
+    """
+    if not variables:
+        raise InputError("nothing varies; name a key and its values, e.g. balls.mass=0.001,0.002")
+    keys = [each.key for each in variables]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise InputError(f"{key}: varies twice; name it once")
+    if design is None:
+        return _grid(variables)
+    kind, colon, count = design.partition(":")
+    if kind not in ("sobol", "lhs") or not colon or not count.isdecimal() or len(count) > 9:
+        raise InputError(
+            f"design {short(design)}: must be sobol:COUNT or lhs:COUNT, e.g. sobol:4096"
+        )
+    if kind == "sobol" and int(count).bit_count() != 1:
+        raise InputError(f"design {design}: of sobol the count must be a power of 2, e.g. 1024")
+    ranges = [each for each in variables if isinstance(each, Range)]
+    for each in variables:
+        if not isinstance(each, Range):
+            raise InputError(
+                f"{each.key}: has values of its own; a design takes ranges, {each.key}=FROM..TO"
+            )
+    _check_count(int(count))
+    return DesignPoints(ranges, kind, int(count), seed)
+
+
+def _grid(variables: Sequence[Variable]) -> GridPoints:
+    for each in variables:
+        if isinstance(each, Range):
+            raise InputError(
+                f"{each.key}: from {each.low:g} to {each.high:g}, but how many values? Write "
+                f"{each.key}={each.low:g}..{each.high:g}:COUNT, or ask for a design"
+            )
+    found = GridPoints(tuple(each for each in variables if isinstance(each, ListedValues)))
+    _check_count(len(found))
+    return found
+
+
+def _check_count(count: int) -> None:
+    if not 1 <= count <= MOST:
+        raise InputError(f"{count} runs: must be from 1 to {MOST}; take fewer values")

@@ -1,0 +1,313 @@
+"""A scene swept over some of its keys: a row of merits for each run."""
+
+import json
+from collections import Counter
+from collections.abc import Iterable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyarrow
+from pyarrow import csv, parquet
+
+import ab_sim
+from ab_sim.accuracy import resolve_accuracy
+from ab_sim.analysis.merits.merit import Better
+from ab_sim.design.judged import (
+    FAILURE,
+    OUTCOME,
+    OUTCOMES,
+    RUN,
+    SETTLED,
+    Job,
+    merit_columns,
+    varied_scene,
+)
+from ab_sim.design.points import Points
+from ab_sim.design.work import Executor, Tell, rows_of
+from ab_sim.errors import InputError, SceneError
+from ab_sim.output_file import replacing
+from ab_sim.presentation import Column, Columns, Presented, number
+from ab_sim.quoting import short
+from ab_sim.scene.keys import scene_keys
+from ab_sim.scene.load import check_scene
+from ab_sim.scene.model import Scene
+
+if TYPE_CHECKING:
+    from xarray import Dataset  # type: ignore[import-not-found, unused-ignore]
+
+DEFAULT_MERITS = ("final_whirl_over_e", "in_band_from", "peak_whirl_over_e", "residual_unbalance")
+ABOUT = b"ab_sim.sweep"
+"""Key of what a Parquet file says of itself, JSON, in the metadata of its schema."""
+UNIT, AS_JSON = b"unit", b"as_json"
+"""Keys of the metadata of a column's field: its unit; whether values are JSON, being lists, say."""
+
+
+@dataclass(frozen=True, repr=False)
+class Sweep(Presented):
+    """Runs of a scene over values of its keys; see ``ab_sim.sweep``."""
+
+    _picture = "sweep"
+
+    scene: Scene
+    """As it was swept: its accuracy, if it asked for one, is a solver."""
+    keys: tuple[str, ...]
+    """That vary; dotted."""
+    merits: tuple[str, ...]
+    """That it has columns of."""
+    points: dict[str, object]
+    """What the runs' values follow from: a grid's, or a design's ranges, count and seed."""
+    table: pyarrow.Table
+    """A row for each run: run, keys, merits, outcome, failure; SI units, whirls in e."""
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A column, shape (runs,); NaN where a number is null.
+
+        Raises:
+            InputError: there is none of that name.
+        """
+        if name not in self.table.column_names:
+            raise InputError(f"{short(name)}: no such column; there are: {self._names}")
+        column = self.table[name]
+        if pyarrow.types.is_boolean(column.type) and column.null_count:
+            column = column.cast(pyarrow.float64())
+        found: np.ndarray = column.to_numpy(zero_copy_only=False)
+        return found
+
+    @property
+    def _names(self) -> str:
+        return ", ".join(self.table.column_names)
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """How many runs ended in which way: settled, still changing, circulates, failed."""
+        counts = Counter(self.table[OUTCOME].to_pylist())
+        return {name: counts[name] for name in OUTCOMES if counts[name]}
+
+    @property
+    def shape(self) -> tuple[int, ...] | None:
+        """Of a grid, how many values each key has; None of a design."""
+        grid = self.points.get("grid")
+        return tuple(map(len, grid.values())) if isinstance(grid, dict) else None
+
+    def unit(self, name: str) -> str | None:
+        """Of a column: SI, e for whirls, 1 of numbers without one; None of words."""
+        return self._about(name, UNIT)
+
+    def _about(self, name: str, what: bytes) -> str | None:
+        found: bytes | None = (self.table.schema.field(name).metadata or {}).get(what)
+        return None if found is None else found.decode()
+
+    def best(self, merit: str) -> int | None:
+        """Number of the settled run in which a merit is best; None if there is none.
+
+        Raises:
+            InputError: no value of the merit is better than another one.
+        """
+        better = merit_columns([merit])[0].better
+        if better is Better.NEITHER:
+            raise InputError(f"merit {merit!r}: describes a run; none of its values is better")
+        values = np.where(self[OUTCOME] == SETTLED, self[merit].astype(float), np.nan)
+        if not np.isfinite(values).any():
+            return None
+        place = np.nanargmin(values) if better is Better.SMALLER else np.nanargmax(values)
+        return int(self[RUN][place])
+
+    def scene_of(self, run: int) -> Scene:
+        """The scene of a run, to run it again.
+
+        Raises:
+            InputError: there is no such run.
+            SceneError: it was none; says why.
+        """
+        if not 0 <= run < len(self.table):
+            raise InputError(f"run {run!r}: must be from 0 to {len(self.table) - 1}")
+        row = self.table.slice(run, 1).to_pylist()[0]
+        values = [
+            json.loads(row[key]) if self._about(key, AS_JSON) else row[key] for key in self.keys
+        ]
+        return varied_scene(Job(self.scene, self.keys, self.merits), values)
+
+    def write(self, path: Path | str) -> None:
+        """Write the table, as Parquet or CSV by its ending; Parquet has units and scene, too.
+
+        Raises:
+            InputError: it cannot be written; names it and the reason.
+        """
+        path = Path(path)
+        if path.suffix.lower() not in (".parquet", ".csv"):
+            raise InputError(f"{path}: must end in .parquet or .csv")
+        try:
+            with replacing(path) as unfinished:
+                if path.suffix.lower() == ".csv":
+                    csv.write_csv(self.table, unfinished)
+                else:
+                    parquet.write_table(self.table, unfinished, compression="zstd")
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+    def report(self) -> dict[str, object]:
+        """Everything as JSON-able values, SI units: see ``ab-sim sweep --help``."""
+        return {
+            "scene": self.scene.as_mapping(),
+            "keys": list(self.keys),
+            "merits": list(self.merits),
+            "points": self.points,
+            "units": {name: self.unit(name) for name in self.table.column_names},
+            "outcomes": self.outcomes,
+            "runs": {name: self.table[name].to_pylist() for name in self.table.column_names},
+            "version": ab_sim.__version__,
+        }
+
+    def to_xarray(self) -> "Dataset":
+        """A grid's merits with the keys as dimensions.
+
+        Raises:
+            InputError: it is no grid.
+            ImportError: xarray is not installed, which ab_sim does not need otherwise.
+        """
+        try:
+            from xarray import Dataset
+        except ImportError as error:
+            raise ImportError(
+                "to_xarray() needs xarray, which is not installed: pip install xarray"
+            ) from error
+        if self.shape is None:
+            raise InputError("to_xarray: a design's points are no grid; use to_dataframe")
+        coordinates = {
+            key: (key, np.moveaxis(self[key].reshape(self.shape), axis, 0).reshape(count, -1)[:, 0])
+            for axis, (key, count) in enumerate(zip(self.keys, self.shape, strict=True))
+        }
+        variables = {
+            name: (
+                list(self.keys),
+                self[name].reshape(self.shape),
+                {"units": self.unit(name) or ""},
+            )
+            for name in (*self.merits, OUTCOME)
+        }
+        found = Dataset(variables, coordinates, {"scene": self.scene.name})
+        for name in (*self.keys, *self.merits):
+            found[name].attrs["units"] = self.unit(name) or ""
+        return found
+
+    def _facts(self) -> dict[str, str]:
+        said = {"scene": self.scene.name, "runs": str(len(self.table))}
+        if self.shape is not None:
+            said["grid"] = " x ".join(map(str, self.shape))
+        said |= {name: str(count) for name, count in self.outcomes.items()}
+        for merit in self.merits:
+            if merit_columns([merit])[0].better is not Better.NEITHER:
+                run = self.best(merit)
+                if run is not None:
+                    unit = self.unit(merit) or ""
+                    best = float(self[merit][run])
+                    said[f"best {merit}"] = f"{number(best, unit.replace('1', ''))} in run {run}"
+        return said
+
+    def _columns(self) -> Columns:
+        return {
+            name: Column(self.unit(name), self.table[name].to_pylist())
+            for name in self.table.column_names
+        }
+
+
+def run_sweep(
+    scene: Scene,
+    points: Points,
+    merits: Iterable[str] = DEFAULT_MERITS,
+    executor: AbstractContextManager[Executor] | None = None,
+    tell: Tell | None = None,
+) -> Sweep:
+    """Run a scene at points; arguments as of ``rows_of``.
+
+    Raises:
+        InputError: a merit is no number, or the same is computed by another process.
+        SceneError: not one of the first points is a scene; says why.
+    """
+    wanted = tuple(dict.fromkeys(merits))
+    merit_columns(wanted)
+    resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
+    job = Job(resolved, points.keys, wanted)
+    _check_first(job, points)
+    return _sweep(
+        job, points.report(), _with_values(job, points, rows_of(job, points, executor, tell))
+    )
+
+
+def _check_first(job: Job, points: Points) -> None:
+    """A slip of the pen in a key would make every run fail: it is said before anything runs."""
+    first = None
+    for run in dict.fromkeys([0, len(points) // 2, len(points) - 1]):
+        try:
+            varied_scene(job, points.at(run))
+        except SceneError as error:
+            first = first or error
+        else:
+            return
+    if first is not None:
+        raise first
+
+
+def _with_values(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
+    """Rows with the keys' columns behind the run's number."""
+    values = list(zip(*(points.at(run) for run in range(len(points))), strict=True))
+    table = rows
+    for place, (key, column) in enumerate(zip(job.keys, values, strict=True), start=1):
+        kinds = {type(value) for value in column}
+        about: dict[bytes, bytes] = {}
+        if not (kinds <= {int, float} or kinds in ({str}, {bool})):
+            column, about = tuple(json.dumps(value) for value in column), {AS_JSON: b"1"}
+        array = pyarrow.array(column, pyarrow.float64() if kinds == {int, float} else None)
+        table = table.add_column(place, pyarrow.field(key, array.type, metadata=about), array)
+    return table
+
+
+def _sweep(job: Job, points: dict[str, Any], table: pyarrow.Table) -> Sweep:
+    """With units, and all that says what it is, in the table's schema."""
+    units: dict[str, str | None] = {RUN: "1", OUTCOME: None, FAILURE: None}
+    units |= {key: unit_of(key) for key in job.keys}
+    units |= {merit.key: merit.unit for merit in merit_columns(job.merits)}
+    fields = [
+        field.with_metadata({**(field.metadata or {}), UNIT: unit})
+        if (unit := units[field.name])
+        else field
+        for field in table.schema
+    ]
+    about = {
+        "scene": job.scene.as_mapping(),
+        "keys": list(job.keys),
+        "merits": list(job.merits),
+        "points": points,
+        "version": ab_sim.__version__,
+    }
+    schema = pyarrow.schema(fields, {ABOUT: json.dumps(about, allow_nan=False)})
+    return Sweep(job.scene, job.keys, job.merits, points, table.cast(schema))
+
+
+def unit_of(key: str) -> str | None:
+    """Of a scene's key; None of what is no number."""
+    unit = scene_keys(key)[0].unit
+    return None if unit == "-" else unit
+
+
+def open_sweep(path: Path | str) -> Sweep:
+    """What ``Sweep.write`` wrote as Parquet.
+
+    Raises:
+        InputError: it cannot be read, or is nothing of that kind; names it and the reason.
+    """
+    try:
+        table = parquet.read_table(path)
+        about = json.loads((table.schema.metadata or {})[ABOUT])
+        scene = check_scene(about["scene"], str(path))
+        keys, merits = tuple(about["keys"]), tuple(about["merits"])
+        return Sweep(scene, keys, merits, about["points"], table)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except (KeyError, ValueError, TypeError, pyarrow.ArrowException) as error:
+        raise InputError(
+            f"{path}: is no Parquet file of a sweep, or of another version of ab_sim"
+        ) from error

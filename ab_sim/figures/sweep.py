@@ -1,0 +1,237 @@
+"""A sweep: merits over one key as lines, over two as maps, over more as panels of pairs."""
+
+import itertools
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.lines import Line2D
+
+from ab_sim.analysis.merits.merit import Better, merits_named
+from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, OUTCOME
+from ab_sim.design.sweep import Sweep
+from ab_sim.figures.saved import ResultFigure
+
+MARKS = {CHANGING: ("o", "#e88b2d"), CIRCULATES: ("^", "#d7403a"), FAILED: ("x", "#1a1a1a")}
+"""Of runs that did not settle."""
+LINE, BEST = "#2b6ca3", "#b3007d"
+WIDE = 30.0
+"""Between least and largest value of a positive merit, from which its axis is logarithmic."""
+MOST_KEYS = 6
+"""In panels of pairs; more are left out, and that is said."""
+
+
+def drawn_sweep(found: Sweep) -> ResultFigure:
+    """The figure of a sweep, not written yet."""
+    if len(found.keys) == 1:
+        return _lines(found)
+    return _maps(found) if len(found.keys) == 2 else _pairs(found)
+
+
+def _lines(found: Sweep) -> ResultFigure:
+    """A panel for each merit; of several runs at one value their median, and a band of all."""
+    key, merits = found.keys[0], found.merits
+    figure = ResultFigure(figsize=(8.0, 1.2 + 2.2 * len(merits)), layout="constrained")
+    panels = figure.subplots(len(merits), 1, sharex=True, squeeze=False)[:, 0]
+    places, names = _places(found, key)
+    for axes, merit in zip(panels, merits, strict=True):
+        values = found[merit].astype(float)
+        there = np.isfinite(values)
+        across = np.unique(places[there])
+        groups = [values[there & (places == x)] for x in across]
+        if groups:
+            axes.fill_between(
+                across, [g.min() for g in groups], [g.max() for g in groups], color=LINE,
+                alpha=0.2, lw=0,
+            )  # fmt: skip
+            # A line would bridge what lies between, where runs have no value.
+            middle = np.full(len(every := np.unique(places)), np.nan)
+            middle[np.isin(every, across)] = [np.median(g) for g in groups]
+            axes.plot(every, middle, color=LINE, marker=".", ms=5, lw=1.4)
+            if _is_wide(values[there]):
+                axes.set_yscale("log")
+        _mark_others(found, axes, places, values)
+        _mark_best(found, merit, axes, places, values)
+        axes.set_ylabel(_titled(found, merit), fontsize=9)
+        axes.grid(alpha=0.25)
+    _scale_axis(found, key, panels[-1], names, "x")
+    panels[0].set_title(_title(found), fontsize=11)
+    figure.legend(handles=_legend(found), loc="outside lower center", ncols=5, fontsize=9)
+    return figure
+
+
+def _maps(found: Sweep) -> ResultFigure:
+    """A map for each merit."""
+    (across, up), merits = found.keys, found.merits
+    columns = min(2, len(merits))
+    rows = math.ceil(len(merits) / columns)
+    figure = ResultFigure(figsize=(1.0 + 5.6 * columns, 1.2 + 4.4 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    (x, names_x), (y, names_y) = _places(found, across), _places(found, up)
+    for axes, merit in zip(panels, merits, strict=False):
+        values = found[merit].astype(float)
+        colours = _draw_map(found, axes, (x, y), values)
+        _mark_others(found, axes, x, y)
+        _mark_best(found, merit, axes, x, y)
+        axes.set_title(_titled(found, merit), fontsize=10)
+        if colours is not None:
+            figure.colorbar(colours, ax=axes, pad=0.02)
+    for axes in panels[len(merits) :]:
+        axes.set_axis_off()
+    for place, axes in enumerate(panels[: len(merits)]):
+        _scale_axis(found, across, axes, names_x, "x", place + columns >= len(merits))
+        _scale_axis(found, up, axes, names_y, "y", place % columns == 0)
+    figure.suptitle(_title(found), fontsize=11)
+    figure.legend(handles=_legend(found), loc="outside lower center", ncols=5, fontsize=9)
+    return figure
+
+
+def _draw_map(
+    found: Sweep, axes: Axes, places: tuple[np.ndarray, np.ndarray], values: np.ndarray
+) -> ScalarMappable | None:
+    """A grid's values as areas with contours, a design's as points; None: there are none."""
+    (x, y), there = places, np.isfinite(values)
+    if not there.any():
+        axes.text(0.5, 0.5, "no run has it", transform=axes.transAxes, ha="center", fontsize=10)
+        return None
+    norm = _norm(values[there])
+    if found.shape is None:
+        return axes.scatter(x[there], y[there], c=values[there], s=14, norm=norm, cmap="viridis")
+    grid = values.reshape(found.shape).T
+    across, up = x.reshape(found.shape)[:, 0], y.reshape(found.shape)[0]
+    order_x, order_y = np.argsort(across), np.argsort(up)
+    across, up, grid = across[order_x], up[order_y], grid[np.ix_(order_y, order_x)]
+    areas = axes.pcolormesh(
+        across, up, grid, norm=norm, cmap="viridis", shading="nearest", rasterized=True
+    )
+    axes.set_facecolor("#d9d9d9")
+    if min(grid.shape) > 2 and np.ptp(values[there]) > 0:
+        levels = _levels(norm)
+        lines = axes.contour(across, up, grid, levels=levels, colors="white", linewidths=0.7)
+        axes.clabel(lines, fmt="%.3g", fontsize=7)
+    return areas
+
+
+def _pairs(found: Sweep) -> ResultFigure:
+    """Runs over each pair of keys, coloured by the first merit; good ones above the others."""
+    keys, merit = found.keys[:MOST_KEYS], found.merits[0]
+    count = len(keys) - 1
+    side = max(2.2, 7.5 / count)
+    figure = ResultFigure(figsize=(1.5 + side * count, 1.2 + side * count), layout="constrained")
+    panels = figure.subplots(count, count, squeeze=False, sharex="col", sharey="row")
+    values = found[merit].astype(float)
+    there = np.flatnonzero(np.isfinite(values))
+    order = there[np.argsort(values[there])]
+    if merits_named([merit])[0].better is not Better.LARGER:
+        order = order[::-1]
+    norm = _norm(values[there]) if len(there) else Normalize()
+    for row, column in itertools.product(range(count), range(count)):
+        axes = panels[row, column]
+        if column > row:
+            axes.set_axis_off()
+            continue
+        (x, names_x), (y, names_y) = (_places(found, k) for k in (keys[column], keys[row + 1]))
+        axes.scatter(x[order], y[order], c=values[order], s=10, norm=norm, cmap="viridis")
+        _mark_others(found, axes, x, y)
+        _mark_best(found, merit, axes, x, y)
+        _scale_axis(found, keys[column], axes, names_x, "x", row == count - 1)
+        _scale_axis(found, keys[row + 1], axes, names_y, "y", column == 0)
+    bar = ScalarMappable(norm, "viridis")
+    figure.colorbar(bar, ax=panels, label=_titled(found, merit), shrink=0.6, pad=0.02)
+    left_out = (
+        f"; {', '.join(found.keys[MOST_KEYS:])} not drawn" if len(found.keys) > len(keys) else ""
+    )
+    figure.suptitle(_title(found) + left_out, fontsize=11)
+    figure.legend(handles=_legend(found), loc="outside lower center", ncols=5, fontsize=9)
+    return figure
+
+
+def _places(found: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
+    """Where the runs' values are drawn; of words in a row, with their names."""
+    values = found[key]
+    if values.dtype.kind in "fiu":
+        return values.astype(float), None
+    names = list(dict.fromkeys(str(value) for value in values))
+    return np.array([names.index(str(value)) for value in values], float), names
+
+
+def _scale_axis(
+    found: Sweep, key: str, axes: Axes, names: list[str] | None, which: str, titled: bool = True
+) -> None:
+    """Ticks and title of an axis; logarithmic where the values are spread so."""
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    if names is not None:
+        axis.set_ticks(range(len(names)), [name[:24] for name in names])
+    elif _is_log(found[key].astype(float)):
+        (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+    if titled:
+        axis.set_label_text(_titled(found, key), fontsize=9)
+
+
+def _is_log(values: np.ndarray) -> bool:
+    """Whether positive values lie evenly in their logarithm rather than on a line."""
+    across = np.unique(values)
+    if len(across) < 3 or across[0] <= 0 or across[-1] < 3.0 * across[0]:
+        return False
+    evenness = [np.std(np.diff(each)) / np.mean(np.diff(each)) for each in (across, np.log(across))]
+    return bool(evenness[1] < evenness[0])
+
+
+def _mark_others(found: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    """Runs that did not settle; those without a value as lines across the panel."""
+    size = min(4.0, max(1.0, 80.0 / math.sqrt(len(y))))
+    for outcome, (marker, colour) in MARKS.items():
+        chosen = found[OUTCOME] == outcome
+        valued = chosen & np.isfinite(y)
+        face = "none" if marker == "o" else colour
+        axes.plot(
+            x[valued], y[valued], ls="", marker=marker, ms=size, mfc=face, mec=colour, zorder=3
+        )
+        for place in x[chosen & ~np.isfinite(y)]:
+            axes.axvline(place, color=colour, lw=1.0, alpha=0.35, zorder=0)
+
+
+def _mark_best(found: Sweep, merit: str, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    if merits_named([merit])[0].better is Better.NEITHER:
+        return
+    run = found.best(merit)
+    if run is not None:
+        axes.plot(
+            x[run], y[run], marker="*", ms=15, mfc=BEST, mec="white", mew=0.8, ls="", zorder=4
+        )
+
+
+def _legend(found: Sweep) -> list[Line2D]:
+    """Of how the runs ended, those kinds that there are, with their count."""
+    handles = [Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best that settled")]
+    for outcome, count in found.outcomes.items():
+        marker, colour = MARKS.get(outcome, ("s", LINE))
+        face, said = "none" if marker == "o" else colour, f"{outcome}: {count}"
+        handles.append(Line2D([], [], ls="", marker=marker, mfc=face, mec=colour, label=said))
+    return handles
+
+
+def _norm(values: np.ndarray) -> Normalize:
+    if _is_wide(values):
+        return LogNorm(values.min(), values.max())
+    return Normalize(values.min(), values.max())
+
+
+def _is_wide(values: np.ndarray) -> bool:
+    return bool(values.min() > 0 and values.max() > WIDE * values.min())
+
+
+def _levels(norm: Normalize) -> np.ndarray:
+    shares = np.linspace(0.0, 1.0, 6)[1:-1]
+    return np.unique(np.asarray(norm.inverse(shares), float))
+
+
+def _titled(found: Sweep, name: str) -> str:
+    unit = found.unit(name)
+    return name if unit in (None, "1", "-") else f"{name} [{unit}]"
+
+
+def _title(found: Sweep) -> str:
+    return f"{found.scene.name}, {len(found.table)} runs"

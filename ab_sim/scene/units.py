@@ -1,0 +1,193 @@
+"""Numbers written with their unit, ``12 mm``, in SI; what pint knows of units, it knows here.
+
+A text is a number and a product of powers of units, seen to before pint reads it: pint evaluates
+what it is given. Pint is imported when there is such a text, as that takes a quarter of a second.
+"""
+
+import functools
+import math
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from decimal import Context, Decimal, localcontext
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ab_sim.quoting import short
+
+if TYPE_CHECKING:
+    import pint
+
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
+NO_UNIT = ("1", "-")
+"""What stands for the unit of keys that have none."""
+MOST = 100
+"""Characters of a number with its unit."""
+
+_NAME = r"[A-Za-zµμ°][A-Za-z0-9_]*"
+# Of a power of a power the exponents would be multiplied, to numbers of any length.
+_FACTOR = rf"(?:sqrt\(\s*{_NAME}\s*\)|{_NAME}(?:(?:\^|\*\*)[+-]?\d(?:\.\d{{1,2}})?)?)"
+_JOIN = r"(?:\s*[*/·]\s*|\s+)"
+_PRODUCT = rf"{_FACTOR}(?:{_JOIN}{_FACTOR})*"
+_PART = rf"(?:{_FACTOR}|\(\s*{_PRODUCT}\s*\))"
+_UNIT = re.compile(rf"{_PART}(?:{_JOIN}{_PART})*")
+_TEXT = re.compile(rf"({NUMBER})\s*([^\s\d.+-].*)")
+_POWERS = str.maketrans({"²": "^2", "³": "^3"})
+_DIGITS = 50
+"""Of decimal arithmetic: what comes out is the float nearest to what was written."""
+
+
+class Kind(NamedTuple):
+    """What is measured in a unit, and how a designer may write some."""
+
+    name: str
+    example: str
+
+
+KINDS = {
+    "kg": Kind("a mass", "1 g"),
+    "m": Kind("a length", "12 mm"),
+    "s": Kind("a time", "500 ms"),
+    "rad": Kind("an angle", "45 deg"),
+    "rad/s": Kind("an angular speed", "2500 rpm"),
+    "rad/s^2": Kind("an angular acceleration", "500 rpm/s"),
+    "Hz": Kind("a frequency", "1 kHz"),
+    "m/s": Kind("a speed", "10 mm/s"),
+    "m/s^2": Kind("an acceleration", "16 g_0"),
+    "(m/s^2)/sqrt(Hz)": Kind("a noise density", "70 ug_0/sqrt(Hz)"),
+    "kg m": Kind("an unbalance", "0.3 g cm"),
+    "kg m^2": Kind("a moment of inertia", "25 g cm^2"),
+    "N": Kind("a force", "1 N"),
+    "N/m": Kind("a stiffness", "1 N/mm"),
+    "N s/m": Kind("a damping", "0.2 N s/m"),
+    "N/m^3": Kind("a cubic stiffness", "1 N/mm^3"),
+    "N m": Kind("a torque", "5 mN m"),
+    "N m/rad": Kind("a torque per angle", "5 mN m/rad"),
+    "N m s/rad": Kind("a torque per angular speed", "5 mN m/rpm"),
+}
+"""By SI unit, as keys of scenes have them."""
+_NOTES = {
+    ("Hz", "rad/s"): "Hz may mean turns or radians: write rev/s, rpm or rad/s",
+    ("rad/s", "Hz"): "60 rpm are one turn a second: write 1 Hz",
+    ("kg", "m/s^2"): "g is the gram: write g_0 for the acceleration of free fall",
+    ("N m", "N m/rad"): "say per what angle: write N m/rad",
+}
+"""What to say of a unit that stands where another must."""
+
+
+def has_unit(text: str) -> bool:
+    """Whether a text is a number and something that may be a unit; what it is, is not looked at."""
+    if len(text) > MOST or _TEXT.fullmatch(text.strip()) is None:
+        return False
+    try:
+        float(text)
+    except ValueError:
+        return True
+    return False  # of 1e3 the end reads like a unit
+
+
+def in_si(text: str, unit: str) -> float:
+    """What a number with its unit is in the SI unit of a key.
+
+    Args:
+        text: such as ``2500 rpm``, ``0.3 g cm``, ``1 N/mm``, ``70 ug_0/sqrt(Hz)``.
+        unit: of the key, e.g. ``rad/s``; "1" or "-" of one that has none.
+
+    Returns:
+        The float nearest to what is written.
+
+    Raises:
+        ValueError: it is not written so, no unit is known by that name, it measures something
+            else, or it is too large; says what must be there, to be put after the value.
+    """
+    if unit in NO_UNIT:
+        raise ValueError("must be a number without unit")
+    found = _TEXT.fullmatch(text.strip()) if len(text) <= MOST else None
+    if found is None:
+        raise ValueError(f"must be a number, in {unit} or with a unit{_example(unit)}")
+    number, written = found.groups()
+    with _many_digits():
+        try:
+            _registry()
+        except ImportError:  # where dependencies came with ROS
+            raise ValueError(
+                "has a unit, for which pint is needed: pip install 'pint>=0.24', or give the "
+                f"number in {unit}"
+            ) from None
+        given, wanted = _units(written), _units(unit)
+        if wanted is None:  # of an effect of somebody's own
+            raise ValueError(f"must be a number in {unit}, written without unit")
+        if given is None:
+            raise ValueError(f"{short(written)} is no unit that is known; {_must_be(unit)}")
+        if _root(given) != _root(wanted):
+            raise ValueError(_misfit(given, unit))
+        try:
+            value = float(_registry().Quantity(Decimal(number), given).m_as(wanted))
+        except (ArithmeticError, ValueError):
+            value = math.inf
+    if not math.isfinite(value):
+        raise ValueError(f"is beyond all numbers; {_must_be(unit)}")
+    return value
+
+
+def _must_be(unit: str) -> str:
+    kind = KINDS.get(unit)
+    what = f"{kind.name} [{unit}]" if kind else f"in [{unit}]"
+    return f"must be {what}{_example(unit)}"
+
+
+def _example(unit: str) -> str:
+    return f", e.g. {KINDS[unit].example if unit in KINDS else f'0.5 {unit}'}"
+
+
+def _misfit(given: Any, unit: str) -> str:
+    """What to say of units that do not measure what the key's does."""
+    root = _root(given)
+    alike = next((known for known in KINDS if _root(_units(known)) == root), None)
+    if alike is not None:
+        said = f"is {KINDS[alike].name} [{alike}], {_must_be(unit)}"
+        note = _NOTES.get((alike, unit))
+        return f"{said}; {note}" if note else said
+    base = f"{_registry().get_base_units(given)[1]:~C}".replace("**", "^").replace("*", " ")
+    return f"is in [{base}], {_must_be(unit)}" if base else f"has no dimension, {_must_be(unit)}"
+
+
+@contextmanager
+def _many_digits() -> Iterator[None]:
+    with localcontext(Context(prec=_DIGITS)):
+        yield
+
+
+@functools.cache
+def _registry() -> "pint.UnitRegistry[Any]":
+    import pint
+
+    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=Decimal)
+    registry.define("@alias turn = rev")
+    return registry
+
+
+def _root(units: Any) -> Any:
+    """What units are made of: pint has the radian among them, though it is of no dimension.
+
+    So turns per second are not taken for Hz, nor an angle for a plain number.
+    """
+    return _registry().get_root_units(units)[1]
+
+
+@functools.lru_cache(maxsize=256)
+def _units(text: str) -> Any:
+    """Units of pint; None if they are not written as such, or not known."""
+    import pint
+
+    text = text.strip().translate(_POWERS)
+    if _UNIT.fullmatch(text) is None:
+        return None
+    text = re.sub(rf"sqrt\(\s*({_NAME})\s*\)", r"\1^0.5", text).replace("^", "**")
+    text = re.sub(r"\(\s+", "(", re.sub(r"\s+\)", ")", text)).replace("·", "*")
+    text = re.sub(r"\s*([*/])\s*|\s+", lambda join: join[1] or "*", text)
+    try:
+        units = _registry().parse_units(text)
+        _root(units)
+    except (pint.PintError, ArithmeticError, ValueError, TypeError, AssertionError):
+        return None
+    return units

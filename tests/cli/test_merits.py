@@ -1,0 +1,69 @@
+"""`ab-sim merits`: what a run is judged by, in words."""
+
+import json
+
+import pytest
+
+import ab_sim as package
+from ab_sim.analysis.merits import described_merits, reported_merits
+from ab_sim.analysis.merits.merit import Better, MeritKind
+from tests.cli.tool import ab_sim
+
+
+def test_all_are_listed_a_line_each() -> None:
+    shown = ab_sim("merits")
+    assert shown.returncode == 0, shown.stderr
+    cells = [
+        [cell.strip() for cell in line.split("│")[1:-1]]
+        for line in shown.stdout.splitlines()
+        if line.startswith("│")
+    ]
+    assert cells == [
+        [each.name, each.unit, each.better, each.meaning, each.equation]
+        for each in described_merits()
+    ]
+
+
+def test_json_is_the_same() -> None:
+    shown = ab_sim("merits", "--json")
+    assert json.loads(shown.stdout) == [each._asdict() for each in described_merits()]
+
+
+@pytest.mark.parametrize("name", ["in_band_from", "final_whirl_relative_to_no_balls"])
+def test_one_is_told_with_all_there_is(name: str) -> None:
+    (merit,) = described_merits(name)
+    shown = ab_sim("merits", name)
+    for text in merit:
+        assert text in shown.stdout
+    assert json.loads(ab_sim("merits", name, "--json").stdout) == [merit._asdict()]
+
+
+def test_what_is_no_merit_is_one_error() -> None:
+    shown = ab_sim("merits", "final_whirl_over_r")
+    assert shown.returncode == 2 and shown.stdout == ""
+    (line,) = shown.stderr.splitlines()
+    assert line.startswith("ab-sim: merit 'final_whirl_over_r': no such merit; did you mean ")
+    assert "'final_whirl_over_e'" in line
+
+
+def test_the_help_of_a_run_says_where_they_are_listed() -> None:
+    assert "ab-sim merits lists these" in " ".join(ab_sim("run", "--help").stdout.split())
+
+
+def test_every_merit_says_what_it_is() -> None:
+    for each in described_merits():
+        assert each.meaning and each.equation and each.unit, each.name
+        assert each.better in {better.value for better in Better}
+        assert "\n" not in each.equation
+
+
+def test_what_is_scalar_is_a_number_or_true_or_false_in_every_report() -> None:
+    """And what is not, is not; so sweeps know it before they run anything."""
+    for scene in ("thesis-hold", "couple-unbalance", "weak-motor"):
+        report = package.simulate(package.load_scene(scene, ["duration=0.3"])).report()
+        for merit in reported_merits():
+            value = report[merit.key]
+            if value is not None:
+                expected = {MeritKind.NUMBER: (float,), MeritKind.TRUTH: (bool,)}
+                assert type(value) in expected.get(merit.kind, (list, dict)), merit.key
+            assert merit.scalar == (merit.kind is not MeritKind.STRUCTURE)
