@@ -149,9 +149,7 @@ class StudyRuns:
             whole = int(CHUNK_SECONDS / self._seconds) // LANES * LANES
             size = min(max(LANES, whole), MOST_OF_A_CHUNK)
             chunks = _Chunks(points, missing[taken:], size)
-            yield from self._executor.each(
-                functools.partial(judged, self._job), chunks, at_a_time=1
-            )
+            yield from self._executor.each(functools.partial(judged, self._job), chunks, chunk=1)
 
 
 class _Chunks(Sequence[list[Point]]):

@@ -10,7 +10,7 @@ from ab_sim.analysis.merits.conclusions import (
     StartUpConclusion,
 )
 from ab_sim.analysis.merits.declared_motion import MotionMerits
-from ab_sim.analysis.merits.merit import Better, MeritKind, Merit, Place, Row
+from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, Place, Row
 from ab_sim.analysis.merits.spindle import NEAR, SlipWatch, TorqueWatch
 from ab_sim.analysis.merits.vibration import HIGHEST, LOWEST, BroadBandWatch
 from ab_sim.analysis.merits.watches import FLOOR, FinalCirculationWatch
