@@ -36,7 +36,7 @@ class Executor(Protocol):
         self,
         function: Callable[[Thing], Result],
         things: Sequence[Thing],
-        at_a_time: int,
+        chunk: int,
     ) -> Iterator[Result]:
         """Results in the things' order, as they come."""
 
