@@ -35,10 +35,10 @@ class Executor(Protocol):
     def each(
         self,
         function: Callable[[Thing], Result],
-        things: Sequence[Thing],
-        at_a_time: int,
+        items: Sequence[Thing],
+        chunk: int,
     ) -> Iterator[Result]:
-        """Results in the things' order, as they come."""
+        """Results in the order of the items, as they are computed."""
 
 
 def rows_of(
@@ -149,9 +149,7 @@ class StudyRuns:
             whole = int(CHUNK_SECONDS / self._seconds) // LANES * LANES
             size = min(max(LANES, whole), MOST_OF_A_CHUNK)
             chunks = _Chunks(points, missing[taken:], size)
-            yield from self._executor.each(
-                functools.partial(judged, self._job), chunks, chunk=1
-            )
+            yield from self._executor.each(functools.partial(judged, self._job), chunks, chunk=1)
 
 
 class _Chunks(Sequence[list[Point]]):
