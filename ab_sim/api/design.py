@@ -5,9 +5,12 @@ from pathlib import Path
 
 from ab_sim.api.common import Progress, SceneLike, as_scene
 from ab_sim.design import sweep as sweeps
+from ab_sim.design.bounds import bound_of
 from ab_sim.design.points import points_of
+from ab_sim.design.search import Effort
 from ab_sim.design.sweep import DEFAULT_MERITS, Sweep
-from ab_sim.design.variables import Variable, range_, values, variable_of
+from ab_sim.design.tune import RUNS, Task, Tuning, aim_of, run_tuning
+from ab_sim.design.variables import Range, Variable, range_, values, variable_of
 from ab_sim.errors import InputError
 from ab_sim.quoting import short
 from ab_sim.workers import Workers
@@ -80,13 +83,86 @@ def sweep(
     >>> found.scene_of(2).balls.masses
     (0.002, 0.002)
     """
-    if not isinstance(over, Mapping):
-        raise InputError(f"over = {short(over)}: must be a mapping of keys to their values")
-    if workers < 1:
-        raise InputError(f"workers = {workers}: must be at least 1")
-    variables = [_variable(key, given, design is not None) for key, given in over.items()]
+    checked = _checked(over, workers)
+    variables = [_variable(key, given, design is not None) for key, given in checked.items()]
     points = points_of(variables, design, seed)
     return sweeps.run_sweep(as_scene(scene), points, merits, Workers(workers), progress)
+
+
+def tune(
+    scene: SceneLike,
+    vary: Over,
+    *,
+    minimise: str | None = None,
+    maximise: str | None = None,
+    subject_to: Iterable[str] = (),
+    runs: int = RUNS,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Progress | None = None,
+) -> Tuning:
+    """Find the values of keys with which a merit is best, within bounds: ``ab-sim tune``.
+
+    Only runs that settled count: that did not fail, whose balls do not circulate, and whose whirl
+    does not still rise or fall. What is done is kept, as of ``sweep``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        What is run, or its name, or its file.
+    vary : mapping of str
+        By dotted key, from where to where it may be chosen: two numbers, or a text,
+        ``"0.5 g..3 g"`` or ``"log:0.1..10"``. Keys that take whole numbers stay whole.
+    minimise, maximise : str, optional
+        The merit that is to be small, or the one that is to be large.
+    subject_to : iterable of str, optional
+        What else must hold, e.g. ``"final_whirl_over_e<0.2"``, ``"balanced"``.
+    runs : int, default 1000
+        At most about so many; beside them those that show what happens near the best.
+    seed : int, default 0
+        Of the search's random numbers. The same seed gives the same answer.
+    workers : int, default 1
+        Processes; more than one needs a program with ``if __name__ == "__main__":``.
+    progress : callable, optional
+        Called with what is best so far, how many runs are done, and of how many.
+
+    Returns
+    -------
+    Tuning
+        ``values`` by key, ``best``, the merit there, and ``scene``, to run it; None and empty where
+        no run settled within all bounds. ``beside``, ``before``, ``active``: what happens near the
+        best, what the scene gave before, which bounds it is at. ``runs``, a Sweep of all.
+
+    Raises
+    ------
+    SceneError
+        The scene is not valid, or there is none in the middle of the ranges.
+    InputError
+        A key, range, merit or bound cannot be used; or another process looks for the same.
+
+    Notes
+    -----
+    Differential evolution (Storn and Price 1997) on whole populations, then Nelder and Mead's
+    simplex from the best; both of scipy.optimize.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("no-ball", ["duration=0.5"])
+    >>> found = ab_sim.tune(
+    ...     scene, {"rotor.eccentricity": (1e-5, 1e-3)}, minimise="peak_whirl_over_e", runs=20
+    ... )
+    >>> 1e-5 <= found.values["rotor.eccentricity"] <= 1e-3, found.best < 1.0
+    (True, True)
+    """
+    task = Task(
+        as_scene(scene),
+        tuple(_range(key, given) for key, given in _checked(vary, workers).items()),
+        aim_of(minimise, maximise),
+        tuple(bound_of(each) for each in subject_to),
+        Effort(runs, seed),
+    )
+    return run_tuning(task, Workers(workers), progress)
 
 
 def open_sweep(path: Path | str) -> Sweep:
@@ -128,3 +204,18 @@ def _variable(key: str, given: str | Sequence[object], in_design: bool) -> Varia
         raise InputError(f"{key}: {short(given)}: must be two numbers, from where to where")
     low, high = (float(each) for each in listed if isinstance(each, int | float))
     return range_(key, low, high)
+
+
+def _range(key: str, given: str | Sequence[object]) -> Range:
+    found = _variable(key, given, True)
+    if not isinstance(found, Range):
+        raise InputError(f"{key}: {short(given)}: must be a range, from where to where")
+    return found
+
+
+def _checked(over: Over, workers: int) -> Over:
+    if not isinstance(over, Mapping):
+        raise InputError(f"{short(over)}: must be a mapping of keys to their values")
+    if workers < 1:
+        raise InputError(f"workers = {workers}: must be at least 1")
+    return over

@@ -1,9 +1,12 @@
 """Options of commands: those that commands share, and those of commands with many."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from ab_sim.errors import InputError
 
 _FILES = Path(__file__).parents[1].joinpath("integrate", "steppers").glob("[a-z]*.py")
 STEPPERS = ("auto", *sorted(file.stem.replace("_", "-") for file in _FILES))
@@ -35,6 +38,12 @@ ViewOption = Annotated[
         metavar="none|web|native|URL",
         help="Watch it in Rerun's viewer: in a browser, at the address that is printed; in a "
         "window; or in a viewer that runs already, rerun+http://HOST:PORT/proxy.",
+    ),
+]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N", help="Processes that share the work. Default: as many as processors."
     ),
 ]
 
@@ -156,3 +165,15 @@ BagRateOption = Annotated[
         "anyway. Default: 250, as a drive publishes."
     ),
 ]
+
+
+def processes(workers: int | None) -> int:
+    """How many processes to use.
+
+    Raises:
+        InputError: fewer than one.
+    """
+    count = len(os.sched_getaffinity(0)) if workers is None else workers
+    if count < 1:
+        raise InputError(f"--workers {count}: must be at least 1")
+    return count

@@ -1,6 +1,5 @@
 """`ab-sim stability`."""
 
-import os
 from collections.abc import Iterator, Set
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
+from ab_sim.cli.options import processes
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.cli.speed import check_speed
@@ -45,7 +45,7 @@ def map_command(
         each.check()
 
     def work(tell: Tell) -> Outcome:
-        maps = [stability_map(each, coarse, _processors(), tell) for each in planes]
+        maps = [stability_map(each, coarse, processes(None), tell) for each in planes]
         compared = None if against is None else BallCountComparison(*maps)
 
         def report() -> dict[str, Any]:
@@ -104,7 +104,7 @@ def family_command(
     members(plane, key, values)
 
     def work(tell: Tell) -> Outcome:
-        found = family(plane, key, values, coarse, _processors(), tell)
+        found = family(plane, key, values, coarse, processes(None), tell)
         draw = picture("ab_sim.figures.stability_map:family_figure", found)
         return Outcome([family_table(found)], found.report, draw)
 
@@ -117,7 +117,7 @@ def basin_command(scene_name: str, changes: list[str], count: int, limit: float 
 
     def work(tell: Tell) -> Outcome:
         left = basins.BALANCED_TO if limit is None else limit
-        found = basins.basin(scene, count, left, _processors(), tell)
+        found = basins.basin(scene, count, left, processes(None), tell)
         draw = picture("ab_sim.figures.basin_map:basin_figure", found)
         return Outcome([basin_table(found)], found.report, draw)
 
@@ -194,7 +194,3 @@ def _plane(scene_name: str, changes: list[str], speed: float | None, axes: str) 
 def _check_coarse(coarse: int) -> None:
     if coarse < 1 or coarse & (coarse - 1):
         raise InputError(f"--coarse {coarse}: must be a power of two: 1, 2, 4, 8, ...")
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0))

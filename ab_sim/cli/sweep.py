@@ -1,6 +1,5 @@
 """`ab-sim sweep`."""
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.analysis.merits.merit import Better, merits_named
+from ab_sim.cli.options import processes
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.cli.stability import KEPT
@@ -15,7 +15,6 @@ from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, FAILURE, OUTCOME,
 from ab_sim.design.points import points_of
 from ab_sim.design.sweep import DEFAULT_MERITS, Sweep, run_sweep
 from ab_sim.design.variables import variable_of
-from ab_sim.errors import InputError
 from ab_sim.output_file import CSV, PARQUET
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
@@ -41,9 +40,7 @@ def sweep_command(
         workers: processes; None: as many as there are processors.
         files: for Parquet and CSV.
     """
-    processes = len(os.sched_getaffinity(0)) if workers is None else workers
-    if processes < 1:
-        raise InputError(f"--workers {processes}: must be at least 1")
+    count = processes(workers)
     scene = load_scene(scene_name, changes)
     points = points_of([variable_of(each) for each in over], *design)
     wanted = DEFAULT_MERITS if merits is None else tuple(each.strip() for each in merits.split(","))
@@ -51,7 +48,7 @@ def sweep_command(
     table, comma = files
 
     def work(tell: Tell) -> Outcome:
-        found = run_sweep(scene, points, wanted, Workers(processes), tell)
+        found = run_sweep(scene, points, wanted, Workers(count), tell)
 
         def write() -> None:
             for file in (table, comma):

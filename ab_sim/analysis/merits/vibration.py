@@ -80,7 +80,7 @@ class BandPass:
             self._state = signal.sosfilt_zi(self._sections)[:, :, None] * self._before
 
 
-class VelocityWatch:
+class BroadBandWatch:
     """The largest vibration velocity along the axes of the scene's sensors."""
 
     def __init__(self, run: JudgedRun) -> None:
