@@ -35,10 +35,10 @@ class Executor(Protocol):
     def each(
         self,
         function: Callable[[Thing], Result],
-        things: Sequence[Thing],
+        items: Sequence[Thing],
         chunk: int,
     ) -> Iterator[Result]:
-        """Results in the things' order, as they come."""
+        """Results in the order of the items, as they are computed."""
 
 
 def rows_of(
