@@ -21,7 +21,7 @@ _VIBRATION = (
     f"{LOWEST:g} turns a second is not in it) where the sensors sit, along each of their axes; "
     "without sensors at C, along x and y, in space z"
 )
-_TOO_SPARSE = "null where samples are more than 10 ms or a quarter of a turn apart"
+_TOO_SPARSE = "null where samples are uneven, or more than 10 ms or a quarter of a turn apart,"
 _FILTERED = "v filtered by Butterworth of 4th order, v = v_C + w_deck x r"
 
 
