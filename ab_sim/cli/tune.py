@@ -125,6 +125,8 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
     yield table
     aim = _titled(found, found.task.aim.merit)
     yield f"{aim}: {number(found.best)} in run {found.run}"
+    if not found.is_better:
+        yield "that is no better than the scene as it is"
     for name, merit, inside in found.before:
         out = "" if inside else ", not settled within all bounds"
         yield f"  the scene {name}: {number(merit)}{out}"

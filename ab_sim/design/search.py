@@ -28,7 +28,12 @@ class Effort(NamedTuple):
     seed: int
 
 
-def search(ranges: Sequence[Range], costs: Costs, effort: Effort) -> None:
+def search(
+    ranges: Sequence[Range],
+    costs: Costs,
+    effort: Effort,
+    known: Sequence[float] | None = None,
+) -> None:
     """Ask for the costs of candidates, each time nearer to the best.
 
     By scipy's ``differential_evolution`` (Storn and Price 1997), whose generations are asked for
@@ -39,12 +44,17 @@ def search(ranges: Sequence[Range], costs: Costs, effort: Effort) -> None:
         ranges: of the keys.
         costs: the same for the same values.
         effort: the same effort asks for the same candidates.
+        known: values to begin with, beside those that fill the ranges.
     """
     best = _Best(ranges, costs)
     low = np.array([each.low if each.whole else 0.0 for each in ranges])
     high = np.array([each.high if each.whole else 1.0 for each in ranges])
+    # A power of two, as a Sobol sequence likes it and lanes do.
     population = 2 ** max(4, math.ceil(math.log2(8 * len(ranges))))
     generations = int(effort.candidates * (1.0 - POLISH)) // population - 1
+    first = _first(low, high, population, effort.seed)
+    if known is not None:
+        first[0] = [each.share(value) for each, value in zip(ranges, known, strict=True)]
 
     def of_population(places: np.ndarray, /) -> Any:
         return best.of(np.atleast_2d(places.T))
@@ -54,7 +64,7 @@ def search(ranges: Sequence[Range], costs: Costs, effort: Effort) -> None:
         Bounds(low, high),
         maxiter=max(1, generations),
         popsize=math.ceil(population / len(ranges)),
-        init=_first(low, high, population, effort.seed),
+        init=first,
         rng=np.random.default_rng(effort.seed),
         integrality=[each.whole for each in ranges],
         vectorized=True,

@@ -142,6 +142,14 @@ class Tuning(Presented):
         return None if self.run is None else float(self.runs[self.task.aim.merit][self.run])
 
     @property
+    def is_better(self) -> bool:
+        """Whether the best is better than the scene as it is, or that does not count."""
+        (_, merit, inside), *_ = self.before
+        if self.best is None or merit is None or not inside:
+            return self.best is not None
+        return self.best < merit if self.task.aim.smallest else self.best > merit
+
+    @property
     def within(self) -> np.ndarray:
         """Which runs settled within all bounds, shape (runs,)."""
         return _within(self.runs.table, self.task)
@@ -159,7 +167,7 @@ class Tuning(Presented):
                     found.append(f"{each.key}={end:g}")
         for bound in self.task.bounds:
             value = float(self.runs[bound.merit][self.run])
-            if abs(value - bound.limit) <= AT_A_BOUND * abs(bound.limit):
+            if bound.is_number and abs(value - bound.limit) <= AT_A_BOUND * abs(bound.limit):
                 found.append(str(bound))
         return found
 
@@ -170,6 +178,7 @@ class Tuning(Presented):
             "found": self.run is not None,
             "values": self.values,
             "best": self.best,
+            "is_better": self.is_better,
             "active": self.active,
             "beside": [
                 dict(zip(("key", "value", "merit", "within"), each, strict=True))
@@ -228,7 +237,7 @@ def run_tuning(
                 tell(said, min(len(candidates), task.effort.candidates), task.effort.candidates)
             return _costs(table, task)
 
-        search(task.ranges, costs, task.effort)
+        search(task.ranges, costs, task.effort, _own_values(task))
         whole = pyarrow.concat_tables(tables)
         runs.join(whole)
     found = Sweep(scene, job.keys, job.merits, study, table_of(job, candidates, whole))
@@ -257,6 +266,21 @@ def _check(task: Task) -> None:
             error = error or raised
     if error is not None:
         raise error
+
+
+def _own_values(task: Task) -> list[float] | None:
+    """The scene's own, if it has numbers for all keys, within their ranges: what is found is then
+    no worse than they are.
+    """
+    values = []
+    for each in task.ranges:
+        here: Any = task.scene.as_mapping()
+        for part in each.key.split("."):
+            here = here.get(part) if isinstance(here, dict) else None
+        if not isinstance(here, int | float) or not each.low <= here <= each.high:
+            return None
+        values.append(float(here))
+    return values
 
 
 def _values(table: pyarrow.Table, merit: str) -> np.ndarray:
