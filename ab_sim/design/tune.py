@@ -269,8 +269,9 @@ def _check(task: Task) -> None:
 
 
 def _own_values(task: Task) -> list[float] | None:
-    """The scene's own, if it has numbers for all keys, within their ranges: what is found is then
-    no worse than they are.
+    """The scene's own, if it has numbers for all keys, within their ranges.
+
+    What is found is then no worse than they are.
     """
     values = []
     for each in task.ranges:
