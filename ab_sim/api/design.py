@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ab_sim.api.common import Progress, SceneLike, as_scene
 from ab_sim.design import sweep as sweeps
+from ab_sim.design.cluster import Cluster
 from ab_sim.design.points import points_of
 from ab_sim.design.sweep import DEFAULT_MERITS, Sweep
 from ab_sim.design.variables import Variable, range_, values, variable_of
@@ -25,6 +26,7 @@ def sweep(
     design: str | None = None,
     seed: int = 0,
     workers: int = 1,
+    scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Sweep:
     """Run a scene over values of its keys, and judge each run by merits: ``ab-sim sweep``.
@@ -48,6 +50,9 @@ def sweep(
         Of a design's random numbers.
     workers : int, default 1
         Processes; more than one needs a program with ``if __name__ == "__main__":``.
+    scheduler : str, optional
+        Address of a Dask cluster, ``"tcp://10.0.0.1:8786"``, whose workers share the work instead;
+        they need this very ab_sim.
     progress : callable, optional
         Called with what is done now, how many runs are done, and of how many.
 
@@ -63,12 +68,15 @@ def sweep(
     SceneError
         The scene is not valid, or no point of those looked at first makes one.
     InputError
-        A key, value, merit or design cannot be used, or another process computes the same sweep.
+        A key, value, merit, design or address cannot be used, or another process computes the same
+        sweep.
+    AbSimError
+        A process that shared the work is gone, or the cluster cannot be used; what is done is kept.
 
     Notes
     -----
     A run that fails says why in its row, and leaves the others alone. Results do not depend on the
-    number of processes, nor on interruptions. scipy.stats.qmc makes the designs.
+    number of processes or machines, nor on interruptions. scipy.stats.qmc makes the designs.
 
     Examples
     --------
@@ -84,9 +92,12 @@ def sweep(
         raise InputError(f"over = {short(over)}: must be a mapping of keys to their values")
     if workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")
+    if scheduler is not None and workers != 1:
+        raise InputError("workers are processes here, a scheduler has others: give one")
+    executor = Workers(workers) if scheduler is None else Cluster(scheduler)
     variables = [_variable(key, given, design is not None) for key, given in over.items()]
     points = points_of(variables, design, seed)
-    return sweeps.run_sweep(as_scene(scene), points, merits, Workers(workers), progress)
+    return sweeps.run_sweep(as_scene(scene), points, merits, executor, progress)
 
 
 def open_sweep(path: Path | str) -> Sweep:

@@ -15,6 +15,14 @@ WorkersOption = Annotated[
         metavar="N", help="Processes that share the work. Default: as many as processors."
     ),
 ]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Of a Dask cluster whose workers share the work instead: HOST:PORT, tcp://HOST:PORT "
+        "or tls://HOST:PORT. They need this very ab_sim.",
+    ),
+]
 
 
 @design_commands.command()
@@ -48,6 +56,7 @@ def sweep(
         ),
     ] = None,
     workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
     json: JsonOption = None,
     parquet: Annotated[
         Path | None,
@@ -65,7 +74,8 @@ def sweep(
     """Run a scene over values of its keys, and judge each run by merits.
 
     What is done is kept: killed at any time, the same command goes on where it was; given again, it
-    has its answer at once. Results do not depend on the number of processes.
+    has its answer at once. Results do not depend on the number of processes,
+    nor on their machines.
 
     A row has the run's number, the keys' values, the merits, `outcome` (settled; still changing,
     where the final whirl still rises or falls; circulates, where balls go round the race; failed)
@@ -78,6 +88,5 @@ def sweep(
     """
     from ab_sim.cli.sweep import sweep_command
 
-    sweep_command(scene, change or [], over, (design, seed), merits, workers, (parquet, csv)).run(
-        json, plot
-    )
+    shared, files = (workers, scheduler), (parquet, csv)
+    sweep_command(scene, change or [], over, (design, seed), merits, shared, files).run(json, plot)

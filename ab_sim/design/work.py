@@ -10,7 +10,8 @@ from typing import Protocol, TypeVar, overload
 import numpy as np
 import pyarrow
 
-from ab_sim.design.judged import RUN, Job, Point, judged, schema_of
+from ab_sim.design.cluster import Cluster
+from ab_sim.design.judged import RUN, Job, Point, judged, modules_of, schema_of
 from ab_sim.design.parts import Parts
 from ab_sim.design.points import Points
 from ab_sim.integrate.side_by_side import LANES
@@ -29,7 +30,7 @@ Result = TypeVar("Result")
 
 
 class Executor(Protocol):
-    """Where chunks are worked on; ``Workers`` is one."""
+    """Where chunks are worked on; ``Workers`` is one, ``Cluster`` another."""
 
     def each(
         self,
@@ -60,11 +61,14 @@ def rows_of(
     Raises:
         InputError: another process computes the same rows.
         WorkerLost: a process that shared the work is gone.
+        ClusterUnusable: see ``Cluster``.
     """
     with Parts(job, points.report()) as parts, executor or Workers(1) as sharing:
         done = parts.done(schema_of(job))
         missing = np.setdiff1d(np.arange(len(points)), done[RUN].to_numpy())
         progress = _Progress(len(points), len(points) - len(missing), tell)
+        if isinstance(sharing, Cluster):
+            sharing.modules, sharing.waiting = modules_of(job), progress.wait
         tables = [done]
         for rows in _chunks(job, points, missing, sharing):
             parts.keep(rows)
@@ -127,6 +131,10 @@ class _Progress:
         self._newest = [(time.monotonic(), known)]
         self._say("starting")
 
+    def wait(self, what: str | None) -> None:
+        """Say what is waited for; None: what was said."""
+        self._say(what or self._said)
+
     def add(self, runs: int) -> None:
         self._done += runs
         self._newest = [*self._newest[-20:], (time.monotonic(), self._done)]
@@ -136,6 +144,7 @@ class _Progress:
         self._say(f"{rate:.3g} runs/s, {_time_text(left)} left")
 
     def _say(self, what: str) -> None:
+        self._said = what
         if self._tell is not None:
             self._tell(what, self._done, self._runs)
 
