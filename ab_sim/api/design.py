@@ -1,16 +1,19 @@
 """Calls that decide over many drives."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from ab_sim.api.common import Progress, SceneLike, as_scene
 from ab_sim.design import sweep as sweeps
 from ab_sim.design.bounds import bound_of
+from ab_sim.design.cluster import Cluster
 from ab_sim.design.points import points_of
 from ab_sim.design.search import Effort
 from ab_sim.design.sweep import DEFAULT_MERITS, Sweep
 from ab_sim.design.tune import RUNS, Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, Variable, range_, values, variable_of
+from ab_sim.design.work import Executor
 from ab_sim.errors import InputError
 from ab_sim.quoting import short
 from ab_sim.workers import Workers
@@ -28,6 +31,7 @@ def sweep(
     design: str | None = None,
     seed: int = 0,
     workers: int = 1,
+    scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Sweep:
     """Run a scene over values of its keys, and judge each run by merits: ``ab-sim sweep``.
@@ -51,6 +55,9 @@ def sweep(
         Of a design's random numbers.
     workers : int, default 1
         Processes; more than one needs a program with ``if __name__ == "__main__":``.
+    scheduler : str, optional
+        Address of a Dask cluster, ``"tcp://10.0.0.1:8786"``, whose workers share the work instead;
+        they need this very ab_sim.
     progress : callable, optional
         Called with what is done now, how many runs are done, and of how many.
 
@@ -66,12 +73,15 @@ def sweep(
     SceneError
         The scene is not valid, or no point of those looked at first makes one.
     InputError
-        A key, value, merit or design cannot be used, or another process computes the same sweep.
+        A key, value, merit, design or address cannot be used, or another process computes the same
+        sweep.
+    AbSimError
+        A process that shared the work is gone, or the cluster cannot be used; what is done is kept.
 
     Notes
     -----
     A run that fails says why in its row, and leaves the others alone. Results do not depend on the
-    number of processes, nor on interruptions. scipy.stats.qmc makes the designs.
+    number of processes or machines, nor on interruptions. scipy.stats.qmc makes the designs.
 
     Examples
     --------
@@ -83,10 +93,10 @@ def sweep(
     >>> found.scene_of(2).balls.masses
     (0.002, 0.002)
     """
-    checked = _checked(over, workers)
-    variables = [_variable(key, given, design is not None) for key, given in checked.items()]
+    executor = _executor(workers, scheduler)
+    variables = [_variable(key, given, design is not None) for key, given in _mapping(over).items()]
     points = points_of(variables, design, seed)
-    return sweeps.run_sweep(as_scene(scene), points, merits, Workers(workers), progress)
+    return sweeps.run_sweep(as_scene(scene), points, merits, executor, progress)
 
 
 def tune(
@@ -99,6 +109,7 @@ def tune(
     runs: int = RUNS,
     seed: int = 0,
     workers: int = 1,
+    scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Tuning:
     """Find the values of keys with which a merit is best, within bounds: ``ab-sim tune``.
@@ -123,6 +134,8 @@ def tune(
         Of the search's random numbers. The same seed gives the same answer.
     workers : int, default 1
         Processes; more than one needs a program with ``if __name__ == "__main__":``.
+    scheduler : str, optional
+        Address of a Dask cluster that does the work instead; see ``sweep``.
     progress : callable, optional
         Called with what is best so far, how many runs are done, and of how many.
 
@@ -157,12 +170,12 @@ def tune(
     """
     task = Task(
         as_scene(scene),
-        tuple(_range(key, given) for key, given in _checked(vary, workers).items()),
+        tuple(_range(key, given) for key, given in _mapping(vary).items()),
         aim_of(minimise, maximise),
         tuple(bound_of(each) for each in subject_to),
         Effort(runs, seed),
     )
-    return run_tuning(task, Workers(workers), progress)
+    return run_tuning(task, _executor(workers, scheduler), progress)
 
 
 def open_sweep(path: Path | str) -> Sweep:
@@ -213,9 +226,15 @@ def _range(key: str, given: str | Sequence[object]) -> Range:
     return found
 
 
-def _checked(over: Over, workers: int) -> Over:
+def _mapping(over: Over) -> Over:
     if not isinstance(over, Mapping):
         raise InputError(f"{short(over)}: must be a mapping of keys to their values")
+    return over
+
+
+def _executor(workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:
     if workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")
-    return over
+    if scheduler is not None and workers != 1:
+        raise InputError("workers are processes here, a scheduler has others: give one")
+    return Workers(workers) if scheduler is None else Cluster(scheduler)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ab_sim.cli.options import JsonOption, SceneArgument, SetOption, WorkersOption
+from ab_sim.cli.options import JsonOption, SceneArgument, SchedulerOption, SetOption, WorkersOption
 
 design_commands = typer.Typer()
 
@@ -41,6 +41,7 @@ def sweep(
         ),
     ] = None,
     workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
     json: JsonOption = None,
     parquet: Annotated[
         Path | None,
@@ -58,7 +59,8 @@ def sweep(
     """Run a scene over values of its keys, and judge each run by merits.
 
     What is done is kept: killed at any time, the same command goes on where it was; given again, it
-    has its answer at once. Results do not depend on the number of processes.
+    has its answer at once. Results do not depend on the number of processes,
+    nor on their machines.
 
     A row has the run's number, the keys' values, the merits, `outcome` (settled; still changing,
     where the final whirl still rises or falls; circulates, where balls go round the race; failed)
@@ -71,9 +73,8 @@ def sweep(
     """
     from ab_sim.cli.sweep import sweep_command
 
-    sweep_command(scene, change or [], over, (design, seed), merits, workers, (parquet, csv)).run(
-        json, plot
-    )
+    shared, files = (workers, scheduler), (parquet, csv)
+    sweep_command(scene, change or [], over, (design, seed), merits, shared, files).run(json, plot)
 
 
 @design_commands.command()
@@ -106,6 +107,7 @@ def tune(
     runs: Annotated[int, typer.Option(metavar="N", help="At most about so many runs.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Of the search's random numbers.")] = 0,
     workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
     json: JsonOption = None,
     best_scene: Annotated[
         Path | None,
@@ -137,4 +139,5 @@ def tune(
     from ab_sim.cli.tune import Wanted, tune_command
 
     wanted = Wanted(vary, minimise, maximise, subject_to or [], runs, seed)
-    tune_command(scene, change or [], wanted, workers, (best_scene, parquet)).run(json, plot)
+    shared, files = (workers, scheduler), (best_scene, parquet)
+    tune_command(scene, change or [], wanted, shared, files).run(json, plot)

@@ -1,12 +1,9 @@
 """Options of commands: those that commands share, and those of commands with many."""
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from ab_sim.errors import InputError
 
 _FILES = Path(__file__).parents[1].joinpath("integrate", "steppers").glob("[a-z]*.py")
 STEPPERS = ("auto", *sorted(file.stem.replace("_", "-") for file in _FILES))
@@ -165,15 +162,11 @@ BagRateOption = Annotated[
         "anyway. Default: 250, as a drive publishes."
     ),
 ]
-
-
-def processes(workers: int | None) -> int:
-    """How many processes to use.
-
-    Raises:
-        InputError: fewer than one.
-    """
-    count = len(os.sched_getaffinity(0)) if workers is None else workers
-    if count < 1:
-        raise InputError(f"--workers {count}: must be at least 1")
-    return count
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Of a Dask cluster whose workers share the work instead: HOST:PORT, tcp://HOST:PORT "
+        "or tls://HOST:PORT. They need this very ab_sim.",
+    ),
+]

@@ -13,9 +13,9 @@ from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
-from ab_sim.cli.options import processes
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.sharing import processes
 from ab_sim.cli.speed import check_speed
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene

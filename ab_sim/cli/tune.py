@@ -7,9 +7,9 @@ from typing import NamedTuple
 import yaml
 from rich.table import Table
 
-from ab_sim.cli.options import processes
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.sharing import executor_of
 from ab_sim.cli.stability import KEPT
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.search import Effort
@@ -20,7 +20,6 @@ from ab_sim.output_file import PARQUET, write_whole
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
-from ab_sim.workers import Workers
 
 SCENE = (".yaml", ".yml")
 
@@ -46,7 +45,7 @@ def tune_command(
     scene_name: str,
     changes: list[str],
     wanted: Wanted,
-    workers: int | None,
+    shared: tuple[int | None, str | None],
     files: tuple[Path | None, Path | None],
 ) -> Command:
     """The best values of keys.
@@ -54,10 +53,10 @@ def tune_command(
     Args:
         scene_name, changes: see ``load_scene``.
         wanted: what to look for.
-        workers: processes; None: as many as there are processors.
+        shared: workers and scheduler, see ``executor_of``.
         files: for the best scene, and for all runs.
     """
-    count = processes(workers)
+    executor = executor_of(*shared)
     scene = load_scene(scene_name, changes)
     task = Task(
         scene,
@@ -69,7 +68,7 @@ def tune_command(
     best, table = files
 
     def work(tell: Tell) -> Outcome:
-        found = run_tuning(task, Workers(count), tell)
+        found = run_tuning(task, executor, tell)
 
         def write() -> None:
             if table is not None:

@@ -9,7 +9,7 @@ import yaml
 import ab_sim as package
 from tests.cli.tool import PNG, ab_sim
 
-SHORT = ("--set", "duration=4", "--set", "profile.target_speed=150", "--runs", "32")
+SHORT = ("--runs", "32")
 MASS = ("--vary", "balls.mass=0.5 g..1.5 g")
 
 
