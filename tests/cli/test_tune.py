@@ -9,7 +9,7 @@ import yaml
 import ab_sim as package
 from tests.cli.tool import PNG, ab_sim
 
-SHORT = ("--runs", "32")
+SHORT = ("--runs", "100")
 MASS = ("--vary", "balls.mass=0.5 g..1.5 g")
 
 
