@@ -178,8 +178,8 @@ class Cluster:
                     found.append(pickle.loads(flying[0].result(timeout=ARRIVES)))
                 except Late as error:
                     raise WorkerLost(
-                        f"a worker's result has not come within {ARRIVES:g} s: can the scheduler "
-                        f"at {self._address} reach its workers? {KEPT}"
+                        f"a worker's result has not arrived within {ARRIVES:g} s: can the "
+                        f"scheduler at {self._address} reach its workers? {KEPT}"
                     ) from error
             flying.popleft()
         if found:

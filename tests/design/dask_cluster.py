@@ -17,12 +17,13 @@ class DaskCluster:
     """A scheduler and workers, each a process of its own; to be used in a ``with``.
 
     Args:
-        folder: where they write, and where their module search begins.
+        folder: in which they get one of their own.
         workers: how many, of one thread each.
     """
 
     def __init__(self, folder: Path, workers: int = 0) -> None:
-        self._folder = folder
+        self._folder = folder / "cluster"
+        self._folder.mkdir()
         self.port = free_port()
         self.processes: list[subprocess.Popen[bytes]] = []
         self.workers: list[subprocess.Popen[bytes]] = []
