@@ -28,6 +28,7 @@ from ab_sim.workers import Workers
 
 BALANCED_TO = 0.05
 """Largest residual unbalance, as a share of M0 e, that is called balance."""
+JUDGED_BY = ("still_changing", "circulating_balls", "residual_unbalance", "final_whirl_over_e")
 SAMPLES = 1000
 """Of a run, at least, that it is judged by."""
 AT_A_TIME = 32
@@ -238,7 +239,7 @@ def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
         if run.failure:
             found[k] = ["diverged", None, None]
             continue
-        merits = merits_of(run.trajectory, run.scene)
+        merits = merits_of(run.trajectory, run.scene, JUDGED_BY)
         outcome = "changing" if merits.changing else "run"
         outcome = "circulating" if merits.circulating else outcome
         found[k] = [outcome, merits.residual_unbalance, merits.final_whirl]
