@@ -1,7 +1,7 @@
 """What a number of independent runs says of all of them, and how surely: intervals of 95 %."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -113,7 +113,7 @@ def quantile_of(values: np.ndarray, p: float) -> QuantileOfMerit:
     """
     from scipy.stats import quantile_test
 
-    found = quantile_test(values, p=p).confidence_interval(LEVEL)
+    found: Any = quantile_test(values, p=p).confidence_interval(LEVEL)
     low, high = (float(x) if math.isfinite(x) else None for x in (found.low, found.high))
     return QuantileOfMerit(p, float(np.quantile(values, p)), low, high)
 

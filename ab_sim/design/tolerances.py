@@ -48,6 +48,8 @@ class Tolerance(NamedTuple):
     """Whether each ball has a draw of its own, or all have one."""
     group: str | None = None
     """Tolerances of one group follow from the same draw: if one is high, all are."""
+    text: str = ""
+    """As it was written."""
 
     def report(self) -> list[Any]:
         """What its draws follow from, JSON-able."""
@@ -79,14 +81,14 @@ def tolerance_of(text: str) -> Tolerance:
         if name != ANGLES:
             raise reader.error(f"random is for {ANGLES} only; {FORMS}")
         reader.check_no_limits(options)
-        return Tolerance(name, RANDOM, Uniform(0.0, 1.0), (), True, options.group)
+        return Tolerance(name, RANDOM, Uniform(0.0, 1.0), (), True, options.group, text)
     what, distribution, values = reader.form(given, options)
     if distribution.left() < LEAST_LEFT:
         raise reader.error(
             f"between low and high lies {distribution.left():.2g} of the distribution; "
             f"must be at least {LEAST_LEFT:g}"
         )
-    return Tolerance(name, what, distribution, values, options.per_ball, options.group)
+    return Tolerance(name, what, distribution, values, options.per_ball, options.group, text)
 
 
 def _options(text: str, given: str) -> tuple[str, _Options]:

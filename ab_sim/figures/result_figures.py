@@ -8,6 +8,7 @@ from ab_sim.analysis.modes import NaturalVibration
 from ab_sim.analysis.offline import OfflineRun
 from ab_sim.analysis.recovery import RecoveryOverDrag
 from ab_sim.batch import Batch
+from ab_sim.design.spread import Spread
 from ab_sim.design.sweep import Sweep
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
@@ -21,6 +22,7 @@ from ab_sim.figures.paths import drawn_batch, drawn_trajectory
 from ab_sim.figures.recovery import drawn_recovery
 from ab_sim.figures.run import drawn_run
 from ab_sim.figures.saved import ResultFigure, with_plain_texts
+from ab_sim.figures.spread import drawn_spread
 from ab_sim.figures.stability_map import drawn_map
 from ab_sim.figures.sweep import drawn_sweep
 from ab_sim.studies.accuracy_cost import AccuracyCost
@@ -94,3 +96,8 @@ def effect_cost(found: EffectCost) -> ResultFigure:
 def sweep(found: Sweep) -> ResultFigure:
     """Merits over the keys that vary."""
     return with_plain_texts(drawn_sweep(found))
+
+
+def spread(found: Spread) -> ResultFigure:
+    """Distributions of merits, and Sobol indices."""
+    return with_plain_texts(drawn_spread(found))
