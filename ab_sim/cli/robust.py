@@ -156,7 +156,8 @@ def _more_runs(found: Spread) -> str:
 def _quantile_table(found: Spread) -> Table:
     table = Table(title="quantiles of the runs that have a merit, and their intervals of 95 %")
     for name in ("merit", "runs", "5 %", "median", "95 %"):
-        table.add_column(name, justify="left" if name == "merit" else "right")
+        words = name == "merit"
+        table.add_column(name, justify="left" if words else "right", no_wrap=words)
     for merit, quantiles in found.quantiles.items():
         count = int((found[merit] == found[merit]).sum())
         cells = [_interval(each) for each in quantiles] or ["-"] * 3
@@ -177,12 +178,10 @@ def _sobol(found: Spread) -> Iterator[Table | str]:
     if not sobol.pairs:
         yield "no Sobol indices: there is one factor only, or none were asked for"
         return
-    table = Table(
-        title=f"which spread is to blame: Sobol indices, their intervals of 95 %; {sobol.pairs} "
-        f"pairs of drives, {sobol.runs} runs more"
-    )
+    table = Table(title="Sobol indices, and their intervals of 95 %")
     for name in ("of", "spread", "alone", "with others"):
-        table.add_column(name, justify="left" if name in ("of", "spread") else "right")
+        words = name in ("of", "spread")
+        table.add_column(name, justify="left" if words else "right", no_wrap=words)
     for what, indices in sobol.indices.items():
         for place, each in enumerate(indices):
             table.add_row(
@@ -192,7 +191,9 @@ def _sobol(found: Spread) -> Iterator[Table | str]:
                 f"{each.total:.2f} ({each.total_interval[0]:.2f} to {each.total_interval[1]:.2f})",
                 end_section=place == len(indices) - 1,
             )
-    yield table
+    if sobol.indices:
+        yield table
+    yield f"Sobol indices are of {sobol.pairs} pairs of drives, and took {sobol.runs} runs more"
     for name, reason in sobol.missing.items():
         yield f"no Sobol indices of {name}: {reason}"
 
@@ -210,7 +211,8 @@ def _against(found: Spread, other: DesignDifference) -> Iterator[Table | str]:
     )
     table = Table(title=f"{found.scene.name} less {other.runs.scene.name}, draw by draw")
     for name in ("merit", "draws", "mean", "median"):
-        table.add_column(name, justify="left" if name == "merit" else "right")
+        words = name == "merit"
+        table.add_column(name, justify="left" if words else "right", no_wrap=words)
     for merit, each in other.merits.items():
         mean = f"{number(each.mean)} ({number(each.low)} to {number(each.high)})"
         table.add_row(_titled(found, merit), str(each.pairs), mean, _interval(each.median))
