@@ -226,6 +226,9 @@ def shown() -> dict[str, Presented]:
         "modes": ab_sim.modes("couple-unbalance", 500.0),
         "recovery": ab_sim.recovery(scene, [0.2, 0.4]),
         "effect cost": ab_sim.effect_cost(short, repeats=1),
+        "spread": ab_sim.robust(
+            short, {"balls.mass": "5%", "start.speed": "uniform:0,9"}, runs=40, against=short
+        ),
         "accuracy cost": ab_sim.accuracy_cost(
             ab_sim.load_scene("nsc-case-1", ["duration=0.1"]), 1, steps=[1e-3], tolerances=[1e-8]
         ),
@@ -234,7 +237,7 @@ def shown() -> dict[str, Presented]:
 
 KINDS = [
     "trajectory", "run", "batch", "equilibria", "branches", "map", "basin", "floquet", "followed",
-    "modes", "recovery", "effect cost", "accuracy cost",
+    "modes", "recovery", "effect cost", "accuracy cost", "spread",
 ]  # fmt: skip
 
 

@@ -141,3 +141,94 @@ def tune(
     wanted = Wanted(vary, minimise, maximise, subject_to or [], runs, seed)
     shared, files = (workers, scheduler), (best_scene, parquet)
     tune_command(scene, change or [], wanted, shared, files).run(json, plot)
+
+
+@design_commands.command()
+def robust(
+    scene: SceneArgument,
+    spread: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY=SPREAD",
+            help="How a key of built drives differs from the scene: 5% (normal, about the scene's "
+            "value), '0.1 mm' (so, in its unit), normal:MEAN,SD, lognormal:MEDIAN,40%, "
+            "uniform:LOW,HIGH, uniform:5%, discrete:V,V,...; start.ball_angles=random. Behind it: "
+            "low=NUMBER, high=NUMBER (cut off there), 'per ball', group=NAME (one draw for the "
+            "group). Repeatable, also of one key.",
+        ),
+    ],
+    change: SetOption = None,
+    runs: Annotated[int, typer.Option(min=1, help="Drives; with --until, at least.")] = 10_000,
+    until: Annotated[
+        str | None,
+        typer.Option(
+            metavar="0.1%", help="Go on until the interval of the share is +- this, in % of drives."
+        ),
+    ] = None,
+    balanced: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MERIT<NUMBER",
+            help="What has to hold of a run that settled, e.g. 'residual_unbalance<=0.1'. "
+            "Repeatable: all have to. Default: the merit balanced.",
+        ),
+    ] = None,
+    merits: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME,NAME,...", help="What there are quantiles of; default as of sweep."
+        ),
+    ] = None,
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="SCENE", help="Another design, run with the same draws."),
+    ] = None,
+    sobol: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=0,
+            help="Pairs of drives, a power of 2, that Sobol indices follow from; N runs more for "
+            "each spread or group. 0: none. Default: what half as many runs more pay for.",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random draws.")] = 0,
+    worst: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write the ten worst runs there, as scenes."),
+    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    json: JsonOption = None,
+    parquet: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a row for each run, as `ab-sim sweep` does."),
+    ] = None,
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the rows as CSV.")] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Draw distributions of the merits, and the Sobol indices."
+        ),
+    ] = None,
+) -> None:
+    """Say what share of built drives balances, how good they are, which tolerance is to blame.
+
+    Runs are independent random draws. The share has Wilson's interval, quantiles have that of order
+    statistics, first-order and total Sobol indices that of a bootstrap, differences of designs are
+    paired: Newcombe's interval. All are of 95 %. What the model itself gets wrong is in none.
+
+    A draw of a run does not depend on how many there are: with more --runs, or a finer --until, the
+    command goes on from what is done, which is kept, killed at any time or not. Results do not
+    depend on the number of processes.
+
+    The JSON has `share`, `quantiles` by merit, `sobol`, `worst`, `against`, the rows by column in
+    `runs`, and `balanced` for each. Whirls are in e [m] of the run, all else in SI units.
+    """
+    from ab_sim.cli.robust import RobustOptions, robust_command
+
+    shared = workers, scheduler
+    given = RobustOptions(
+        runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst
+    )
+    robust_command(scene, change or [], spread, given).run(json, plot)

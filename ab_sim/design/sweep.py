@@ -231,14 +231,22 @@ def run_sweep(
     merit_columns(wanted)
     resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
     job = Job(resolved, points.keys, wanted)
-    _check_first(job, points)
+    check_first(job, points)
+    return sweep_of(job, points, rows_of(job, points, executor, tell))
+
+
+def sweep_of(job: Job, points: Points, rows: pyarrow.Table) -> Sweep:
+    """A sweep of rows that are there, one for each point in their order."""
     about = points.report()
-    table = table_of(job, points, rows_of(job, points, executor, tell))
-    return Sweep(resolved, job.keys, job.merits, about, table)
+    return Sweep(job.scene, job.keys, job.merits, about, table_of(job, points, rows))
 
 
-def _check_first(job: Job, points: Points) -> None:
-    """A slip of the pen in a key would make every run fail: it is said before anything runs."""
+def check_first(job: Job, points: Points) -> None:
+    """A slip of the pen in a key would make every run fail: it is said before anything runs.
+
+    Raises:
+        SceneError: not one of the first, middle and last points is a scene; says why.
+    """
     first = None
     for run in dict.fromkeys([0, len(points) // 2, len(points) - 1]):
         try:

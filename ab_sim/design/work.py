@@ -135,8 +135,9 @@ class StudyRuns:
         return pyarrow.concat_tables(tables).sort_by(RUN).combine_chunks()
 
     def join(self, rows: pyarrow.Table) -> None:
-        """Keep all rows of the study as one part."""
-        self._parts.join(rows)
+        """Keep rows as one part, if they are all that is known of the study."""
+        if np.isin(self._done[RUN].to_numpy(), rows[RUN].to_numpy()).all():
+            self._parts.join(rows)
 
     def _chunks(self, points: Points, missing: np.ndarray) -> Iterator[pyarrow.Table]:
         """Some runs here, to see how long they take; then all others in chunks of that size."""
