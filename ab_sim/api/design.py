@@ -171,7 +171,7 @@ def robust(
     >>> spread = {"balls.mass": "5%, per ball", "rotor.eccentricity": "lognormal:0.1 mm,40%"}
     >>> found = ab_sim.robust(scene, spread, runs=40, balanced="peak_whirl_over_e<0.01")
     >>> found
-    <Spread: scene balanced-start-up, runs 40, balanced 0.0 % (0.0 to 8.8 %), criterion ...>
+    <Spread: scene balanced-start-up, runs 40, balanced 0.00 % (0.00 to 8.76 %), criterion ...>
     >>> found.share.runs_for(0.01) > 100, found["rotor.eccentricity"].shape
     (True, (40,))
     """
