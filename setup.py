@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 from setuptools import find_packages, setup
 
 NAME = "ab_sim"
+CLUSTER = ["dask", "distributed"]
 PEERS = ["mujoco", "scikit-sundae"]
 MINORS = (".10", ".11", ".12", ".13", ".14")
 LINKS = {"Paper on three balls": "https://doi.org/10.1115/1.2948415"}
@@ -84,11 +85,14 @@ setup(
             "ros-std-msgs",
             "ros-std-srvs",
         ],
+        # Work on more than one machine: `--scheduler`.
+        "cluster": CLUSTER,
         # What the accuracy study is compared with, which its tests need, too; and what only
         # benchmarks are compared with.
         "peers": [*PEERS, "casadi", "heyoka; python_version >= '3.11'", "symengine"],
         "docs": DOCS,
         "dev": [
+            *CLUSTER,
             *PEERS,
             *DOCS,
             "build",

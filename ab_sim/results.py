@@ -11,6 +11,7 @@ from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.batch import Batch
 from ab_sim.design.spread import Spread
 from ab_sim.design.sweep import Sweep
+from ab_sim.design.tune import Tuning
 from ab_sim.drive.observation import Observation
 from ab_sim.recording import StoredRun
 from ab_sim.reports.compare import RecordingComparison
@@ -42,5 +43,6 @@ __all__ = [
     "StabilityMap",
     "StoredRun",
     "Sweep",
+    "Tuning",
     "NaturalVibration",
 ]

@@ -321,6 +321,20 @@ def test_an_effect_may_be_registered_after_scenes_were_checked() -> None:
         ab_sim.register_effect("suspension", equation="", source="")(Pull)
 
 
+def test_an_effect_whose_method_is_misspelt_is_refused() -> None:
+    """Nothing would call it, and the effect would do nothing."""
+
+    class Push(typing.NamedTuple):
+        force: float
+
+        def deck_froce(self, deck: object) -> tuple[float, float]:
+            return self.force, 0.0
+
+    with pytest.raises(ValueError, match="'deck_froce' would not be called; did you mean 'deck_f"):
+        ab_sim.register_effect("push", equation="", source="")(Push)
+    assert "push" not in effects.effect_classes()
+
+
 def test_calls_take_names_files_and_scenes_alike(tmp_path: Path) -> None:
     scene = ab_sim.load_scene("nsc-case-1")
     file = tmp_path / "mine.yaml"

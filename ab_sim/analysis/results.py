@@ -102,7 +102,9 @@ class Results:
         what = f"{self._function.__module__}.{self._function.__qualname__}"
         effects = (type(each).__module__ for each in scene.effects.values())
         try:
-            made_of = _made_of(frozenset([self._function.__module__, *effects, *modules]))
+            made_of = sources_and_versions(
+                frozenset([self._function.__module__, *effects, *modules])
+            )
         except NotOfSources as reason:
             _say(f"results are not kept: {reason}")
             return "", None
@@ -125,13 +127,20 @@ def results_folder() -> Path | None:
     return folder
 
 
-def _made_of(modules: frozenset[str]) -> list[Any]:
-    """Digests of the sources of modules and of the steppers, which are found by their folder."""
+def sources_and_versions(modules: frozenset[str]) -> tuple[dict[str, str], dict[str, str]]:
+    """What results of modules follow from, in this process.
+
+    Returns:
+        Digests of the sources of the modules, of all that these import, and of the steppers, which
+        are found by their folder; versions of Python and of others' packages. Both by name.
+
+    Raises:
+        NotOfSources: see ``sources``.
+    """
     beside = [found.name for found in pkgutil.iter_modules(steppers_folder.__path__)]
     kinds = {type(stepper.weights).__module__ for stepper in steppers().values()}
     homes = {*modules, *kinds, *(f"{steppers_folder.__name__}.{name}" for name in beside)}
-    digests = [(name, source.digest) for name, source in sources(homes).items()]
-    return [digests, versions(homes)]
+    return {name: source.digest for name, source in sources(homes).items()}, versions(homes)
 
 
 def _seal(key: str, result: Result) -> str:

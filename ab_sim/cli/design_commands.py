@@ -5,16 +5,9 @@ from typing import Annotated
 
 import typer
 
-from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+from ab_sim.cli.options import JsonOption, SceneArgument, SchedulerOption, SetOption, WorkersOption
 
 design_commands = typer.Typer()
-
-WorkersOption = Annotated[
-    int | None,
-    typer.Option(
-        metavar="N", help="Processes that share the work. Default: as many as processors."
-    ),
-]
 
 
 @design_commands.command()
@@ -48,6 +41,7 @@ def sweep(
         ),
     ] = None,
     workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
     json: JsonOption = None,
     parquet: Annotated[
         Path | None,
@@ -65,7 +59,8 @@ def sweep(
     """Run a scene over values of its keys, and judge each run by merits.
 
     What is done is kept: killed at any time, the same command goes on where it was; given again, it
-    has its answer at once. Results do not depend on the number of processes.
+    has its answer at once. Results do not depend on the number of processes,
+    nor on their machines.
 
     A row has the run's number, the keys' values, the merits, `outcome` (settled; still changing,
     where the final whirl still rises or falls; circulates, where balls go round the race; failed)
@@ -78,9 +73,74 @@ def sweep(
     """
     from ab_sim.cli.sweep import sweep_command
 
-    sweep_command(scene, change or [], over, (design, seed), merits, workers, (parquet, csv)).run(
-        json, plot
-    )
+    shared, files = (workers, scheduler), (parquet, csv)
+    sweep_command(scene, change or [], over, (design, seed), merits, shared, files).run(json, plot)
+
+
+@design_commands.command()
+def tune(
+    scene: SceneArgument,
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY=FROM..TO",
+            help="A key that may be chosen, and its range; KEY=log:FROM..TO over orders of "
+            "magnitude. Keys that take whole numbers, as balls.count, stay whole. Repeatable.",
+        ),
+    ],
+    change: SetOption = None,
+    minimise: Annotated[
+        str | None,
+        typer.Option(metavar="MERIT", help="What is to be small; `ab-sim merits` lists merits."),
+    ] = None,
+    maximise: Annotated[
+        str | None, typer.Option(metavar="MERIT", help="What is to be large, instead.")
+    ] = None,
+    subject_to: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="BOUND",
+            help="What else must hold: 'final_whirl_over_e<0.2', balanced, 'not still_changing'. "
+            "Repeatable.",
+        ),
+    ] = None,
+    runs: Annotated[int, typer.Option(metavar="N", help="At most about so many runs.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Of the search's random numbers.")] = 0,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    json: JsonOption = None,
+    best_scene: Annotated[
+        Path | None,
+        typer.Option("--scene", metavar="FILE", help="Write the best scene, to run: .yaml."),
+    ] = None,
+    parquet: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a row for each run looked at.")
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the landscape that it saw, a panel for each key."),
+    ] = None,
+) -> None:
+    """Find the values of keys with which a merit is best, within bounds on others.
+
+    First by differential evolution over the whole ranges, then near the best that it has found
+    (Nelder and Mead). Only runs that settled count: that did not fail, whose balls do not circulate
+    and whose whirl does not still rise or fall. Where no run settled within all bounds it says so,
+    with exit code 1, and names no best.
+
+    It shows the best values; the merit there, for the scene as it is, without its variable-speed
+    period, and with each key 5 % less and more; and which ends of ranges and bounds the best is at.
+    The JSON has `found`, `values`, `best`, `active`, `beside`, `before`, the best `scene`, and all
+    `runs` by column.
+
+    The same seed gives the same answer. What is done is kept: killed at any time, the same command
+    goes on where it was.
+    """
+    from ab_sim.cli.tune import Wanted, tune_command
+
+    wanted = Wanted(vary, minimise, maximise, subject_to or [], runs, seed)
+    shared, files = (workers, scheduler), (best_scene, parquet)
+    tune_command(scene, change or [], wanted, shared, files).run(json, plot)
 
 
 @design_commands.command()
@@ -138,6 +198,7 @@ def robust(
         typer.Option(metavar="FOLDER", help="Write the ten worst runs there, as scenes."),
     ] = None,
     workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
     json: JsonOption = None,
     parquet: Annotated[
         Path | None,
@@ -166,7 +227,6 @@ def robust(
     """
     from ab_sim.cli.robust import RobustOptions, robust_command
 
-    given = RobustOptions(
-        runs, seed, balanced or [], merits, sobol, until, against, workers, parquet, csv, worst
-    )
-    robust_command(scene, change or [], spread, given).run(json, plot)
+    given = RobustOptions(runs, seed, balanced or [], merits, sobol, until, against)
+    shared, files = (workers, scheduler), (parquet, csv, worst)
+    robust_command(scene, change or [], spread, given, shared, files).run(json, plot)

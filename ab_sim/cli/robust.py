@@ -1,7 +1,6 @@
 """`ab-sim robust`."""
 
 import functools
-import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -11,6 +10,7 @@ from rich.table import Table
 from ab_sim.analysis.merits.merit import merits_named
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, picture
+from ab_sim.cli.sharing import executor_of
 from ab_sim.cli.stability import KEPT
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.intervals import QuantileOfMerit
@@ -24,7 +24,6 @@ from ab_sim.output_file import CSV, PARQUET
 from ab_sim.presentation import number
 from ab_sim.quoting import short
 from ab_sim.scene import load_scene
-from ab_sim.workers import Workers
 
 FINER = (0.01, 0.001)
 """Half widths of which it is said how many runs they take."""
@@ -40,25 +39,28 @@ class RobustOptions(NamedTuple):
     sobol: int | None
     until: str | None
     against: str | None
-    workers: int | None
-    parquet: Path | None
-    csv: Path | None
-    worst: Path | None
 
 
 def robust_command(
-    scene_name: str, changes: list[str], spread: list[str], given: RobustOptions
+    scene_name: str,
+    changes: list[str],
+    spread: list[str],
+    given: RobustOptions,
+    shared: tuple[int | None, str | None],
+    files: tuple[Path | None, Path | None, Path | None],
 ) -> Command:
     """Runs of drives as they are built.
 
     Args:
         scene_name, changes: see ``load_scene``.
         spread: see ``tolerance_of``.
-        given: the other options.
+        given: what is asked of them.
+        shared: workers and scheduler, see ``executor_of``.
+        files: for Parquet, CSV, and a folder for the worst runs.
     """
-    processes = len(os.sched_getaffinity(0)) if given.workers is None else given.workers
-    if processes < 1:
-        raise InputError(f"--workers {processes}: must be at least 1")
+    executors = functools.partial(executor_of, *shared)
+    executors()  # which refuses what cannot be
+    table, comma, worst = files
     scene = load_scene(scene_name, changes)
     tolerances = [tolerance_of(each) for each in spread]
     merits = DEFAULT_MERITS if given.merits is None else _split(given.merits)
@@ -72,25 +74,24 @@ def robust_command(
         until=None if given.until is None else _share(given.until),
         against=None if given.against is None else load_scene(given.against),
     )
-    if given.worst is not None:
-        check_worst_folder(given.worst)
+    if worst is not None:
+        check_worst_folder(worst)
 
     def work(tell: Tell) -> Outcome:
-        executors = functools.partial(Workers, processes)
         found = run_spread(scene, tolerances, question, executors, tell)
         written: list[Path] = []
 
         def write() -> None:
-            for file in (given.parquet, given.csv):
+            for file in (table, comma):
                 if file is not None:
                     found.write(file)
-            if given.worst is not None:
-                written.extend(found.write_worst(given.worst))
+            if worst is not None:
+                written.extend(found.write_worst(worst))
 
         draw = picture("ab_sim.cli.robust:draw", found)
         return Outcome(_shown(found, scene_name, changes), found.report, draw, write, written)
 
-    outputs = ((given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"))
+    outputs = ((table, PARQUET, "--parquet"), (comma, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)
 
 

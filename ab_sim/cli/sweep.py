@@ -1,6 +1,5 @@
 """`ab-sim sweep`."""
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,16 +9,15 @@ from rich.table import Table
 from ab_sim.analysis.merits.merit import Better, merits_named
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.sharing import executor_of
 from ab_sim.cli.stability import KEPT
 from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, FAILURE, OUTCOME, SETTLED
 from ab_sim.design.points import points_of
 from ab_sim.design.sweep import DEFAULT_MERITS, Sweep, run_sweep
 from ab_sim.design.variables import variable_of
-from ab_sim.errors import InputError
 from ab_sim.output_file import CSV, PARQUET
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
-from ab_sim.workers import Workers
 
 
 def sweep_command(
@@ -28,7 +26,7 @@ def sweep_command(
     over: list[str],
     design: tuple[str | None, int],
     merits: str | None,
-    workers: int | None,
+    shared: tuple[int | None, str | None],
     files: tuple[Path | None, Path | None],
 ) -> Command:
     """Runs over values of keys.
@@ -38,12 +36,10 @@ def sweep_command(
         over: see ``variable_of``.
         design: see ``points_of``, and the seed.
         merits: keys with commas between; None: some.
-        workers: processes; None: as many as there are processors.
+        shared: workers and scheduler, see ``executor_of``.
         files: for Parquet and CSV.
     """
-    processes = len(os.sched_getaffinity(0)) if workers is None else workers
-    if processes < 1:
-        raise InputError(f"--workers {processes}: must be at least 1")
+    executor = executor_of(*shared)
     scene = load_scene(scene_name, changes)
     points = points_of([variable_of(each) for each in over], *design)
     wanted = DEFAULT_MERITS if merits is None else tuple(each.strip() for each in merits.split(","))
@@ -51,7 +47,7 @@ def sweep_command(
     table, comma = files
 
     def work(tell: Tell) -> Outcome:
-        found = run_sweep(scene, points, wanted, Workers(processes), tell)
+        found = run_sweep(scene, points, wanted, executor, tell)
 
         def write() -> None:
             for file in (table, comma):

@@ -42,6 +42,12 @@ class Bound(NamedTuple):
         return f"{self.merit}{self.op}{exact(self.limit)}"
 
     @property
+    def is_number(self) -> bool:
+        """Whether the merit is a number, and not true or false."""
+        (merit,) = merits_named([self.merit])
+        return merit.kind is MeritKind.NUMBER
+
+    @property
     def upper(self) -> bool:
         """Whether the merit must be small."""
         return self.op.startswith("<")

@@ -43,6 +43,11 @@ class Point(NamedTuple):
     """In the order of the job's keys."""
 
 
+def modules_of(job: Job) -> set[str]:
+    """What its rows follow from beside this module and the scene: modules of its merits."""
+    return {merit.watch.__module__ for merit in merit_columns(job.merits)}
+
+
 def merit_columns(keys: Iterable[str]) -> list[Merit[Any]]:
     """Merits that can be columns.
 

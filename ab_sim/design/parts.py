@@ -18,7 +18,7 @@ import pyarrow
 from pyarrow import parquet
 
 from ab_sim.analysis.results import Results
-from ab_sim.design.judged import RUN, Job, judged, merit_columns
+from ab_sim.design.judged import RUN, Job, judged, modules_of
 from ab_sim.errors import InputError
 from ab_sim.output_file import write_whole
 from ab_sim.quoting import visible
@@ -39,8 +39,7 @@ class Parts:
 
     def __init__(self, job: Job, points: dict[str, Any]) -> None:
         numbers = {"keys": list(job.keys), "merits": list(job.merits), "points": points}
-        modules = {merit.watch.__module__ for merit in merit_columns(job.merits)}
-        self._folder = Results(judged).folder_of(job.scene, modules, **numbers)
+        self._folder = Results(judged).folder_of(job.scene, modules_of(job), **numbers)
         self._lock: int | None = None
         self._complained = False
 

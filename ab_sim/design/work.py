@@ -11,7 +11,8 @@ from typing import Any, Protocol, TypeVar, overload
 import numpy as np
 import pyarrow
 
-from ab_sim.design.judged import RUN, Job, Point, judged, schema_of
+from ab_sim.design.cluster import Cluster
+from ab_sim.design.judged import RUN, Job, Point, judged, modules_of, schema_of
 from ab_sim.design.parts import Parts
 from ab_sim.design.points import Points
 from ab_sim.integrate.side_by_side import LANES
@@ -30,15 +31,15 @@ Result = TypeVar("Result")
 
 
 class Executor(Protocol):
-    """Where chunks are worked on; ``Workers`` is one."""
+    """Where chunks are worked on; ``Workers`` is one, ``Cluster`` another."""
 
     def each(
         self,
         function: Callable[[Thing], Result],
-        things: Sequence[Thing],
-        at_a_time: int,
+        items: Sequence[Thing],
+        chunk: int,
     ) -> Iterator[Result]:
-        """Results in the things' order, as they come."""
+        """Results in the order of the items, as they are computed."""
 
 
 def rows_of(
@@ -61,6 +62,7 @@ def rows_of(
     Raises:
         InputError: another process computes the same rows.
         WorkerLost: a process that shared the work is gone.
+        ClusterUnusable: see ``Cluster``.
     """
     with StudyRuns(job, points.report(), executor) as runs:
         whole = runs.rows(points, range(len(points)), tell)
@@ -95,6 +97,8 @@ class StudyRuns:
         except BaseException:
             self._parts.__exit__(None, None, None)
             raise
+        if isinstance(self._executor, Cluster):
+            self._executor.modules = modules_of(self._job)
         self._done = self._parts.done(schema_of(self._job))
         return self
 
@@ -121,6 +125,8 @@ class StudyRuns:
         chosen = self._done.filter(pyarrow.array((done >= runs.start) & (done < runs.stop)))
         missing = np.setdiff1d(np.arange(runs.start, runs.stop), chosen[RUN].to_numpy())
         progress = _Progress(len(runs), len(chosen), tell)
+        if isinstance(self._executor, Cluster):
+            self._executor.waiting = progress.wait
         tables = [chosen]
         for rows in self._chunks(points, missing):
             self._parts.keep(rows)
@@ -150,9 +156,7 @@ class StudyRuns:
             whole = int(CHUNK_SECONDS / self._seconds) // LANES * LANES
             size = min(max(LANES, whole), MOST_OF_A_CHUNK)
             chunks = _Chunks(points, missing[taken:], size)
-            yield from self._executor.each(
-                functools.partial(judged, self._job), chunks, at_a_time=1
-            )
+            yield from self._executor.each(functools.partial(judged, self._job), chunks, chunk=1)
 
 
 class _Chunks(Sequence[list[Point]]):
@@ -187,6 +191,10 @@ class _Progress:
         self._newest = [(time.monotonic(), known)]
         self._say("starting")
 
+    def wait(self, what: str | None) -> None:
+        """Say what is waited for; None: what was said."""
+        self._say(what or self._said)
+
     def add(self, runs: int) -> None:
         self._done += runs
         self._newest = [*self._newest[-20:], (time.monotonic(), self._done)]
@@ -196,6 +204,7 @@ class _Progress:
         self._say(f"{rate:.3g} runs/s, {_time_text(left)} left")
 
     def _say(self, what: str) -> None:
+        self._said = what
         if self._tell is not None:
             self._tell(what, self._done, self._runs)
 

@@ -111,6 +111,17 @@ def test_samples_too_far_apart_tell_nothing(scene: Any) -> None:
     assert merits_of(run.last(1), alone(scene), KEYS)["vibration_velocity_rms"] == 0.0
 
 
+def test_samples_at_uneven_steps_tell_nothing(scene: Any) -> None:
+    """The filters would begin anew all the time, and let nothing through."""
+    run = swinging(30.0, 1e-3, 10_001)
+    rows = np.flatnonzero(np.random.default_rng(1).random(10_001) < 0.5)
+    uneven = Trajectory(run.channels, run.samples[rows])
+    assert [merits_of(uneven, alone(scene), KEYS)[key] for key in KEYS] == [None, None]
+    late = Trajectory(run.channels, run.samples[np.r_[0:9500, rows[rows >= 9500]]])
+    merits = merits_of(late, alone(scene), KEYS)
+    assert merits["vibration_velocity_rms"] is None
+
+
 @pytest.mark.parametrize("speed", [70.0, 200.0])
 def test_a_disc_alone_whirls_by_the_closed_form(scene: Any, speed: float) -> None:
     """V = w M e w^2 / abs(k - M w^2 + i c w), along x and y alike."""

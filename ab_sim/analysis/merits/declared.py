@@ -12,7 +12,7 @@ from ab_sim.analysis.merits.conclusions import (
 from ab_sim.analysis.merits.declared_motion import MotionMerits
 from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, Place, Row
 from ab_sim.analysis.merits.spindle import NEAR, SlipWatch, TorqueWatch
-from ab_sim.analysis.merits.vibration import HIGHEST, LOWEST, VelocityWatch
+from ab_sim.analysis.merits.vibration import HIGHEST, LOWEST, BroadBandWatch
 from ab_sim.analysis.merits.watches import FLOOR, FinalCirculationWatch
 from ab_sim.analysis.merits.wording import balanced_text, milli_text, seconds_text
 
@@ -21,7 +21,7 @@ _VIBRATION = (
     f"{LOWEST:g} turns a second is not in it) where the sensors sit, along each of their axes; "
     "without sensors at C, along x and y, in space z"
 )
-_TOO_SPARSE = "null where samples are more than 10 ms or a quarter of a turn apart"
+_TOO_SPARSE = "null where samples are uneven, or more than 10 ms or a quarter of a turn apart,"
 _FILTERED = "v filtered by Butterworth of 4th order, v = v_C + w_deck x r"
 
 
@@ -86,7 +86,7 @@ class Merits(MotionMerits):
         f"root mean square over the last stretch of the {_VIBRATION}; the largest of all axes; "
         f"{_TOO_SPARSE} there",
         f"max over axes of sqrt(mean(v^2)) over t >= t_l, {_FILTERED}",
-        VelocityWatch,
+        BroadBandWatch,
         lambda vibration: vibration.final,
         Row("vibration, rms [mm/s]", lambda m, _: milli_text(m.vibration_velocity_rms)),
         better=Better.SMALLER,
@@ -97,7 +97,7 @@ class Merits(MotionMerits):
         "largest magnitude of the same in the whole run, at any sample and along any axis; "
         f"{_TOO_SPARSE} anywhere",
         f"max abs(v), {_FILTERED}",
-        VelocityWatch,
+        BroadBandWatch,
         lambda vibration: vibration.peak,
         better=Better.SMALLER,
     )

@@ -5,10 +5,19 @@ import math
 import numpy as np
 
 from ab_sim.analysis.merits.judging import JudgedRun, Piece
+from ab_sim.equations.neighbours import start_angles
 
 NEAR = 0.01
 """A spindle has its speed while it is this near to it, as a share of the larger of the first and
 the present speed that are asked for."""
+
+
+def _follows_the_start(time: np.ndarray) -> bool:
+    """Whether the sample before the first one would be that of the run's start, at t = 0.
+
+    Some runs have it among their samples and some have not; merits are the same.
+    """
+    return len(time) > 1 and 0.0 < time[0] < 1.001 * (time[1] - time[0])
 
 
 class SpindleStartWatch:
@@ -18,13 +27,16 @@ class SpindleStartWatch:
         self.found: float | None = None
         """s, of the last sample with the first command; None if it never changes."""
         self._first, self._before = math.nan, math.nan
+        self._at_start = run.scene.start.speed
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
         if self.found is not None:
             return
         time, command = piece.trajectory["time"], piece.trajectory["command"]
-        if math.isnan(self._before):
+        if math.isnan(self._before) and _follows_the_start(time):
+            self._first, self._before = self._at_start, 0.0
+        elif math.isnan(self._before):
             self._first = float(command[0])
         other = np.flatnonzero(command != self._first)
         if len(other):
@@ -80,10 +92,11 @@ class TorqueWatch:
 
 
 class SlipWatch:
-    """How far the balls have turned on the race from the first sample to the last."""
+    """How far the balls have turned on the race from the start to the last sample."""
 
     def __init__(self, run: JudgedRun) -> None:
         self._first: np.ndarray | None = None
+        self._at_start = np.array(start_angles(run.scene))
         self.turns = np.empty(0)
         """Of each ball, their magnitude."""
 
@@ -91,7 +104,8 @@ class SlipWatch:
         """The next samples."""
         angles = piece.trajectory.ball_angles
         if self._first is None:
-            self._first = angles[0].copy()
+            follows = _follows_the_start(piece.trajectory["time"])
+            self._first = self._at_start if follows else angles[0].copy()
         self.turns = np.abs(angles[-1] - self._first) / (2.0 * math.pi)
 
     @property

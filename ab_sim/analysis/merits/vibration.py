@@ -6,6 +6,7 @@ names the quantity and the band; the filters, Butterworth ones of the fourth ord
 """
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,6 +22,10 @@ TURN = 0.5 * math.pi
 """... rad of the spindle: samples further apart show neither the band's lower end nor what comes
 with each turn."""
 
+BEGUN, EVENLY = 2, 0.01
+"""The filters may begin anew so often, and at this share of the samples; who does it all the time
+lets nothing through."""
+
 
 class BandPass:
     """Lets velocities through from 10 to 1000 Hz, as they come.
@@ -32,6 +37,8 @@ class BandPass:
     def __init__(self) -> None:
         self._step, self._time, self._before = math.nan, math.nan, np.empty(0)
         self._spacing, self._duration = -1, math.nan
+        self.begun: list[int] = []
+        """Where among the newest samples it has begun."""
         self._sections, self._state = np.empty((0, 6)), np.empty(0)
 
     def passed(self, steps: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -42,7 +49,7 @@ class BandPass:
             times: s, shape (samples,).
             values: shape (samples, channels).
         """
-        parts = []
+        parts, self.begun, count = [], [], len(steps)
         if len(self._before) == 0:
             parts, self._before = [np.zeros_like(values[:1])], values[0]
             self._step, self._time = float(steps[0]), float(times[0])
@@ -53,13 +60,14 @@ class BandPass:
         ends = [*(np.flatnonzero(np.diff(spacings)) + 1).tolist(), len(steps)]
         for begin, end in zip([0, *ends], ends, strict=False):
             if end > begin:
-                parts.append(self._evenly(int(spacings[begin]), values[begin:end]))
+                if spacings[begin] != self._spacing:
+                    self._begin(int(spacings[begin]))
+                    self.begun.append(count - len(steps) + begin)
+                parts.append(self._evenly(values[begin:end]))
                 self._step, self._before = float(steps[end - 1]), values[end - 1]
         return np.concatenate(parts)
 
-    def _evenly(self, spacing: int, values: np.ndarray) -> np.ndarray:
-        if spacing != self._spacing:
-            self._begin(spacing)
+    def _evenly(self, values: np.ndarray) -> np.ndarray:
         if len(self._sections) == 0:
             return np.zeros(values.shape)
         from scipy import signal  # takes long to import
@@ -70,17 +78,27 @@ class BandPass:
     def _begin(self, spacing: int) -> None:
         from scipy import signal  # takes long to import
 
-        self._spacing, rate = spacing, 1.0 / (spacing * self._duration)
-        self._sections = np.empty((0, 6))
-        if rate > 2.0 * LOWEST:
-            self._sections = signal.butter(ORDER, LOWEST, "highpass", fs=rate, output="sos")
-            if rate > 2.0 * HIGHEST:
-                low = signal.butter(ORDER, HIGHEST, "lowpass", fs=rate, output="sos")
-                self._sections = np.vstack((self._sections, low))
+        self._spacing = spacing
+        self._sections = _sections(1.0 / (spacing * self._duration))
+        if len(self._sections):
             self._state = signal.sosfilt_zi(self._sections)[:, :, None] * self._before
 
 
-class VelocityWatch:
+@lru_cache
+def _sections(rate: float) -> np.ndarray:
+    """Of the filters, shape (sections, 6), for a rate of samples [Hz]; none where that is low."""
+    from scipy import signal  # takes long to import
+
+    if rate <= 2.0 * LOWEST:
+        return np.empty((0, 6))
+    sections = signal.butter(ORDER, LOWEST, "highpass", fs=rate, output="sos")
+    if rate > 2.0 * HIGHEST:
+        low = signal.butter(ORDER, HIGHEST, "lowpass", fs=rate, output="sos")
+        sections = np.vstack((sections, low))
+    return np.asarray(sections)
+
+
+class BroadBandWatch:
     """The largest vibration velocity along the axes of the scene's sensors."""
 
     def __init__(self, run: JudgedRun) -> None:
@@ -92,6 +110,8 @@ class VelocityWatch:
         self._squares, self._count = np.zeros(1), 0
         self._peak, self._last = 0.0, np.empty((0, 2))
         self._shown_late = self._shown = True
+        self._begun = self._begun_late = 0
+        self._samples = run.samples
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
@@ -105,6 +125,9 @@ class VelocityWatch:
         self._shown_late &= bool(near[max(len(near) - late, 0) :].all())
         self._last = at[-1:]
         passed = self._band.passed(steps, times, self._velocities(samples))
+        begun = np.array(self._band.begun)
+        self._begun += len(begun)
+        self._begun_late += int(np.count_nonzero(begun >= len(steps) - late))
         self._peak = max(self._peak, float(np.max(np.abs(passed))))
         if late:
             self._squares = self._squares + np.sum(passed[-late:] ** 2, axis=0)
@@ -113,14 +136,15 @@ class VelocityWatch:
     @property
     def final(self) -> float | None:
         """Root mean square over the last stretch, of the axis where it is largest [m/s]."""
-        if not self._shown_late:
+        if not self._shown_late or self._begun_late > BEGUN + EVENLY * self._count:
             return None
         return math.sqrt(float(np.max(self._squares)) / self._count)
 
     @property
     def peak(self) -> float | None:
         """Largest magnitude of the run along any axis [m/s]."""
-        return self._peak if self._shown else None
+        evenly = self._begun <= BEGUN + EVENLY * self._samples
+        return self._peak if self._shown and evenly else None
 
     def _velocities(self, samples: Trajectory) -> np.ndarray:
         """Along all axes of all places [m/s], shape (samples, axes)."""

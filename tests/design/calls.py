@@ -1,0 +1,50 @@
+"""What workers are asked for in tests."""
+
+import os
+import signal
+import time
+from collections.abc import Sequence
+from typing import overload
+
+from ab_sim.errors import SceneError
+
+
+def where(number: int) -> tuple[int, int]:
+    return number, os.getpid()
+
+
+def picky(number: int) -> int:
+    if number == 30:
+        raise SceneError("start.time 30: must be less")
+    return number
+
+
+def killed(number: int) -> int:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def slow(seconds: float, number: int) -> int:
+    time.sleep(seconds)
+    return number
+
+
+class Lazy(Sequence[int]):
+    """Numbers from 0, and which of them were asked for."""
+
+    def __init__(self, count: int) -> None:
+        self._numbers, self.made = range(count), set[int]()
+
+    def __len__(self) -> int:
+        return len(self._numbers)
+
+    @overload
+    def __getitem__(self, index: int) -> int: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[int]: ...
+
+    def __getitem__(self, index: int | slice) -> int | Sequence[int]:
+        found = self._numbers[index]
+        self.made.update([found] if isinstance(found, int) else found)
+        return found

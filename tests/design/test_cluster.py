@@ -1,0 +1,283 @@
+"""Work on a Dask cluster: the same bits as here, and one clear line where it fails."""
+
+import functools
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pyarrow
+import pytest
+
+import ab_sim
+from ab_sim.design import work
+from ab_sim.design.cluster import Cluster, ClusterUnusable, checked_address
+from ab_sim.errors import InputError, SceneError
+from ab_sim.workers import WorkerLost
+from tests.design import calls
+from tests.design.dask_cluster import ROOT, DaskCluster, free_port
+
+pytest.importorskip("distributed")
+SCENE = ["duration=0.4"]
+OVER = {
+    "balls.mass": "0.5 g..3 g:10",
+    "effects.viscous_drag.coefficient": "log:0.1..10:10",
+    "balls.count": [-1, 2],
+}
+"""Half of the runs fail, which is a result, too."""
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DaskCluster]:
+    with DaskCluster(tmp_path_factory.mktemp("cluster"), 2) as found:
+        yield found
+
+
+@pytest.fixture
+def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work, "ENOUGH", 1e-9)
+    monkeypatch.setattr(work, "CHUNK_SECONDS", 1e-9)
+
+
+def swept(scheduler: str | None = None) -> pyarrow.Table:
+    scene = ab_sim.load_scene("thesis-hold", [*SCENE, "start.ball_angles="])
+    return ab_sim.sweep(scene, OVER, scheduler=scheduler).table
+
+
+def test_results_are_those_of_this_process_to_the_bit(
+    cluster: DaskCluster, small_chunks: None, folder: Path
+) -> None:
+    here = swept()
+    for file in folder.glob("*/*"):
+        file.unlink()
+    assert swept(cluster.address).equals(here) and here["failure"].null_count == 100
+
+
+def test_they_come_in_order_from_all_workers_and_things_are_made_when_they_are_sent(
+    cluster: DaskCluster,
+) -> None:
+    things = calls.Lazy(60)
+    with Cluster(cluster.address) as each:
+        results = each.each(calls.where, things, chunk=1)
+        found = [next(results)]
+        assert max(things.made) < 40
+        found += results
+        again = list(each.each(calls.where, range(7), chunk=3))
+    assert [number for number, _ in found] == list(range(60))
+    assert [number for number, _ in again] == list(range(7))
+    homes = {home for _, home in found}
+    assert len(homes) == 2 and os.getpid() not in homes
+
+
+def test_nothing_to_do_needs_no_scheduler() -> None:
+    with Cluster("127.0.0.1:1") as each:
+        assert not list(each.each(calls.where, []))
+
+
+def test_an_error_is_raised_as_itself(cluster: DaskCluster) -> None:
+    with pytest.raises(SceneError, match="must be less"), Cluster(cluster.address) as each:
+        list(each.each(calls.picky, range(50)))
+
+
+def test_a_worker_of_other_sources_is_refused(tmp_path: Path) -> None:
+    """It differs in a module that is not ab_sim's, by a byte."""
+    source = (ROOT / "tests" / "design" / "calls.py").read_text()
+    (tmp_path / "own_calls.py").write_text(source)
+    there = tmp_path / "there"
+    there.mkdir()
+    (there / "own_calls.py").write_text(f"{source}#")
+    program = (
+        "import sys; from ab_sim.design.cluster import Cluster; import own_calls; "
+        "print(list(Cluster(sys.argv[1]).each(own_calls.where, range(3))))"
+    )
+    environment = {**os.environ, "PYTHONPATH": f"{ROOT}:{tmp_path}"}
+    time.sleep(0.05)  # a file that is as new as the process may not be what it has imported
+    with DaskCluster(tmp_path) as small:
+        small.add_worker(PYTHONPATH=f"{ROOT}:{there}")
+        done = subprocess.run(
+            [sys.executable, "-c", program, small.address],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert "another source of own_calls" in done.stderr, done.stderr
+        assert "would not give the same bits" in done.stderr
+        small.kill_worker()
+        small.add_worker("--preload", "no_ab_sim", PYTHONPATH=without_ab_sim(tmp_path))
+        with pytest.raises(ClusterUnusable, match="a worker has no ab_sim"):
+            with Cluster(small.address) as each:
+                list(each.each(calls.where, range(3)))
+
+
+def without_ab_sim(folder: Path) -> str:
+    """What makes a Python that has ab_sim do without it."""
+    (folder / "no_ab_sim.py").write_text("import sys\nsys.modules['ab_sim'] = None\n")
+    return str(folder)
+
+
+def test_a_killed_worker_is_made_up_for(tmp_path: Path) -> None:
+    with DaskCluster(tmp_path, 2) as small, Cluster(small.address) as each:
+        results = each.each(functools.partial(calls.slow, 0.05), range(60))
+        found = [next(results)]
+        small.kill_worker()
+        found += results
+    assert found == list(range(60))
+
+
+def test_a_call_that_ends_every_worker_is_given_up(tmp_path: Path) -> None:
+    with DaskCluster(tmp_path, 4) as small, Cluster(small.address) as each:
+        with pytest.raises(WorkerLost, match="the same call has ended 4 workers"):
+            list(each.each(calls.killed, range(30, 31)))
+
+
+def test_without_workers_it_says_so_until_there_are_some(tmp_path: Path) -> None:
+    said: list[str | None] = []
+    with DaskCluster(tmp_path) as small, Cluster(small.address) as each:
+
+        def wait(what: str | None) -> None:
+            if not said:
+                small.add_worker()
+            said.append(what)
+
+        each.waiting = wait
+        assert [n for n, _ in each.each(calls.where, range(5))] == list(range(5))
+        assert said[0] == f"waiting for workers at {small.address}"
+
+        def stop(what: str | None) -> None:
+            assert what is None, "workers are at work"
+            raise KeyboardInterrupt
+
+        each.waiting = stop
+        begin = time.monotonic()
+        with pytest.raises(KeyboardInterrupt):
+            list(each.each(functools.partial(calls.slow, 5.0), range(20)))
+        assert time.monotonic() - begin < 5.0
+
+
+def test_a_scheduler_that_is_lost_is_said(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with DaskCluster(tmp_path, 1) as small:
+        with pytest.raises(WorkerLost, match="is gone; what is done is kept"):
+            with Cluster(small.address) as each:
+                results = each.each(functools.partial(calls.slow, 0.1), range(200))
+                next(results)
+                threading.Timer(0.3, small.kill_scheduler).start()
+                list(results)
+    assert capfd.readouterr() == ("", ""), "Dask is silent"
+
+
+@pytest.mark.parametrize(
+    "address", ["", "nonsense", "host:", "host:0", "host:x", "host:99999", "http://a:1", "a:1/x"]
+)
+def test_an_address_that_cannot_be_one_is_refused(address: str) -> None:
+    with pytest.raises(InputError, match=r"must be HOST:PORT, tcp://HOST:PORT or tls://HOST:PORT"):
+        Cluster(address)
+
+
+def test_addresses() -> None:
+    assert checked_address("host:8786") == "tcp://host:8786"
+    assert checked_address("tls://[::1]:8786") == "tls://[::1]:8786"
+
+
+def test_where_nobody_listens_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ab_sim.design.cluster.ANSWERS", 1.0)
+    address = f"tcp://127.0.0.1:{free_port()}"
+    with pytest.raises(ClusterUnusable, match=f"^{address}: no Dask scheduler answers"):
+        with Cluster(address) as each:
+            list(each.each(calls.where, range(3)))
+    with pytest.raises(ClusterUnusable, match="no Dask scheduler answers"):
+        with Cluster(address.replace("tcp", "tls")) as each:  # without certificates
+            list(each.each(calls.where, range(3)))
+
+
+def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"pip install 'ab_sim\[cluster\]'"):
+        Cluster("127.0.0.1:8786")
+
+
+def test_workers_and_scheduler_exclude_each_other() -> None:
+    with pytest.raises(InputError, match="give one"):
+        ab_sim.sweep("thesis-hold", {"balls.mass": "1 g..2 g:2"}, workers=2, scheduler="a:1")
+
+
+COMMAND = (
+    *("sweep", "no-ball", "--set", "duration=4"),
+    *("--over", "rotor.eccentricity=1e-5..1e-3:6000", "--parquet"),
+)
+
+
+def command(folder: Path, *options: str) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [sys.executable, "-m", "ab_sim", *COMMAND, *options],
+        cwd=folder,
+        env={**os.environ, "XDG_CACHE_HOME": str(folder / "cache"), "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def kept(folder: Path) -> int:
+    return len(list(folder.glob("cache/ab_sim/results/judged-*/*.parquet")))
+
+
+def lines_but_progress(said: str) -> list[str]:
+    return [line for line in said.splitlines() if line and not line.startswith("no-ball: ")]
+
+
+def until_kept(folder: Path, parts: int, program: "subprocess.Popen[str]") -> None:
+    while kept(folder) < parts:
+        assert program.poll() is None, program.communicate()
+        time.sleep(0.02)
+
+
+def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_path: Path) -> None:
+    with DaskCluster(tmp_path, 1) as small:
+        options = ("s.parquet", "--scheduler", small.address)
+        first = command(tmp_path, *options)
+        until_kept(tmp_path, 5, first)  # the first three are made here
+        small.kill_scheduler()
+        said = first.communicate(timeout=60)[1]
+        assert first.returncode == 1, said
+        assert lines_but_progress(said) == [
+            f"ab-sim: the scheduler at {small.address} is gone; what is done is kept, the same "
+            "command goes on"
+        ]
+        before = kept(tmp_path)
+        small.begin()
+        small.add_worker()
+        second = command(tmp_path, *options)
+        until_kept(tmp_path, before + 1, second)
+        second.send_signal(signal.SIGINT)
+        said = second.communicate(timeout=60)[1]
+        assert second.returncode == 130, said
+        assert lines_but_progress(said) == [
+            "ab-sim: interrupted; what is done is kept, the same command goes on"
+        ]
+        assert kept(tmp_path) >= before + 1
+        third = command(tmp_path, *options)
+        out, said = third.communicate(timeout=60)
+        assert third.returncode == 0 and "6000 runs" in out, said
+    fresh = tmp_path / "fresh"
+    fresh.mkdir()
+    local = command(fresh, "s.parquet", "--workers", "1")
+    assert local.wait(timeout=60) == 0
+    files = [ab_sim.open_sweep(place / "s.parquet").table for place in (tmp_path, fresh)]
+    assert files[0].equals(files[1])
+
+
+def test_ordinary_sweeps_do_not_import_dask(tmp_path: Path) -> None:
+    program = (
+        "import sys, ab_sim; ab_sim.sweep('no-ball', {'rotor.eccentricity': [1e-4]}); "
+        "assert not {'dask', 'distributed'} & sys.modules.keys()"
+    )
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True)
