@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ab_sim import results
     from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
-    from ab_sim.api.design import open_sweep, sweep
+    from ab_sim.api.design import open_sweep, robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.maps import basin, stability_map
     from ab_sim.api.merits import merits_of, register_merit
@@ -77,19 +77,21 @@ __all__ = [
     "register_stepper",
     "resolve_accuracy",
     "results",
+    "robust",
     "save_recording",
     "scene_names",
     "simulate",
     "simulate_batch",
     "stability_map",
     "sweep",
+    "tune",
 ]
 
 # No name of it but `results` may be that of a module beside this one: importing that module would
 # put it in the name's place (`ab_sim.accuracy` is a package). A test looks.
 _MODULES = {
     "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
-    "api.design": ("open_sweep", "sweep"),
+    "api.design": ("open_sweep", "robust", "sweep", "tune"),
     "api.extensions": ("register_effect", "register_stepper"),
     "api.maps": ("basin", "stability_map"),
     "api.merits": ("merits_of", "register_merit"),

@@ -9,7 +9,9 @@ from ab_sim.analysis.modes import Mode, NaturalVibration
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.batch import Batch
+from ab_sim.design.spread import Spread
 from ab_sim.design.sweep import Sweep
+from ab_sim.design.tune import Tuning
 from ab_sim.drive.observation import Observation
 from ab_sim.recording import StoredRun
 from ab_sim.reports.compare import RecordingComparison
@@ -36,9 +38,11 @@ __all__ = [
     "Recovery",
     "RecoveryOverDrag",
     "RestingState",
+    "Spread",
     "Stability",
     "StabilityMap",
     "StoredRun",
     "Sweep",
+    "Tuning",
     "NaturalVibration",
 ]

@@ -1,4 +1,4 @@
-"""A function of many things, over several processes where that is worth their start."""
+"""A function applied to many items, in several processes if their start pays off."""
 
 import contextlib
 import functools
@@ -18,43 +18,43 @@ from typing import TypeVar, cast
 from ab_sim.errors import AbSimError
 from ab_sim.interruption import kept_from_children
 
-AT_A_TIME = 16
-"""Things that a process is given, unless told."""
+CHUNK = 16
+"""Number of items that a process gets at a time, by default."""
 TRIAL = 0.5
-"""For so long this process works alone, to see how long it would take [s]."""
+"""Time in which this process works alone, to estimate the total time [s]."""
 WORTH_IT = 20.0
-"""Work that is longer is shared [s]: processes take some seconds to start."""
+"""Estimated time above which processes are started, which takes some seconds [s]."""
 
-Thing = TypeVar("Thing")
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 class WorkerLost(AbSimError):
-    """A process that shared the work is gone."""
+    """A worker process has ended."""
 
     exit_code = 1
 
 
 class Workers:
-    """Processes that are there until the end of a ``with``; started where work takes long.
+    """A context manager with worker processes, started when the work takes long.
 
-    Threads would wait for each other: a point of a map is mostly Python. Processes are spawned, for
-    kernels hold locks and threads that a fork would break, so a program that uses more than one
-    needs the usual ``if __name__ == "__main__":``.
+    Threads would compete for Python's lock: a point of a map is mostly Python. Processes are
+    spawned, since a fork would break locks and threads of the machine code. So a program that uses
+    more than one needs the usual ``if __name__ == "__main__":``.
 
-    ``concurrent.futures.ProcessPoolExecutor`` starts its processes while it watches those that it
-    has; where one is killed meanwhile, it fails or hangs. Here each process has a pipe of its own,
-    at which its end is seen at any time.
+    ``concurrent.futures.ProcessPoolExecutor`` starts processes while it waits for others; if one is
+    killed meanwhile, it fails or hangs. Here each process has a pipe of its own, whose end shows
+    that the process has ended.
 
     Args:
-        count: how many; 1 for none but this one.
+        count: number of processes; 1: no other process.
     """
 
     def __init__(self, count: int) -> None:
         self._count, self._warm = count, False
         self._processes: list[BaseProcess] = []
         self._idle: queue.SimpleQueue[Connection] = queue.SimpleQueue()
-        self._asking: ThreadPoolExecutor | None = None
+        self._threads: ThreadPoolExecutor | None = None
 
     def __enter__(self) -> "Workers":
         return self
@@ -67,41 +67,41 @@ class Workers:
     ) -> None:
         for process in self._processes:
             process.terminate()
-        if self._asking is not None:
-            self._asking.shutdown(cancel_futures=True)
+        if self._threads is not None:
+            self._threads.shutdown(cancel_futures=True)
         for process in self._processes:
             process.join()
 
     def each(
         self,
-        function: Callable[[Thing], Result],
-        things: Sequence[Thing],
-        at_a_time: int = AT_A_TIME,
+        function: Callable[[Item], Result],
+        items: Sequence[Item],
+        chunk: int = CHUNK,
     ) -> Iterator[Result]:
-        """Results in the things' order, as they come.
+        """Results in the order of the items, as they are computed.
 
         Args:
-            function: of a module, or partial of such a one.
-            things: what it is called with.
-            at_a_time: how many of them a process is given.
+            function: of a module, or a partial of one.
+            items: its arguments.
+            chunk: number of items that a process gets at a time.
 
         Raises:
-            WorkerLost: a process has ended.
+            WorkerLost: a worker process has ended.
         """
         done, begin = 0, time.perf_counter()
-        while self._asking is None and done < len(things):
-            yield function(things[done])
+        while self._threads is None and done < len(items):
+            yield function(items[done])
             done += 1
             if not self._warm:  # the first of all loads kernels
                 self._warm, begin = True, time.perf_counter()
             elif self._count > 1:
                 spent = time.perf_counter() - begin
-                if spent > TRIAL and spent * (len(things) - done) > WORTH_IT * done:
+                if spent > TRIAL and spent * (len(items) - done) > WORTH_IT * done:
                     self._start()
-        if self._asking is not None and done < len(things):
-            size = max(1, min(at_a_time, (len(things) - done) // self._count))
-            parts = (things[first : first + size] for first in range(done, len(things), size))
-            for results in self._asking.map(functools.partial(self._ask, function), parts):
+        if self._threads is not None and done < len(items):
+            size = max(1, min(chunk, (len(items) - done) // self._count))
+            parts = (items[first : first + size] for first in range(done, len(items), size))
+            for results in self._threads.map(functools.partial(self._request, function), parts):
                 yield from results
 
     def _start(self) -> None:
@@ -115,14 +115,14 @@ class Workers:
                 self._processes.append(process)
                 there.close()  # so that the end of the process is the end of the pipe
                 self._idle.put(here)
-        self._asking = ThreadPoolExecutor(self._count)  # a thread waits for each process
+        self._threads = ThreadPoolExecutor(self._count)  # a thread waits for each process
 
-    def _ask(
-        self, function: Callable[[Thing], Result], things: Sequence[Thing]
+    def _request(
+        self, function: Callable[[Item], Result], items: Sequence[Item]
     ) -> Sequence[Result]:
         connection = self._idle.get()
         try:
-            connection.send((function, things))
+            connection.send((function, items))
             results, error = connection.recv()
         except (EOFError, OSError) as ended:
             raise WorkerLost(
@@ -137,22 +137,22 @@ class Workers:
 
 
 def _work(connection: Connection) -> None:
-    threading.Thread(target=_leave_with_the_parent, daemon=True).start()
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
     while True:
         try:
-            function, things = connection.recv()
+            function, items = connection.recv()
         except EOFError:
             return
         results, raised = [], None
         try:
-            results = [function(thing) for thing in things]
+            results = [function(item) for item in items]
         except Exception as error:
             raised = error
         connection.send((results, raised))
 
 
-def _leave_with_the_parent() -> None:
-    """Where the parent is gone nobody waits for results."""
+def _exit_with_parent() -> None:
+    """End this process when its parent has ended."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         with contextlib.suppress(OSError):

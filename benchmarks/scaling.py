@@ -108,7 +108,7 @@ def task_cost(executor: Executor, scheduler: int, rows: int, count: int) -> dict
     job, points = job_and_points(rows)
     before = time.process_time(), cpu_of(scheduler)
     begin = time.perf_counter()
-    for _ in executor.each(functools.partial(unrun, job), [points] * count, at_a_time=1):
+    for _ in executor.each(functools.partial(unrun, job), [points] * count, chunk=1):
         pass
     spent = {
         "wall": time.perf_counter() - begin,
@@ -136,7 +136,7 @@ def throughput(folder: Path, repeats: int) -> list[dict[str, Any]]:
         for repeat in range(-1, repeats):
             for which, executor in every.items():
                 begin = time.perf_counter()
-                rows = list(executor.each(functools.partial(judged, job), chunks, at_a_time=1))
+                rows = list(executor.each(functools.partial(judged, job), chunks, chunk=1))
                 if repeat >= 0:
                     rates.setdefault(which, []).append(len(points) / (time.perf_counter() - begin))
                 else:  # compiles, and looks at the rows
@@ -161,9 +161,9 @@ def waiting(folder: Path, repeats: int) -> list[dict[str, Any]]:
                 list(executor.each(functools.partial(wait_for, WAIT), range(4 * count), 1))
             for _ in range(repeats):
                 for name, executor in each.items():
-                    things = range(WAITS * count)
+                    items = range(WAITS * count)
                     begin = time.perf_counter()
-                    list(executor.each(functools.partial(wait_for, WAIT), things, at_a_time=1))
+                    list(executor.each(functools.partial(wait_for, WAIT), items, chunk=1))
                     share = WAITS * WAIT / (time.perf_counter() - begin)
                     found.setdefault((name, count), []).append(share)
     return [

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 
 from ab_sim.analysis import results  # noqa: E402
-from ab_sim.analysis.maps.balls import Against, plane_with_balls  # noqa: E402
+from ab_sim.analysis.maps.balls import BallCountComparison, plane_with_balls  # noqa: E402
 from ab_sim.analysis.maps.plane import Plane, axes_of  # noqa: E402
 from ab_sim.analysis.maps.stability import COARSE, StabilityMap, label_at, stability_map  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
@@ -68,7 +68,7 @@ def main() -> None:
             f"{used:.1f} s of the processors"
         )
         maps.append(found)
-    against = Against(*maps)
+    against = BallCountComparison(*maps)
     print(f"at some position: {against.somewhere}\nat every position: {against.everywhere}")
     from ab_sim.figures.stability_map import map_figure  # processes need not import it
 

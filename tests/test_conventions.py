@@ -13,8 +13,8 @@ from ab_sim.cli.app import app
 from ab_sim.cli.merits import merits_table
 from ab_sim.drive.description import describe
 from ab_sim.figures.run import run_figure
-from ab_sim.recording.about import about
 from ab_sim.recording.drawing import Drawing
+from ab_sim.recording.legend import legend_text
 from ab_sim.reports.grid import grid_of
 from ab_sim.reports.panels import Panel
 from ab_sim.reports.picture import report_picture
@@ -67,4 +67,4 @@ def test_tables_pictures_and_recordings_name_it(tmp_path: Path, drawn: list[Figu
     table = merits_table("", run.scene, {}, Comparison(None, None))
     assert conventions.WHIRL in str(table.caption) and conventions.ANGLES in str(table.caption)
     assert conventions.PAGE in CAPTION
-    assert conventions.PAGE in about(Drawing.of(describe(run.scene)))
+    assert conventions.PAGE in legend_text(Drawing.of(describe(run.scene)))

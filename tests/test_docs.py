@@ -16,6 +16,7 @@ from ab_sim.cli.app import app
 from ab_sim.errors import SceneError
 from ab_sim.scene import check_scene, load_scene
 from ab_sim.scene.profile_file import load_profile
+from ab_sim.scene.registry import effect_classes
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -201,3 +202,10 @@ def test_readme_is_short_and_leads_to_every_part() -> None:
     for page in (*DOCS.glob("howto/*.md"), *DOCS.glob("tutorials/*.md")):
         if page.stem not in ("index", "effect-cost"):
             assert f"]({page.relative_to(ROOT)}" in text, page
+
+
+def test_every_effect_has_a_row_in_the_table_of_effects() -> None:
+    page = "docs/reference/effects.md"
+    rows = re.findall(r"^\| (`.*?`) \|", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE)
+    named = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
+    assert named == set(effect_classes()), f"{page}: a row for each effect, and for no other"

@@ -17,7 +17,7 @@ GLOSSARY = ROOT / "docs" / "glossary.md"
 NAMED_FOR_A_SUBJECT = {"cli", "figures", "studies"}
 # Sections of a scene have the names of its keys, as rooms have that deal with them; the others are
 # what their room is about.
-SECTIONS = {"Accuracy", "Balls", "Deck", "Race", "Scene", "Spindle"}
+SECTIONS = {"Accuracy", "Balanced", "Balls", "Deck", "Race", "Scene", "Spindle"}
 
 
 def room_of(path: Path) -> str:

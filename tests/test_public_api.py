@@ -226,6 +226,9 @@ def shown() -> dict[str, Presented]:
         "modes": ab_sim.modes("couple-unbalance", 500.0),
         "recovery": ab_sim.recovery(scene, [0.2, 0.4]),
         "effect cost": ab_sim.effect_cost(short, repeats=1),
+        "spread": ab_sim.robust(
+            short, {"balls.mass": "5%", "start.speed": "uniform:0,9"}, runs=40, against=short
+        ),
         "accuracy cost": ab_sim.accuracy_cost(
             ab_sim.load_scene("nsc-case-1", ["duration=0.1"]), 1, steps=[1e-3], tolerances=[1e-8]
         ),
@@ -234,7 +237,7 @@ def shown() -> dict[str, Presented]:
 
 KINDS = [
     "trajectory", "run", "batch", "equilibria", "branches", "map", "basin", "floquet", "followed",
-    "modes", "recovery", "effect cost", "accuracy cost",
+    "modes", "recovery", "effect cost", "accuracy cost", "spread",
 ]  # fmt: skip
 
 
@@ -316,6 +319,20 @@ def test_an_effect_may_be_registered_after_scenes_were_checked() -> None:
     assert ab_sim.simulate(scene).trajectory["x"][-1] < 0.0
     with pytest.raises(ValueError, match="registered twice"):
         ab_sim.register_effect("suspension", equation="", source="")(Pull)
+
+
+def test_an_effect_whose_method_is_misspelt_is_refused() -> None:
+    """Nothing would call it, and the effect would do nothing."""
+
+    class Push(typing.NamedTuple):
+        force: float
+
+        def deck_froce(self, deck: object) -> tuple[float, float]:
+            return self.force, 0.0
+
+    with pytest.raises(ValueError, match="'deck_froce' would not be called; did you mean 'deck_f"):
+        ab_sim.register_effect("push", equation="", source="")(Push)
+    assert "push" not in effects.effect_classes()
 
 
 def test_calls_take_names_files_and_scenes_alike(tmp_path: Path) -> None:

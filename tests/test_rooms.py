@@ -6,6 +6,7 @@ long, and change no direction.
 
 import ast
 import importlib.util
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -104,6 +105,19 @@ def test_a_room_knows_only_what_is_before_it(room: str) -> None:
         if PLACE[room_of(found)] >= PLACE[room]
     }
     assert not back
+
+
+def test_the_page_lists_every_package_from_the_top() -> None:
+    page = (HOUSE.parent / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
+    rows = [row.split("|")[1] for row in page.splitlines() if row.startswith("| `ab_sim")]
+    listed = [re.findall(r"`ab_sim\.(\w+)`", row) for row in rows]
+    packages = {path.parent.name for path in HOUSE.glob("*/__init__.py")}
+    assert packages <= {room for rooms in listed for room in rooms}
+    lowest = len(ORDER)
+    for rooms in filter(None, listed):
+        places = [PLACE[room] for room in rooms]
+        assert max(places) <= lowest, f"{rooms} lie above what is listed before them"
+        lowest = min(places)
 
 
 def test_no_circles_within_a_room() -> None:

@@ -43,7 +43,7 @@ def slow(number: int) -> int:
 
 def test_results_come_in_order_and_from_all_processes() -> None:
     with Workers(2) as each:
-        first = list(each.each(where, range(50), at_a_time=2))
+        first = list(each.each(where, range(50), chunk=2))
         second = list(each.each(where, range(7)))
     assert [number for number, _ in first] == list(range(50))
     assert [number for number, _ in second] == list(range(7))
@@ -62,17 +62,17 @@ def test_one_process_is_this_one() -> None:
 
 def test_an_error_is_raised_as_itself() -> None:
     with pytest.raises(SceneError, match="must be less"), Workers(2) as each:
-        list(each.each(picky, range(50), at_a_time=2))
+        list(each.each(picky, range(50), chunk=2))
 
 
 def test_a_killed_process_is_said() -> None:
     with pytest.raises(WorkerLost, match="the same command goes on"), Workers(2) as each:
-        list(each.each(killed, range(50), at_a_time=2))
+        list(each.each(killed, range(50), chunk=2))
 
 
 def test_the_end_does_not_wait_for_long_work() -> None:
     with contextlib.suppress(KeyboardInterrupt), Workers(2) as each:
-        results: Iterator[int] = each.each(slow, range(50), at_a_time=1)
+        results: Iterator[int] = each.each(slow, range(50), chunk=1)
         assert next(results) == 0 and next(results) == 1
         raise KeyboardInterrupt
     assert not multiprocessing.active_children()

@@ -7,6 +7,8 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.scene.model import Scene
+from ab_sim.spindle import SpeedSchedule
 
 
 def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
@@ -58,6 +60,27 @@ def first_passage_of_opposite(trajectory: Trajectory) -> float | None:
         time[near], trajectory.ball_angles[near], trajectory.ball_rates[near]
     )
     return float(brentq(lambda t: float(np.max(angle(t))) + math.pi, time[k - 1], time[k]))
+
+
+def settling_begins(scene: Scene) -> float | None:
+    """When the thesis' settling period begins [s] (its section 4.4).
+
+    That is where the variable-speed period of a start-up begins; without one, as the page on the
+    thesis has it, where the profile reaches the critical speed sqrt(k/M) (4-1).
+
+    Returns:
+        None if the scene has no start-up, or one that neither has a period ahead nor reaches the
+        critical speed.
+    """
+    profile, critical = scene.profile, scene.critical_speed
+    if profile is None or profile.kind != "start_up":
+        return None
+    begins = SpeedSchedule.of_scene(scene).variable_speed_period
+    if begins is not None or critical is None:
+        return begins
+    if not scene.start.speed <= critical <= profile.target_speed:
+        return None
+    return (critical - scene.start.speed) / profile.acceleration
 
 
 def time_of_speed(trajectory: Trajectory, speed: float) -> float | None:

@@ -1,14 +1,23 @@
 """Calls that decide over many drives."""
 
+import functools
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from ab_sim.api.common import Progress, SceneLike, as_scene
 from ab_sim.design import sweep as sweeps
+from ab_sim.design.bounds import bound_of
 from ab_sim.design.cluster import Cluster
 from ab_sim.design.points import points_of
+from ab_sim.design.search import Effort
+from ab_sim.design.spread import Spread
+from ab_sim.design.spread_runs import SpreadQuestion, run_spread
 from ab_sim.design.sweep import DEFAULT_MERITS, Sweep
-from ab_sim.design.variables import Variable, range_, values, variable_of
+from ab_sim.design.tolerances import tolerance_of
+from ab_sim.design.tune import RUNS, Task, Tuning, aim_of, run_tuning
+from ab_sim.design.variables import Range, Variable, range_, values, variable_of
+from ab_sim.design.work import Executor
 from ab_sim.errors import InputError
 from ab_sim.quoting import short
 from ab_sim.workers import Workers
@@ -88,16 +97,195 @@ def sweep(
     >>> found.scene_of(2).balls.masses
     (0.002, 0.002)
     """
-    if not isinstance(over, Mapping):
-        raise InputError(f"over = {short(over)}: must be a mapping of keys to their values")
-    if workers < 1:
-        raise InputError(f"workers = {workers}: must be at least 1")
-    if scheduler is not None and workers != 1:
-        raise InputError("workers are processes here, a scheduler has others: give one")
-    executor = Workers(workers) if scheduler is None else Cluster(scheduler)
-    variables = [_variable(key, given, design is not None) for key, given in over.items()]
+    executor = _executor(workers, scheduler)
+    variables = [_variable(key, given, design is not None) for key, given in _mapping(over).items()]
     points = points_of(variables, design, seed)
     return sweeps.run_sweep(as_scene(scene), points, merits, executor, progress)
+
+
+def tune(
+    scene: SceneLike,
+    vary: Over,
+    *,
+    minimise: str | None = None,
+    maximise: str | None = None,
+    subject_to: Iterable[str] = (),
+    runs: int = RUNS,
+    seed: int = 0,
+    workers: int = 1,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> Tuning:
+    """Find the values of keys with which a merit is best, within bounds: ``ab-sim tune``.
+
+    Only runs that settled count: that did not fail, whose balls do not circulate, and whose whirl
+    does not still rise or fall. What is done is kept, as of ``sweep``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        What is run, or its name, or its file.
+    vary : mapping of str
+        By dotted key, from where to where it may be chosen: two numbers, or a text,
+        ``"0.5 g..3 g"`` or ``"log:0.1..10"``. Keys that take whole numbers stay whole.
+    minimise, maximise : str, optional
+        The merit that is to be small, or the one that is to be large.
+    subject_to : iterable of str, optional
+        What else must hold, e.g. ``"final_whirl_over_e<0.2"``, ``"balanced"``.
+    runs : int, default 1000
+        At most about so many; beside them those that show what happens near the best.
+    seed : int, default 0
+        Of the search's random numbers. The same seed gives the same answer.
+    workers : int, default 1
+        Processes; more than one needs a program with ``if __name__ == "__main__":``.
+    scheduler : str, optional
+        Address of a Dask cluster that does the work instead; see ``sweep``.
+    progress : callable, optional
+        Called with what is best so far, how many runs are done, and of how many.
+
+    Returns
+    -------
+    Tuning
+        ``values`` by key, ``best``, the merit there, and ``scene``, to run it; None and empty where
+        no run settled within all bounds. ``beside``, ``before``, ``active``: what happens near the
+        best, what the scene gave before, which bounds it is at. ``runs``, a Sweep of all.
+
+    Raises
+    ------
+    SceneError
+        The scene is not valid, or there is none in the middle of the ranges.
+    InputError
+        A key, range, merit or bound cannot be used; or another process looks for the same.
+
+    Notes
+    -----
+    Differential evolution (Storn and Price 1997) on whole populations, then Nelder and Mead's
+    simplex from the best; both of scipy.optimize.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("no-ball", ["duration=0.5"])
+    >>> found = ab_sim.tune(
+    ...     scene, {"rotor.eccentricity": (1e-5, 1e-3)}, minimise="peak_whirl_over_e", runs=20
+    ... )
+    >>> 1e-5 <= found.values["rotor.eccentricity"] <= 1e-3, found.best < 1.0
+    (True, True)
+    """
+    task = Task(
+        as_scene(scene),
+        tuple(_range(key, given) for key, given in _mapping(vary).items()),
+        aim_of(minimise, maximise),
+        tuple(bound_of(each) for each in subject_to),
+        Effort(runs, seed),
+    )
+    return run_tuning(task, _executor(workers, scheduler), progress)
+
+
+def robust(
+    scene: SceneLike,
+    spread: Mapping[str, str | Sequence[str]],
+    merits: Iterable[str] = DEFAULT_MERITS,
+    *,
+    runs: int = 10_000,
+    balanced: str | Iterable[str] = ("balanced",),
+    until: float | None = None,
+    against: SceneLike | None = None,
+    sobol: int | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> Spread:
+    """Say what share of built drives balances, and which tolerance is to blame: ``ab-sim robust``.
+
+    What is done is kept on disk: more runs, or a finer ``until``, go on from there.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        The drawing, or its name, or its file.
+    spread : mapping of str
+        By dotted key, how it differs: ``"5%"`` (normal, about the scene's value), ``"0.1 mm"`` (so,
+        in its unit), ``"normal:MEAN,SD"``, ``"lognormal:MEDIAN,40%"``, ``"uniform:LOW,HIGH"``,
+        ``"uniform:5%"``, ``"discrete:V,V"``; ``"random"`` of ``start.ball_angles``. Behind it
+        ``low=NUMBER``, ``high=NUMBER``, ``per ball``, ``group=NAME``, with commas between. Several
+        that act on one key, in a list.
+    merits : iterable of str, optional
+        Names of those that are numbers, of which there are quantiles.
+    runs : int, default 10000
+        Drives; with ``until``, at least.
+    balanced : str or iterable of str, default the merit of that name
+        What has to hold of a run that has settled, e.g. ``"residual_unbalance<=0.1"``.
+    until : float, optional
+        Half width of the share's interval, 0 to 1, until which it goes on.
+    against : Scene, str or Path, optional
+        Another design, run with the same draws.
+    sobol : int, optional
+        Pairs of drives, a power of 2, that Sobol indices follow from, which takes so many runs more
+        for each spread or group; 0 for none. Default: what half as many runs more pay for.
+    seed : int, default 0
+        Of the random draws.
+    workers : int, default 1
+        Processes; more than one needs a program with ``if __name__ == "__main__":``.
+    scheduler : str, optional
+        Address of a Dask cluster that does the work instead; see ``sweep``.
+    progress : callable, optional
+        Called with what is done now, how many runs are done, and of how many.
+
+    Returns
+    -------
+    Spread
+        ``share``, of drives that balance, with Wilson's interval; ``quantiles`` by merit, with
+        those of order statistics; ``sobol.indices``, with bootstrap intervals; ``against``, the
+        paired difference to another design; ``worst``; ``balanced``, booleans of shape (runs,);
+        ``runs``, a ``Sweep`` with a row for each drive; ``scene_of(run)``, to run it again.
+
+    Raises
+    ------
+    SceneError
+        A scene is not valid, or no draw of those looked at first makes one.
+    InputError
+        A key, spread, merit, bound or number cannot be used, or another process computes the same.
+
+    Notes
+    -----
+    Intervals are of 95 %, and of chance only: what the model gets wrong is in none. Draws are
+    independent random numbers, those of a run the same however many there are. A run that fails
+    counts as not balanced. Saltelli and others, Computer Physics Communications 181 (2010) 259;
+    Newcombe, Statistics in Medicine 17 (1998) 2635.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("balanced-start-up", ["duration=0.2"])
+    >>> spread = {"balls.mass": "5%, per ball", "rotor.eccentricity": "lognormal:0.1 mm,40%"}
+    >>> found = ab_sim.robust(scene, spread, runs=40, balanced="peak_whirl_over_e<0.01")
+    >>> found
+    <Spread: scene balanced-start-up, runs 40, balanced 0.0 % (0.0 to 8.8 %), criterion ...>
+    >>> found.share.runs_for(0.01) > 100, found["rotor.eccentricity"].shape
+    (True, (40,))
+    """
+    if not isinstance(spread, Mapping):
+        raise InputError(f"spread = {short(spread)}: must be a mapping of keys to their spread")
+    executors = functools.partial(_executor, workers, scheduler)
+    executors()
+    tolerances = [
+        tolerance_of(f"{key}={each}")
+        for key, given in spread.items()
+        for each in ([given] if isinstance(given, str) else given)
+    ]
+    bounds = [balanced] if isinstance(balanced, str) else balanced
+    question = SpreadQuestion(
+        runs,
+        tuple(merits),
+        tuple(bound_of(each) for each in bounds),
+        seed,
+        sobol,
+        until,
+        None if against is None else as_scene(against),
+    )
+    return run_spread(as_scene(scene), tolerances, question, executors, progress)
 
 
 def open_sweep(path: Path | str) -> Sweep:
@@ -139,3 +327,24 @@ def _variable(key: str, given: str | Sequence[object], in_design: bool) -> Varia
         raise InputError(f"{key}: {short(given)}: must be two numbers, from where to where")
     low, high = (float(each) for each in listed if isinstance(each, int | float))
     return range_(key, low, high)
+
+
+def _range(key: str, given: str | Sequence[object]) -> Range:
+    found = _variable(key, given, True)
+    if not isinstance(found, Range):
+        raise InputError(f"{key}: {short(given)}: must be a range, from where to where")
+    return found
+
+
+def _mapping(over: Over) -> Over:
+    if not isinstance(over, Mapping):
+        raise InputError(f"{short(over)}: must be a mapping of keys to their values")
+    return over
+
+
+def _executor(workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:
+    if workers < 1:
+        raise InputError(f"workers = {workers}: must be at least 1")
+    if scheduler is not None and workers != 1:
+        raise InputError("workers are processes here, a scheduler has others: give one")
+    return Workers(workers) if scheduler is None else Cluster(scheduler)

@@ -1,14 +1,18 @@
 """Calls by which a program adds what scenes may name."""
 
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from typing import TypeVar
 
+from ab_sim.formulas.methods import METHODS
 from ab_sim.integrate import registry as steppers
 from ab_sim.integrate.explicit import explicit
 from ab_sim.scene import registry as effects
 
 Effect = TypeVar("Effect", bound=type[tuple[object, ...]])
 """A NamedTuple class."""
+CHECK = "check_scene"
+"""The method of an effect that is no formula."""
 
 
 def register_effect(
@@ -19,6 +23,7 @@ def register_effect(
     An effect is a ``NamedTuple`` whose fields are its parameters and whose methods are its physics,
     plain Python on numbers: ``deck_force``, ``ball_drag`` and others, which
     ``ab_sim.equations.effects`` lists. Machine code, derivatives, text and LaTeX are made of them.
+    A method that is not in that list is not called, but by a deck model of your own.
 
     Parameters
     ----------
@@ -39,7 +44,8 @@ def register_effect(
     Raises
     ------
     ValueError
-        Another effect has the name, or a class of the same name.
+        Another effect has the name, or a class of the same name; or a method's name is nearly one
+        of the list, and would not be called.
 
     Examples
     --------
@@ -55,9 +61,28 @@ def register_effect(
     (10,)
     """
     effects.effect_classes()  # those of the package come first, and have their names
-    return effects.register(
+    add = effects.register(
         name, equation=equation, source=source, uses_ball_radius=uses_ball_radius
     )
+
+    def checked(effect: Effect) -> Effect:
+        _check_methods(name, effect)
+        return add(effect)
+
+    return checked
+
+
+def _check_methods(name: str, effect: type[object]) -> None:
+    """Refuse methods that are called nearly as those which the equations call."""
+    for own, value in vars(effect).items():
+        if not callable(value) or own.startswith("_") or own in METHODS or own == CHECK:
+            continue
+        if near := get_close_matches(own, [*METHODS, CHECK], n=1, cutoff=0.85):
+            raise ValueError(
+                f"effect {name!r}: its method {own!r} would not be called; did you mean "
+                f"{near[0]!r}? Begin its name with an underscore if it is a helper; "
+                "ab_sim.equations.effects lists what is called"
+            )
 
 
 def register_stepper(

@@ -18,7 +18,7 @@ from ab_sim.bags.contract import NOTE, NUMBER, THINNED, offered_qos
 from ab_sim.bags.messages import encoded, prefilled
 from ab_sim.bags.writer import BagWriter
 from ab_sim.drive.driving_forces import driving_forces
-from ab_sim.drive.published import CONSTANTS, SHOWN, Shown
+from ab_sim.drive.published import CONSTANTS, STATE_TOPICS, StateChannels
 from ab_sim.drive.trajectory import Trajectory, balls_in
 from ab_sim.errors import RecordingError, SceneError
 from ab_sim.recording import LEFT_OUT, StoredRun
@@ -107,11 +107,11 @@ class _Samples:
         self._period = 1e9 / rate
         self._due = -math.inf
         sensors = run.description.get("sensors") or ()
-        shown = Shown(namespace, run.channels, balls_in(run.channels), list(sensors))
+        shown = StateChannels(namespace, run.channels, balls_in(run.channels), list(sensors))
         places = {name: place for place, name in enumerate(shown.names)}
         self._templates: list[tuple[Topic, Prefilled, list[int]]] = [
             (topic, prefilled(topic, each.sample), [places[name] for name in each.numbers])
-            for topic, of in SHOWN.items()
+            for topic, of in STATE_TOPICS.items()
             for each in of(shown)
         ]
         self._scene: Scene | None = None
@@ -166,7 +166,7 @@ class _Samples:
                 yield time, 1, topic, name, template.at(time, part[at])
 
     def _numbers(self, rows: Trajectory) -> np.ndarray:
-        """Numbers of the messages of some rows, in the order of `Shown.names`."""
+        """Numbers of the messages of some rows, in the order of `StateChannels.names`."""
         turning = np.zeros((len(rows), 3))
         if rows.tilts and "wx_rate" in rows.channels:
             turning = rows.angular_acceleration

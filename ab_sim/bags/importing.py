@@ -52,7 +52,7 @@ def import_bag(
         out: the .rrd file, replaced if there is one; of several ones the first, and the others are
             called ``-2`` and so on and replace nothing.
         namespace: of the drive; None: of the only one there is.
-        progress: is told how many messages are done, of how many.
+        progress: called with the number of messages done, and of all.
 
     Raises:
         InputError: the namespace is not that of a drive in the bag, or there are several.

@@ -5,7 +5,19 @@ from typing import Annotated
 
 import typer
 
-from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+from ab_sim.cli.options import (
+    AgainstOption,
+    BasinOption,
+    CoarseOption,
+    EachOption,
+    HeldSpeedOption,
+    JsonOption,
+    LimitOption,
+    MapOption,
+    MapPlotOption,
+    SceneArgument,
+    SetOption,
+)
 
 analysis_commands = typer.Typer()
 
@@ -88,55 +100,15 @@ def equilibria(
 def stability(
     scene: SceneArgument,
     change: SetOption = None,
-    speed: Annotated[
-        float | None,
-        typer.Option(
-            help="Of the spindle [rad/s], held. Default: at which the scene's profile ends."
-        ),
-    ] = None,
-    axes: Annotated[
-        str | None,
-        typer.Option(
-            "--map",
-            metavar="KEY=FROM:TO[:COUNT],KEY=FROM:TO[:COUNT]",
-            help="Map two values of the scene, across and up, 200 of each unless told, e.g. "
-            "speed=50:300,effects.suspension.damping=0.1:4.",
-        ),
-    ] = None,
-    coarse: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            help="Spacing of the points that a map begins with, a power of two: islands of fewer "
-            "than N by N points may be missed; 1 computes every point. Default: 8.",
-        ),
-    ] = None,
-    against: Annotated[
-        int | None,
-        typer.Option(metavar="BALLS", help="Beside the map with so many balls, together as heavy."),
-    ] = None,
-    each: Annotated[
-        str | None,
-        typer.Option(
-            metavar="KEY=V,V,...",
-            help="A map for each of these values of another key, e.g. "
-            "effects.viscous_drag.coefficient=0.1,0.2,0.4; drawn as borders in one picture.",
-        ),
-    ] = None,
-    basin: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N", help="Run the scene from N by N start angles of its first two balls."
-        ),
-    ] = None,
-    limit: Annotated[
-        float | None,
-        typer.Option(help="Of a basin: share of the unbalance that may be left. Default: 0.05."),
-    ] = None,
+    speed: HeldSpeedOption = None,
+    axes: MapOption = None,
+    coarse: CoarseOption = None,
+    against: AgainstOption = None,
+    each: EachOption = None,
+    basin: BasinOption = None,
+    limit: LimitOption = None,
     json: JsonOption = None,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the map: .png, .svg or .pdf.")
-    ] = None,
+    plot: MapPlotOption = None,
 ) -> None:
     """Which resting states are stable over two values of the scene; which starts end balanced.
 
@@ -158,21 +130,16 @@ def stability(
     Symbols, signs and angles: docs/conventions.md
     """
     from ab_sim.cli.equilibria import equilibria_command
-    from ab_sim.cli.stability import basin_command, family_command, map_command
-    from ab_sim.errors import InputError
+    from ab_sim.cli.stability import (
+        basin_command,
+        check_combination,
+        family_command,
+        map_command,
+    )
 
-    if axes is not None and basin is not None:
-        raise InputError("--map and --basin: one at a time")
-    if (against is not None or each is not None) and axes is None:
-        raise InputError("--against, --each: are of maps; say what to map with --map")
-    if against is not None and each is not None:
-        raise InputError("--against and --each: one at a time")
-    if coarse is not None and axes is None:
-        raise InputError("--coarse: is of maps; say what to map with --map")
-    if limit is not None and basin is None:
-        raise InputError("--limit: is of basins; ask for one with --basin")
-    if speed is not None and basin is not None:
-        raise InputError("--speed: a basin is of the scene's own profile; change that with --set")
+    options = {"coarse": coarse, "against": against, "each": each, "limit": limit, "speed": speed}
+    given = {name for name, value in options.items() if value is not None}
+    check_combination(given, axes is not None, basin is not None)
     spacing = 8 if coarse is None else coarse
     if axes is not None and each is not None:
         family_command(scene, change or [], speed, axes, spacing, each).run(json, plot)

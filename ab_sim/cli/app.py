@@ -11,7 +11,19 @@ from ab_sim.cli.bag_commands import bag_commands
 from ab_sim.cli.design_commands import design_commands
 from ab_sim.cli.key_commands import key_commands
 from ab_sim.cli.node_commands import node_commands
-from ab_sim.cli.options import JsonOption, SceneArgument, SetOption, ViewOption
+from ab_sim.cli.options import (
+    JsonOption,
+    RunJsonOption,
+    RunPlotOption,
+    RunRecordingOption,
+    SceneArgument,
+    SetOption,
+    StepOption,
+    StepperOption,
+    ThinningOption,
+    TimesOption,
+    ViewOption,
+)
 from ab_sim.cli.recording_commands import recording_commands
 from ab_sim.cli.usage import CommandGroup
 
@@ -24,10 +36,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
-
-_FILES = Path(__file__).parents[1].joinpath("integrate", "steppers").glob("[a-z]*.py")
-STEPPERS = ("auto", *sorted(file.stem.replace("_", "-") for file in _FILES))
-"""By their files: the registry takes a second to import, and help should not. A test compares."""
 
 
 def _version(show: bool) -> None:
@@ -49,44 +57,13 @@ def _common(
 def run(
     scene: SceneArgument,
     change: SetOption = None,
-    times: Annotated[
-        str | None,
-        typer.Option(
-            metavar="T,T,...",
-            help="When to take samples [s], e.g. 2.5,3,6; the run goes on to the last of them. "
-            "Default: 101 times, evenly spaced over the scene's duration.",
-        ),
-    ] = None,
-    stepper: Annotated[
-        str | None, typer.Option(help=f"Stepper instead of the scene's: {', '.join(STEPPERS)}.")
-    ] = None,
-    step: Annotated[float | None, typer.Option(help="Step instead of the scene's [s].")] = None,
-    json: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE|-",
-            help="Write the result as JSON, SI units, to a .json file or to standard output.",
-        ),
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Draw speed, W/e, driving force, ball angles, motor torque: .png, .svg or .pdf.",
-        ),
-    ] = None,
-    rrd: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a Rerun recording of every step: .rrd."),
-    ] = None,
-    every: Annotated[
-        int,
-        typer.Option(
-            min=1,
-            help="Keep one step of so many in the recording, and all of them where the command "
-            "begins or ceases to move.",
-        ),
-    ] = 1,
+    times: TimesOption = None,
+    stepper: StepperOption = None,
+    step: StepOption = None,
+    json: RunJsonOption = None,
+    plot: RunPlotOption = None,
+    rrd: RunRecordingOption = None,
+    every: ThinningOption = 1,
 ) -> None:
     """Run a scene without ROS, as fast as it goes.
 

@@ -5,24 +5,9 @@ from typing import Annotated
 
 import typer
 
-from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+from ab_sim.cli.options import JsonOption, SceneArgument, SchedulerOption, SetOption, WorkersOption
 
 design_commands = typer.Typer()
-
-WorkersOption = Annotated[
-    int | None,
-    typer.Option(
-        metavar="N", help="Processes that share the work. Default: as many as processors."
-    ),
-]
-SchedulerOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ADDRESS",
-        help="Of a Dask cluster whose workers share the work instead: HOST:PORT, tcp://HOST:PORT "
-        "or tls://HOST:PORT. They need this very ab_sim.",
-    ),
-]
 
 
 @design_commands.command()
@@ -90,3 +75,160 @@ def sweep(
 
     shared, files = (workers, scheduler), (parquet, csv)
     sweep_command(scene, change or [], over, (design, seed), merits, shared, files).run(json, plot)
+
+
+@design_commands.command()
+def tune(
+    scene: SceneArgument,
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY=FROM..TO",
+            help="A key that may be chosen, and its range; KEY=log:FROM..TO over orders of "
+            "magnitude. Keys that take whole numbers, as balls.count, stay whole. Repeatable.",
+        ),
+    ],
+    change: SetOption = None,
+    minimise: Annotated[
+        str | None,
+        typer.Option(metavar="MERIT", help="What is to be small; `ab-sim merits` lists merits."),
+    ] = None,
+    maximise: Annotated[
+        str | None, typer.Option(metavar="MERIT", help="What is to be large, instead.")
+    ] = None,
+    subject_to: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="BOUND",
+            help="What else must hold: 'final_whirl_over_e<0.2', balanced, 'not still_changing'. "
+            "Repeatable.",
+        ),
+    ] = None,
+    runs: Annotated[int, typer.Option(metavar="N", help="At most about so many runs.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Of the search's random numbers.")] = 0,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    json: JsonOption = None,
+    best_scene: Annotated[
+        Path | None,
+        typer.Option("--scene", metavar="FILE", help="Write the best scene, to run: .yaml."),
+    ] = None,
+    parquet: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a row for each run looked at.")
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the landscape that it saw, a panel for each key."),
+    ] = None,
+) -> None:
+    """Find the values of keys with which a merit is best, within bounds on others.
+
+    First by differential evolution over the whole ranges, then near the best that it has found
+    (Nelder and Mead). Only runs that settled count: that did not fail, whose balls do not circulate
+    and whose whirl does not still rise or fall. Where no run settled within all bounds it says so,
+    with exit code 1, and names no best.
+
+    It shows the best values; the merit there, for the scene as it is, without its variable-speed
+    period, and with each key 5 % less and more; and which ends of ranges and bounds the best is at.
+    The JSON has `found`, `values`, `best`, `active`, `beside`, `before`, the best `scene`, and all
+    `runs` by column.
+
+    The same seed gives the same answer. What is done is kept: killed at any time, the same command
+    goes on where it was.
+    """
+    from ab_sim.cli.tune import Wanted, tune_command
+
+    wanted = Wanted(vary, minimise, maximise, subject_to or [], runs, seed)
+    shared, files = (workers, scheduler), (best_scene, parquet)
+    tune_command(scene, change or [], wanted, shared, files).run(json, plot)
+
+
+@design_commands.command()
+def robust(
+    scene: SceneArgument,
+    spread: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY=SPREAD",
+            help="How a key of built drives differs from the scene: 5% (normal, about the scene's "
+            "value), '0.1 mm' (so, in its unit), normal:MEAN,SD, lognormal:MEDIAN,40%, "
+            "uniform:LOW,HIGH, uniform:5%, discrete:V,V,...; start.ball_angles=random. Behind it: "
+            "low=NUMBER, high=NUMBER (cut off there), 'per ball', group=NAME (one draw for the "
+            "group). Repeatable, also of one key.",
+        ),
+    ],
+    change: SetOption = None,
+    runs: Annotated[int, typer.Option(min=1, help="Drives; with --until, at least.")] = 10_000,
+    until: Annotated[
+        str | None,
+        typer.Option(
+            metavar="0.1%", help="Go on until the interval of the share is +- this, in % of drives."
+        ),
+    ] = None,
+    balanced: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MERIT<NUMBER",
+            help="What has to hold of a run that settled, e.g. 'residual_unbalance<=0.1'. "
+            "Repeatable: all have to. Default: the merit balanced.",
+        ),
+    ] = None,
+    merits: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME,NAME,...", help="What there are quantiles of; default as of sweep."
+        ),
+    ] = None,
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="SCENE", help="Another design, run with the same draws."),
+    ] = None,
+    sobol: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=0,
+            help="Pairs of drives, a power of 2, that Sobol indices follow from; N runs more for "
+            "each spread or group. 0: none. Default: what half as many runs more pay for.",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random draws.")] = 0,
+    worst: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write the ten worst runs there, as scenes."),
+    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    json: JsonOption = None,
+    parquet: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a row for each run, as `ab-sim sweep` does."),
+    ] = None,
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the rows as CSV.")] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Draw distributions of the merits, and the Sobol indices."
+        ),
+    ] = None,
+) -> None:
+    """Say what share of built drives balances, how good they are, which tolerance is to blame.
+
+    Runs are independent random draws. The share has Wilson's interval, quantiles have that of order
+    statistics, first-order and total Sobol indices that of a bootstrap, differences of designs are
+    paired: Newcombe's interval. All are of 95 %. What the model itself gets wrong is in none.
+
+    A draw of a run does not depend on how many there are: with more --runs, or a finer --until, the
+    command goes on from what is done, which is kept, killed at any time or not. Results do not
+    depend on the number of processes.
+
+    The JSON has `share`, `quantiles` by merit, `sobol`, `worst`, `against`, the rows by column in
+    `runs`, and `balanced` for each. Whirls are in e [m] of the run, all else in SI units.
+    """
+    from ab_sim.cli.robust import RobustOptions, robust_command
+
+    shared = workers, scheduler
+    given = RobustOptions(
+        runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst
+    )
+    robust_command(scene, change or [], spread, given).run(json, plot)

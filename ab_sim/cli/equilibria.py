@@ -102,7 +102,7 @@ def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
         try:
             held = [[each.low, each.high] for each in sticking(scene, speed, state)]
         except SceneError:
-            pass  # Not known for a race with a runout.
+            pass  # Not known where an effect moves resting states, as a race's runout does.
     return {"comes_back": comes_back, "held_by_friction": held}
 
 

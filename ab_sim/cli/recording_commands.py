@@ -5,7 +5,20 @@ from typing import Annotated
 
 import typer
 
-from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+from ab_sim.cli.options import (
+    BagNamespaceOption,
+    BagRateOption,
+    BeginOption,
+    ChannelsOption,
+    CsvOption,
+    EndOption,
+    EveryOption,
+    JsonOption,
+    McapOption,
+    ParquetOption,
+    SceneArgument,
+    SetOption,
+)
 from ab_sim.errors import InputError
 
 recording_commands = typer.Typer()
@@ -16,39 +29,15 @@ RecordingArgument = Annotated[Path, typer.Argument(help="A recording: .rrd.", me
 @recording_commands.command()
 def export(
     recording: RecordingArgument,
-    parquet: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write an Apache Parquet file: .parquet.")
-    ] = None,
-    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a table: .csv.")] = None,
-    mcap: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Write a ROS 2 bag (rosbag2, MCAP).")
-    ] = None,
-    begin: Annotated[
-        float, typer.Option("--from", metavar="T", help="Samples from this time on [s].")
-    ] = float("-inf"),
-    end: Annotated[
-        float, typer.Option("--to", metavar="T", help="Samples until this time [s].")
-    ] = float("inf"),
-    every: Annotated[
-        int, typer.Option(metavar="N", help="One of every N samples, beginning with the first.")
-    ] = 1,
-    channels: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME,NAME,...", help="Only these channels, in this order. Default: all."
-        ),
-    ] = None,
-    namespace: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Of the drive in the bag, e.g. /left. Default: none."),
-    ] = None,
-    rate: Annotated[
-        float | None,
-        typer.Option(
-            help="Messages of the state a second in the bag; vibration/block has all samples "
-            "anyway. Default: 250, as a drive publishes."
-        ),
-    ] = None,
+    parquet: ParquetOption = None,
+    csv: CsvOption = None,
+    mcap: McapOption = None,
+    begin: BeginOption = float("-inf"),
+    end: EndOption = float("inf"),
+    every: EveryOption = 1,
+    channels: ChannelsOption = None,
+    namespace: BagNamespaceOption = None,
+    rate: BagRateOption = None,
 ) -> None:
     """Write a recording's samples to other formats, in double precision to the bit.
 

@@ -25,7 +25,16 @@ def executor_of(
         if workers is not None:
             raise InputError("--workers are processes here, --scheduler has others: give one")
         return Cluster(scheduler)
-    processes = len(os.sched_getaffinity(0)) if workers is None else workers
-    if processes < 1:
-        raise InputError(f"--workers {processes}: must be at least 1")
-    return Workers(processes)
+    return Workers(processes(workers))
+
+
+def processes(workers: int | None) -> int:
+    """How many processes to use.
+
+    Raises:
+        InputError: fewer than one.
+    """
+    count = len(os.sched_getaffinity(0)) if workers is None else workers
+    if count < 1:
+        raise InputError(f"--workers {count}: must be at least 1")
+    return count

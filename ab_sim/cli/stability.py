@@ -1,7 +1,6 @@
 """`ab-sim stability`."""
 
-import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from pathlib import Path
 from typing import Any
 
@@ -9,13 +8,14 @@ from rich.table import Table
 
 from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED
 from ab_sim.analysis.held_speed import last_speed
-from ab_sim.analysis.maps.balls import Against, Shares, plane_with_balls
+from ab_sim.analysis.maps.balls import BallCountComparison, StableShares, plane_with_balls
 from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.sharing import processes
 from ab_sim.cli.speed import check_speed
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
@@ -45,8 +45,8 @@ def map_command(
         each.check()
 
     def work(tell: Tell) -> Outcome:
-        maps = [stability_map(each, coarse, _processors(), tell) for each in planes]
-        compared = None if against is None else Against(*maps)
+        maps = [stability_map(each, coarse, processes(None), tell) for each in planes]
+        compared = None if against is None else BallCountComparison(*maps)
 
         def report() -> dict[str, Any]:
             beside = {} if compared is None else {"against": compared.report()}
@@ -72,6 +72,28 @@ def map_command(
     return Command(work, plane.scene.name, KEPT)
 
 
+def check_combination(given: Set[str], maps: bool, basin: bool) -> None:
+    """Refuse options that do not go together.
+
+    Args:
+        given: names of the options that were given.
+        maps: whether a map is asked for.
+        basin: whether a basin is asked for.
+    """
+    if maps and basin:
+        raise InputError("--map and --basin: one at a time")
+    if given & {"against", "each"} and not maps:
+        raise InputError("--against, --each: are of maps; say what to map with --map")
+    if {"against", "each"} <= given:
+        raise InputError("--against and --each: one at a time")
+    if "coarse" in given and not maps:
+        raise InputError("--coarse: is of maps; say what to map with --map")
+    if "limit" in given and not basin:
+        raise InputError("--limit: is of basins; ask for one with --basin")
+    if "speed" in given and basin:
+        raise InputError("--speed: a basin is of the scene's own profile; change that with --set")
+
+
 def family_command(
     scene_name: str, changes: list[str], speed: float | None, axes: str, coarse: int, each: str
 ) -> Command:
@@ -82,7 +104,7 @@ def family_command(
     members(plane, key, values)
 
     def work(tell: Tell) -> Outcome:
-        found = family(plane, key, values, coarse, _processors(), tell)
+        found = family(plane, key, values, coarse, processes(None), tell)
         draw = picture("ab_sim.figures.stability_map:family_figure", found)
         return Outcome([family_table(found)], found.report, draw)
 
@@ -95,7 +117,7 @@ def basin_command(scene_name: str, changes: list[str], count: int, limit: float 
 
     def work(tell: Tell) -> Outcome:
         left = basins.BALANCED_TO if limit is None else limit
-        found = basins.basin(scene, count, left, _processors(), tell)
+        found = basins.basin(scene, count, left, processes(None), tell)
         draw = picture("ab_sim.figures.basin_map:basin_figure", found)
         return Outcome([basin_table(found)], found.report, draw)
 
@@ -133,13 +155,13 @@ def family_table(found: Family) -> Table:
     return table
 
 
-def against_table(found: Against) -> Table:
+def against_table(found: BallCountComparison) -> Table:
     """Two numbers of balls beside each other, for people."""
     ours, other = (m.plane.scene.balls.count for m in (found.ours, found.other))
     table = Table(title=f"balance of {ours} and of {other} balls, together as heavy")
     for name in ("stable", "for both", f"only for {ours}", f"only for {other}"):
         table.add_column(name, justify="left" if name == "stable" else "right")
-    rows: tuple[tuple[str, Shares], ...] = (
+    rows: tuple[tuple[str, StableShares], ...] = (
         ("at some positions at least", found.somewhere),
         ("at every position", found.everywhere),
     )
@@ -172,7 +194,3 @@ def _plane(scene_name: str, changes: list[str], speed: float | None, axes: str) 
 def _check_coarse(coarse: int) -> None:
     if coarse < 1 or coarse & (coarse - 1):
         raise InputError(f"--coarse {coarse}: must be a power of two: 1, 2, 4, 8, ...")
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0))

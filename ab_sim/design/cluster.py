@@ -100,21 +100,21 @@ class Cluster:
     def each(
         self,
         function: Callable[[Thing], Result],
-        things: Sequence[Thing],
-        at_a_time: int = 1,
+        items: Sequence[Thing],
+        chunk: int = 1,
     ) -> Iterator[Result]:
-        """Results in the things' order, as they come.
+        """Results in the order of the items, as they are computed.
 
         Args:
             function: of a module, or partial of such a one.
-            things: what it is called with; each is taken when it is sent.
-            at_a_time: how many of them a worker is given.
+            items: what it is called with; each is taken when it is sent.
+            chunk: number of items that a worker gets at a time.
 
         Raises:
             ClusterUnusable: no scheduler answers, or a worker has no ab_sim, or another one.
             WorkerLost: the scheduler is gone, or workers end whenever they get a certain call.
         """
-        if not things:
+        if not items:
             return
         try:
             call = RemoteCall(function, self.modules)
@@ -123,7 +123,7 @@ class Cluster:
                 f"workers cannot be compared with this process: {reason}"
             ) from reason
         client = self._connected()
-        parts = (things[k : k + at_a_time] for k in range(0, len(things), at_a_time))
+        parts = (items[k : k + chunk] for k in range(0, len(items), chunk))
         flying: deque[Future] = deque()
         while True:
             room = max(0, IN_FLIGHT * max(1, self._threads_now(client)) - len(flying))

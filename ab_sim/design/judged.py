@@ -17,11 +17,11 @@ RUN, OUTCOME, FAILURE = "run", "outcome", "failure"
 """Columns beside keys and merits."""
 FAILED, CIRCULATES, CHANGING, SETTLED = "failed", "circulates", "still changing", "settled"
 """How a run ended: it did not; with balls that go round the race; with a whirl that still rises or
-falls; else."""
+falls, and matters; else."""
 OUTCOMES = (SETTLED, CHANGING, CIRCULATES, FAILED)
 SAMPLES_AT_ONCE = 300_000
 """Of all runs that are in memory at a time: some 50 MB."""
-_SAY_HOW_IT_ENDED = ("still_changing", "circulating_balls")
+_SAY_HOW_IT_ENDED = ("settled", "circulating_balls")
 
 
 class Job(NamedTuple):
@@ -129,6 +129,6 @@ def _row(job: Job, run: BatchRun) -> Mapping[str, Any]:
     if run.failure:
         return {OUTCOME: FAILED, FAILURE: run.failure}
     merits = merits_of(run.trajectory, run.scene, {*job.merits, *_SAY_HOW_IT_ENDED})
-    changing, circulating = (merits[key] for key in _SAY_HOW_IT_ENDED)
-    ended = CIRCULATES if circulating is not None else CHANGING if changing else SETTLED
+    settled, circulating = (merits[key] for key in _SAY_HOW_IT_ENDED)
+    ended = CIRCULATES if circulating is not None else SETTLED if settled else CHANGING
     return {**{key: merits[key] for key in job.merits}, OUTCOME: ended}

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow
@@ -231,14 +231,22 @@ def run_sweep(
     merit_columns(wanted)
     resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
     job = Job(resolved, points.keys, wanted)
-    _check_first(job, points)
-    return _sweep(
-        job, points.report(), _with_values(job, points, rows_of(job, points, executor, tell))
-    )
+    check_first(job, points)
+    return sweep_of(job, points, rows_of(job, points, executor, tell))
 
 
-def _check_first(job: Job, points: Points) -> None:
-    """A slip of the pen in a key would make every run fail: it is said before anything runs."""
+def sweep_of(job: Job, points: Points, rows: pyarrow.Table) -> Sweep:
+    """A sweep of rows that are there, one for each point in their order."""
+    about = points.report()
+    return Sweep(job.scene, job.keys, job.merits, about, table_of(job, points, rows))
+
+
+def check_first(job: Job, points: Points) -> None:
+    """A slip of the pen in a key would make every run fail: it is said before anything runs.
+
+    Raises:
+        SceneError: not one of the first, middle and last points is a scene; says why.
+    """
     first = None
     for run in dict.fromkeys([0, len(points) // 2, len(points) - 1]):
         try:
@@ -249,6 +257,34 @@ def _check_first(job: Job, points: Points) -> None:
             return
     if first is not None:
         raise first
+
+
+def table_of(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
+    """Rows as ``Sweep.table``: with the keys' columns, units, and what it is in its schema.
+
+    Args:
+        job: what was run.
+        points: which values the keys had, in the rows' order.
+        rows: see ``rows_of``.
+    """
+    table = _with_values(job, points, rows)
+    units: dict[str, str | None] = {RUN: "1", OUTCOME: None, FAILURE: None}
+    units |= {key: unit_of(key) for key in job.keys}
+    units |= {merit.key: merit.unit for merit in merit_columns(job.merits)}
+    fields = [
+        field.with_metadata({**(field.metadata or {}), UNIT: unit})
+        if (unit := units[field.name])
+        else field
+        for field in table.schema
+    ]
+    said = {
+        "scene": job.scene.as_mapping(),
+        "keys": list(job.keys),
+        "merits": list(job.merits),
+        "points": points.report(),
+        "version": ab_sim.__version__,
+    }
+    return table.cast(pyarrow.schema(fields, {ABOUT: json.dumps(said, allow_nan=False)}))
 
 
 def _with_values(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
@@ -263,28 +299,6 @@ def _with_values(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table
         array = pyarrow.array(column, pyarrow.float64() if kinds == {int, float} else None)
         table = table.add_column(place, pyarrow.field(key, array.type, metadata=about), array)
     return table
-
-
-def _sweep(job: Job, points: dict[str, Any], table: pyarrow.Table) -> Sweep:
-    """With units, and all that says what it is, in the table's schema."""
-    units: dict[str, str | None] = {RUN: "1", OUTCOME: None, FAILURE: None}
-    units |= {key: unit_of(key) for key in job.keys}
-    units |= {merit.key: merit.unit for merit in merit_columns(job.merits)}
-    fields = [
-        field.with_metadata({**(field.metadata or {}), UNIT: unit})
-        if (unit := units[field.name])
-        else field
-        for field in table.schema
-    ]
-    about = {
-        "scene": job.scene.as_mapping(),
-        "keys": list(job.keys),
-        "merits": list(job.merits),
-        "points": points,
-        "version": ab_sim.__version__,
-    }
-    schema = pyarrow.schema(fields, {ABOUT: json.dumps(about, allow_nan=False)})
-    return Sweep(job.scene, job.keys, job.merits, points, table.cast(schema))
 
 
 def unit_of(key: str) -> str | None:

@@ -45,6 +45,14 @@ class Range(NamedTuple):
             return np.exp(low + shares * (high - low))
         return self.low + shares * (self.high - self.low)
 
+    def share(self, value: float) -> float:
+        """Of a value on the way from the low end to the high one; a whole number as it is."""
+        if self.whole:
+            return value
+        if self.log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
 
 class ListedValues(NamedTuple):
     """ListedValues of a key, each of which a grid takes."""

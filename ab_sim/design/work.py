@@ -1,11 +1,12 @@
-"""The runs of a sweep: in chunks, over processes, with what is done kept."""
+"""The runs of a study: in chunks, over processes, with what is done kept."""
 
 import functools
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from typing import Protocol, TypeVar, overload
+from types import TracebackType
+from typing import Any, Protocol, TypeVar, overload
 
 import numpy as np
 import pyarrow
@@ -35,10 +36,10 @@ class Executor(Protocol):
     def each(
         self,
         function: Callable[[Thing], Result],
-        things: Sequence[Thing],
-        at_a_time: int,
+        items: Sequence[Thing],
+        chunk: int,
     ) -> Iterator[Result]:
-        """Results in the things' order, as they come."""
+        """Results in the order of the items, as they are computed."""
 
 
 def rows_of(
@@ -63,40 +64,99 @@ def rows_of(
         WorkerLost: a process that shared the work is gone.
         ClusterUnusable: see ``Cluster``.
     """
-    with Parts(job, points.report()) as parts, executor or Workers(1) as sharing:
-        done = parts.done(schema_of(job))
-        missing = np.setdiff1d(np.arange(len(points)), done[RUN].to_numpy())
-        progress = _Progress(len(points), len(points) - len(missing), tell)
-        if isinstance(sharing, Cluster):
-            sharing.modules, sharing.waiting = modules_of(job), progress.wait
-        tables = [done]
-        for rows in _chunks(job, points, missing, sharing):
-            parts.keep(rows)
-            tables.append(rows)
-            progress.add(len(rows))
-        whole = pyarrow.concat_tables(tables).sort_by(RUN).combine_chunks()
-        parts.join(whole)
+    with StudyRuns(job, points.report(), executor) as runs:
+        whole = runs.rows(points, range(len(points)), tell)
+        runs.join(whole)
     return whole
 
 
-def _chunks(
-    job: Job, points: Points, missing: np.ndarray, sharing: Executor
-) -> Iterator[pyarrow.Table]:
-    """Some runs here, to see how long they take; then all others in chunks of that size."""
-    taken, size, spent = 0, LANES, 0.0
-    while taken < len(missing) and spent < ENOUGH:
-        chunk = _Chunks(points, missing[taken : taken + size], size)[0]
-        begin = time.perf_counter()
-        yield judged(job, chunk)
-        # The first ones make kernels, which the others find.
-        spent = time.perf_counter() - begin if taken else 0.0
-        taken += len(chunk)
-        size = len(chunk) if spent >= ENOUGH else min(4 * size, MOST_OF_A_CHUNK)
-    if taken < len(missing):
-        whole = int(size * CHUNK_SECONDS / spent) // LANES * LANES
-        size = min(max(LANES, whole), MOST_OF_A_CHUNK)
-        chunks = _Chunks(points, missing[taken:], size)
-        yield from sharing.each(functools.partial(judged, job), chunks, at_a_time=1)
+class StudyRuns:
+    """The runs of a study, to be used in a ``with``; see ``rows_of``.
+
+    Args:
+        job: what the runs have in common.
+        study: what all its points follow from, JSON-able.
+        executor: shares the work; None: this process does it.
+    """
+
+    def __init__(
+        self,
+        job: Job,
+        study: dict[str, Any],
+        executor: AbstractContextManager[Executor] | None = None,
+    ) -> None:
+        self._job, self._sharing = job, executor or Workers(1)
+        self._parts = Parts(job, study)
+        self._seconds: float | None = None
+        """Of a run, when it is known."""
+
+    def __enter__(self) -> "StudyRuns":
+        self._parts.__enter__()
+        try:
+            self._executor = self._sharing.__enter__()
+        except BaseException:
+            self._parts.__exit__(None, None, None)
+            raise
+        if isinstance(self._executor, Cluster):
+            self._executor.modules = modules_of(self._job)
+        self._done = self._parts.done(schema_of(self._job))
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        try:
+            self._sharing.__exit__(kind, error, trace)
+        finally:
+            self._parts.__exit__(kind, error, trace)
+
+    def rows(self, points: Points, runs: range, tell: Tell | None = None) -> pyarrow.Table:
+        """Rows of some points in the order of their numbers; those that are done, as they were.
+
+        Args:
+            points: of the study; a number is always the same point.
+            runs: their numbers, one after the other.
+            tell: see ``rows_of``.
+        """
+        done = self._done[RUN].to_numpy()
+        chosen = self._done.filter(pyarrow.array((done >= runs.start) & (done < runs.stop)))
+        missing = np.setdiff1d(np.arange(runs.start, runs.stop), chosen[RUN].to_numpy())
+        progress = _Progress(len(runs), len(chosen), tell)
+        if isinstance(self._executor, Cluster):
+            self._executor.waiting = progress.wait
+        tables = [chosen]
+        for rows in self._chunks(points, missing):
+            self._parts.keep(rows)
+            tables.append(rows)
+            progress.add(len(rows))
+        return pyarrow.concat_tables(tables).sort_by(RUN).combine_chunks()
+
+    def join(self, rows: pyarrow.Table) -> None:
+        """Keep rows as one part, if they are all that is known of the study."""
+        if np.isin(self._done[RUN].to_numpy(), rows[RUN].to_numpy()).all():
+            self._parts.join(rows)
+
+    def _chunks(self, points: Points, missing: np.ndarray) -> Iterator[pyarrow.Table]:
+        """Some runs here, to see how long they take; then all others in chunks of that size."""
+        taken, size = 0, LANES
+        while taken < len(missing) and self._seconds is None:
+            chunk = _Chunks(points, missing[taken : taken + size], size)[0]
+            begin = time.perf_counter()
+            yield judged(self._job, chunk)
+            spent = time.perf_counter() - begin
+            # The first ones make kernels, which the others find.
+            if taken and spent >= ENOUGH:
+                self._seconds = spent / len(chunk)
+            taken += len(chunk)
+            size = min(4 * size, MOST_OF_A_CHUNK)
+        if taken < len(missing) and self._seconds is not None:
+            whole = int(CHUNK_SECONDS / self._seconds) // LANES * LANES
+            size = min(max(LANES, whole), MOST_OF_A_CHUNK)
+            chunks = _Chunks(points, missing[taken:], size)
+            yield from self._executor.each(functools.partial(judged, self._job), chunks, chunk=1)
 
 
 class _Chunks(Sequence[list[Point]]):

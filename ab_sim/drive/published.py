@@ -1,6 +1,6 @@
-"""What a drive shows of itself: of each topic of its state, which numbers go into its messages.
+"""The topics of a drive's state, and the numbers of their messages.
 
-Nodes publish it at every wake-up, and bags have it of a recording. A topic more is a function more.
+Nodes publish them at every wake-up; exported bags have them. A further topic is a further function.
 """
 
 import math
@@ -12,26 +12,26 @@ from ab_msgs_py.samples import HOUSING, frame_of
 from ab_sim.drive.faults.fault import SPINDLE, VIBRATION
 
 CONSTANTS = {"zero": 0.0, "one": 1.0, "none": math.nan}
-"""Numbers of messages for which a drive has nothing to show."""
+"""Numbers of messages that no channel has."""
 TURNING = ("turning x", "turning y", "turning z")
 """The deck's angular acceleration, inertial axes. No channel has a blank in its name."""
 AXES, NO_TURN = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
-"""What messages are made with; whatever they show is written over it."""
+"""Initial numbers of messages; they are overwritten."""
 
 
 class Template(NamedTuple):
-    """Messages that are alike but for stamps and numbers."""
+    """Template of messages that differ in stamps and numbers only."""
 
     sample: Any
-    """What they are made of, with whatever numbers."""
+    """A sample with arbitrary numbers."""
     numbers: Sequence[str]
     """Names of their numbers, in the order of the message's fields."""
     sensor: str = ""
-    """Which says so; empty: what is true."""
+    """The sensor that reports it; empty: the true state."""
 
 
-class Shown(NamedTuple):
-    """What there is to show."""
+class StateChannels(NamedTuple):
+    """Names of the numbers that messages of a drive's state are made of."""
 
     namespace: str
     """The drive's, part of its frames' names."""
@@ -42,20 +42,20 @@ class Shown(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """Of all numbers: channels, constants, the balls' efforts, the deck's turning."""
+        """Names of all numbers: channels, constants, efforts, the deck's angular acceleration."""
         return [*self.channels, *CONSTANTS, *map(effort, range(self.balls)), *TURNING]
 
     @property
     def tilts(self) -> bool:
-        """Whether it is of a deck in space."""
+        """Whether the deck moves in space."""
         return "qw" in self.channels
 
     def has(self, *channels: str) -> bool:
-        """Whether these are known."""
+        """Whether there are these channels."""
         return {*channels} <= {*self.channels}
 
     def known(self, *channels: str) -> list[str]:
-        """The same, and zero for those that are not: a deck in the plane has no z."""
+        """These names, with zero for channels that are missing: a deck in the plane has no z."""
         return [name if name in self.channels else "zero" for name in channels]
 
     def frame(self, name: str) -> str:
@@ -63,16 +63,16 @@ class Shown(NamedTuple):
         return frame_of(self.namespace, name)
 
 
-Shows = Callable[[Shown], Iterator[Template]]
-SHOWN: dict[Topic, Shows] = {}
-"""What goes on each topic of the state, in the order in which it is published."""
+TemplatesOf = Callable[[StateChannels], Iterator[Template]]
+STATE_TOPICS: dict[Topic, TemplatesOf] = {}
+"""Templates of each topic of the state, in the order of publication."""
 
 
-def shows(topic: Topic) -> Callable[[Shows], Shows]:
-    """Say what goes on a topic, for each drive that has the channels; by a decorator."""
+def state_topic(topic: Topic) -> Callable[[TemplatesOf], TemplatesOf]:
+    """Decorator: register the function that returns the templates of a topic."""
 
-    def register(function: Shows) -> Shows:
-        SHOWN[topic] = function
+    def register(function: TemplatesOf) -> TemplatesOf:
+        STATE_TOPICS[topic] = function
         return function
 
     return register
@@ -83,8 +83,8 @@ def effort(ball: int) -> str:
     return f"effort of ball {ball}"
 
 
-@shows(topics.JOINT_STATES)
-def _joints(shown: Shown) -> Iterator[Template]:
+@state_topic(topics.JOINT_STATES)
+def _joints(shown: StateChannels) -> Iterator[Template]:
     balls, none = range(shown.balls), (0.0,) * shown.balls
     angles = ["angle", *(f"ball_{i}_angle" for i in balls)]
     rates = ["speed", *(f"ball_{i}_rate" for i in balls)]
@@ -94,8 +94,8 @@ def _joints(shown: Shown) -> Iterator[Template]:
         yield Template(sample, [*angles, *rates, torque, *map(effort, balls)], SPINDLE)
 
 
-@shows(topics.VIBRATION)
-def _vibration(shown: Shown) -> Iterator[Template]:
+@state_topic(topics.VIBRATION)
+def _vibration(shown: StateChannels) -> Iterator[Template]:
     """Of each accelerometer, or of the deck if there is none."""
     sensors = [name for name in shown.sensors if shown.has(f"{name}_1")]
     for name in sensors:
@@ -107,14 +107,14 @@ def _vibration(shown: Shown) -> Iterator[Template]:
         yield Template(sample, [*shown.known("ax", "ay", "az"), *TURNING], VIBRATION)
 
 
-@shows(topics.WHIRL)
-def _whirl(shown: Shown) -> Iterator[Template]:
+@state_topic(topics.WHIRL)
+def _whirl(shown: StateChannels) -> Iterator[Template]:
     if shown.has("x", "y"):
         yield Template(WhirlSample(0, AXES, shown.frame(HOUSING)), shown.known("x", "y", "z"))
 
 
-@shows(topics.DECK_POSE)
-def pose(shown: Shown) -> Iterator[Template]:
+@state_topic(topics.DECK_POSE)
+def pose(shown: StateChannels) -> Iterator[Template]:
     """The deck's, also for tf."""
     if shown.has("x", "y"):
         turn = ["qx", "qy", "qz", "qw"] if shown.tilts else ["zero", "zero", "zero", "one"]

@@ -14,6 +14,7 @@ l < R, too early where l > R.
 """
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,6 +54,34 @@ def start_angles(scene: "Scene") -> tuple[float, ...]:
     for i in range(1, scene.balls.count):
         places.append(places[-1] + _apart(scene, i - 1, i))
     return tuple(_angle_at(scene, place - 0.5 * places[-1]) for place in places)
+
+
+def angles_at_random(scene: "Scene", shares: Sequence[float]) -> tuple[float, ...]:
+    """Start angles of balls put anywhere on the race where they do not overlap [rad].
+
+    With ball_contact the first ball may be anywhere. Of the others it is drawn where they would be
+    if no ball had a size, on what the balls leave free; then the sizes are put between. So all
+    arrangements of equal balls have the same chance; of unequal ones all orders have, which is the
+    same but for terms of the third order in their radius.
+
+    Args:
+        scene: its own start angles do not count.
+        shares: at random from 0 to below 1, one for each ball.
+
+    Returns:
+        From -pi to pi; they overlap where the balls have no room at all.
+    """
+    start = 2 * math.pi * shares[0] - math.pi if shares else 0.0
+    if "ball_contact" not in scene.effects or len(shares) < 2:
+        return tuple(2 * math.pi * share - math.pi for share in shares)
+    ring = [0, *sorted(range(1, len(shares)), key=lambda i: shares[i])]
+    room = [_apart(scene, i, j) for i, j in zip(ring, [*ring[1:], 0], strict=True)]
+    free = max(2 * math.pi - math.fsum(room), 0.0)
+    angles = [0.0] * len(shares)
+    for place, ball in enumerate(ring):
+        ahead = free * shares[ball] + math.fsum(room[:place]) if place else 0.0
+        angles[ball] = reduced(_angle_at(scene, start + ahead))[0]
+    return tuple(angles)
 
 
 def check_row(scene: "Scene") -> None:

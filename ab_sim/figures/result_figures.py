@@ -8,7 +8,9 @@ from ab_sim.analysis.modes import NaturalVibration
 from ab_sim.analysis.offline import OfflineRun
 from ab_sim.analysis.recovery import RecoveryOverDrag
 from ab_sim.batch import Batch
+from ab_sim.design.spread import Spread
 from ab_sim.design.sweep import Sweep
+from ab_sim.design.tune import Tuning
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.figures.accuracy_cost import drawn_accuracy
@@ -21,8 +23,10 @@ from ab_sim.figures.paths import drawn_batch, drawn_trajectory
 from ab_sim.figures.recovery import drawn_recovery
 from ab_sim.figures.run import drawn_run
 from ab_sim.figures.saved import ResultFigure, with_plain_texts
+from ab_sim.figures.spread import drawn_spread
 from ab_sim.figures.stability_map import drawn_map
 from ab_sim.figures.sweep import drawn_sweep
+from ab_sim.figures.tuning import drawn_tuning
 from ab_sim.studies.accuracy_cost import AccuracyCost
 from ab_sim.studies.basin import Basin
 from ab_sim.studies.effect_cost import EffectCost
@@ -94,3 +98,13 @@ def effect_cost(found: EffectCost) -> ResultFigure:
 def sweep(found: Sweep) -> ResultFigure:
     """Merits over the keys that vary."""
     return with_plain_texts(drawn_sweep(found))
+
+
+def tuning(found: Tuning) -> ResultFigure:
+    """The landscape that a search saw."""
+    return with_plain_texts(drawn_tuning(found))
+
+
+def spread(found: Spread) -> ResultFigure:
+    """Distributions of merits, and Sobol indices."""
+    return with_plain_texts(drawn_spread(found))

@@ -33,10 +33,10 @@ class BagRecorder:
 
     def __init__(self, node: Node, path: Path, length: int) -> None:
         self.bag = BagWriter(_free(path))
-        heard = [topic for topic in topics.ALL if topic.type is not None]
-        names = {topic.name: node.resolve_topic_name(topic.name) for topic in heard}
+        recorded = [topic for topic in topics.ALL if topic.type is not None]
+        names = {topic.name: node.resolve_topic_name(topic.name) for topic in recorded}
         self._inbox = Inbox(names.values(), length)
-        for topic in heard:
+        for topic in recorded:
             self.bag.topic(names[topic.name], topic.type_name, offered_qos(topic.qos))
             topic.bytes_of(node, functools.partial(self._put, names[topic.name]))
 

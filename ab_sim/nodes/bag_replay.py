@@ -84,21 +84,21 @@ class BagReplay(PlainLog):
             RecordingError: the bag is torn.
         """
         stopping.wait(DISCOVERY)
-        self._refuse_company()
-        told = self._tell_what_is_simulated()
+        self._refuse_other_publishers()
+        published = self._publish_descriptions()
         begin, end = self._bag.span
-        count, start, shown = len(told), time.monotonic(), -1
+        count, start, last_update = len(published), time.monotonic(), -1
         for topic, stamp, data in self._bag.messages(self._topics):
             # Once, in its place, it is left out.
-            if told.pop(topic, None) == data:
+            if published.pop(topic, None) == data:
                 continue
             due = (stamp - begin) * 1e-9 / self._rate
             start += self._wait(stopping, start + due)
             self._topics[topic].publish(data)
             count += 1
-            if (seconds := (stamp - begin) // 10**9) != shown:
+            if (seconds := (stamp - begin) // 10**9) != last_update:
                 progress(seconds, -((begin - end) // 10**9))
-                shown = seconds
+                last_update = seconds
         until = time.monotonic() + LAST_WORDS
         for publisher in self._topics.values():
             left = Duration(seconds=max(until - time.monotonic(), 0.0))
@@ -120,17 +120,17 @@ class BagReplay(PlainLog):
             else:
                 return paused
 
-    def _tell_what_is_simulated(self) -> dict[str, bytes]:
-        told = {}
+    def _publish_descriptions(self) -> dict[str, bytes]:
+        published = {}
         for name, publisher in self._topics.items():
             if name.endswith(f"/{topics.DESCRIPTION.name}"):
                 for message in self._bag.messages({name}):
                     publisher.publish(message.data)
-                    told[name] = message.data
+                    published[name] = message.data
                     break
-        return told
+        return published
 
-    def _refuse_company(self) -> None:
+    def _refuse_other_publishers(self) -> None:
         for name in self._topics:
             if name.endswith("/clock") and self.count_publishers(name) > 1:
                 raise InputError(

@@ -19,11 +19,11 @@ from ab_sim.nodes.session import Session
 from ab_sim.scene import Scene
 
 PATIENCE = 1.0
-"""s for which a request waits for the commands that it is to follow."""
+"""s that ~/step waits for commands."""
 
 
 def _answered(act: Callable[..., Answer]) -> Callable[..., Answer]:
-    """What ab_sim refuses is an answer, and ends no node."""
+    """Convert an AbSimError to a refusing answer, so that it does not end the node."""
 
     @functools.wraps(act)
     def answer(*given: bool) -> Answer:
@@ -36,15 +36,15 @@ def _answered(act: Callable[..., Answer]) -> Callable[..., Answer]:
 
 
 class DriveControl:
-    """Serves them for a node; all are refused while it is not active.
+    """Serves the services of a node; all are refused while it is not active.
 
     Args:
-        node: what they act on.
+        node: the node.
     """
 
     def __init__(self, node: DriveNode) -> None:
         self._node = node
-        # The loop answers it itself: whatever else is being answered may take long.
+        # Served by the main loop: another service may take long.
         stop = serve_trigger(node, services.EMERGENCY_STOP, _answered(self.emergency_stop))
         node.by_loop.append(stop)
         serve_switch(node, services.PAUSE, _answered(self.pause))
@@ -232,7 +232,7 @@ class DriveControl:
             return True, f"faults in force: {session.fault_publisher.words}"
 
     def _wait_for(self, commands: int) -> str:
-        """Until so many have come since the last request; why not, if they do not."""
+        """Wait for a number of commands since the last request; a refusal after a time-out."""
         node, end = self._node, time.monotonic() + PATIENCE
         while True:
             with node.active() as session:
@@ -261,10 +261,10 @@ class DriveControl:
 
 
 def _sound(session: Session) -> Session:
-    """The same.
+    """The session, if its drive has no faults.
 
     Raises:
-        CommandError: its drive is broken, and what is asked for is made for a sound one.
+        CommandError: faults are in force, with which the request is not possible.
     """
     if session.now.drive.faults:
         raise CommandError(
@@ -274,7 +274,7 @@ def _sound(session: Session) -> Session:
 
 
 def _leave(session: Session) -> None:
-    """What has run does so until now, and says so."""
+    """Bring the present drive up to now, and publish its last samples and diagnostics."""
     session.catch_up()
     _last_words(session)
 
@@ -286,6 +286,6 @@ def _last_words(session: Session) -> None:
 
 
 def _arrive(session: Session) -> None:
-    """First words of what runs now."""
+    """Publish the first state of the new drive."""
     session.publish()
     session.go_on(time.monotonic())

@@ -177,12 +177,12 @@ class DriveHealth:
         if share_of(work_precision.asked, angle, whirl) <= 1.0:
             return []
         wishes = [
-            f"{key} {found:.1e} {unit} (asked {wish:g})"
-            for key, found, wish, unit in (
+            f"{key} {found:.1e} {unit} (asked {limit:g})"
+            for key, found, limit, unit in (
                 ("ball angle", angle, work_precision.asked.angle, "rad"),
                 ("whirl", whirl, work_precision.asked.whirl, work_precision.unit),
             )
-            if wish is not None and found > wish
+            if limit is not None and found > limit
         ]
         return [
             f"less accurate than asked, error estimate of {', '.join(wishes)}: the step was "

@@ -32,7 +32,7 @@ UNCONFIGURED = "unconfigured: no scene is loaded"
 
 
 class DriveNode(ManagedNode):
-    """Has a drive on its bench from configure to cleanup, whose time goes on from activate on."""
+    """Holds a session from configure to cleanup; its time advances while the node is active."""
 
     def __init__(self) -> None:
         super().__init__("drive_sim", EMERGENCY_STOP)
@@ -49,32 +49,33 @@ class DriveNode(ManagedNode):
 
     @property
     def subscriptions(self) -> Iterator[Subscription[Any]]:
-        """What the executor answers: all but the commands, which wake-ups take themselves."""
+        """Subscriptions that the executor serves: all but commands, which are read at wake-ups."""
         return (s for s in super().subscriptions if s.callback is not not_called)
 
     @contextlib.contextmanager
     def active(self, asked: Session | None = None) -> Iterator[Session]:
-        """The turn at the bench.
+        """The session, under the node's lock.
 
         Args:
-            asked: the bench it has to be; default: any.
+            asked: the session that is expected; None: any.
 
         Raises:
-            CommandError: nothing is to be done there, for the node is not active, or the bench is
-                another one.
+            CommandError: the node is not active, or the session is another one.
         """
         with self._turn:
             session = self._session
             if session is None or not session.active:
-                told, way = (INACTIVE, "activate") if session else (UNCONFIGURED, "configure")
+                state, transition = (
+                    (INACTIVE, "activate") if session else (UNCONFIGURED, "configure")
+                )
                 name = self.get_fully_qualified_name()
-                raise CommandError(f"{told}; `ros2 lifecycle set {name} {way}`")
+                raise CommandError(f"{state}; `ros2 lifecycle set {name} {transition}`")
             if asked not in (None, session):
                 raise CommandError("the node has been configured anew meanwhile; ask again")
             yield session
 
     def prepare(self, scene: Scene, values: Values, say: Say) -> PreparedDrive:
-        """Make a scene ready, which may take long; what runs goes on meanwhile."""
+        """Prepare a scene's drive, which may take long; the present one continues meanwhile."""
         tolerance = tolerance_of(values)
         return PreparedDrive(scene, self._fixed.rates, values["error_checks"], tolerance, say)
 
@@ -128,7 +129,7 @@ class DriveNode(ManagedNode):
         raise NotImplementedError
 
     def run(self, stopping: threading.Event) -> None:
-        """Wake up, and do what is due or asked for; until told to stop.
+        """The main loop: wake up, take steps, serve requests, until stopped.
 
         Raises:
             AbSimError: it cannot start up by itself.
@@ -137,7 +138,7 @@ class DriveNode(ManagedNode):
         if self._fixed.autostart:
             with contextlib.suppress(Interrupted):
                 self.start_up()
-        # Who finds the services of a drive that starts by itself finds a drive that has.
+        # With autostart, services are offered after the start.
         self.serve()
         with self._turn:
             if self._session is not None:
@@ -150,7 +151,7 @@ class DriveNode(ManagedNode):
             with self._turn:
                 if self._session is not None and self._session.active:
                     self._session.wake()
-            # Behind a wake-up: nobody waits for it, and it takes as long as half a period.
+            # After a wake-up: it is not urgent, and takes half a period.
             if prompt:
                 self._report_now_and_then()
         with self._turn:
@@ -160,7 +161,7 @@ class DriveNode(ManagedNode):
                 self._session.finish(ENDED)
 
     def answer(self) -> None:
-        """As it is, and tell now and then how it is."""
+        """Serve requests, and publish diagnostics periodically."""
         super().answer()
         self._report_now_and_then()
 

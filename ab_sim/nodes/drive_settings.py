@@ -62,9 +62,9 @@ def fixed_settings(node: Node) -> Fixed:
     )
     priority = "of the loop's thread, by SCHED_FIFO; 0: scheduled as usual"
     by_hand = "search for garbage once a second, after reports"
-    alone = "configure and activate without being asked; false: as ROS's life cycle says"
+    meaning = "configure and activate without being asked; false: as ROS's life cycle says"
     return Fixed(
-        declare(node, "autostart", True, alone),
+        declare(node, "autostart", True, meaning),
         declare(node, "hardware_id", "", "of the drive in /diagnostics; empty: namespace/scene"),
         rates,
         whole_ratio(1.0 / rates.block, 1.0 / rates.wake, "period of block_rate"),

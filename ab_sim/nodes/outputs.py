@@ -48,14 +48,14 @@ class Outputs:
         self, present: Trajectory, faults: ActiveFaults
     ) -> tuple[list[float], Set[str]]:
         """Numbers of the state messages of the last sample, and the sensors without a message."""
-        shown = self._observed.values_of(present)
-        if not shown or not faults.faults:
-            return shown, frozenset()
-        return shown, self._observed.with_sensor_faults(shown, present, faults)
+        values = self._observed.values_of(present)
+        if not values or not faults.faults:
+            return values, frozenset()
+        return values, self._observed.with_sensor_faults(values, present, faults)
 
-    def publish_state(self, time_ns: int, shown: list[float], silent: Set[str]) -> None:
+    def publish_state(self, time_ns: int, values: list[float], silent: Set[str]) -> None:
         """Publish these numbers, and the clock."""
-        self._observed.publish(time_ns, shown, silent)
+        self._observed.publish(time_ns, values, silent)
         self.publish_clock(time_ns)
 
     def publish_clock(self, time_ns: int) -> None:

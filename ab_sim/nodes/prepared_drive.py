@@ -1,4 +1,4 @@
-"""A scene made ready to run live: nothing is compiled or measured any more when time goes on."""
+"""A scene prepared for a live run: all compiling and measuring is done in advance."""
 
 import contextlib
 import copy

@@ -131,8 +131,8 @@ class ProfileController(PlainLog):
     @property
     def _obeyed(self) -> bool:
         """Whether somebody listens who is no recorder, which obeys none."""
-        heard = self.get_subscriptions_info_by_topic(self._command.topic_name)
-        return any(info.node_name != RECORDER for info in heard)
+        subscribers = self.get_subscriptions_info_by_topic(self._command.topic_name)
+        return any(info.node_name != RECORDER for info in subscribers)
 
     def report(self, ended: bool = False) -> None:
         """Publish this node's health."""
@@ -275,11 +275,11 @@ def _steepest(asked: AskedProfile) -> float:
 
 def report_until_stopped(node: ProfileController, stopping: threading.Event) -> None:
     """Once a second of the steady clock, and as soon as somebody else listens or it goes on."""
-    told, seen = -math.inf, (-1, "")
+    reported, seen = -math.inf, (-1, "")
     while not stopping.wait(0.05):
         now, present = time.monotonic(), (node.listeners, node.run.status)
-        if now - told >= REPORT_PERIOD or present != seen:
-            told, seen = now, present
+        if now - reported >= REPORT_PERIOD or present != seen:
+            reported, seen = now, present
             node.report()
     node.end()
 

@@ -107,8 +107,8 @@ class Recorder(PlainLog):
         for topic, _ in heard:
             topic.subscription(self, functools.partial(self._inbox.put, topic.name))
         self._bag = BagRecorder(self, recording_folder(bag), length) if bag else None
-        told = file if file is not None else bag
-        self.get_logger().info(f"recording to {told} as soon as a drive describes itself")
+        target = file if file is not None else bag
+        self.get_logger().info(f"recording to {target} as soon as a drive describes itself")
 
     def run(self, stopping: threading.Event) -> None:
         """Write what comes in until told to stop, then what is left.
@@ -239,10 +239,10 @@ class Recorder(PlainLog):
         self._files.state("profile", self._time, status.partition(":")[0])
         self._files.event(self._time, f"profile: {status}", "INFO", "profile")
 
-    def _write_faults(self, told: list[str]) -> None:
-        text = ", ".join(told) or "none"
+    def _write_faults(self, faults: list[str]) -> None:
+        text = ", ".join(faults) or "none"
         self._files.state("faults", self._time, text)
-        self._files.event(self._time, f"faults: {text}", "WARN" if told else "INFO", "faults")
+        self._files.event(self._time, f"faults: {text}", "WARN" if faults else "INFO", "faults")
 
     def _write_event(self, event: Event) -> None:
         _, level, node, text = event

@@ -1,4 +1,4 @@
-"""A drive on the bench: what `drive_sim` has from the loading of a scene to its unloading."""
+"""A session: the drive of a node, from the loading of a scene to its unloading."""
 
 import time
 import uuid
@@ -25,14 +25,14 @@ INACTIVE = "inactive: time stands still until the node is activated"
 
 
 class Session:
-    """Steps a drive as the steady clock asks for it; the authority on simulated time.
+    """Advances a drive by the steady clock, and publishes its state; it defines simulated time.
 
-    What is public is for the loop's thread, or for whoever has the node's ``turn``.
+    Public methods are for the main loop's thread, or for the holder of the node's lock.
 
     Args:
-        node: it is a part of.
-        outputs: what is published goes there.
-        fixed: what stays as it is.
+        node: its node.
+        outputs: the publishers.
+        fixed: settings that do not change.
         settings: those that can change, see ``apply_settings``.
         prepared: the drive.
     """
@@ -48,12 +48,12 @@ class Session:
         self._node, self._outputs, self._settings = node, outputs, settings
         self._real_time, self.paused = fixed.real_time, fixed.paused
         self.active = False
-        """Whether its time may go on at all."""
+        """Whether the node is active."""
         self._per_block = fixed.per_block
         self.trouble = ""
         self.pending: list[Trajectory] = []
         self.stepped_for = 0
-        """Commands that had come when ~/step was last answered; see ``new_commands``."""
+        """Number of commands received before the last answer of ~/step; see ``new_commands``."""
         self._wakes, self._reported = 0, False
         self._stages = StageTimer("inputs", "integration", "observing", "publishing")
         drive = prepared.drive
@@ -61,28 +61,28 @@ class Session:
         self._commands = PendingCommands(node, self.path)
         self._description = topics.DESCRIPTION.publisher(node)
         self.fault_publisher = FaultPublisher(node)
-        # By its number, one that was started again is told from one that was heard of again.
+        # The number distinguishes a restarted drive from a repeated description.
         self._run = {"run": uuid.uuid4().hex}
         self.now = prepared
         self.begin(prepared)
 
     @property
     def mode(self) -> TimeMode:
-        """What makes time go on."""
+        """What advances simulated time."""
         return mode_of(self._settings.values)
 
     @property
     def new_commands(self) -> int:
-        """How many have come since ~/step was last answered, and have not been forgotten since."""
+        """Number of commands received since the last answer of ~/step, or the last reset."""
         return self.path.received - max(self.stepped_for, self.path.forgotten)
 
     @property
     def standing(self) -> bool:
-        """Whether time stands still until it is asked to go on."""
+        """Whether time stands still until a request."""
         return self.paused or self.mode is TimeMode.LOCK_STEP
 
     def begin(self, prepared: PreparedDrive) -> None:
-        """Run this from now on."""
+        """Run this drive from now on."""
         prepared.pacer.continue_counts(self.now.pacer)
         self.now = prepared
         self.commanded = CommandedDrive(prepared.drive, self.path, prepared.checks)
@@ -95,7 +95,7 @@ class Session:
         self._node.get_logger().info(prepared.words() + (", paused" if self.paused else ""))
 
     def replace_drive(self, prepared: PreparedDrive) -> None:
-        """Run what is the same but for its faults from now on, from where it is."""
+        """Continue with a drive that differs in its faults, from the present state."""
         faults = transfer_faults(self.now.drive, prepared.drive, self.commanded.faults)
         self.now = prepared
         self.commanded = CommandedDrive(prepared.drive, self.path, prepared.checks, faults)
@@ -103,7 +103,7 @@ class Session:
         self.fault_publisher.publish(prepared.drive.faults)
 
     def activate(self) -> None:
-        """Listen to commands; time goes on, where it does so by itself."""
+        """Subscribe to commands, and start time."""
         for refusal in self._real_time.apply():
             self._node.get_logger().warning(refusal)
         self._commands.listen()
@@ -112,7 +112,7 @@ class Session:
         self.restart_clock()
 
     def deactivate(self) -> None:
-        """Time stands still, nobody is listened to, and nothing is left unpublished."""
+        """Publish the rest, stop time, and unsubscribe from commands."""
         self.step_before_pause()
         self.finish(INACTIVE)
         self.now.health.begin(time.monotonic())
@@ -120,20 +120,20 @@ class Session:
         self.active = False
 
     def finish(self, text: str) -> None:
-        """Last words, with what to say of it."""
+        """Publish the last block, and diagnostics with this text."""
         self.take_commands()
         self.flush()
         self.report(text)
 
     def close(self) -> None:
-        """Nothing is described any more, and nothing is broken."""
+        """Clear the latched topics, and destroy the publishers."""
         self.fault_publisher.publish(())
         self._outputs.end()
         self._node.destroy_publisher(self._description)
         self.fault_publisher.close()
 
     def wake(self) -> None:
-        """What is to be done at a wake-up."""
+        """Do the work of a wake-up."""
         begin, pacer = time.thread_time(), self.now.pacer
         self._stages.begin()
         self.take_commands()
@@ -146,21 +146,21 @@ class Session:
         elif due := pacer.due(time.monotonic()):
             self.advance(due)
         if self.commanded.checks is not None:
-            # Last: what has been published does not wait for it.
+            # Last, so that publishing does not wait for it.
             self.commanded.checks.work(time.thread_time() - begin)
 
     def rest(self) -> float:
-        """How long to sleep until the next wake-up [s]."""
+        """Time until the next wake-up [s]."""
         if self.mode is TimeMode.FREE and not self.paused:
             return 0.0
         return self.now.pacer.wait(time.monotonic())
 
     def take_commands(self) -> None:
-        """Put on their path what has come."""
+        """Pass received commands to the command path."""
         self._commands.take(self.now.drive.steps, self.standing)
 
     def advance(self, steps: int) -> None:
-        """Take steps and publish what comes of them; a drive that diverges is paused."""
+        """Take steps and publish their samples; pause if the drive diverges."""
         self._stages.begin()
         first = len(self.pending)
         try:
@@ -185,39 +185,39 @@ class Session:
         self._stages.end("publishing")
 
     def step_before_pause(self) -> None:
-        """A last wake-up before time stands still: no lag is forgotten."""
+        """Take the steps that are due before a pause."""
         self._take(self.now.pacer.stop)
 
     def catch_up(self) -> None:
-        """What is due by now, for what is to happen now; time goes on and loses nothing by it."""
+        """Take the steps that are due now, between two wake-ups."""
         self._take(self.now.pacer.early)
 
     def _take(self, due: Callable[[float], int]) -> None:
-        """Commands that have come, and steps that a pacer says are due at a time [s]."""
+        """Take received commands, and the steps that are due at the present time."""
         self.take_commands()
         if not self.standing and self.mode is TimeMode.PACED:
             if steps := due(time.monotonic()):
                 self.advance(steps)
 
     def restart_clock(self, now: float | None = None) -> None:
-        """Time stands still, or goes on, from now on [s, of the steady clock]."""
+        """Restart pacing at the present time, or at ``now`` [s, steady clock]."""
         now = time.monotonic() if now is None else now
         self.now.pacer.start(now, self._settings.values["speed_factor"])
         self.path.forget_stamps()
         self.go_on(now)
 
     def go_on(self, now: float) -> None:
-        """Another drive, or at another time, from now on [s], at the same pace."""
+        """Restart the measurement of the real-time factor at ``now`` [s]."""
         self.now.health.paced = self.mode is TimeMode.PACED
         self.now.health.begin(now)
 
     def publish(self) -> None:
-        """Publish the present."""
+        """Publish the present state."""
         self._stages.begin()
         present = self.pending[-1] if self.pending else self.now.drive.present()
-        shown, silent = self._outputs.state_values(present, self.commanded.faults)
+        values, silent = self._outputs.state_values(present, self.commanded.faults)
         self._stages.end("observing")
-        self._outputs.publish_state(self.now.time_ns, shown, silent)
+        self._outputs.publish_state(self.now.time_ns, values, silent)
 
     def flush(self) -> None:
         """Publish the samples since the last block."""
@@ -225,7 +225,7 @@ class Session:
         self.pending = []
 
     def report(self, instead: str = "") -> None:
-        """Publish this node's health, with what to say instead of what it does."""
+        """Publish the node's diagnostics; ``instead`` replaces the text on its state."""
         health = self.now.health
         self._commands.check_publisher_types()
         warnings = [
@@ -252,18 +252,18 @@ class Session:
             self._node.get_logger().warning(rejections)
 
     def report_now_and_then(self) -> None:
-        """Once a second, and as soon as somebody else can command."""
+        """Publish diagnostics once a second, and when the number of command publishers changes."""
         due = self.now.health.period_over(time.monotonic(), self.standing)
         if self._commands.publishers_changed() or due:
             self.report()
         elif self._reported:
-            # Not behind the same wake-up: either takes much of a period of a millisecond.
+            # Not after the same wake-up: each takes much of a period of 1 ms.
             self._real_time.collect_garbage()
             self._reported = False
         if due:
             self._reported = True
             if self.standing:
-                # For those who come late: a clock that says nothing might be none.
+                # For late subscribers: a silent clock looks like none.
                 self._outputs.publish_clock(self.now.time_ns)
 
     def checks_for_settings(self, before: Values) -> LiveChecks | None:
@@ -274,15 +274,15 @@ class Session:
         )
 
     def apply_settings(self, before: Values, checks: LiveChecks | None) -> None:
-        """Settings have changed.
+        """Apply changed settings.
 
         Args:
-            before: what held until now.
+            before: the former values.
             checks: those of ``checks_for_settings``.
         """
         values = self._settings.values
         if any(values[name] != before[name] for name in ("time_mode", "speed_factor")):
-            # With what held until now: the pacer still has it.
+            # With the former settings, which the pacer still has.
             now = time.monotonic()
             if self.active and mode_of(before) is TimeMode.PACED and not self.paused:
                 self.take_commands()

@@ -12,7 +12,15 @@ from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import DECK
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.drive.faults.active import ActiveFaults
-from ab_sim.drive.published import AXES, CONSTANTS, SHOWN, Shown, Template, effort, pose
+from ab_sim.drive.published import (
+    AXES,
+    CONSTANTS,
+    STATE_TOPICS,
+    StateChannels,
+    Template,
+    effort,
+    pose,
+)
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.urdf import urdf_of
 from ab_sim.nodes.accelerometers import Accelerometers
@@ -32,7 +40,7 @@ class StatePublishers:
 
     def __init__(self, node: Node) -> None:
         self._namespace = node.get_namespace()
-        self._publishers = {topic: topic.publisher(node) for topic in SHOWN}
+        self._publishers = {topic: topic.publisher(node) for topic in STATE_TOPICS}
         self._model = topics.MODEL.publisher(node)
         self._accelerometers = Accelerometers(node)
         self._streams: list[_Stream] = []
@@ -56,20 +64,22 @@ class StatePublishers:
         self._driven, self._radius = DrivenBalls.of(scene), scene.race.radius
         self._model.publish(topics.MODEL.message(urdf_of(scene)))
         self._accelerometers.begin(scene)
-        shown = Shown(self._namespace, channels, scene.balls.count, list(scene.sensors))
-        self._names, self._tilts = shown.names, shown.tilts
+        named = StateChannels(self._namespace, channels, scene.balls.count, list(scene.sensors))
+        self._names, self._tilts = named.names, named.tilts
         first = channels.index("ball_0_angle") if scene.balls.count else 0
         balls = [slice(k, first + 2 * scene.balls.count, 2) for k in (first, first + 1)]
         self._driving = [*map(channels.index, ("x", "y", "angle", "speed")), *balls]
         self._streams = [
-            self._stream(topic, messages) for topic, of in SHOWN.items() for messages in of(shown)
+            self._stream(topic, messages)
+            for topic, of in STATE_TOPICS.items()
+            for messages in of(named)
         ]
         if self._tf_static is not None:
-            (deck,) = pose(shown)
-            moving = deck._replace(sample=[(shown.frame(DECK), deck.sample)])
+            (deck,) = pose(named)
+            moving = deck._replace(sample=[(named.frame(DECK), deck.sample)])
             self._streams.append(self._stream(topics.TF, moving))
             # Latched: of a scene without sensors, too, or those of another one would stay.
-            placed = [(shown.frame(name), _place(scene, name, shown)) for name in scene.sensors]
+            placed = [(named.frame(name), _place(scene, name, named)) for name in scene.sensors]
             self._tf_static.publish(topics.TF_STATIC.message(placed))
 
     def end(self) -> None:
@@ -96,23 +106,23 @@ class StatePublishers:
         return [*row.tolist(), *CONSTANTS.values(), *efforts, *turning]
 
     def with_sensor_faults(
-        self, shown: list[float], present: Trajectory, faults: ActiveFaults
+        self, values: list[float], present: Trajectory, faults: ActiveFaults
     ) -> Set[str]:
         """Replace sensor readings by those of faulty sensors, in place; returns silent sensors."""
         read, silent = faults.readings(present.last(1))
-        shown[: len(read.channels)] = read.samples[0].tolist()
+        values[: len(read.channels)] = read.samples[0].tolist()
         for ball in faults.lost:
-            shown[self._names.index(effort(ball))] = 0.0
+            values[self._names.index(effort(ball))] = 0.0
         return silent
 
-    def publish(self, time: int, shown: list[float], silent: Set[str] = frozenset()) -> None:
+    def publish(self, time: int, values: list[float], silent: Set[str] = frozenset()) -> None:
         """Publish numbers of ``values_of``, stamped with a time [ns], except of silent sensors.
 
         Topics that had no subscriber in ``values_of`` are left out.
         """
         for stream in self._subscribed:
             if stream.sensor not in silent:
-                stream.send(stream.message.at(time, stream.numbers(shown)))
+                stream.send(stream.message.at(time, stream.numbers(values)))
 
     def sampled(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:
         """Publish every accelerometer sample of some integration steps."""
@@ -144,13 +154,13 @@ class _Stream(NamedTuple):
 
 
 def _numbers_at(places: Sequence[int]) -> Callable[[list[float]], tuple[float, ...]]:
-    taken = itemgetter(*places)
-    return taken if len(places) > 1 else lambda shown: (taken(shown),)
+    selected = itemgetter(*places)
+    return selected if len(places) > 1 else lambda values: (selected(values),)
 
 
-def _place(scene: Scene, name: str, shown: Shown) -> PoseSample:
+def _place(scene: Scene, name: str, state: StateChannels) -> PoseSample:
     """Pose of a sensor in the deck's frame."""
     sensor = scene.sensors[name]
     half = 0.5 * sensor.axis_angle
     turn = (math.cos(half), 0.0, 0.0, math.sin(half))
-    return PoseSample(0, sensor.position, turn, shown.frame(DECK))
+    return PoseSample(0, sensor.position, turn, state.frame(DECK))

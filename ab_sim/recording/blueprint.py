@@ -127,7 +127,7 @@ def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
     what = "deck and sensors" if drawing.sensors else "deck"
     return rrb.Horizontal(
         rrb.Vertical(
-            plot(f"Vibration |a|, {what} [m/s²]", *drawing.curves.felt(channels)),
+            plot(f"Vibration |a|, {what} [m/s²]", *drawing.curves.vector_lengths(channels)),
             plot(
                 f"Once per revolution, and the rest, r.m.s. of the last {SPAN:g} s [m/s²]",
                 size_curves()[0],

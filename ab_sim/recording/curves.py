@@ -1,4 +1,4 @@
-"""What is plotted over time, beside the channels themselves."""
+"""Curves over time that are derived from the channels."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ab_sim.drive.orientation import tilt_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.recording.colours import BALANCED, DARK, GREY, UNBALANCE, hue
 from ab_sim.recording.explanation import Explanation
-from ab_sim.recording.layout import SAMPLES, Array, felt
+from ab_sim.recording.layout import SAMPLES, Array, vector_columns
 from ab_sim.recording.plots import PlottedCurves, lines
 
 FRAMES = "/plot/frames"
@@ -54,11 +54,11 @@ class Curves:
             curves.append(PlottedCurves.derived(FRAMES, _ALONE, look))
         return curves
 
-    def felt(self, channels: Sequence[str]) -> list[PlottedCurves]:
+    def vector_lengths(self, channels: Sequence[str]) -> list[PlottedCurves]:
         """Lengths of the deck's acceleration and of readings."""
         names = [
             "|a| of the deck" if name == "deck_acceleration" else name.removeprefix("sensor_")
-            for name in felt(channels)
+            for name in vector_columns(channels)
         ]
         look = lines(names, [1.0] * len(names), colors=[hue(i) for i in range(len(names))])
         return [PlottedCurves.derived(SAMPLES, _FELT, look)] if names else []
@@ -111,7 +111,10 @@ class Curves:
         if self.tilts:
             whirl.append(1e3 * run["z"] / unit)
         values = {_WHIRL: np.column_stack(whirl)}
-        lengths = [np.linalg.norm(rows[:, columns], axis=1) for columns in felt(channels).values()]
+        lengths = [
+            np.linalg.norm(rows[:, columns], axis=1)
+            for columns in vector_columns(channels).values()
+        ]
         if lengths:
             values[_FELT] = np.column_stack(lengths)
         return values

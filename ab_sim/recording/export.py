@@ -162,8 +162,10 @@ def _schema(names: Sequence[str], description: Mapping[str, Any]) -> pa.Schema:
     fields = []
     for name in names:
         unit = unit_of(name)
-        told = None if unit is None else {"unit": unit}
-        fields.append(pa.field(name, pa.int64() if name == "step" else pa.float64(), False, told))
+        metadata = None if unit is None else {"unit": unit}
+        fields.append(
+            pa.field(name, pa.int64() if name == "step" else pa.float64(), False, metadata)
+        )
     return pa.schema(fields, {"ab_sim": json.dumps(description)})
 
 

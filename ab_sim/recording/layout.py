@@ -1,4 +1,4 @@
-"""Where each channel lives in the file, and the columns Rerun takes."""
+"""Entities and components of the channels in a file, and their columns for Rerun."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 CLOSED = "/closed"
-"""Where a recording says, last of all, how many rows it has."""
+"""Entity with the number of rows, written last."""
 THINNED = "/thinned"
-"""Where it says that it does not keep every step, and by which rule."""
+"""Entity with the rule by which steps were thinned."""
 LEFT_OUT = "left_out"
-"""Beside the channels: each row then says how many were left out by intent up to it."""
+"""Component with the number of rows left out by thinning before each row."""
 
 SAMPLES = "/samples"
 """The entity of all samples. Whatever is sent to an entity costs 32 bytes of index in each row, and
 some 1.2 kB besides: all channels in one take a third of the room of an entity for each group."""
 CHANNELS, DERIVED = "channels", "plot"
-"""What the names of its components begin with: of channels, and of what is only plotted."""
+"""Prefixes of its components: of channels, and of derived curves."""
 
 _GROUPS = {
     "time": ("time",),
@@ -53,7 +53,7 @@ def named_columns(kind: str, values: Mapping[str, Array]) -> list[Any]:
 
 
 def plotted_columns(values: Mapping[str, Array]) -> list[Any]:
-    """The same of what is only looked at, in single precision."""
+    """The same for plots, in single precision."""
     return named_columns(DERIVED, {name: each.astype(np.float32) for name, each in values.items()})
 
 
@@ -97,7 +97,7 @@ def _group_of(channel: str) -> str:
     return f"other_{channel}"
 
 
-def felt(channels: Sequence[str]) -> dict[str, list[int]]:
+def vector_columns(channels: Sequence[str]) -> dict[str, list[int]]:
     """Columns of the vectors whose lengths are plotted: the deck's acceleration and readings.
 
     One curve each, never a solid block, on an axis that begins at 0.

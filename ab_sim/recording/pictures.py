@@ -1,4 +1,4 @@
-"""All that is derived from rows while they come in, so that a viewer shows what they mean."""
+"""Pictures and curves derived from the rows of a run."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from ab_sim.recording.vibration import VibrationCurves
 from ab_sim.recording.windows import FrameRate
 
 PERIOD = 1e-2
-"""s: pictures move no more often, however short the steps are: screens do not either, and a frame
-takes as much room as three samples. The channels are all kept."""
+"""Shortest time between two frames [s], as of a screen: a frame needs as much space as three
+samples. Channels are recorded at every step."""
 
 _PLANE = ("x", "y", "ax", "ay")
 _SPACE = ("x", "y", "z", "ax", "ay", "az", "qw", "qx", "qy", "qz")
@@ -26,12 +26,12 @@ Sent = tuple[str, Array, Any]  # entity, the rows that say when, columns
 
 
 class Pictures:
-    """Takes a run's rows in turn; what it gives does not depend on how they are cut.
+    """Converts the rows of a run to frames; the result does not depend on the size of blocks.
 
     Args:
-        drawing: what is drawn.
-        channels: of the rows. What pictures use beyond ``drawing.needs``, such as speed and
-            acceleration, is not a number where there is no such channel.
+        drawing: of the drive.
+        channels: of the rows. Channels beyond ``drawing.needs`` that are missing, such as speed and
+            acceleration, are NaN.
     """
 
     def __init__(self, drawing: Drawing, channels: Sequence[str]) -> None:
@@ -46,17 +46,17 @@ class Pictures:
         self._phase = SpindlePhase(self._names, explained.top_speed, explained.period)
 
     def scenery(self) -> Iterator[tuple[str, Any]]:
-        """How they look: archetypes, logged once."""
+        """Static archetypes, by entity."""
         yield from self._phase.scenery()
 
     def of_samples(self, rows: Array) -> list[Any]:
-        """Columns that every sample gets beside its channels."""
-        run = Trajectory(self._names, self._known(rows))
+        """Additional columns of samples."""
+        run = Trajectory(self._names, self._selected(rows))
         return plotted_columns(self._drawing.curves.of_samples(run, self._channels, rows))
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """What the next rows add to the pictures."""
-        samples = self._known(rows)
+        """Frames of the next rows."""
+        samples = self._selected(rows)
         yield from self._vibration.of(samples)
         yield from self._phase.of(samples)
         thin = self._frames.of(samples)
@@ -71,6 +71,6 @@ class Pictures:
             yield entity, thin, columns
         yield FRAMES, thin, plotted_columns(drawing.curves.of_frames(run))
 
-    def _known(self, rows: Array) -> Array:
-        """The channels that pictures use."""
+    def _selected(self, rows: Array) -> Array:
+        """The columns that pictures use."""
         return np.column_stack([rows, np.full(len(rows), np.nan)])[:, self._columns]

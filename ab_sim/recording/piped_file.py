@@ -1,4 +1,4 @@
-"""A file that Rerun writes to and that can fail."""
+"""A file that Rerun writes through a pipe, so that write errors can be handled."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ FLUSH_SECONDS = 10.0  # A disk that takes longer counts as failed.
 
 
 class PipedFile:
-    """Stands between Rerun and the file: Rerun writes to a pipe, this to the file.
+    """Copies from a pipe, to which Rerun writes, to the file.
 
     Given a file, Rerun 0.41 does not survive a write error: its writer thread ends, the reason is
     only printed, and often flush(), disconnect() and the end of the process then block for good.
-    A pipe never fails, and errors of the file come up here, where they can be raised.
+    A pipe never fails, and errors of the file are raised here.
     """
 
     def __init__(self, path: Path, stream: rr.RecordingStream, index: bool) -> None:
@@ -34,8 +34,8 @@ class PipedFile:
         self._path = path
         self._error: OSError | None = None
         self._whole = 0  # size [bytes] when the file last ended in a whole message
-        self._lock = threading.Lock()  # held while anything is on its way from pipe to file
-        self._room = bytearray(1 << 20)  # one for ever: to ask for it anew leaves holes in memory
+        self._lock = threading.Lock()  # held while data are copied from pipe to file
+        self._buffer = bytearray(1 << 20)  # allocated once: repeated allocation fragments memory
         outlet, inlet = os.pipe()
         os.set_blocking(outlet, False)
         self._pipe = os.fdopen(outlet, "rb", buffering=0)
@@ -45,9 +45,9 @@ class PipedFile:
         self._thread.start()
 
     def sync(self) -> None:
-        """Wait until all that Rerun has flushed is in the file.
+        """Wait until all data that Rerun has flushed are in the file.
 
-        OSError if that fails; FileNotFoundError if nothing of it is to be found there any more.
+        OSError if that fails; FileNotFoundError if the file was deleted or replaced.
         """
         self._drain()
         self._error = self._error or self._loss()
@@ -56,7 +56,7 @@ class PipedFile:
         self._whole = self._file.tell()
 
     def close(self) -> None:
-        """Take what Rerun still writes until it disconnects; OSError if that fails."""
+        """Copy the rest until Rerun disconnects; OSError if that fails."""
         self._thread.join(FLUSH_SECONDS)
         if self._thread.is_alive():
             raise TimeoutError(f"the disk did not answer for {FLUSH_SECONDS:g} s")
@@ -64,7 +64,7 @@ class PipedFile:
         self._file.close()
 
     def _loss(self) -> OSError | None:
-        """Why nothing of what was written can be read back under the file's name, if so."""
+        """An error if the file under this name is not the one that was written."""
         file = os.fstat(self._file.fileno())
         try:
             if not os.path.samestat(self._path.stat(), file):
@@ -78,12 +78,12 @@ class PipedFile:
         return None
 
     def cut(self) -> None:
-        """Drop a torn message at the end: it would make the whole file unreadable."""
+        """Truncate an incomplete message at the end, with which the file would be unreadable."""
         with contextlib.suppress(OSError):  # a device, say
             self._file.truncate(self._whole)
 
     def remove(self) -> None:
-        """Take the file away, if it is still there and a file."""
+        """Delete the file, if it is the one that was written, and a regular file."""
         with contextlib.suppress(OSError):
             file = os.fstat(self._file.fileno())
             if stat.S_ISREG(file.st_mode) and os.path.samestat(self._path.stat(), file):
@@ -96,14 +96,14 @@ class PipedFile:
             poll.poll()
 
     def _drain(self) -> bool:
-        """Move what is in the pipe into the file. False: the pipe has ended."""
+        """Copy the pipe's data to the file. False: the pipe was closed."""
         with self._lock:
-            while size := self._pipe.readinto(self._room):
-                rest = memoryview(self._room)[:size]
+            while size := self._pipe.readinto(self._buffer):
+                rest = memoryview(self._buffer)[:size]
                 self._error = self._error or self._loss()
                 try:
                     while rest and not self._error:  # after an error, only keep the pipe empty
                         rest = rest[self._file.write(rest) :]
                 except OSError as error:
                     self._error = error
-            return size is None  # None: nothing now; 0: nothing any more
+            return size is None  # None: no data at present; 0: closed

@@ -1,4 +1,4 @@
-"""What the spindle is doing, seen from its speed: however it was told to, live or offline."""
+"""Phase of the spindle's motion, found from its speed, live or offline."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.palette import Colour
 from ab_sim.recording.colours import DARK, GREY, ORANGE, PURPLE, SKY
 from ab_sim.recording.layout import Array, scalar_columns
-from ab_sim.recording.windows import Windows
+from ab_sim.recording.windows import SlidingWindows
 
 HOP = 0.02
 """s: how often the acceleration is taken, and over how long."""
@@ -32,7 +32,7 @@ Sent = tuple[str, Array, Any]
 
 
 class SpindlePhase:
-    """Takes rows as they come.
+    """Finds the phases of the spindle's motion in the rows of a run.
 
     Args:
         channels: of the rows, ``speed`` [rad/s] among them.
@@ -49,11 +49,11 @@ class SpindlePhase:
     ) -> None:
         self._channels, self._period = channels, period
         self._scale = top_speed or 1.0
-        self._windows = Windows(HOP, HOP)
+        self._windows = SlidingWindows(HOP, HOP)
         self._phase = ""
 
     def scenery(self) -> Iterator[tuple[str, Any]]:
-        """How it looks."""
+        """Static archetypes, by entity."""
         yield (
             "/state/spindle",
             rr.StateConfiguration(
@@ -69,7 +69,7 @@ class SpindlePhase:
             )
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """What the next rows make complete."""
+        """Phases that the next rows complete."""
         changes, names, ends, within = [], [], [], []
         for window in self._windows.of(rows):
             if len(window) < 2:
@@ -88,7 +88,7 @@ class SpindlePhase:
             yield "/plot/speed/period", np.array(ends), scalar_columns(np.array(within)[:, None])
 
     def phase_of(self, time: Array, speed: Array) -> str:
-        """One of ``PHASES``, of a short stretch: times [s] and speeds [rad/s]."""
+        """One of ``PHASES``, from times [s] and speeds [rad/s] of a window."""
         slope = (speed[-1] - speed[0]) / (time[-1] - time[0])
         if np.max(np.abs(speed)) < STILL * self._scale:
             return "standstill"

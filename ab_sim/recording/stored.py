@@ -18,7 +18,7 @@ from rerun.chunk import Chunk, RrdReader
 from ab_sim.drive.trajectory import Trajectory, column_of
 from ab_sim.errors import RecordingError
 from ab_sim.recording.layout import CHANNELS, CLOSED, LEFT_OUT, SAMPLES, THINNED, Array, layout_of
-from ab_sim.recording.unfinished_file import whole_part
+from ab_sim.recording.unfinished_file import readable_part
 
 BLOCK_ROWS = 10_000
 """Rows of a block, unless told: large enough for numpy, some MB."""
@@ -176,7 +176,7 @@ class StoredRun:
     def _chunks(self, is_static: bool | None = None) -> Iterator[Chunk]:
         size = self.path.stat().st_size if self.path.is_file() else -1
         if size < 0 or size != self._size:  # it is still being written, or was just opened
-            self._readable, self.torn = whole_part(self.path)
+            self._readable, self.torn = readable_part(self.path)
             self._size = size
         try:
             with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""Which samples are kept of a run that is too long to keep them all."""
+"""Thinning: which samples of a long run are recorded."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from ab_sim.errors import RecordingError
 from ab_sim.recording.layout import Array
 
 AROUND = 0.5
-"""s before and after an event that are kept at full rate, unless told otherwise."""
+"""s before and after an event that are recorded at full rate, by default."""
 SHARE = 0.1
-"""Of the time, the most that full-rate stretches may take in the long run."""
+"""Largest share of the time at full rate, in the long run."""
 STRETCHES = 20
-"""So many of them, of full length, may come at once."""
+"""Largest number of full-rate stretches of full length in direct succession."""
 
 
 class Thinning:
-    """Keeps every so-many-th step, and all of them around what happens.
+    """Keeps every ``every``-th step, and all steps around events.
 
-    What happens is what `note` is told, and the command's beginning to move and coming to rest
-    (within ``around`` it has not moved): a ramp is kept at its two ends. Rows wait until nothing
-    that is still to be noted can concern them, for twice ``around``, so what is kept depends on
-    rows and notes alone, and never on how many rows come at once; as long as each event is noted
-    before `take` is given rows later than its time + ``around``. Full-rate stretches may not take
-    more than `SHARE` of the time, and `STRETCHES` at once; those beyond are refused, and counted,
-    so that the rate is bounded whatever happens. The first and the last row are kept.
+    Events are those passed to `note`, and the instants at which the command starts to change and
+    becomes constant (no change within ``around``): the two ends of a ramp. Rows are pending for
+    twice ``around``, until no later event can affect them. So the result depends on rows and events
+    only, and not on the size of blocks, provided that each event is noted before `take` gets rows
+    later than its time + ``around``. Full-rate stretches are limited to `SHARE` of the time, and to
+    `STRETCHES` in succession; further ones are refused and counted, which bounds the data rate.
+    The first and the last row are kept.
 
     Args:
-        every: one step of so many, those whose number it divides.
-        around: how much is kept at full rate before and after an event [s].
+        every: steps whose number it divides are kept.
+        around: time at full rate before and after an event [s].
 
     Raises:
         RecordingError: ``every`` is not 1 or more, or ``around`` negative or not finite.
@@ -45,102 +45,102 @@ class Thinning:
         self.every, self._around = every, around
         self.left_out = 0  # rows, by intent
         self.refused = 0  # full-rate stretches
-        self._waiting = np.empty((0, 0))
-        self._fresh: list[Array] = []  # that came after those
-        self._noted: set[float] = set()  # times of what happened and is not weighed yet
-        self._stretches: list[tuple[float, float]] = []  # that rows may still fall into
+        self._pending = np.empty((0, 0))
+        self._new: list[Array] = []  # received after those
+        self._event_times: set[float] = set()  # of which no decision was made yet
+        self._stretches: list[tuple[float, float]] = []  # that may contain pending rows
         self._reach = -math.inf  # end of the last stretch
-        self._spent = 0.0  # s at full rate
+        self._full_rate_time = 0.0  # s at full rate
         self._first = self._began = math.nan  # step and time of the first row
-        self._moved = -math.inf  # when the command moved last
-        self._resting = True
+        self._last_change = -math.inf  # time of the command's last change
+        self._command_constant = True
         self._command = math.nan
 
     def note(self, time: float) -> None:
-        """Something happened at a time [s]."""
+        """Note an event at a time [s]."""
         if self.every > 1 and math.isfinite(time):
-            self._noted.add(time)
+            self._event_times.add(time)
 
     def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
-        """Take rows; returns those that are kept for certain, see `_sift`.
+        """Add rows; returns those that are decided on, see `_rows_to_keep`.
 
         Args:
             rows: step, time and so on; at least one.
             command: the column of the command, if there is one.
 
-        With ``every`` = 1 that is all of them, at once.
+        With ``every`` = 1 these are all rows.
         """
         if self.every == 1:
             return rows, np.zeros(len(rows))
         if math.isnan(self._began):
             self._first, self._began = rows[0, :2].tolist()
-            self._waiting = rows[:0]
+            self._pending = rows[:0]
         if command is not None:
-            self._watch(rows[:, 1], rows[:, command])
-        self._fresh.append(rows)
-        if 4 * sum(map(len, self._fresh)) < len(self._waiting):
-            return rows[:0], np.empty(0)  # few came: what waits is not copied for each of them
-        self._wait()
+            self._note_command_changes(rows[:, 1], rows[:, command])
+        self._new.append(rows)
+        if 4 * sum(map(len, self._new)) < len(self._pending):
+            return rows[:0], np.empty(0)  # few new rows: the pending ones are not copied each time
+        self._append_new_rows()
         newest = rows[-1, 1]
-        self._weigh(newest - self._around)
-        # In two steps, which round as the start of a stretch that is still to be weighed.
-        early = self._waiting[:, 1] < newest - self._around - self._around
-        # Up to the first that must wait: they stay in order.
-        return self._sift(len(early) if early.all() else int(np.argmin(early)))
+        self._select_stretches(newest - self._around)
+        # In two subtractions, which round like the start of a stretch that is not yet selected.
+        early = self._pending[:, 1] < newest - self._around - self._around
+        # Up to the first pending one: rows stay in order.
+        return self._rows_to_keep(len(early) if early.all() else int(np.argmin(early)))
 
     def rest(self) -> tuple[Array, Array]:
-        """What is kept of the rows that wait, as `take`: no more will come."""
-        if not self._fresh and not len(self._waiting):
-            return self._waiting, np.empty(0)
-        if not self._resting:
-            self.note(self._moved)
-        self._wait()
-        self._weigh(math.inf)
-        return self._sift(len(self._waiting), last=True)
+        """The rest of the rows that are kept, at the end of the run; as `take`."""
+        if not self._new and not len(self._pending):
+            return self._pending, np.empty(0)
+        if not self._command_constant:
+            self.note(self._last_change)
+        self._append_new_rows()
+        self._select_stretches(math.inf)
+        return self._rows_to_keep(len(self._pending), last=True)
 
-    def _watch(self, times: Array, commands: Array) -> None:
-        """Note when the command begins to move, and when it has come to rest."""
+    def _note_command_changes(self, times: Array, commands: Array) -> None:
+        """Note when the command starts to change, and when it becomes constant."""
         before = np.concatenate([[self._command], commands[:-1]])
         moves = times[(commands != before) & ~np.isnan(before)]
         for time in moves.tolist():
-            if self._moved < time - self._around:
-                if not self._resting:
-                    self.note(self._moved)
+            if self._last_change < time - self._around:
+                if not self._command_constant:
+                    self.note(self._last_change)
                 self.note(time)
-            self._moved, self._resting = time, False
-        if not self._resting and self._moved < times[-1] - self._around:
-            self.note(self._moved)
-            self._resting = True
+            self._last_change, self._command_constant = time, False
+        if not self._command_constant and self._last_change < times[-1] - self._around:
+            self.note(self._last_change)
+            self._command_constant = True
         self._command = float(commands[-1])
 
-    def _wait(self) -> None:
-        """Put what is fresh to what waits."""
-        self._waiting = np.concatenate([self._waiting, *self._fresh])
-        self._fresh.clear()
+    def _append_new_rows(self) -> None:
+        """Append new rows to the pending ones."""
+        self._pending = np.concatenate([self._pending, *self._new])
+        self._new.clear()
 
-    def _weigh(self, until: float) -> None:
-        """Decide on what happened before a time, in the order in which it happened."""
-        ripe = sorted(time for time in self._noted if time < until)
-        self._noted.difference_update(ripe)
-        for time in ripe:
+    def _select_stretches(self, until: float) -> None:
+        """Select full-rate stretches for events before a time, in order of time."""
+        earlier = sorted(time for time in self._event_times if time < until)
+        self._event_times.difference_update(earlier)
+        for time in earlier:
             start, end = time - self._around, time + self._around
             more = end - max(start, self._reach)
             allowance = 2 * self._around * STRETCHES + SHARE * max(time - self._began, 0.0)
             if more <= 0:
                 continue
-            if self._spent + more > allowance:
+            if self._full_rate_time + more > allowance:
                 self.refused += 1
                 continue
-            self._spent += more
+            self._full_rate_time += more
             self._reach = max(end, self._reach)
             self._stretches.append((start, end))
 
-    def _sift(self, count: int, last: bool = False) -> tuple[Array, Array]:
-        """Of the first rows that wait: those that are kept, and rows left out up to each of them.
+    def _rows_to_keep(self, count: int, last: bool = False) -> tuple[Array, Array]:
+        """Of the first pending rows that are kept, and the numbers of rows left out before each.
 
-        The latter counts from the first row of all.
+        It counts from the first row of the run.
         """
-        rows, self._waiting = self._waiting[:count], self._waiting[count:]
+        rows, self._pending = self._pending[:count], self._pending[count:]
         if not count:
             return rows, np.empty(0)
         kept = rows[:, 0] % self.every == 0
@@ -154,11 +154,11 @@ class Thinning:
         return rows[kept], out[kept].astype(np.float64)
 
 
-class Thinned:
-    """Stands for a `Thinning` where somebody else has left out rows and says how many.
+class ThinnedInput:
+    """Replaces `Thinning` for rows that were thinned before, with counts of the rows left out.
 
     Args:
-        every, around: the rule that was followed.
+        every, around: the rule of that thinning.
     """
 
     refused = 0
@@ -168,17 +168,17 @@ class Thinned:
         self.left_out = 0
 
     def note(self, time: float) -> None:
-        """Nothing depends on it any more."""
+        """Events have no effect."""
 
     def counted(self, rows: Array, left_out: Array) -> tuple[Array, Array]:
-        """Take rows, and for each how many were left out up to it."""
+        """Add rows, with the number of rows left out before each."""
         self.left_out = int(left_out[-1])
         return rows, left_out
 
     def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
-        """Take rows between which nothing was left out."""
+        """Add rows without gaps."""
         return self.counted(rows, np.full(len(rows), float(self.left_out)))
 
     def rest(self) -> tuple[Array, Array]:
-        """Nothing waits."""
+        """No rows are pending."""
         return np.empty((0, 0)), np.empty(0)

@@ -1,4 +1,4 @@
-"""Files whose writer was killed in the middle of a message, which Rerun refuses to open."""
+"""Files with an incomplete last message, which Rerun refuses: their writer was killed."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ _KINDS = 16  # more than there are
 
 
 @dataclass(frozen=True)
-class Readable:
-    """A file that Rerun opens; ``keep`` holds it there."""
+class ReadableFile:
+    """A file that Rerun can open; a temporary one exists as long as ``keep``."""
 
     path: Path
     keep: tempfile.TemporaryDirectory[str] | None = None
 
 
-def whole_part(path: Path) -> tuple[Readable, str | None]:
-    """A file without the message that is torn at its end.
+def readable_part(path: Path) -> tuple[ReadableFile, str | None]:
+    """A file without an incomplete message at its end.
 
-    :returns: the file itself, or if it is torn a copy of what is whole, with what was left out.
+    :returns: the file itself, or a copy of its complete messages and a text on what was left out.
     :raises RecordingError: there is no such file, or it is not one of Rerun's.
     """
     if not path.is_file():
@@ -36,18 +36,18 @@ def whole_part(path: Path) -> tuple[Readable, str | None]:
     try:
         size, whole = path.stat().st_size, _whole_size(path)
         if whole == size:
-            return Readable(path), None
+            return ReadableFile(path), None
         folder = tempfile.TemporaryDirectory(prefix="ab_sim_")
         copy = Path(folder.name) / path.name
         with path.open("rb") as source, copy.open("wb") as target:
             _copy(source.fileno(), target.fileno(), whole)
     except OSError as error:
         raise RecordingError(f"cannot read the recording {path}: {error.strerror}") from error
-    return Readable(copy, folder), f"torn: its last {size - whole} bytes cannot be read"
+    return ReadableFile(copy, folder), f"torn: its last {size - whole} bytes cannot be read"
 
 
 def _whole_size(path: Path) -> int:
-    """Bytes until the end of the last whole message."""
+    """Size up to the end of the last complete message [bytes]."""
     size = path.stat().st_size
     with path.open("rb") as file:
         if file.read(_HEADER)[: len(_MAGIC)] != _MAGIC or size < _HEADER:

@@ -1,4 +1,4 @@
-"""What the deck's vibration is made of, while it goes on: size, once per revolution, spectrum."""
+"""The deck's vibration during a run: r.m.s., once-per-revolution part, spectrum."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ab_sim.recording.colours import ORANGE, SKY, UNBALANCE
 from ab_sim.recording.layout import Array, plotted_columns
 from ab_sim.recording.plots import PlottedCurves, lines
 from ab_sim.recording.signals import once_per_turn, rms, spectrum
-from ab_sim.recording.windows import Windows
+from ab_sim.recording.windows import SlidingWindows
 
 HOP, SPAN = 0.1, 0.25
 """s: how often sizes are taken, and of how long a stretch."""
@@ -25,13 +25,13 @@ SIZES = "/plot/vibration"
 """The entity of curves that have a row for each ``HOP``."""
 _RMS, _ORDERS = "rms", "orders"
 FEWEST = 4
-"""Rows of a window that tell a size."""
+"""Smallest number of rows of a window."""
 
 Sent = tuple[str, Array, Any]  # entity, the rows that say when, columns
 
 
 def size_curves() -> list[PlottedCurves]:
-    """What comes once per revolution, and the rest; then all together."""
+    """Curves of the once-per-revolution part, of the rest, and of the whole."""
     names = ["once per turn", "the rest"]
     orders = lines(names, [2.5, 2.0], colors=[UNBALANCE, SKY])
     whole = lines(["r.m.s. of all"], [2.5], colors=[ORANGE])
@@ -42,7 +42,7 @@ def size_curves() -> list[PlottedCurves]:
 
 
 class VibrationCurves:
-    """Takes rows as they come, and keeps of them what the next ones need.
+    """Computes the curves from the rows of a run, block by block.
 
     Args:
         channels: of the rows; ``ax``, ``ay`` [m/s^2] among them, and in space ``az``.
@@ -52,12 +52,12 @@ class VibrationCurves:
     def __init__(self, channels: tuple[str, ...], top_speed: float | None) -> None:
         self._channels = channels
         self._reach = ORDERS * top_speed / (2.0 * np.pi) if top_speed else np.inf
-        self._sizes = Windows(SPAN, HOP)
-        self._spectrum_windows = Windows(SPECTRUM_SPAN, SPECTRUM_HOP)
+        self._sizes = SlidingWindows(SPAN, HOP)
+        self._spectrum_windows = SlidingWindows(SPECTRUM_SPAN, SPECTRUM_HOP)
         self._frequencies = np.empty(0)
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """What the next rows make complete."""
+        """Curves that the next rows complete."""
         ends, sizes, orders = [], [], []
         for window in self._sizes.of(rows):
             if len(window) < FEWEST:
@@ -73,7 +73,7 @@ class VibrationCurves:
         yield from self._spectra(rows)
 
     def _spectrum(self, window: Array) -> tuple[Array, float, Array] | None:
-        """Frequencies [Hz], the spindle's, and sizes; None where there is no spectrum to take."""
+        """Frequencies, the spindle's frequency [Hz], amplitudes; None without a spectrum."""
         steps = np.diff(window[:, 0])
         if len(window) < FEWEST or np.any(steps != steps[0]):
             return None  # rows are missing, or were left out: none rather than a wrong one
@@ -103,7 +103,7 @@ class VibrationCurves:
 
 
 def _axis(frequencies: Array, color: Any) -> Any:
-    """All of a bar chart but its values: it stays until there is another one."""
+    """Columns of a bar chart without its values; they hold until the next ones."""
     width = np.full((1, len(frequencies)), frequencies[1] - frequencies[0])
     whole = rr.BarChart.columns(
         values=[frequencies], abscissa=[frequencies], widths=width, color=[color]

@@ -1,4 +1,4 @@
-"""What a viewer is shown of a run: the drive in pictures, or plots where positions are unknown."""
+"""Views of a run: the drive in pictures, or plots only, if positions are unknown."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from ab_sim.errors import RecordingError
-from ab_sim.recording.about import about
 from ab_sim.recording.blueprint import blueprint, plain_blueprint
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.layout import Array, layout_of
+from ab_sim.recording.legend import legend_text
 from ab_sim.recording.pictures import Pictures, Sent
 
 ALWAYS = ("step", "time")
-"""Channels that every recording has, first of all."""
+"""The first channels of every recording."""
 
 
 class DriveView:
-    """The drive in pictures; `RecordingError` where a description does not say what is drawn."""
+    """The drive in pictures; RecordingError if the description lacks what is drawn."""
 
     def __init__(self, description: Mapping[str, Any]) -> None:
         self._drawing = Drawing.of(description)
@@ -29,13 +29,13 @@ class DriveView:
         self.needs: tuple[str, ...] = (*ALWAYS, *self._drawing.needs)
 
     def statics(self) -> Iterator[tuple[str, Any]]:
-        """What stays: archetypes, logged once."""
-        yield "/about", rr.TextDocument(about(self._drawing), media_type="text/markdown")
+        """Static archetypes, by entity."""
+        yield "/about", rr.TextDocument(legend_text(self._drawing), media_type="text/markdown")
         yield from self._drawing.scenery()
         yield from self._pictures.scenery()
 
     def begin(self, channels: Sequence[str]) -> None:
-        """Now the channels are known; by that the viewer is laid out anew."""
+        """Set the channels; the layout follows from them."""
         balls = len(layout_of(channels).get("balls_angle", ()))
         if balls != self._drawing.balls:
             raise RecordingError(
@@ -45,20 +45,20 @@ class DriveView:
         self._pictures, self._channels = Pictures(self._drawing, channels), tuple(channels)
 
     def of_samples(self, rows: Array) -> list[Any]:
-        """Columns that every sample gets beside its channels, for plots."""
+        """Additional columns of samples, for plots."""
         return self._pictures.of_samples(rows)
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """What the next rows add to the pictures."""
+        """Frames of the pictures, from the next rows."""
         return self._pictures.of(rows)
 
     def blueprint(self, scalars: Sequence[str]) -> rrb.Blueprint:
-        """How the viewer is laid out."""
+        """Layout of the viewer."""
         return blueprint(self._drawing, self._channels, scalars)
 
 
 class PlotsView:
-    """A plot of each entity, once these are known."""
+    """One plot for each entity."""
 
     needs = ALWAYS
 
@@ -66,28 +66,28 @@ class PlotsView:
         self._channels: tuple[str, ...] = ()
 
     def statics(self) -> Iterator[tuple[str, Any]]:
-        """Nothing stays."""
+        """No static archetypes."""
         return iter(())
 
     def begin(self, channels: Sequence[str]) -> None:
-        """Now the channels are known; by that the viewer is laid out anew."""
+        """Set the channels; the layout follows from them."""
         self._channels = tuple(channels)
 
     def of_samples(self, rows: Array) -> list[Any]:
-        """Nothing is added to samples."""
+        """No additional columns."""
         return []
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """Nothing is added to them."""
+        """No frames."""
         return iter(())
 
     def blueprint(self, scalars: Sequence[str]) -> rrb.Blueprint:
-        """How the viewer is laid out."""
+        """Layout of the viewer."""
         return plain_blueprint(self._channels, scalars)
 
 
 def drawable(description: Mapping[str, Any], channels: Sequence[str]) -> bool:
-    """Whether there can be pictures of a run that is described so and has these channels."""
+    """Whether description and channels suffice for pictures of the run."""
     try:
         drawn = DriveView(description)
         drawn.begin(channels)

@@ -1,4 +1,4 @@
-"""Stretches of a run that slide along with it, however its rows come in."""
+"""Sliding windows over a run, independent of the size of blocks."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from ab_sim.recording.layout import Array
 
 
-class Windows:
-    """Cuts rows into windows that end at whole multiples of ``hop``, each ``span`` long.
+class SlidingWindows:
+    """Divides rows into windows of length ``span`` that end at multiples of ``hop``.
 
-    Where a window begins and ends depends on the rows' times alone, and not on how they come in.
+    Windows depend on the rows' times only, and not on the size of blocks.
 
     Args:
         span: of a window [s].
-        hop: from one to the next [s].
+        hop: between the ends of two windows [s].
     """
 
     def __init__(self, span: float, hop: float) -> None:
@@ -24,16 +24,16 @@ class Windows:
         self._kept = np.empty((0, 0))
 
     def of(self, rows: Array) -> Iterator[Array]:
-        """Every window that is complete now, in turn; none without rows, or where time runs back.
+        """All windows that the next rows complete; none without rows, or where time decreases.
 
         Args:
-            rows: the next ones; ``time`` [s] is their second column.
+            rows: the next rows; ``time`` [s] is their second column.
         """
         seen = len(self._kept)
         every = np.concatenate([self._kept, rows]) if seen else rows
         time = nanoseconds(every[:, 1])
         part = time // self._hop
-        # The rows kept were all that could be seen of parts that are over but for the last one.
+        # Of earlier parts all but the last were complete before: their windows were given.
         over = 1 + np.flatnonzero(np.diff(part))
         first = np.searchsorted(time, (part + 1) * self._hop - self._span)
         self._kept = every[first[-1] :].copy()
@@ -44,19 +44,19 @@ class Windows:
 
 
 class FrameRate:
-    """Keeps one row in each ``period`` [s]: the first, however the rows come in."""
+    """Selects the first row in each ``period`` [s], independent of the size of blocks."""
 
     def __init__(self, period: float) -> None:
         self._period = round(period * 1e9)
         self._last = np.iinfo(np.int64).min
 
     def of(self, rows: Array) -> Array:
-        """Those of the rows that are kept; ``time`` [s] is their second column."""
+        """The selected rows; ``time`` [s] is the second column."""
         part = nanoseconds(rows[:, 1]) // self._period
         before, self._last = self._last, part[-1]
         return rows[np.concatenate([[part[0] != before], part[1:] != part[:-1]])]
 
 
 def nanoseconds(time: Array) -> np.ndarray:
-    """Times [s] in whole ns."""
+    """Times [s] in whole nanoseconds."""
     return np.rint(time * 1e9).astype(np.int64)

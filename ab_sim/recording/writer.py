@@ -27,7 +27,7 @@ from ab_sim.recording.layout import (
     named_columns,
 )
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
-from ab_sim.recording.thinning import AROUND, Thinned, Thinning
+from ab_sim.recording.thinning import AROUND, ThinnedInput, Thinning
 from ab_sim.recording.views import ALWAYS, DriveView, PlotsView
 
 BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
@@ -38,14 +38,14 @@ _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
 
 
 class Recording:
-    """One run on its way into an ``.rrd`` file, which Rerun may open meanwhile as it is so far.
+    """Writes one run to an ``.rrd`` file, which Rerun can open meanwhile.
 
     An existing file is replaced. Use it from one thread at a time. Every method raises
     `RecordingError`. After a write error (disk full, file gone) all but `close` raise it again,
     and the file is cut back to the last batch that was written whole, so that it stays readable;
     one that would hold no samples is removed.
-    What is given is collected until there are `BATCH_ROWS` of it, or until `flush`: who records
-    live calls that now and then, and what comes in between is what a killed recording loses.
+    Rows, scalars and events are collected until there are `BATCH_ROWS` of them, or until `flush`. A
+    live recorder calls it periodically; a killed recording loses what came after the last flush.
 
     :param path: the file; its folder must exist.
     :param description: what was run, JSON-able; kept as it is. The pictures use ``race_radius``
@@ -99,20 +99,20 @@ class Recording:
         self._events: dict[str, list[tuple[float, str, str]]] = {}  # by source: time, text, level
         self._collected = 0  # rows, scalars and events not sent yet
         self._sent = 0  # rows
-        self._undrawn: list[Array] = []  # rows sent whose pictures are not
+        self._rows_without_pictures: list[Array] = []  # rows sent whose pictures are not
         self._first_step = np.nan
         self._error: RecordingError | None = None
         self._closed = False
-        self._thinning = Thinned(every, around) if thinned else Thinning(every, around)
+        self._thinning = ThinnedInput(every, around) if thinned else Thinning(every, around)
         self._left_out: list[Array] = []  # beside blocks
-        self._shown = DriveView(description) if drawn else PlotsView()
+        self._view = DriveView(description) if drawn else PlotsView()
         self._step = _positive(description.get("step"))
         text = description_text(description)
         self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
         self._file = PipedFile(self.path, self._stream, index)
         self._stream.send_recording_name(self.path.stem)
         self._static("/description", rr.TextDocument(text, media_type="text/markdown"))
-        for entity, archetype in self._shown.statics():
+        for entity, archetype in self._view.statics():
             self._static(entity, archetype)
         if every > 1:
             self._static(THINNED, rr.AnyValues(every=every, around=around))
@@ -120,7 +120,7 @@ class Recording:
 
     @property
     def failed(self) -> bool:
-        """Whether it cannot be written further."""
+        """Whether a write error has ended the recording."""
         return self._error is not None
 
     def __enter__(self) -> Recording:
@@ -131,18 +131,18 @@ class Recording:
 
     @property
     def left_out(self) -> int:
-        """Of the rows taken, how many are left out of the file by intent."""
+        """Number of rows that thinning has left out of the file."""
         return self._thinning.left_out
 
     @property
     def stretches_refused(self) -> int:
-        """How often what was around an event was not kept, because there were too many events."""
+        """Number of events around which the full rate was refused, as there were too many."""
         return self._thinning.refused
 
     def block(
         self, channels: Sequence[str], samples: ArrayLike, left_out: ArrayLike | None = None
     ) -> None:
-        """Take samples.
+        """Record samples.
 
         :param channels: the same in every block. ``step``, ``time`` come first; ``angle``, ``x``,
             ``y`` and the angles of all balls are needed for the drawing, and of a deck in space
@@ -169,7 +169,7 @@ class Recording:
         self.last_step = rows[-1, 0]
         self.rows += len(rows)
         if left_out is not None:
-            assert isinstance(self._thinning, Thinned)
+            assert isinstance(self._thinning, ThinnedInput)
             before, counts = self._thinning.left_out, np.array(left_out, dtype=np.float64)
             self._collect(self._keep(*self._thinning.counted(rows, counts)))
             self.rows += self._thinning.left_out - before
@@ -178,7 +178,7 @@ class Recording:
         self._collect(self._keep(*self._thinning.take(rows, command)))
 
     def scalar(self, name: str, time: float, value: float) -> None:
-        """Note a number that is not in the samples, such as the real-time factor, at time [s].
+        """Record a number that is not in the samples, such as the real-time factor, at time [s].
 
         :param name: an identifier, such as ``real_time_factor``.
         """
@@ -196,7 +196,7 @@ class Recording:
         self._collect(1)
 
     def event(self, time: float, text: str, level: str = "INFO", source: str = "run") -> None:
-        """Note what happened at time [s]; ``level`` as in Python's logging."""
+        """Record an event at time [s]; ``level`` as in Python's logging."""
         self._check_usable()
         level = _LEVELS.get(level.upper(), level.upper())
         self._thinning.note(time)
@@ -204,7 +204,7 @@ class Recording:
         self._collect(1)
 
     def state(self, name: str, time: float, state: str) -> None:
-        """Note that something is in another state from time [s] on, such as a profile: done."""
+        """Record a change of state at time [s], such as a profile: done."""
         self._check_usable()
         if name not in self._states:
             self._states[name] = []
@@ -213,14 +213,14 @@ class Recording:
         self._collect(1)
 
     def flush(self, pictures: bool = True) -> None:
-        """Send what was collected, and wait until it is in the file.
+        """Send the collected data, and wait until they are in the file.
 
         :param pictures: also what is drawn of it. Without, that waits until there is a second of
             the run: a message costs some 1.2 kB however little is in it.
         """
         self._check_usable()
         self._send_collected()
-        if self._undrawn and (pictures or self._waited >= PICTURES_WAIT):
+        if self._rows_without_pictures and (pictures or self._picture_delay >= PICTURES_WAIT):
             self._send_pictures()
         try:
             self._stream.flush(timeout_sec=FLUSH_SECONDS)
@@ -232,7 +232,7 @@ class Recording:
             self.missing = int(self.last_step - self._first_step) + 1 - self.rows
 
     def close(self) -> None:
-        """Write the rest, and that this is all. Does nothing when closed, or after an error."""
+        """Write the rest and the end mark. Does nothing if closed, or after an error."""
         if self._closed or self._error:
             return
         self._keep(*self._thinning.rest())
@@ -254,7 +254,7 @@ class Recording:
             raise RecordingError(f"{self.path} is closed")
 
     def _begin(self, names: tuple[str, ...]) -> None:
-        needed = self._shown.needs
+        needed = self._view.needs
         missing = [name for name in needed if name not in names]
         if missing or names[:2] != ALWAYS or len(set(names)) < len(names):
             raise RecordingError(
@@ -262,7 +262,7 @@ class Recording:
                 f"include {', '.join(needed)}; got {', '.join(names)}"
             )
         try:
-            self._shown.begin(names)
+            self._view.begin(names)
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from error
         self._channels = names
@@ -270,8 +270,8 @@ class Recording:
         self._lay_out()
 
     def _lay_out(self) -> None:
-        """Say how the viewer is laid out; takes some 0.1 MB of the file."""
-        self._stream.send_blueprint(self._shown.blueprint(list(self._scalars)))
+        """Send the viewer's layout, some 0.1 MB."""
+        self._stream.send_blueprint(self._view.blueprint(list(self._scalars)))
 
     def _check_steps(self, rows: Array) -> None:
         steps = rows[:, 0]
@@ -331,20 +331,20 @@ class Recording:
         groups = {name: rows[:, columns] for name, columns in layout_of(self._channels).items()}
         if self._thinning.every > 1:
             groups[LEFT_OUT] = left_out[:, None]
-        columns = named_columns(CHANNELS, groups) + self._shown.of_samples(rows)
+        columns = named_columns(CHANNELS, groups) + self._view.of_samples(rows)
         self._send(SAMPLES, index_columns(rows[:, 1], rows[:, 0]), columns)
-        self._undrawn.append(rows)
+        self._rows_without_pictures.append(rows)
 
     @property
-    def _waited(self) -> float:
+    def _picture_delay(self) -> float:
         """How much of the run pictures wait for [s]."""
-        return float(self._undrawn[-1][-1, 1] - self._undrawn[0][0, 1])
+        return float(self._rows_without_pictures[-1][-1, 1] - self._rows_without_pictures[0][0, 1])
 
     def _send_pictures(self) -> None:
         """What is derived from the rows since the last time."""
-        rows = np.concatenate(self._undrawn)
-        self._undrawn.clear()
-        for entity, when, columns in self._shown.of(rows):
+        rows = np.concatenate(self._rows_without_pictures)
+        self._rows_without_pictures.clear()
+        for entity, when, columns in self._view.of(rows):
             self._send(entity, index_columns(when[:, 1], when[:, 0]), columns)
 
     def _index(self, times: Sequence[float]) -> list[rr.TimeColumn]:

@@ -15,6 +15,7 @@ from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.section import Section
 from ab_sim.scene.sections import (
     Accuracy,
+    Balanced,
     Balls,
     OneLine,
     Race,
@@ -81,6 +82,8 @@ class Scene(Section):
     accuracy: Accuracy | None = None
     solver: Solver = Solver()
     """Without meaning while an accuracy is asked for: ``resolve_accuracy`` finds one."""
+    balanced: Balanced | None = None
+    """Criterion of the merit of that name; without, its default."""
     duration: Number = quantity("how long a run of the scene lasts", "s", gt=0, le=1e6)
 
     @property

@@ -230,3 +230,22 @@ class Accuracy(Section):
         if self.angle is None and self.whirl is None:
             raise ValueError("give angle [rad] or whirl [e], or both; e.g. {angle: 1.0e-9}")
         return self
+
+
+class Balanced(Section):
+    """What counts as balanced, for the merit `balanced`; it does not act on the motion."""
+
+    residual_unbalance: Number = quantity(
+        "largest share of the unbalance M0 e that balls may leave, over the last tenth of a run",
+        "1",
+        gt=0,
+        le=1e6,
+        default=0.1,
+    )
+    residual_couple: Number | None = quantity(
+        "the same of the rotor's couple; without, and where it has none, the couple does not count",
+        "1",
+        gt=0,
+        le=1e6,
+        default=None,
+    )

@@ -7,6 +7,7 @@ what it is given. Pint is imported when there is such a text, as that takes a qu
 import functools
 import math
 import re
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from decimal import Context, Decimal, localcontext
@@ -34,6 +35,7 @@ _TEXT = re.compile(rf"({NUMBER})\s*([^\s\d.+-].*)")
 _POWERS = str.maketrans({"²": "^2", "³": "^3"})
 _DIGITS = 50
 """Of decimal arithmetic: what comes out is the float nearest to what was written."""
+_MAKING = threading.Lock()
 
 
 class Kind(NamedTuple):
@@ -107,7 +109,8 @@ def in_si(text: str, unit: str) -> float:
     number, written = found.groups()
     with _many_digits():
         try:
-            _registry()
+            with _MAKING:  # of two registries neither would take the other's units
+                _registry()
         except ImportError:  # where dependencies came with ROS
             raise ValueError(
                 "has a unit, for which pint is needed: pip install 'pint>=0.24', or give the "
@@ -122,8 +125,10 @@ def in_si(text: str, unit: str) -> float:
             raise ValueError(_misfit(given, unit))
         try:
             value = float(_registry().Quantity(Decimal(number), given).m_as(wanted))
-        except (ArithmeticError, ValueError):
+        except ArithmeticError:
             value = math.inf
+        except (TypeError, ValueError):  # decibels
+            raise ValueError(f"cannot be computed from that unit; {_must_be(unit)}") from None
     if not math.isfinite(value):
         raise ValueError(f"is beyond all numbers; {_must_be(unit)}")
     return value

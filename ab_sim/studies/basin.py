@@ -28,9 +28,10 @@ from ab_sim.workers import Workers
 
 BALANCED_TO = 0.05
 """Largest residual unbalance, as a share of M0 e, that is called balance."""
+JUDGED_BY = ("still_changing", "circulating_balls", "residual_unbalance", "final_whirl_over_e")
 SAMPLES = 1000
 """Of a run, at least, that it is judged by."""
-AT_A_TIME = 32
+CHUNK = 32
 """Runs that a process is given: whole sets of lanes."""
 
 BALANCED, NOT_BALANCED, CHANGING, DIVERGED, CIRCULATING, LEFT_OUT = 1, 0, 2, 3, 4, -1
@@ -163,7 +164,7 @@ def basin(
         def run(wanted: Sequence[Point]) -> Any:
             # Once, and not in each part of the work again.
             ready = resolve_accuracy(scene, tell=tell)[0] if wanted else scene
-            parts = [wanted[k : k + AT_A_TIME] for k in range(0, len(wanted), AT_A_TIME)]
+            parts = [wanted[k : k + CHUNK] for k in range(0, len(wanted), CHUNK)]
             of_part = functools.partial(_ends, ready, count)
             return itertools.chain.from_iterable(each.each(of_part, parts, 1))
 
@@ -238,7 +239,7 @@ def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
         if run.failure:
             found[k] = ["diverged", None, None]
             continue
-        merits = merits_of(run.trajectory, run.scene)
+        merits = merits_of(run.trajectory, run.scene, JUDGED_BY)
         outcome = "changing" if merits.changing else "run"
         outcome = "circulating" if merits.circulating else outcome
         found[k] = [outcome, merits.residual_unbalance, merits.final_whirl]

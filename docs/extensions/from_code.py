@@ -25,6 +25,7 @@ Schema = dict[str, Any]
 
 SECTIONS = (
     "rotor", "race", "balls", "start", "spindle", "profile", "solver", "accuracy", "deck", "mounts",
+    "balanced",
 )  # fmt: skip
 """Of a scene, in the order of the page; effects and sensors have pages of their own."""
 

@@ -64,7 +64,7 @@ def test_it_is_in_reports_and_tables(tmp_path: Path) -> None:
     )
     assert said.exit_code == 0, said.output
     report = json.loads((tmp_path / "r.json").read_text())
-    assert list(report)[list(report).index(KEY) - 1] == "overlapping_balls", "the last one"
+    assert list(report)[list(report).index(KEY) - 1] == "balanced", "the last one"
     assert report[KEY] > 0 and report["without_balls"][KEY] > 0
     (row,) = [line for line in said.output.splitlines() if "largest a [m/s^2]" in line]
     assert f"{report[KEY]:.3g}" in row and f"{report['without_balls'][KEY]:.3g}" in row

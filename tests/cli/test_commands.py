@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ab_sim import __version__
-from ab_sim.cli.app import STEPPERS
+from ab_sim.cli.options import STEPPERS
 from ab_sim.integrate.registry import AUTO, steppers
 from ab_sim.recording import read_recording
 from ab_sim.scene import find_scene, scene_names

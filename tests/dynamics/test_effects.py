@@ -2,6 +2,7 @@
 
 import inspect
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,12 @@ def test_effects_are_documented(name: str, effect: Any) -> None:
     own -= {"check_scene"}
     assert own, "it does something"
     assert own <= METHODS, "and nothing that no kernel would call"
+
+
+def test_every_file_of_effects_is_imported() -> None:
+    """Else scenes would not know its effect."""
+    files = {path.stem for path in Path(effects.__file__).parent.glob("*.py")} - {"__init__"}
+    assert files == set(effect_classes()), "ab_sim/equations/effects/__init__.py imports each file"
 
 
 def test_every_documented_method_is_of_some_effect() -> None:
@@ -81,6 +88,13 @@ HALVES: tuple[dict[str, Any], ...] = (
 """Each effect is in one of them and not in the other; the first has no events."""
 
 
+def half_of(name: str) -> int:
+    """Which of the halves has an effect."""
+    found = [at for at, half in enumerate(HALVES) if name in half]
+    assert len(found) == 1, f"{name}: has to be in one of HALVES in tests/dynamics/test_effects.py"
+    return found[0]
+
+
 MOVING: dict[str, Any] = {"deck": DeckMotion(3e-4, -2e-4, 0.05, 0.04), "ball": Ball(1e-3, 2e-3)}
 """Arguments by name; others are numbers."""
 
@@ -88,7 +102,7 @@ MOVING: dict[str, Any] = {"deck": DeckMotion(3e-4, -2e-4, 0.05, 0.04), "ball": B
 @pytest.mark.parametrize("name", effect_classes())
 def test_an_effect_computes_and_does_nothing_else(name: str) -> None:
     """As the folder's documentation says: the same with floats, and traced."""
-    (half,) = [half for half in HALVES if name in half]
+    half = HALVES[half_of(name)]
     effect = check_scene({**THESIS, "effects": half}, "test").effects[name]
     for method in METHODS & set(vars(type(effect))):
         names = list(inspect.signature(getattr(effect, method)).parameters)
@@ -142,7 +156,7 @@ def parameters_used(emission: Emission) -> set[str]:
 @pytest.mark.parametrize("name", effect_classes())
 def test_what_a_scene_does_not_name_is_not_computed(name: str) -> None:
     """Its parameters are in the code of the half that names it; without it the code is shorter."""
-    ((at, half),) = [(at, half) for at, half in enumerate(HALVES) if name in half]
+    half = HALVES[half_of(name)]
     emission = emission_of(half)
     used = parameters_used(emission)
     own = [key for key in effect_classes()[name]._fields if key != "rest_speed"]

@@ -7,6 +7,8 @@ import pytest
 
 from ab_sim.drive import Drive
 from ab_sim.equations.neighbours import start_angles
+from ab_sim.scene.registry import effect_classes
+from tests.conftest import THESIS
 from tests.effects.parts import Changes, scene_of
 from tests.overlap import assert_apart
 from tests.reference import simulate
@@ -122,6 +124,12 @@ CASES = {
         2,
     ),
 }
+
+
+@pytest.mark.parametrize("name", effect_classes())
+def test_every_effect_is_in_a_case(name: str) -> None:
+    known = {key for case in CASES.values() for key in case.effects} | set(THESIS["effects"])
+    assert name in known, f"{name}: write it into tests/reference, too, and a case here"
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -53,6 +53,7 @@ LIMITS: dict[str, dict[str, tuple[float, ...]]] = {
 @pytest.mark.parametrize("name", effect_classes())
 def test_parameters_keep_to_their_limits(name: str) -> None:
     """No stiffness, damping, inertia or friction is negative; an angle may be a whole turn."""
+    assert name in LIMITS, f"{name}: needs a line in LIMITS in tests/effects/test_parameters.py"
     effect, limits = effect_classes()[name], LIMITS[name]
     assert tuple(limits) == effect._fields
     check, sound = TypeAdapter(effect).validate_python, {key: row[0] for key, row in limits.items()}

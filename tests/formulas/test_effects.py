@@ -93,7 +93,7 @@ def test_every_effect_is_printed(name: str) -> None:
 
 def test_every_method_that_an_effect_may_have_is_known() -> None:
     documented = set(re.findall(r"(\w+)\(self", effects.__doc__ or "")) - {"check_scene"}
-    assert documented == set(METHODS)
+    assert documented == set(METHODS), "METHODS of ab_sim/formulas/methods.py, and the list differ"
 
 
 @pytest.mark.parametrize(

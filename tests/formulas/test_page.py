@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+import ab_sim.formulas.planar as planar_page
 from ab_sim.equations.arrowhead import normal_force
 from ab_sim.equations.effects import BallSpin, Motor, RaceRunout, Suspension, ViscousDrag
 from ab_sim.equations.motion import Ball, SpindleMotion
 from ab_sim.equations.planar import Planar
 from ab_sim.equations.race import BallConstants, on_race
 from ab_sim.formulas.page import MAKE, PAGE, page_from_code
+from ab_sim.formulas.planar import TracedEffect
 
 ROOT = Path(__file__).parents[2]
 
@@ -20,6 +22,24 @@ ROOT = Path(__file__).parents[2]
 def test_the_page_is_as_the_code_prints_it() -> None:
     page = (ROOT / PAGE).read_text(encoding="utf-8")
     assert page_from_code(page) == page, f"make it anew: {MAKE}"
+
+
+def test_the_planar_equations_in_print_have_all_that_effects_add(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What the equations ask of effects, the effect that stands in for all of them has."""
+    asked = set()
+
+    class Asked(TracedEffect):
+        def __getattr__(self, name: str) -> Any:
+            asked.add(name)
+            raise AttributeError(name)
+
+    monkeypatch.setattr(planar_page, "TracedEffect", Asked)
+    planar_page.planar_sections()
+    # Its force is deck_force, on axes that turn.
+    missing = asked - {"space_force"}
+    assert not missing, "add them to TracedEffect in ab_sim/formulas/planar.py"
 
 
 def test_a_page_without_places_is_refused() -> None:

@@ -34,14 +34,14 @@ VELOCITY = Topic(
 )
 
 
-def _velocity(of: published.Shown) -> Iterator[published.Template]:
+def _velocity(of: published.StateChannels) -> Iterator[published.Template]:
     yield published.Template((0.0, 0.0, 0.0), of.known("vx", "vy", "vz"))
 
 
 def add() -> None:
     """What a change to the package would do, in the places that docs/contributing.md names."""
     topics.declare(VELOCITY)
-    published.shows(VELOCITY)(_velocity)
+    published.state_topic(VELOCITY)(_velocity)
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def added() -> Iterator[None]:
     add()
     yield
     topics.ALL.remove(VELOCITY)
-    del published.SHOWN[VELOCITY]
+    del published.STATE_TOPICS[VELOCITY]
 
 
 def velocities_in(path: Path) -> dict[int, tuple[float, ...]]:

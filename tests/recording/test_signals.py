@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.signal import periodogram
 
 from ab_sim.recording.signals import once_per_turn, rms, spectrum
-from ab_sim.recording.windows import FrameRate, Windows
+from ab_sim.recording.windows import FrameRate, SlidingWindows
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ def cut(table: Array, sizes: list[int]) -> list[Array]:
 @pytest.mark.parametrize("sizes", [[1, 90], [7, 1, 300], [4000], [99_999]])
 def test_windows_do_not_depend_on_how_rows_come_in(sizes: list[int]) -> None:
     table = rows(12_000)
-    windows = Windows(0.25, 0.02)
+    windows = SlidingWindows(0.25, 0.02)
     found = [window for part in cut(table, sizes) for window in windows.of(part)]
     ns = np.rint(table[:, 1] * 1e9).astype(int)
     ends = range(20_000_000, int(ns[-1]) + 1, 20_000_000)
@@ -40,7 +40,7 @@ def test_windows_do_not_depend_on_how_rows_come_in(sizes: list[int]) -> None:
 def test_there_is_no_window_of_times_without_rows() -> None:
     table = rows(5000)
     table[2000:, 1] += 1e5
-    windows = Windows(0.25, 0.02)
+    windows = SlidingWindows(0.25, 0.02)
     found = [window for part in cut(table, [700]) for window in windows.of(part)]
     assert sum(window[-1, 1] < 1.0 for window in found) == 11
     assert all(np.ptp(window[:, 1]) < 0.25 for window in found)
@@ -49,7 +49,7 @@ def test_there_is_no_window_of_times_without_rows() -> None:
 def test_there_is_no_window_where_time_runs_back() -> None:
     table = rows(5000)
     table[2000:, 1] -= 0.05
-    windows = Windows(0.25, 0.02)
+    windows = SlidingWindows(0.25, 0.02)
     found = [window for part in cut(table, [70]) for window in windows.of(part)]
     assert found and all((np.diff(window[:, 1]) > 0.0).all() for window in found)
 

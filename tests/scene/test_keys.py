@@ -85,6 +85,8 @@ def surroundings(key: str) -> dict[str, Any]:
     if key.startswith("profile.variable_speed_period."):
         period = {"start_speed": 10.0, "duration": 0.1}
         return {"profile": {**THESIS["profile"], "variable_speed_period": period}}
+    if top == "balanced":
+        return {"balanced": {}}
     return {"solver": None} if top == "accuracy" else {}
 
 

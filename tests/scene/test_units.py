@@ -90,6 +90,7 @@ def test_the_decimals_of_whoever_calls_do_not_matter() -> None:
 @pytest.mark.parametrize("row", scene_keys(), ids=lambda row: row.key)
 def test_every_unit_of_a_key_is_known_with_an_example(row: Any) -> None:
     if row.unit not in NO_UNIT:
+        assert row.unit in KINDS, "errors say what it measures, and give an example"
         assert math.isfinite(in_si(KINDS[row.unit].example, row.unit))
 
 
@@ -136,6 +137,7 @@ REFUSED = [
     Refused("1e308 km", "m", "is beyond all numbers"),
     Refused("1e999999999 m", "m", "is no unit"),
     Refused("1" * MOST + " m", "m", "must be a number"),
+    Refused("3 dBm", "W", "cannot be computed from that unit; must be in [W], e.g. 0.5 W"),
     Refused("1 m", "wobble", "must be a number in wobble, written without unit"),
 ]
 

@@ -1,6 +1,6 @@
 """The equations in which states can rest: of a scene, without what only holds or pushes balls."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,8 +26,11 @@ from ab_sim.spindle import SpeedSchedule
 
 LEFT_OUT = ("rolling_friction", "race_friction", "ball_contact")
 """Effects that are set-valued where balls rest: verdicts are of the smooth equations."""
-_DEFLECTING = ("deck_force", "race_shape")
-"""What effects have that move resting states."""
+_LEAVES_REST = frozenset(
+    {"ball_drag", "ball_inertia", "friction_coefficient", "restitution", "spindle_acceleration"}
+)
+"""Methods of effects that do not decide where balls rest. Any other may, also one that nobody here
+has heard of: with it states are found by numbers."""
 
 
 def resting_system(scene: Scene) -> System:
@@ -103,10 +106,17 @@ class ClosedFormRotor(NamedTuple):
 
 def rotor_of(system: System) -> ClosedFormRotor | None:
     """The closed forms' parameters; None where another effect decides where balls rest."""
-    known = (Suspension, HardeningSuspension)
-    others = (effect for effect in system.effects if not isinstance(effect, known))
-    decided = any(hasattr(effect, part) for effect in others for part in _DEFLECTING)
+    decided = any(may_move_rest(effect) for effect in system.effects)
     return None if decided else base_rotor_of(system)
+
+
+def may_move_rest(effect: Any) -> bool:
+    """Whether an effect may put resting states where the closed forms do not have them."""
+    if isinstance(effect, Suspension | HardeningSuspension):
+        return False
+    own = {name for name, value in vars(type(effect)).items() if callable(value)}
+    public = {name for name in own if not name.startswith("_")}
+    return bool(public - {"check_scene"} - _LEAVES_REST)
 
 
 def base_rotor_of(system: System) -> ClosedFormRotor:

@@ -14,7 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ab_sim.analysis.equilibria.resting import ClosedFormRotor, resting_system, rotor_of
+from ab_sim.analysis.equilibria.resting import (
+    LEFT_OUT,
+    ClosedFormRotor,
+    may_move_rest,
+    resting_system,
+    rotor_of,
+)
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.dynamics.system import MASS, RACE_RADIUS, RADIUS
 from ab_sim.equations.motion import Ball
@@ -47,14 +53,17 @@ def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking,
         state: of ``equilibria_of``.
 
     Raises:
-        SceneError: as ``equilibria_of``; or the race has a runout, for which this is not derived.
+        SceneError: as ``equilibria_of``; or an effect moves resting states (a runout, one of a
+            program's own), for which this is not derived.
     """
     system = resting_system(scene)
     rotor = rotor_of(system)
     if rotor is None:
+        names = (name for name, effect in scene.effects.items() if may_move_rest(effect))
+        deciding = ", ".join(f"effects.{name}" for name in names if name not in LEFT_OUT)
         raise SceneError(
-            "effects.race_runout: resting sets of friction are known for a round race only; take "
-            "it out, or simulate (ab-sim run)"
+            f"{deciding}: where friction holds balls is known for resting states in closed form "
+            "only, which are not known with this; take it out, or simulate (ab-sim run)"
         )
     effects = tuple(scene.effects.values())
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]]]

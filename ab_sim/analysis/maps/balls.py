@@ -1,4 +1,4 @@
-"""More balls against fewer at the same total unbalance: where balance is stable for which."""
+"""Comparison of maps for two numbers of balls of the same total mass."""
 
 from typing import Any, NamedTuple
 
@@ -13,40 +13,40 @@ from ab_sim.scene.model import Scene
 DRAG = "effects.viscous_drag.coefficient"
 
 
-class Shares(NamedTuple):
-    """Of a map: where balance is stable for which of two numbers of balls."""
+class StableShares(NamedTuple):
+    """Shares of a map in which balance is stable for both numbers of balls, or for one only."""
 
     both: float
     only_ours: float
     only_other: float
 
     @classmethod
-    def of(cls, ours: np.ndarray, other: np.ndarray) -> "Shares":
-        """Of two regions, booleans of one shape."""
+    def of(cls, ours: np.ndarray, other: np.ndarray) -> "StableShares":
+        """Shares of two regions, booleans of one shape."""
         parts = ours & other, ours & ~other, other & ~ours
         return cls(*(float(part.mean()) for part in parts))
 
 
-class Against(NamedTuple):
-    """A map beside that with another number of balls.
+class BallCountComparison(NamedTuple):
+    """A map and the same map with another number of balls.
 
-    For three and more balls "balance is stable" has two meanings: at some position at least, the
-    three-ball paper's union of regions, and wherever the balls sit. A start that is not chosen can
-    rely on the second one only.
+    For three and more balls "balance is stable" has two meanings: at some position at least (the
+    three-ball paper's union of regions), and at all positions. From an arbitrary start only the
+    second one guarantees balance.
     """
 
     ours: StabilityMap
     other: StabilityMap
 
     @property
-    def somewhere(self) -> Shares:
-        """At some positions at least."""
-        return Shares.of(self.ours.balanced, self.other.balanced)
+    def somewhere(self) -> StableShares:
+        """Shares where balance is stable at some position at least."""
+        return StableShares.of(self.ours.balanced, self.other.balanced)
 
     @property
-    def everywhere(self) -> Shares:
-        """At all positions."""
-        return Shares.of(self.ours.balanced_everywhere, self.other.balanced_everywhere)
+    def everywhere(self) -> StableShares:
+        """Shares where balance is stable at all positions."""
+        return StableShares.of(self.ours.balanced_everywhere, self.other.balanced_everywhere)
 
     def report(self) -> dict[str, Any]:
         """As JSON-able values."""
@@ -59,13 +59,13 @@ class Against(NamedTuple):
 
 
 def with_balls(scene: Scene, count: int) -> Scene:
-    """The scene with so many equal balls that are together as heavy.
+    """The scene with another number of equal balls of the same total mass.
 
-    The drag on each goes with its mass, so that drag per mass, the papers' zeta_B, stays; M and M0
-    stay too. Start angles are left out.
+    The drag on each ball is scaled with its mass, so that drag per mass, the papers' zeta_B, is
+    unchanged, as are M and M0. Start angles are removed.
 
     Raises:
-        SceneError: the balls differ, there are none, or so many there cannot be.
+        SceneError: the balls differ, there are none, or their number is not allowed.
     """
     if len({*scene.balls.masses}) != 1:
         raise SceneError(
@@ -88,10 +88,10 @@ def with_balls(scene: Scene, count: int) -> Scene:
 
 
 def plane_with_balls(plane: Plane, count: int) -> Plane:
-    """The same plane with so many balls, as ``with_balls`` has them.
+    """The same plane with another number of balls, as of ``with_balls``.
 
     Raises:
-        InputError: what is on an axis changes with the number of balls.
+        InputError: the key of an axis depends on the number of balls.
         SceneError: as of ``with_balls``.
     """
     if count < 1:

@@ -1,4 +1,4 @@
-"""Points of a map that are known: kept on disk, so that work goes on where it was interrupted."""
+"""Checkpoints of a map: computed points on disk, from which interrupted work continues."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -8,18 +8,18 @@ from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.results import Results
 from ab_sim.scene.model import Scene
 
-OFTEN = 20.0
-"""s between two times that what is known goes to the disk, so that no more than that is lost."""
+SAVE_INTERVAL = 20.0
+"""Time between two checkpoints [s]: the most work that an interruption loses."""
 Tell = Callable[[str, int, int], None]
-"""Called with what is done now, how much is done, and of how much."""
+"""Progress callback: name of the work, number of points done, number of all points."""
 
 
 class PointCheckpoint:
-    """Computed values of a grid's points; on disk now and then, and when a ``with`` ends.
+    """Computed values of a grid's points, saved periodically and at the end of the ``with`` block.
 
     Args:
-        function: gives ``{"points": [[row, column, value], ...]}`` of a scene and numbers.
-        scene, numbers: what the values follow from.
+        function: returns ``{"points": [[row, column, value], ...]}`` for a scene and numbers.
+        scene, numbers: the arguments of ``function``: the key of the checkpoint.
     """
 
     def __init__(
@@ -29,19 +29,19 @@ class PointCheckpoint:
         known = self._results.find(scene, **numbers) or {"points": []}
         self._values: dict[Point, Any] = {(i, j): value for i, j, value in known["points"]}
         self._on_disk = len(self._values)
-        self._kept_at = time.monotonic()
+        self._saved_at = time.monotonic()
 
     def __enter__(self) -> "PointCheckpoint":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._keep()
+        self._save()
 
-    def _keep(self) -> None:
+    def _save(self) -> None:
         if len(self._values) > self._on_disk:
             points = [[*point, value] for point, value in self._values.items()]
             self._results.keep({"points": points}, self._scene, **self._numbers)
-        self._on_disk, self._kept_at = len(self._values), time.monotonic()
+        self._on_disk, self._saved_at = len(self._values), time.monotonic()
 
     def of(
         self,
@@ -50,13 +50,13 @@ class PointCheckpoint:
         what: str,
         tell: Tell | None = None,
     ) -> list[Any]:
-        """Values of points, of which those that are not known yet are computed.
+        """Values of points; those that were not computed before are computed.
 
         Args:
             points: row, column of each.
-            compute: their values, JSON-able, one by one.
-            what: is done, for ``tell``.
-            tell: what it raises ends the work; what was computed before is kept.
+            compute: returns values of points, JSON-able, one by one.
+            what: name of the work, for ``tell``.
+            tell: progress callback; an exception in it ends the work, computed points are saved.
         """
         wanted = [point for point in points if point not in self._values]
         before = len(self._values)
@@ -65,8 +65,8 @@ class PointCheckpoint:
             tell(what, before, most)
         for point, value in zip(wanted, compute(wanted), strict=True):
             self._values[point] = value
-            if time.monotonic() - self._kept_at > OFTEN:
-                self._keep()
+            if time.monotonic() - self._saved_at > SAVE_INTERVAL:
+                self._save()
             if tell is not None:
                 tell(what, len(self._values), most)
         return [self._values[point] for point in points]

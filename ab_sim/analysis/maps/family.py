@@ -1,4 +1,4 @@
-"""A map for each of several values of a third parameter, as drags of the race."""
+"""A family of maps, one for each of several values of a third parameter, such as the drag."""
 
 import math
 from typing import Any, NamedTuple
@@ -10,7 +10,7 @@ from ab_sim.errors import InputError
 from ab_sim.scene.load import changed_scene
 
 MOST = 50
-"""Values."""
+"""Largest number of values."""
 
 
 class Family(NamedTuple):
@@ -49,10 +49,10 @@ def values_of(text: str) -> tuple[str, tuple[float, ...]]:
 
 
 def members(plane: Plane, key: str, values: tuple[float, ...]) -> list[Plane]:
-    """The plane with each value.
+    """One plane for each value.
 
     Raises:
-        InputError: the key is on an axis, or none of a scene's.
+        InputError: the key is on an axis, or is no key of a scene.
         SceneError: a value is not allowed; names it.
     """
     if key in (plane.across.key, plane.up.key, SPEED):
@@ -73,7 +73,7 @@ def family(
     workers: int = 1,
     tell: Tell | None = None,
 ) -> Family:
-    """A map for each value; other arguments and errors as of ``stability_map`` and ``members``."""
+    """One map for each value; further arguments and errors as of ``stability_map``, ``members``."""
     planes = members(plane, key, values)
     maps = tuple(stability_map(each, coarse, workers, tell) for each in planes)
     return Family(key, values, maps)

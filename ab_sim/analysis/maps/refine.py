@@ -1,15 +1,14 @@
-"""A grid of labels of which only the surroundings of borders are computed.
+"""Grid refinement: labels of a grid, of which only points near borders are computed.
 
-It begins with every ``coarse``-th point of both axes, and their last ones. Then the spacing is
-halved until it is 1. New points have the label of a neighbour; of those and all others, each that
-has another label beside it (in any of eight directions, at the spacing reached) is computed, and
-again, until none is left. So at the end any two points beside each other that are labelled
-differently have both been computed.
+The first grid has every ``coarse``-th point of both axes, and their last ones. Then the spacing is
+halved until it is 1. A new point takes the label of a neighbour. Every point that has a neighbour
+with another label (in any of eight directions, at the present spacing) is then computed; this is
+repeated until there is none. So at the end any two neighbours with different labels were computed.
 
-What can go wrong is therefore only this: a patch of which no point happened to be computed keeps
-the label of what surrounds it. A patch that holds a square of ``coarse`` by ``coarse`` points is
-always found, and then found whole; one within ``coarse - 1`` by ``coarse - 1`` points may be
-missed, as may a longer but thinner one. With ``coarse`` = 1 nothing can: every point is computed.
+The only possible error: an island of which no point was computed keeps the label of its
+surroundings. An island that contains a square of ``coarse`` by ``coarse`` points is always found
+completely. A smaller one, or a longer but thinner one, may be missed. With ``coarse`` = 1 every
+point is computed.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,25 +19,25 @@ import numpy as np
 Point = tuple[int, int]
 
 NOT_YET = np.iinfo(np.int64).min
-"""A label that no verdict has."""
+"""Label of points without a verdict."""
 
 
 class Refined(NamedTuple):
-    """Labels over a grid."""
+    """Labels of a grid, and which of them were computed."""
 
     labels: np.ndarray
     """Of every point, shape (rows, columns), integers."""
     computed: np.ndarray
-    """Which of them were computed and not concluded from their neighbours, same shape."""
+    """Whether they were computed, not taken from a neighbour; same shape."""
 
 
 def refined(
     verdicts: Callable[[Sequence[Point]], Sequence[int]], shape: Point, coarse: int = 8
 ) -> Refined:
-    """Labels over a grid, computed where they change.
+    """Labels of a grid, computed near their borders.
 
     Args:
-        verdicts: called with points (row, column), gives their labels; never twice with the same.
+        verdicts: returns the labels of points (row, column); called once for each point.
         shape: rows, columns.
         coarse: spacing to begin with, a power of two.
 
@@ -50,7 +49,7 @@ def refined(
     found = Refined(np.full(shape, NOT_YET), np.zeros(shape, bool))
     before: list[np.ndarray] | None = None
     while coarse:
-        lines = [_every(coarse, size) for size in shape]
+        lines = [_spaced(coarse, size) for size in shape]
         if before is None:
             _compute(verdicts, found, np.ix_(*lines))
         else:
@@ -62,21 +61,21 @@ def refined(
             known = found.computed[np.ix_(*lines)]
             labels = np.where(known, found.labels[np.ix_(*lines)], found.labels[np.ix_(*last)])
             found.labels[np.ix_(*lines)] = labels
-            _follow_borders(verdicts, found, np.ix_(*lines))
+            _compute_borders(verdicts, found, np.ix_(*lines))
         before, coarse = lines, coarse // 2
     return found
 
 
-def _every(spacing: int, size: int) -> np.ndarray:
-    """Of so many, from the first on; and the last."""
+def _spaced(spacing: int, size: int) -> np.ndarray:
+    """Every ``spacing``-th index from 0, and the last."""
     return np.union1d(np.arange(0, size, spacing), [size - 1])
 
 
-def _follow_borders(
+def _compute_borders(
     verdicts: Callable[[Sequence[Point]], Sequence[int]], found: Refined, at: tuple[np.ndarray, ...]
 ) -> None:
     while True:
-        wanted = _beside_others(found.labels[at]) & ~found.computed[at]
+        wanted = _at_borders(found.labels[at]) & ~found.computed[at]
         if not wanted.any():
             return
         rows, columns = (np.broadcast_to(lines, wanted.shape)[wanted] for lines in at)
@@ -92,8 +91,8 @@ def _compute(
     found.computed[rows, columns] = True
 
 
-def _beside_others(labels: np.ndarray) -> np.ndarray:
-    """Which points have a neighbour with another label."""
+def _at_borders(labels: np.ndarray) -> np.ndarray:
+    """Mask of the points that have a neighbour with another label."""
     around = np.lib.stride_tricks.sliding_window_view(np.pad(labels, 1, mode="edge"), (3, 3))
     different: np.ndarray = (around != labels[:, :, None, None]).any(axis=(2, 3))
     return different

@@ -1,4 +1,4 @@
-"""What is stable at a point of a map: a whole number for each combination of kinds of states."""
+"""Labels of a map's points: one whole number for each combination of kinds of stable states."""
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
@@ -73,7 +73,7 @@ def name_of(label: int) -> str:
 def verdict(scene: Scene, speed: float) -> int:
     """The label of a scene at a speed [rad/s].
 
-    What ``label_of`` says of ``equilibria_of``, several times as fast.
+    It equals ``label_of`` applied to ``equilibria_of``, and is several times as fast.
 
     Raises:
         SceneError: nothing rests in its equations.
@@ -121,7 +121,7 @@ def _label(verdicts: Iterable[tuple[int, bool | None]]) -> int:
 
 
 class _UnjudgedState(NamedTuple):
-    """A state that rests, whose stability is not known yet."""
+    """A resting state whose stability was not computed yet."""
 
     kind: int
     zeros: int
@@ -172,7 +172,7 @@ def _balanced(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[
 
 
 def _magnitudes(system: System, speed: float) -> np.ndarray:
-    """Of the states, for numbers in them to be compared with each other."""
+    """Scales of the state variables."""
     layout: StateLayout = layout_of(system)
     found = np.ones(layout.size)
     found[layout.deck] = system.deck_model.scale(float(system.balls[0, RACE_RADIUS]), abs(speed))

@@ -1,267 +1,167 @@
 """The merits that every run is judged by: how little the deck whirls in the end, how soon, ...
 
-Each is declared here and nowhere else, in the order of reports.
+Each is declared here or in ``declared_motion``, and nowhere else, in the order of reports.
 """
 
-from ab_sim.analysis.circulation import Circulation
-from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, MeritValues, Place, Relative, Row
-from ab_sim.analysis.merits.watches import (
-    BAND,
-    FLOOR,
-    BandWatch,
-    FinalCirculationWatch,
-    FinalWhirlWatch,
-    LastSampleWatch,
-    PassageWatch,
-    PeakWatch,
-    ResidualWatch,
-    RunOverlapWatch,
-    TiltWatch,
-    is_start_up,
+from ab_sim.analysis.merits.conclusions import (
+    BalancedConclusion,
+    GradeConclusion,
+    SettlingConclusion,
+    StartUpConclusion,
 )
-from ab_sim.analysis.merits.wording import (
-    angles_text,
-    circulating_text,
-    final_text,
-    in_band_text,
-    milli_text,
-    number_text,
-    passage_text,
-    peak_text,
+from ab_sim.analysis.merits.declared_motion import MotionMerits
+from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, Place, Row
+from ab_sim.analysis.merits.spindle import NEAR, SlipWatch, TorqueWatch
+from ab_sim.analysis.merits.vibration import HIGHEST, LOWEST, BroadBandWatch
+from ab_sim.analysis.merits.watches import FLOOR, FinalCirculationWatch
+from ab_sim.analysis.merits.wording import balanced_text, milli_text, seconds_text
+
+_VIBRATION = (
+    f"velocity of the deck from {LOWEST:g} to {HIGHEST:g} Hz (ISO 20816-1; what is slower than "
+    f"{LOWEST:g} turns a second is not in it) where the sensors sit, along each of their axes; "
+    "without sensors at C, along x and y, in space z"
 )
-from ab_sim.drive.overlap import WHAT_CHANGES, Overlap, overlaps_text
-from ab_sim.scene.model import Scene
-
-CIRCULATE = (
-    "Balls circulate: they go round the race, steadily, as long as the run lasts, and do not "
-    "balance the rotor; their speed is absolute, in the mean over the last stretch."
-)
+_TOO_SPARSE = "null where samples are uneven, or more than 10 ms or a quarter of a turn apart,"
+_FILTERED = "v filtered by Butterworth of 4th order, v = v_C + w_deck x r"
 
 
-def _has_balls(scene: Scene) -> bool:
-    return scene.balls.count > 0
-
-
-class Merits(MeritValues):
+class Merits(MotionMerits):
     """Figures of merit of one run.
 
-    As attributes whirls are in m, and null is None; ``report`` and keys give them in e. Times count
-    from the run's start, as the spindle's.
+    As attributes whirls are in m, velocities in m/s, and null is None; ``report`` and keys give
+    them in e and mm/s. Times count from the run's start unless they say otherwise.
     """
 
-    peak_whirl = Merit[float](
-        "peak_whirl_over_e",
-        "e",
-        "largest whirl, found between samples",
-        "max W(t) / e, W = hypot(x, y); between samples along a cubic through places and "
-        "velocities",
-        PeakWatch,
-        lambda peak: peak.found[0],
-        Row("peak {W}", lambda m, scale: peak_text(m.peak_whirl, m.peak_time, scale)),
-        better=Better.SMALLER,
-    )
-    peak_time = Merit[float](
-        "peak_time",
+    in_band_after_start = Merit[float | None](
+        "in_band_after_start",
         "s",
-        "when the whirl is largest",
-        "t of max W(t)",
-        PeakWatch,
-        lambda peak: peak.found[1],
-    )
-    final_whirl = Merit[float](
-        "final_whirl_over_e",
-        "e",
-        "root mean square of the whirl over the last stretch",
-        "sqrt(mean(W^2)) / e over t >= t_l, t_l the beginning of the last stretch",
-        FinalWhirlWatch,
-        lambda final: final.mean_square.value,
-        Row(
-            "final {W}",
-            lambda m, scale: final_text(m.final_whirl, m.halves, m.changing, scale),
-        ),
-        relative=Relative("final_whirl_relative_to_no_balls", "... / without balls"),
+        "in_band_from, counted from the instant at which the speed asked for begins to change; "
+        "null if in_band_from is, and where that speed never changes",
+        "max(in_band_from - t_s, 0), t_s the last sample before the command first changes",
+        StartUpConclusion,
+        lambda start_up: start_up.in_band,
         better=Better.SMALLER,
     )
-    halves = Merit[tuple[float, float]](
-        "final_whirl_of_halves",
-        "-",
-        "the same over the first and the second half of the last stretch [m]",
-        "sqrt(mean(W^2)) over each half of t >= t_l",
-        FinalWhirlWatch,
-        lambda final: final.halves,
-        reported=False,
-        kind=MeritKind.STRUCTURE,
+    start_up_time = Merit[float | None](
+        "start_up_time",
+        "s",
+        "from that instant until the spindle has the speed that is asked for last, within "
+        f"{100 * NEAR:g} %, and the whirl stays in its band; null if not both before the last "
+        "stretch, and where the speed asked for never changes",
+        "max(in_band_from, t_t) - t_s; from t_t on the command is w_c and abs(w - w_c) <= "
+        f"{100 * NEAR:g} % of the larger of w_c and the first command",
+        StartUpConclusion,
+        lambda start_up: start_up.ready,
+        Row(
+            "start-up takes",
+            lambda m, _: seconds_text(m.start_up_time),
+            place=Place.COURSE,
+        ),
+        better=Better.SMALLER,
     )
-    changing = Merit[bool](
-        "still_changing",
+    settling_period = Merit[float | None](
+        "settling_period",
+        "s",
+        "the thesis': from the beginning of the variable-speed period, or without one from when "
+        "the profile reaches the critical speed, until all balls first have theta <= -180 deg; "
+        "null if they never do, and but for a start-up that does either; no sign of balance",
+        "first_passage_of_opposite - t_p, thesis section 4.4",
+        SettlingConclusion,
+        lambda settling: settling.found,
+    )
+    peak_motor_torque = Merit[float | None](
+        "peak_motor_torque",
+        "N m",
+        "largest torque of the motor at any sample; null without the effect motor, where speed is "
+        "prescribed and nothing says what inertia is to be driven",
+        "max abs(T)",
+        TorqueWatch,
+        lambda torque: torque.found,
+        Row("peak motor torque [mN m]", lambda m, _: milli_text(m.peak_motor_torque)),
+        better=Better.SMALLER,
+    )
+    vibration_velocity_rms = Merit[float | None](
+        "vibration_velocity_rms",
+        "mm/s",
+        f"root mean square over the last stretch of the {_VIBRATION}; the largest of all axes; "
+        f"{_TOO_SPARSE} there",
+        f"max over axes of sqrt(mean(v^2)) over t >= t_l, {_FILTERED}",
+        BroadBandWatch,
+        lambda vibration: vibration.final,
+        Row("vibration, rms [mm/s]", lambda m, _: milli_text(m.vibration_velocity_rms)),
+        better=Better.SMALLER,
+    )
+    vibration_velocity_peak = Merit[float | None](
+        "vibration_velocity_peak",
+        "mm/s",
+        "largest magnitude of the same in the whole run, at any sample and along any axis; "
+        f"{_TOO_SPARSE} anywhere",
+        f"max abs(v), {_FILTERED}",
+        BroadBandWatch,
+        lambda vibration: vibration.peak,
+        better=Better.SMALLER,
+    )
+    balance_grade = Merit[float](
+        "balance_grade",
+        "mm/s",
+        "G of ISO 21940-11 at the final speed: unbalance that is left over the last stretch, per "
+        "mass that turns, which is M0 and all balls, times speed; a couple is not in it",
+        "G = e_res abs(w), e_res = sqrt(mean(abs(M0 e + sum m_i R exp(i theta_i))^2)) / (M0 + sum "
+        "m_i) over t >= t_l, w at the last sample",
+        GradeConclusion,
+        lambda grade: grade.found,
+        Row("balance grade G [mm/s]", lambda m, _: milli_text(m.balance_grade)),
+        better=Better.SMALLER,
+    )
+    slipped_turns_max = Merit[float | None](
+        "slipped_turns_max",
+        "1",
+        "turns on the race of the ball that is further from its start than others at the end of "
+        "the run; swinging to and fro does not add up; null without balls",
+        "max over i of abs(theta_i(end) - theta_i(0)) / (2 pi)",
+        SlipWatch,
+        lambda slip: slip.most,
+        better=Better.SMALLER,
+    )
+    slipped_turns_total = Merit[float | None](
+        "slipped_turns_total",
+        "1",
+        "the same of all balls together; null without balls",
+        "sum over i of abs(theta_i(end) - theta_i(0)) / (2 pi)",
+        SlipWatch,
+        lambda slip: slip.total,
+        better=Better.SMALLER,
+    )
+    balls_circulate = Merit[bool | None](
+        "balls_circulate",
         "-",
-        "whether the whirl still rises or falls over the last stretch, by a tenth of itself or "
-        "more: then its final value is none",
-        "of thirds and halves of t >= t_l: sqrt(mean(W^2)) from the first to the last "
-        "third by more than 10 %, from half to half by more than 5 %, max W from third to "
-        "third by more than 10 %, all one way",
-        FinalWhirlWatch,
-        lambda final: final.changing,
+        "whether any ball does as circulating_balls says; null without balls",
+        "circulating_balls is not null",
+        FinalCirculationWatch,
+        lambda watch: watch.any_ball,
         better=Better.SMALLER,
         kind=MeritKind.TRUTH,
     )
-    span = Merit[tuple[float, float]](
-        "final_whirl_span",
+    balanced = Merit[bool | None](
+        "balanced",
         "-",
-        "least and largest whirl of the last stretch [m]",
-        "(min W, max W) over t >= t_l",
-        FinalWhirlWatch,
-        lambda final: final.span,
-        reported=False,
-        kind=MeritKind.STRUCTURE,
-    )
-    band = Merit[float](
-        "band_over_e",
-        "e",
-        f"half the width of the band around the final whirl: {100 * BAND:g} % of it, at least "
-        f"{100 * FLOOR:g} % of M0 e / M",
-        f"max({100 * BAND:g} % W_f, {100 * FLOOR:g} % M0 e / M) / e, W_f = sqrt(mean(W^2)) "
-        "over t >= t_l",
-        FinalWhirlWatch,
-        lambda final: final.band,
-    )
-    in_band_from = Merit[float | None](
-        "in_band_from",
-        "s",
-        "from when on the whirl stays within that band; null if it leaves it near the end",
-        "first t_k with abs(W(t_j) - W_f) <= band for all j >= k; null if t_k > t_l",
-        BandWatch,
-        lambda band: band.found,
-        Row(
-            "in the band",
-            lambda m, scale: in_band_text(m.in_band_from, m.band, m.span, scale),
-            place=Place.COURSE,
-        ),
-        better=Better.SMALLER,
-    )
-    residual_unbalance = Merit[float | None](
-        "residual_unbalance",
-        "1",
-        "abs(M0 e + sum m R exp(i theta)) / (M0 e) over the last stretch: 0 is balanced; null "
+        "whether residual_unbalance is at most the scene's balanced.residual_unbalance (default "
+        "0.1: what rolling friction leaves of a rotor that balls have balanced), no ball "
+        f"circulates, and the whirl is not still changing unless it is within {100 * FLOOR:g} % of "
+        "M0 e / M; residual_couple counts only where the scene has balanced.residual_couple; null "
         "without an unbalance",
-        "sqrt(mean(abs(1 + sum m_i R exp(i theta_i) / (M0 e))^2)) over t >= t_l",
-        ResidualWatch,
-        lambda residual: residual.unbalance.value_if_any,
-        Row("residual unbalance", lambda m, _: number_text(m.residual_unbalance), _has_balls),
-        better=Better.SMALLER,
-    )
-    residual_couple = Merit[float | None](
-        "residual_couple",
-        "1",
-        "abs(C + sum m R z exp(i theta)) / abs(C) over the last stretch, z the height of a ball's "
-        "race, C the rotor's integral of (x + i y) z dm; null in the plane, and where C = 0",
-        "sqrt(mean(abs(1 + sum m_i R z_i exp(i theta_i) / C)^2)) over t >= t_l",
-        ResidualWatch,
-        lambda residual: residual.couple.value_if_any,
+        "residual_unbalance <= limit, and no circulating_balls, and (not still_changing or W_f <= "
+        f"{100 * FLOOR:g} % M0 e / M)",
+        BalancedConclusion,
+        lambda verdict: verdict.found,
         Row(
-            "residual couple",
-            lambda m, _: number_text(m.residual_couple),
-            lambda scene: _has_balls(scene) and scene.couple_unbalance != 0,
-        ),
-        better=Better.SMALLER,
-    )
-    peak_tilt = Merit[float | None](
-        "peak_tilt",
-        "rad",
-        "largest angle of the shaft from where it points at rest; null in the plane",
-        "max angle(n, n_0), n the shaft's direction, n_0 at rest",
-        TiltWatch,
-        lambda tilt: tilt.peak,
-        Row("peak tilt [mrad]", lambda m, _: milli_text(m.peak_tilt)),
-        better=Better.SMALLER,
-    )
-    final_tilt = Merit[float | None](
-        "final_tilt",
-        "rad",
-        "root mean square of that angle over the last stretch; null in the plane",
-        "sqrt(mean(angle(n, n_0)^2)) over t >= t_l",
-        TiltWatch,
-        lambda tilt: tilt.final.value_if_any,
-        Row("final tilt [mrad]", lambda m, _: milli_text(m.final_tilt)),
-        better=Better.SMALLER,
-    )
-    first_passage_of_opposite = Merit[float | None](
-        "first_passage_of_opposite",
-        "s",
-        "when all balls first have theta <= -180 deg; null if they never do, and but for a "
-        "start-up with balls",
-        "first t with theta_i <= -pi for all i, between samples along cubics",
-        PassageWatch,
-        lambda passage: passage.found,
-        Row(
-            "all at -180 deg",
-            lambda m, _: passage_text(m.first_passage_of_opposite, len(m.final_ball_angles)),
-            lambda scene: _has_balls(scene) and is_start_up(scene),
-            Place.COURSE,
-            in_reports=False,
-        ),
-    )
-    final_ball_angles = Merit[tuple[float, ...]](
-        "final_ball_angles",
-        "rad",
-        "of each ball from the unbalance, unwrapped, at the end of the run",
-        "theta_i at the last sample",
-        LastSampleWatch,
-        lambda last: last.ball_angles,
-        Row(
-            "final ball angles",
-            lambda m, _: angles_text(m.final_ball_angles, m.circulating),
-            place=Place.COURSE,
-        ),
-        plain=list,
-        kind=MeritKind.STRUCTURE,
-    )
-    final_speed = Merit[float](
-        "final_speed",
-        "rad/s",
-        "of the spindle, at the end of the run",
-        "w at the last sample",
-        LastSampleWatch,
-        lambda last: last.speed,
-        Row(
-            "final speed",
-            lambda m, _: f"{m.final_speed:.4g} rad/s",
+            "verdict",
+            lambda m, _: balanced_text(m.balanced),
+            lambda scene: scene.balls.count > 0,
             place=Place.END,
-            in_reports=False,
+            note="Balanced: residual unbalance at most balanced.residual_unbalance of the scene "
+            "(default 0.1), W not changing any more, no ball circulates.",
         ),
-    )
-    circulating = Merit[Circulation | None](
-        "circulating_balls",
-        "-",
-        "balls that go round the race over the last stretch, and on: their numbers, their mean "
-        "speeds and the spindle's [rad/s]; null if none does",
-        "balls that turn on the race by 2 pi or more, one way, in each third of t >= t_l, "
-        "and in the last third at 90 % or more of their speed in the first",
-        FinalCirculationWatch,
-        lambda watch: watch.found,
-        Row(
-            "balls circulate",
-            lambda m, _: circulating_text(m.circulating, len(m.final_ball_angles)),
-            place=Place.COURSE,
-            note=CIRCULATE,
-        ),
-        plain=lambda found: found and found.report(),
-        kind=MeritKind.STRUCTURE,
-    )
-    overlaps = Merit[tuple[Overlap, ...] | None](
-        "overlapping_balls",
-        "-",
-        "pairs of balls that were in one place for want of the effect ball_contact, and since when "
-        "[s]; null where none can be",
-        "of one race: 2 R abs(sin((theta_i - theta_j) / 2)) < a_i + a_j, or passed between samples",
-        RunOverlapWatch,
-        lambda watch: watch.found,
-        Row(
-            "balls overlap",
-            lambda m, _: overlaps_text(m.overlaps),
-            place=Place.COURSE,
-            caution=f"balls overlap: {WHAT_CHANGES}",
-        ),
-        plain=lambda found: None if found is None else [each._asdict() for each in found],
-        kind=MeritKind.STRUCTURE,
+        better=Better.LARGER,
+        kind=MeritKind.TRUTH,
     )

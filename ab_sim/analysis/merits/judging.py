@@ -2,7 +2,8 @@
 
 A watch is a class that finds something in a run. It is made with the ``JudgedRun``, is shown its
 pieces by ``take``, one after the other, and then has what it has found. Where ``AFTER`` names other
-watches, it begins when these are through the whole run, and is made with them as well.
+watches, it begins when these are through the whole run, and is made with them as well. One without
+``take`` concludes from these alone, and asks for no further pass.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -67,8 +68,9 @@ def watch_run(pieces: Pieces, run: JudgedRun, kinds: Iterable[type[Any]]) -> dic
     done: dict[type[Any], Any] = {}
     for together in _passes(kinds):
         watches = {kind: kind(run, *(done[each] for each in _after(kind))) for kind in together}
-        for piece in _in_pieces(pieces, run):
-            for watch in watches.values():
+        looking = [watch for kind, watch in watches.items() if _looks(kind)]
+        for piece in _in_pieces(pieces, run) if looking else ():
+            for watch in looking:
                 watch.take(piece)
         done |= watches
     return done
@@ -76,7 +78,7 @@ def watch_run(pieces: Pieces, run: JudgedRun, kinds: Iterable[type[Any]]) -> dic
 
 def passes(kinds: Iterable[type[Any]]) -> int:
     """How often ``watch_run`` goes through a run."""
-    return len(_passes(kinds))
+    return sum(any(map(_looks, together)) for together in _passes(kinds))
 
 
 def _in_pieces(pieces: Pieces, run: JudgedRun) -> Iterator[Piece]:
@@ -103,6 +105,10 @@ def _with_earlier(kinds: Iterable[type[Any]]) -> Iterator[type[Any]]:
     for kind in kinds:
         yield from _with_earlier(_after(kind))
         yield kind
+
+
+def _looks(kind: type[Any]) -> bool:
+    return hasattr(kind, "take")
 
 
 def _after(kind: type[Any]) -> tuple[type[Any], ...]:

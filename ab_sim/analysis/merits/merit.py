@@ -113,7 +113,8 @@ class Merit(Generic[T]):
     key: str
     """Name in reports."""
     unit: str
-    """As reports give it: SI, "e", "1" of what has no dimension, "-" of what is no number."""
+    """As reports give it: SI, "mm/s" of values in m/s, "e" of such in m, "1" of what has no
+    dimension, "-" of what is no number."""
     meaning: str
     equation: str
     """One line, symbols as in docs/conventions.md; empty where a program gave none."""
@@ -162,8 +163,12 @@ class Merit(Generic[T]):
 
     def as_reported(self, value: Any, eccentricity: float) -> object:
         """A value as JSON-able one: a whirl in e [m], None if that is 0."""
+        if value is None:
+            return None
         if self.unit == "e":
             return value / eccentricity if eccentricity > 0 else None
+        if self.unit == "mm/s":
+            return 1e3 * value
         return self.plain(value)
 
 
@@ -210,6 +215,8 @@ def merits_named(keys: Iterable[str] | None) -> list[Merit[Any]]:
     """
     if keys is None:
         return list(_merits.values())
+    if isinstance(keys, str):
+        raise InputError(f"keys = {keys!r}: must be a list of names; write [{keys!r}]")
     return [_named(key) for key in keys]
 
 

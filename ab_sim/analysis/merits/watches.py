@@ -110,6 +110,14 @@ class FinalWhirlWatch:
         return self._trend.found(ROUNDING * self._disc_alone)
 
     @property
+    def settled(self) -> bool:
+        """Whether it does not, or is so small that it does not matter.
+
+        A whirl that dies away changes by a tenth of itself however small it has become.
+        """
+        return not self.changing or self.mean_square.value <= FLOOR * self._disc_alone
+
+    @property
     def band(self) -> float:
         """Half the width of the band around it [m]."""
         return max(BAND * self.mean_square.value, FLOOR * self._disc_alone)
@@ -156,6 +164,7 @@ class ResidualWatch:
         unbalance = scene.eccentric_mass * scene.rotor.eccentricity
         couple = scene.couple_unbalance
         self.unbalance, self.couple = MeanSquare(), MeanSquare()
+        self._moments, self._own, self._balls_alone = moments, unbalance, MeanSquare()
         self._shares = moments / unbalance if unbalance else None
         self._tilting = moments * heights / couple if couple else None
 
@@ -166,8 +175,15 @@ class ResidualWatch:
         angles = piece.late.ball_angles
         if self._shares is not None:
             self.unbalance.take(np.abs(1.0 + resultant(self._shares, angles)))
+        else:
+            self._balls_alone.take(np.abs(resultant(self._moments, angles)))
         if self._tilting is not None:
             self.couple.take(np.abs(1.0 + resultant(self._tilting, angles)))
+
+    @property
+    def left(self) -> float:
+        """What is left of unbalance [kg m]; of a rotor without one that of the balls."""
+        return self._own * self.unbalance.value if self._own else self._balls_alone.value
 
 
 class TiltWatch:
@@ -229,7 +245,7 @@ class FinalCirculationWatch:
     """Balls that circulate over the last stretch."""
 
     def __init__(self, run: JudgedRun) -> None:
-        self._watch = CirculationWatch(run.last)
+        self._watch, self._balls = CirculationWatch(run.last), run.scene.balls.count
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
@@ -240,6 +256,11 @@ class FinalCirculationWatch:
     def found(self) -> Circulation | None:
         """None if no ball does."""
         return self._watch.found
+
+    @property
+    def any_ball(self) -> bool | None:
+        """Whether one does; None without balls."""
+        return self.found is not None if self._balls else None
 
 
 class RunOverlapWatch:

@@ -30,6 +30,16 @@ def milli_text(value: float | None) -> str:
     return NOTHING if value is None else f"{1e3 * value:.3g}"
 
 
+def seconds_text(value: float | None) -> str:
+    """A time in hundredths of a second."""
+    return NOTHING if value is None else f"{value:.2f} s"
+
+
+def balanced_text(balanced: bool | None) -> str:
+    """Whether balls balance the rotor."""
+    return NOTHING if balanced is None else "balanced" if balanced else "not balanced"
+
+
 def in_band_text(
     time: float | None, band: float, span: tuple[float, float], scale: WhirlScale
 ) -> str:

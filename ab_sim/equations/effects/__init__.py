@@ -2,6 +2,7 @@
 
 An effect is a ``NamedTuple``: its fields are its parameters, its docstring its meaning, and it
 has the methods, of those below, that it needs. What no effect of a scene does is not computed.
+docs/contributing.md says what else an effect, and a new method in this list (a hook), needs.
 Methods are formulas: plain Python on numbers, which are floats, arrays with one for each ball, or
 expressions of ``ab_sim.tracing``, of which machine code is made; ``self`` is the effect.
 

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim import Scene, Trajectory, load_scene, simulate_batch
+from ab_sim import Scene, Trajectory, load_scene, merits_of, simulate_batch
 from ab_sim.analysis.merits import rms
-from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
+from ab_sim.analysis.startup import peak_whirl
 from ab_sim.drive.balance import resultant
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.scene.load import changed_scene
@@ -137,9 +137,7 @@ class StartUp(NamedTuple):
 
         The thesis' settling period; without a period from the critical speed on.
         """
-        passed = first_passage_of_opposite(self.trajectory)
-        start = self.parameters.critical_time if self.period is None else self.period.start
-        return None if passed is None else passed - start
+        return merits_of(self.trajectory, self.scene, ["settling_period"]).settling_period
 
     @property
     def residual(self) -> float:

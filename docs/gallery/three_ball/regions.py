@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ab_sim import equilibria
-from ab_sim.analysis.maps.balls import Against
+from ab_sim.analysis.maps.balls import BallCountComparison
 from ab_sim.analysis.maps.plane import SPEED, Plane, axis
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import CLUSTERED
@@ -160,7 +160,7 @@ def _against(
     rows: list[tuple[Cell, ...]] = []
     for axes, (zeta_b, colour) in zip(panels, DRAGS.items(), strict=True):
         three, two = (region_map(total / n, n, zeta_b, WIDE, tell) for n in (3, 2))
-        found = Against(three, two)
+        found = BallCountComparison(three, two)
         for name, shares in (
             ("some position", found.somewhere),
             ("every position", found.everywhere),

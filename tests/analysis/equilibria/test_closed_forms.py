@@ -1,16 +1,63 @@
 """Closed forms against the running kernel's equations, and against the numerical finder."""
 
+from typing import Any, NamedTuple
+
 import numpy as np
 import pytest
 
-from ab_sim.analysis.equilibria.at_speed import resting_states
+from ab_sim.analysis.equilibria.at_speed import equilibria_of, resting_states
 from ab_sim.analysis.equilibria.balanced import positions
 from ab_sim.analysis.equilibria.finder import found_states
 from ab_sim.analysis.equilibria.patterns import patterns_of, phase, radii
 from ab_sim.analysis.equilibria.resting import field_at, resting_system, rotor_of, state_of
+from ab_sim.analysis.equilibria.sticking import sticking
+from ab_sim.equations.effects import (
+    BallSpin,
+    RaceRunout,
+    RollingFriction,
+    SpindleAcceleration,
+    ViscousDrag,
+)
+from ab_sim.errors import SceneError
 from tests.analysis.equilibria.drives import altered, base, drive
 
 SETS = 10_000
+
+
+class Stranger(NamedTuple):
+    """An effect with a method that no closed form has heard of, beside one that it has."""
+
+    strength: float = 1.0
+
+    def ball_drag(self, ball: Any) -> float:
+        return self.strength
+
+    def newly_invented(self, c: Any, s: Any) -> Any:
+        return self.strength * s
+
+
+def test_closed_forms_are_for_effects_that_they_know() -> None:
+    """With any other, states are looked for by numbers: a closed form would be wrong, silently."""
+    system = base()
+    for known in (ViscousDrag(1.0), BallSpin(), SpindleAcceleration(), RollingFriction(1e-6)):
+        assert rotor_of(system._replace(effects=(*system.effects, known))) is not None
+    for unknown in (Stranger(), RaceRunout(lobe=1e-5)):
+        assert rotor_of(system._replace(effects=(*system.effects, unknown))) is None
+
+
+def test_where_friction_holds_balls_is_refused_by_what_moves_them() -> None:
+    """The error names the effect that stands in the way, and none that does not."""
+    scene = drive(
+        effects={
+            "rolling_friction": {"arm": 1e-6},
+            "ball_contact": {"restitution_coefficient": 0.5},
+        }
+    )
+    state = equilibria_of(scene, 200.0).branches[0]
+    assert len(sticking(scene, 200.0, state)) == 2
+    other = scene.model_copy(update={"effects": {**scene.effects, "mine": Stranger()}})
+    with pytest.raises(SceneError, match=r"^effects\.mine: where friction holds balls"):
+        sticking(other, 200.0, state)
 
 
 def test_they_satisfy_the_equations() -> None:

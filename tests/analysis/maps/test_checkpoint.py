@@ -20,7 +20,7 @@ def values(scene: Scene, seed: int) -> dict[str, Any]:
 def test_they_are_on_disk_while_work_goes_on(
     scene: SceneMaker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(checkpoint, "OFTEN", 0.0)
+    monkeypatch.setattr(checkpoint, "SAVE_INTERVAL", 0.0)
     made, numbers = scene(), {"seed": 1}
     seen: list[int] = []
 

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from gallery.three_ball.drive import DAMPING, drive
 
+from ab_sim import workers
 from ab_sim.analysis.equilibria import equilibria_of
 from ab_sim.analysis.equilibria.at_speed import balanced_state
 from ab_sim.analysis.equilibria.balanced import positions
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
-from ab_sim.analysis.maps import stability, workers
-from ab_sim.analysis.maps.balls import Against, plane_with_balls, with_balls
+from ab_sim.analysis.maps import stability
+from ab_sim.analysis.maps.balls import BallCountComparison, plane_with_balls, with_balls
 from ab_sim.analysis.maps.plane import SPEED, Plane, axes_of, axis
 from ab_sim.analysis.maps.stability import StabilityMap, label_at, stability_map
 from ab_sim.analysis.maps.verdicts import (
@@ -145,8 +146,8 @@ def test_three_balls_against_two() -> None:
     Speeds from w_n, zeta from 0.1: at 1.2 three are ahead with every position, at 2.4 with some
     only, and behind with every one.
     """
-    light = Against(region(1.2, 3), region(1.2, 2))
-    heavy = Against(region(2.4, 3), region(2.4, 2))
+    light = BallCountComparison(region(1.2, 3), region(1.2, 2))
+    heavy = BallCountComparison(region(2.4, 3), region(2.4, 2))
     assert light.everywhere.only_other == 0.0
     assert light.somewhere.both > 0.6
     assert heavy.somewhere.only_ours > 0.05 and heavy.somewhere.only_other == 0.0

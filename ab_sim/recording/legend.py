@@ -1,4 +1,4 @@
-"""What is seen, in a few words."""
+"""The text beside the pictures: what they show."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.explanation import Explanation
 
 
-def about(drawing: Drawing) -> str:
+def legend_text(drawing: Drawing) -> str:
     """The text beside the pictures, in Markdown."""
-    said = drawing.explained
+    explained = drawing.explained
     parts = [
-        f"**{_balls(drawing.balls)}** on a race of radius R = {drawing.race:g} mm; "
+        f"**{_balls_text(drawing.balls)}** on a race of radius R = {drawing.race:g} mm; "
         f"eccentricity e = {drawing.eccentricity:g} mm.",
-        f"**In space**: {_moved(drawing)}; blue, the deck; dark, where it would be at rest.",
-        *_balance(said),
-        *_arrows(drawing),
-        *_alone(said),
+        f"**In space**: {_space_text(drawing)}; blue, the deck; dark, where it would be at rest.",
+        *_balance_text(explained),
+        *_arrows_text(drawing),
+        *_without_balls_text(explained),
         "**Vibration**: red, what comes once per revolution (unbalance); blue, the "
         "rest; orange, all. Its spectrum is on the next page.",
         f"{NOTATION}.",
@@ -26,17 +26,17 @@ def about(drawing: Drawing) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _moved(drawing: Drawing) -> str:
+def _space_text(drawing: Drawing) -> str:
     what = "displacement and tilt" if drawing.tilts else "displacement"
     times = drawing.space.factor
     return f"{what} {'to scale' if times == 1.0 else f'{times:g} times as large as they are'}"
 
 
-def _balls(count: int) -> str:
+def _balls_text(count: int) -> str:
     return {0: "No balls", 1: "1 ball"}.get(count, f"{count} balls")
 
 
-def _arrows(drawing: Drawing) -> list[str]:
+def _arrows_text(drawing: Drawing) -> list[str]:
     if drawing.top.arrows is None:
         return ["Red: the unbalance."]
     if not drawing.balls:
@@ -48,16 +48,16 @@ def _arrows(drawing: Drawing) -> list[str]:
     ]
 
 
-def _balance(said: Explanation) -> list[str]:
-    balance = said.balance
+def _balance_text(explained: Explanation) -> list[str]:
+    balance = explained.balance
     if balance is None:
-        why = said.left_out.get("balance")
+        why = explained.left_out.get("balance")
         return [f"No balanced positions are marked: {why}."] if why else []
     turned = (-np.remainder(-np.degrees(balance.angles), 360.0)).tolist()
     angles = sorted({round(angle, 1) for angle in turned})
     places = ", ".join(f"{angle:g}" for angle in angles) + " deg"
-    if balance.residual > 0.0 and said.unbalance:
-        share = 100.0 * balance.residual / said.unbalance
+    if balance.residual > 0.0 and explained.unbalance:
+        share = 100.0 * balance.residual / explained.unbalance
         whose = "This ball" if len(balance.angles) == 1 else "These balls"
         return [
             f"**{whose} cannot balance it**: yellow rings mark the best place ({places}), which "
@@ -69,11 +69,11 @@ def _balance(said: Explanation) -> list[str]:
     return [f"**Yellow rings**: where the balls balance the rotor ({places}).{many}"]
 
 
-def _alone(said: Explanation) -> list[str]:
-    if said.alone is not None:
+def _without_balls_text(explained: Explanation) -> list[str]:
+    if explained.alone is not None:
         return [
             "**Whirl**: grey, what it would be without balls if the speed were held; near the "
             "critical speed a run-up does not get as far."
         ]
-    why = said.left_out.get("alone")
+    why = explained.left_out.get("alone")
     return [f"Whirl without balls is not drawn: {why}."] if why else []

@@ -1,0 +1,221 @@
+"""`ab-sim robust`."""
+
+import functools
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from rich.table import Table
+
+from ab_sim.analysis.merits.merit import merits_named
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, WholeLine, picture
+from ab_sim.cli.sharing import executor_of
+from ab_sim.cli.stability import KEPT
+from ab_sim.design.bounds import bound_of
+from ab_sim.design.intervals import QuantileOfMerit
+from ab_sim.design.judged import FAILED, FAILURE
+from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
+from ab_sim.design.spread_runs import DEFAULT_CRITERION, SpreadQuestion, run_spread
+from ab_sim.design.sweep import DEFAULT_MERITS
+from ab_sim.design.tolerances import tolerance_of
+from ab_sim.errors import InputError
+from ab_sim.output_file import CSV, PARQUET
+from ab_sim.presentation import number
+from ab_sim.quoting import short
+from ab_sim.scene import load_scene
+
+FINER = (0.01, 0.001)
+"""Half widths of which it is said how many runs they take."""
+
+
+class RobustOptions(NamedTuple):
+    """What `ab-sim robust` was given."""
+
+    runs: int
+    seed: int
+    balanced: list[str]
+    merits: str | None
+    sobol: int | None
+    until: str | None
+    against: str | None
+    shared: tuple[int | None, str | None]
+    parquet: Path | None
+    csv: Path | None
+    worst: Path | None
+
+
+def robust_command(
+    scene_name: str, changes: list[str], spread: list[str], given: RobustOptions
+) -> Command:
+    """Runs of drives as they are built.
+
+    Args:
+        scene_name, changes: see ``load_scene``.
+        spread: see ``tolerance_of``.
+        given: the other options.
+    """
+    executors = functools.partial(executor_of, *given.shared)
+    executors()
+    scene = load_scene(scene_name, changes)
+    tolerances = [tolerance_of(each) for each in spread]
+    merits = DEFAULT_MERITS if given.merits is None else _split(given.merits)
+    merits_named(merits)
+    question = SpreadQuestion(
+        runs=given.runs,
+        merits=merits,
+        criterion=tuple(map(bound_of, given.balanced)) or DEFAULT_CRITERION,
+        seed=given.seed,
+        pairs=given.sobol,
+        until=None if given.until is None else _share(given.until),
+        against=None if given.against is None else load_scene(given.against),
+    )
+    if given.worst is not None:
+        check_worst_folder(given.worst)
+
+    def work(tell: Tell) -> Outcome:
+        found = run_spread(scene, tolerances, question, executors, tell)
+        written: list[Path] = []
+
+        def write() -> None:
+            for file in (given.parquet, given.csv):
+                if file is not None:
+                    found.write(file)
+            if given.worst is not None:
+                written.extend(found.write_worst(given.worst))
+
+        draw = picture("ab_sim.cli.robust:draw", found)
+        return Outcome(_shown(found, scene_name, changes), found.report, draw, write, written)
+
+    outputs = ((given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"))
+    return Command(work, scene.name, KEPT, outputs)
+
+
+def draw(found: Spread, file: Path) -> None:
+    """Draw it into a picture."""
+    from ab_sim.figures.saved import save
+    from ab_sim.figures.spread import drawn_spread
+
+    save(drawn_spread(found), file, 110)
+
+
+def _split(text: str) -> tuple[str, ...]:
+    return tuple(each.strip() for each in text.split(","))
+
+
+def _share(text: str) -> float:
+    """A half width, as a share or in %."""
+    plain = text.strip()
+    try:
+        return float(plain.removesuffix("%")) / (100.0 if plain.endswith("%") else 1.0)
+    except ValueError:
+        raise InputError(
+            f"--until {short(text)}: must be the half width of the interval, e.g. 0.1%"
+        ) from None
+
+
+def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[Table | str]:
+    share = found.share
+    criterion = " and ".join(map(str, found.criterion))
+    yield (
+        f"{found.scene.name}: {share.balanced} of {share.runs} drives balance, "
+        f"{share_text(share)}; settled with {criterion}"
+    )
+    yield ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
+    reasons = [reason for reason in found.runs.table[FAILURE].to_pylist() if reason]
+    if reasons:
+        yield f"{FAILED} count as not balanced, the first one: {reasons[0]}"
+    yield _more_runs(found)
+    yield _quantile_table(found)
+    yield from _sobol(found)
+    if found.against is not None:
+        yield from _against(found, found.against)
+    yield f"the worst by {found.ranked_by}, to be run again:"
+    options = "".join(f"--set {each!r} " for each in changes)
+    for each in found.worst:
+        value = "-" if each.value is None else number(each.value)
+        yield WholeLine(
+            f"run {each.run}, {each.outcome}, {value}: "
+            f"ab-sim run {scene_name} {options}{each.changes}"
+        )
+
+
+def _more_runs(found: Spread) -> str:
+    share = found.share
+    finer = [share.half_width / 2.0, *(h for h in FINER if h < share.half_width / 2.0)]
+    said = [
+        f"+-{100.0 * half:.2g} % takes about {share.runs_for(half) - share.runs:,} more runs"
+        for half in finer
+    ]
+    return f"now +-{100.0 * share.half_width:.2g} %; " + ", ".join(said)
+
+
+def _quantile_table(found: Spread) -> Table:
+    table = Table(title="quantiles of the runs that have a merit, and their intervals of 95 %")
+    for name in ("merit", "runs", "5 %", "median", "95 %"):
+        words = name == "merit"
+        table.add_column(name, justify="left" if words else "right", no_wrap=words)
+    for merit, quantiles in found.quantiles.items():
+        count = int((found[merit] == found[merit]).sum())
+        cells = [_interval(each) for each in quantiles] or ["-"] * 3
+        table.add_row(_titled(found, merit), str(count), *cells)
+    return table
+
+
+def _interval(found: QuantileOfMerit) -> str:
+    return f"{number(found.value)} ({_end(found.low)} to {_end(found.high)})"
+
+
+def _end(value: float | None) -> str:
+    return "?" if value is None else number(value)
+
+
+def _sobol(found: Spread) -> Iterator[Table | str]:
+    sobol = found.sobol
+    if not sobol.pairs:
+        yield "no Sobol indices: there is one factor only, or none were asked for"
+        return
+    table = Table(title="Sobol indices, and their intervals of 95 %")
+    for name in ("of", "spread", "alone", "with others"):
+        words = name in ("of", "spread")
+        table.add_column(name, justify="left" if words else "right", no_wrap=words)
+    for what, indices in sobol.indices.items():
+        for place, each in enumerate(indices):
+            table.add_row(
+                what if place == 0 else "",
+                each.factor,
+                f"{each.first:.2f} ({each.first_interval[0]:.2f} to {each.first_interval[1]:.2f})",
+                f"{each.total:.2f} ({each.total_interval[0]:.2f} to {each.total_interval[1]:.2f})",
+                end_section=place == len(indices) - 1,
+            )
+    if sobol.indices:
+        yield table
+    yield f"Sobol indices are of {sobol.pairs} pairs of drives, and took {sobol.runs} runs more"
+    for name, reason in sobol.missing.items():
+        yield f"no Sobol indices of {name}: {reason}"
+
+
+def _against(found: Spread, other: DesignDifference) -> Iterator[Table | str]:
+    paired = other.paired
+    yield (
+        f"against {other.runs.scene.name} in the same draws: it balances {share_text(other.share)}"
+    )
+    yield (
+        f"{found.scene.name} balances {100.0 * paired.difference:+.2f} % more "
+        f"({100.0 * paired.low:+.2f} to {100.0 * paired.high:+.2f} %); only it: "
+        f"{paired.only_first}, only the other: {paired.only_second}, both: {paired.both}, "
+        f"neither: {paired.neither}; McNemar's p = {paired.p_value:.2g}"
+    )
+    table = Table(title=f"{found.scene.name} less {other.runs.scene.name}, draw by draw")
+    for name in ("merit", "draws", "mean", "median"):
+        words = name == "merit"
+        table.add_column(name, justify="left" if words else "right", no_wrap=words)
+    for merit, each in other.merits.items():
+        mean = f"{number(each.mean)} ({number(each.low)} to {number(each.high)})"
+        table.add_row(_titled(found, merit), str(each.pairs), mean, _interval(each.median))
+    yield table
+
+
+def _titled(found: Spread, name: str) -> str:
+    unit = found.runs.unit(name)
+    return name if unit in (None, "1", "-") else f"{name} [{unit}]"

@@ -1,0 +1,142 @@
+"""`ab-sim tune`."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+from rich.table import Table
+
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.sharing import executor_of
+from ab_sim.cli.stability import KEPT
+from ab_sim.design.bounds import bound_of
+from ab_sim.design.search import Effort
+from ab_sim.design.tune import Task, Tuning, aim_of, run_tuning
+from ab_sim.design.variables import Range, variable_of
+from ab_sim.errors import AbSimError, InputError
+from ab_sim.output_file import PARQUET, write_whole
+from ab_sim.presentation import number
+from ab_sim.scene import load_scene
+from ab_sim.scene.model import Scene
+
+SCENE = (".yaml", ".yml")
+
+
+class NothingFound(AbSimError):
+    """No run settled within all bounds."""
+
+    exit_code = 1
+
+
+class Wanted(NamedTuple):
+    """What a user asks for, as it is written."""
+
+    vary: list[str]
+    minimise: str | None
+    maximise: str | None
+    subject_to: list[str]
+    runs: int
+    seed: int
+
+
+def tune_command(
+    scene_name: str,
+    changes: list[str],
+    wanted: Wanted,
+    shared: tuple[int | None, str | None],
+    files: tuple[Path | None, Path | None],
+) -> Command:
+    """The best values of keys.
+
+    Args:
+        scene_name, changes: see ``load_scene``.
+        wanted: what to look for.
+        shared: workers and scheduler, see ``executor_of``.
+        files: for the best scene, and for all runs.
+    """
+    executor = executor_of(*shared)
+    scene = load_scene(scene_name, changes)
+    task = Task(
+        scene,
+        tuple(_range(each) for each in wanted.vary),
+        aim_of(wanted.minimise, wanted.maximise),
+        tuple(bound_of(each) for each in wanted.subject_to),
+        Effort(wanted.runs, wanted.seed),
+    )
+    best, table = files
+
+    def work(tell: Tell) -> Outcome:
+        found = run_tuning(task, executor, tell)
+
+        def write() -> None:
+            if table is not None:
+                found.runs.write(table)
+            if best is not None and found.scene is not None:
+                _write_scene(found.scene, best)
+
+        draw = picture("ab_sim.cli.tune:draw", found)
+        return Outcome(_shown(found), found.report, draw, write)
+
+    outputs = ((best, SCENE, "--scene"), (table, PARQUET, "--parquet"))
+    return Command(work, scene.name, KEPT, outputs)
+
+
+def draw(found: Tuning, file: Path) -> None:
+    """Draw it into a picture."""
+    from ab_sim.figures.saved import save
+    from ab_sim.figures.tuning import drawn_tuning
+
+    save(drawn_tuning(found), file, 110)
+
+
+def _range(text: str) -> Range:
+    found = variable_of(text)
+    if not isinstance(found, Range):
+        raise InputError(f"--vary {text}: must be a range, {found.key}=FROM..TO")
+    return found
+
+
+def _write_scene(scene: Scene, file: Path) -> None:
+    text = yaml.safe_dump(scene.as_mapping(), sort_keys=False, allow_unicode=True)
+    try:
+        write_whole(file, text.encode())
+    except OSError as error:
+        raise InputError(f"--scene {file}: cannot be written: {error.strerror}") from error
+
+
+def _shown(found: Tuning) -> Iterator[Table | str]:
+    counts = ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
+    said = f"{len(found.runs.table)} runs ({counts}), {int(found.within.sum())} within all bounds"
+    if found.run is None:
+        yield said
+        raise NothingFound(
+            "nothing found: no run settled within all bounds; widen the ranges or the bounds, or "
+            "look at more (--runs)"
+        )
+    table = Table(title=f"{found.runs.scene.name}: {found.task.aim}")
+    for name in ("key", "best", "from", "to"):
+        table.add_column(name, justify="left" if name == "key" else "right")
+    for each in found.task.ranges:
+        ends = number(each.low), number(each.high)
+        table.add_row(_titled(found, each.key), number(found.values[each.key]), *ends)
+    yield table
+    aim = _titled(found, found.task.aim.merit)
+    yield f"{aim}: {number(found.best)} in run {found.run}"
+    if not found.is_better:
+        yield "that is no better than the scene as it is"
+    for name, merit, inside in found.before:
+        out = "" if inside else ", not settled within all bounds"
+        yield f"  the scene {name}: {number(merit)}{out}"
+    for key, value, merit, inside in found.beside:
+        out = "" if inside else ", not settled within all bounds"
+        yield f"  at {key}={number(value)}: {number(merit)}{out}"
+    if found.active:
+        yield f"at its bounds, beyond which it may be better: {', '.join(found.active)}"
+    yield said
+
+
+def _titled(found: Tuning, name: str) -> str:
+    unit = found.runs.unit(name)
+    return name if unit in (None, "1", "-") else f"{name} [{unit}]"

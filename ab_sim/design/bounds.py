@@ -1,0 +1,125 @@
+"""Bounds on merits, as they are written: ``residual_unbalance<=0.1``."""
+
+import math
+import operator
+import re
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
+from ab_sim.errors import InputError, exact
+from ab_sim.quoting import short
+from ab_sim.scene.units import NO_UNIT, has_unit, in_si
+
+FORMS = (
+    "must be MERIT<NUMBER, with <, <=, > or >=, e.g. 'final_whirl_over_e<0.2'; or the name of a "
+    "merit that is true or false, alone or behind 'not'"
+)
+_OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+_COMPARISON = re.compile(r"([^<>=!]*)([<>=!]+)([^<>=!]*)")
+_WITHOUT_UNIT = (*NO_UNIT, "e")
+"""Of e no unit is written: pint's e is the elementary charge."""
+
+
+class Bound(NamedTuple):
+    """What a merit of a run has to be."""
+
+    merit: str
+    """Its key in reports."""
+    op: str
+    """<, <=, > or >=."""
+    limit: float
+    """In the merit's unit, as reports give it; true is 1, false is 0."""
+
+    def __str__(self) -> str:
+        return f"{self.merit}{self.op}{exact(self.limit)}"
+
+    @property
+    def is_number(self) -> bool:
+        """Whether the merit is a number, and not true or false."""
+        (merit,) = merits_named([self.merit])
+        return merit.kind is MeritKind.NUMBER
+
+    @property
+    def upper(self) -> bool:
+        """Whether the merit must be small."""
+        return self.op.startswith("<")
+
+    def holds(self, values: Any) -> np.ndarray:
+        """Whether it holds.
+
+        Args:
+            values: of the merit, in any shape; None or NaN, where a run has none, is never in.
+
+        Returns:
+            Booleans of that shape.
+        """
+        numbers = np.asarray(values, dtype=float)
+        return np.asarray(_OPERATORS[self.op](numbers, self.limit), dtype=bool)
+
+
+def bound_of(text: str) -> Bound:
+    """What is written ``MERIT<NUMBER``; the number in the merit's unit, or with one of its own.
+
+    A merit that is true or false may stand alone, ``balanced``, or behind ``not``.
+
+    Raises:
+        InputError: it is not written so, there is no such merit, it is no number, or the number
+            cannot be read; says what is allowed.
+    """
+    found = _COMPARISON.fullmatch(text)
+    if found is None:
+        return _truth(text)
+    name, op, number = (part.strip() for part in found.groups())
+    if op not in _OPERATORS or not name or not number:
+        raise InputError(f"bound {short(text)}: {FORMS}")
+    merit = _compared(text, name)
+    return Bound(merit.key, op, _limit(text, merit, number))
+
+
+def _truth(text: str) -> Bound:
+    words = text.split()
+    denied = words[:1] == ["not"]
+    names = words[1:] if denied else words
+    if len(names) != 1 or set(text) & set("<>=!"):
+        raise InputError(f"bound {short(text)}: {FORMS}")
+    merit = _compared(text, names[0])
+    if merit.kind is not MeritKind.TRUTH:
+        raise InputError(
+            f"bound {short(text)}: {merit.key} is a number [{merit.unit}]; say what it must be, "
+            f"e.g. '{merit.key}<0.1'"
+        )
+    return Bound(merit.key, "<=", 0.0) if denied else Bound(merit.key, ">=", 1.0)
+
+
+def _compared(text: str, name: str) -> Merit[Any]:
+    (merit,) = merits_named([name])
+    if merit.kind is MeritKind.STRUCTURE:
+        raise InputError(
+            f"bound {short(text)}: {name} is a list, not a number; `ab-sim merits` says which are"
+        )
+    return merit
+
+
+def _limit(text: str, merit: Merit[Any], number: str) -> float:
+    said = f"bound {short(text)}: {short(number)}"
+    try:
+        if has_unit(number):
+            if merit.unit in _WITHOUT_UNIT:
+                unit = "in e, " if merit.unit == "e" else ""
+                raise ValueError(f"must be a number {unit}without unit")
+            return in_si(number, merit.unit)
+        limit = float(number)
+    except ValueError as error:
+        why = error if has_unit(number) else f"is no number; {FORMS}"
+        raise InputError(f"{said} {why}") from None
+    if not math.isfinite(limit):
+        raise InputError(f"{said} must be a finite number")
+    return limit

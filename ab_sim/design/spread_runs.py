@@ -1,0 +1,257 @@
+"""Runs of drives as they are built, and what follows from them."""
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow
+
+from ab_sim.accuracy import resolve_accuracy
+from ab_sim.analysis.merits.merit import MeritKind
+from ab_sim.design.bounds import Bound, bound_of
+from ab_sim.design.draws import DrawnPoints, ExchangedPoints
+from ab_sim.design.intervals import (
+    MeanInterval,
+    QuantileOfMerit,
+    paired_difference,
+    paired_shares,
+    quantile_of,
+    share_of,
+)
+from ab_sim.design.judged import OUTCOME, SETTLED, Job, merit_columns
+from ab_sim.design.points import MOST
+from ab_sim.design.sensitivity import SobolIndex, sobol_of
+from ab_sim.design.spread import BALANCED, DesignDifference, SobolIndices, Spread, WorstRun
+from ab_sim.design.sweep import DEFAULT_MERITS, Sweep, check_first, sweep_of
+from ab_sim.design.tolerances import Tolerance
+from ab_sim.design.work import Executor, StudyRuns, Tell
+from ab_sim.errors import InputError, exact
+from ab_sim.scene.model import Scene
+
+DEFAULT_CRITERION = (bound_of("balanced"),)
+RANKED_BY = "residual_unbalance"
+"""Where the criterion bounds no number."""
+QUANTILES = (0.05, 0.5, 0.95)
+WORST = 10
+Executors = Callable[[], AbstractContextManager[Executor]]
+"""Makes what shares the work."""
+
+
+class SpreadQuestion(NamedTuple):
+    """What is asked of built drives."""
+
+    runs: int
+    """Drives; with ``until``, at least."""
+    merits: tuple[str, ...] = DEFAULT_MERITS
+    criterion: tuple[Bound, ...] = DEFAULT_CRITERION
+    seed: int = 0
+    pairs: int | None = None
+    """Of drives for Sobol indices, a power of 2; 0 for none; None: what half the runs pay for."""
+    until: float | None = None
+    """Half width of the interval of the share, 0 to 1, until which it goes on."""
+    against: Scene | None = None
+    """Another design, run with the same draws."""
+
+
+def run_spread(
+    scene: Scene,
+    tolerances: Sequence[Tolerance],
+    question: SpreadQuestion,
+    executors: Executors | None = None,
+    tell: Tell | None = None,
+) -> Spread:
+    """Run drives as they are built.
+
+    What is done is kept: more runs, or a finer ``until``, go on from there.
+
+    Args:
+        scene: the drawing.
+        tolerances: by which drives differ from it.
+        question: what is asked.
+        executors: makes what shares the work, for each part of it; None: this process does it.
+        tell: see ``rows_of``.
+
+    Raises:
+        InputError: something of it cannot be; or another process computes the same runs.
+        SceneError: not one of the first draws is a scene; says why.
+        WorkerLost: a process that shared the work is gone.
+    """
+    drawn, ranked_by = _checked(scene, tolerances, question)
+    pairs = _pairs(drawn, question)
+    job = _job(scene, drawn, question, ranked_by)
+    check_first(job, drawn)
+    if question.against is not None:
+        other = DrawnPoints(question.against, tolerances, question.runs, question.seed)
+        other_job = _job(question.against, other, question, ranked_by)
+        check_first(other_job, other)
+    study = _Study(question, executors, tell)
+    runs, balanced = study.drives(job, drawn, question.until)
+    difference = None
+    if question.against is not None:
+        found = study.drives(other_job, other.of(len(balanced)), None)
+        difference = _difference(runs, balanced, *found)
+    return Spread(
+        runs,
+        drawn.tolerances,
+        question.criterion,
+        question.seed,
+        balanced,
+        share_of(balanced),
+        {name: _quantiles(runs[name]) for name in _numbers(job.merits)},
+        study.indices(job, drawn, pairs, runs, balanced),
+        ranked_by,
+        _worst(runs, balanced, drawn, (ranked_by, _wants_small(ranked_by, question))),
+        difference,
+    )
+
+
+def _checked(
+    scene: Scene, tolerances: Sequence[Tolerance], question: SpreadQuestion
+) -> tuple[DrawnPoints, str]:
+    """The draws, and by what they are ranked."""
+    until = question.until
+    if until is not None and not 1e-5 <= until < 0.5:
+        raise InputError(f"until {exact(until)}: must be a share from 0.00001 to below 0.5")
+    if not question.criterion:
+        raise InputError("criterion: is empty; say what is balanced, e.g. residual_unbalance<=0.1")
+    if question.seed < 0:
+        raise InputError(f"seed {question.seed}: must be at least 0")
+    merit_columns(question.merits)
+    drawn = DrawnPoints(scene, tolerances, question.runs, question.seed)
+    bounded = _numbers(each.merit for each in question.criterion)
+    return drawn, bounded[0] if bounded else RANKED_BY
+
+
+def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> int:
+    factors, pairs = len(drawn.factors), question.pairs
+    if factors < 2:
+        return 0
+    if pairs is None:
+        most = question.runs // (2 * factors)
+        return 1 << (most.bit_length() - 1) if most >= 2 else 0
+    if pairs and (pairs < 2 or pairs.bit_count() != 1):
+        raise InputError(f"sobol {pairs}: must be 0, for none, or a power of 2, e.g. 1024")
+    if 2 * pairs > question.runs:
+        raise InputError(
+            f"sobol {pairs}: takes pairs from the {question.runs} runs; must be at most "
+            f"{question.runs // 2}, or ask for more runs"
+        )
+    return pairs
+
+
+def _job(scene: Scene, drawn: DrawnPoints, question: SpreadQuestion, ranked_by: str) -> Job:
+    resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
+    bounded = (each.merit for each in question.criterion)
+    return Job(resolved, drawn.keys, tuple(dict.fromkeys((*question.merits, *bounded, ranked_by))))
+
+
+class _Study:
+    """Runs what is asked for, and judges it."""
+
+    def __init__(
+        self, question: SpreadQuestion, executors: Executors | None, tell: Tell | None
+    ) -> None:
+        self._question, self._executors, self._tell = question, executors, tell
+
+    def drives(self, job: Job, drawn: DrawnPoints, until: float | None) -> tuple[Sweep, np.ndarray]:
+        """As many as were asked for, or as that precision takes; and which are balanced."""
+        with StudyRuns(job, drawn.report(), self._executor()) as study:
+            rows = study.rows(drawn, range(len(drawn)), self._tell)
+            while until is not None and len(rows) < MOST:
+                share = share_of(self._balanced(rows))
+                if share.half_width <= until:
+                    break
+                more = max(share.runs_for(until), len(rows) + len(rows) // 20 + 1)
+                drawn = drawn.of(min(more, MOST))
+                new = study.rows(drawn, range(len(rows), len(drawn)), self._tell)
+                rows = pyarrow.concat_tables([rows, new]).combine_chunks()
+            study.join(rows)
+        return sweep_of(job, drawn, rows), self._balanced(rows)
+
+    def indices(
+        self, job: Job, drawn: DrawnPoints, pairs: int, runs: Sweep, balanced: np.ndarray
+    ) -> SobolIndices:
+        """Sobol indices, from pairs of the runs and some more beside."""
+        if not pairs:
+            return SobolIndices(0, 0, {}, {})
+        points = ExchangedPoints(drawn, pairs)
+        with StudyRuns(job, points.report(), self._executor()) as study:
+            rows = study.rows(points, range(len(points)), self._tell)
+            study.join(rows)
+        found: dict[str, tuple[SobolIndex, ...]] = {}
+        missing: dict[str, str] = {}
+        numbers = {BALANCED: (balanced.astype(float), self._balanced(rows).astype(float))}
+        numbers |= {name: (runs[name], _column(rows, name)) for name in _numbers(job.merits)}
+        for name, (own, mixed) in numbers.items():
+            whole = np.concatenate([own[: 2 * pairs], mixed])
+            without = int(np.count_nonzero(~np.isfinite(whole)))
+            if without:
+                missing[name] = f"{without} of {len(whole)} runs have no value"
+            else:
+                exchanged = mixed.reshape(pairs, -1).T
+                found[name] = sobol_of(
+                    own[: 2 * pairs : 2], own[1 : 2 * pairs : 2], exchanged, drawn.factors
+                )
+                if not found[name]:
+                    del found[name]
+                    missing[name] = "it does not vary"
+        return SobolIndices(pairs, len(points), found, missing)
+
+    def _executor(self) -> AbstractContextManager[Executor] | None:
+        return None if self._executors is None else self._executors()
+
+    def _balanced(self, rows: pyarrow.Table) -> np.ndarray:
+        """Which rows have settled, and meet the criterion."""
+        found = np.array(rows[OUTCOME].to_pylist()) == SETTLED
+        for bound in self._question.criterion:
+            found &= bound.holds(_column(rows, bound.merit))
+        return found
+
+
+def _column(rows: pyarrow.Table, name: str) -> np.ndarray:
+    """Numbers of a merit; NaN where null."""
+    return np.asarray(rows[name].cast(pyarrow.float64()).to_numpy(zero_copy_only=False), float)
+
+
+def _numbers(merits: Iterable[str]) -> list[str]:
+    return [each.key for each in merit_columns(merits) if each.kind is MeritKind.NUMBER]
+
+
+def _quantiles(values: np.ndarray) -> tuple[QuantileOfMerit, ...]:
+    there = values[np.isfinite(values)]
+    return tuple(quantile_of(there, p) for p in QUANTILES) if len(there) else ()
+
+
+def _wants_small(merit: str, question: SpreadQuestion) -> bool:
+    return next((each.upper for each in question.criterion if each.merit == merit), True)
+
+
+def _worst(
+    runs: Sweep, balanced: np.ndarray, drawn: DrawnPoints, ranked: tuple[str, bool]
+) -> tuple[WorstRun, ...]:
+    """Those not balanced before the others; those without a value before all."""
+    name, wants_small = ranked
+    values = runs[name].astype(float)
+    badness = np.where(np.isfinite(values), values if wants_small else -values, np.inf)
+    order = np.lexsort((-badness, balanced))[:WORST]
+    return tuple(
+        WorstRun(
+            int(run),
+            str(runs[OUTCOME][run]),
+            float(values[run]) if np.isfinite(values[run]) else None,
+            dict(zip(drawn.keys, drawn.at(int(run)), strict=True)),
+        )
+        for run in order
+    )
+
+
+def _difference(
+    runs: Sweep, balanced: np.ndarray, others: Sweep, also: np.ndarray
+) -> DesignDifference:
+    found: dict[str, MeanInterval] = {}
+    for name in _numbers(runs.merits):
+        difference = paired_difference(runs[name], others[name])
+        if difference is not None:
+            found[name] = difference
+    return DesignDifference(others, also, share_of(also), paired_shares(balanced, also), found)

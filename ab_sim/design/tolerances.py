@@ -1,0 +1,251 @@
+"""By how much built drives differ from their drawing: as it is written, ``balls.mass=5%``."""
+
+import math
+import re
+from typing import Any, NamedTuple
+
+from ab_sim.design.distributions import (
+    LEAST_LEFT,
+    Discrete,
+    Distribution,
+    LogNormal,
+    Normal,
+    Uniform,
+)
+from ab_sim.errors import InputError, exact
+from ab_sim.limited_yaml import read_yaml
+from ab_sim.quoting import short
+from ab_sim.scene.keys import SceneKey, scene_keys
+from ab_sim.scene.units import NO_UNIT, has_unit, in_si
+
+ANGLES, RATES = "start.ball_angles", "start.ball_rates"
+OF_BALLS = ("balls.mass", "balls.radius", ANGLES, RATES)
+"""Keys with a number for each ball."""
+FACTOR, OFFSET, VALUE, RANDOM = "factor", "offset", "value", "random"
+"""What is drawn: a deviation as a share of the scene's value, one in its unit, the value itself, a
+place on the circle."""
+FORMS = (
+    "must be KEY=5% (normal, about the scene's value), KEY=0.1 mm (the same, standard deviation in "
+    "the key's unit), KEY=normal:MEAN,SD, KEY=lognormal:MEDIAN,40%, KEY=uniform:LOW,HIGH, "
+    "KEY=uniform:5%, KEY=discrete:V,V,... or start.ball_angles=random; behind it, if wished, "
+    "low=NUMBER, high=NUMBER, per ball, group=NAME, with commas between"
+)
+_OPTION = re.compile(r"\s*,?\s*(?:(per ball)|(low|high|group)\s*=\s*([^,=]*?))\s*$")
+_GROUP = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
+
+
+class Tolerance(NamedTuple):
+    """How one key of a scene is spread."""
+
+    key: str
+    """Dotted."""
+    what: str
+    """FACTOR, OFFSET, VALUE or RANDOM."""
+    distribution: Distribution
+    values: tuple[Any, ...] = ()
+    """Of a discrete one."""
+    per_ball: bool = False
+    """Whether each ball has a draw of its own, or all have one."""
+    group: str | None = None
+    """Tolerances of one group follow from the same draw: if one is high, all are."""
+    text: str = ""
+    """As it was written."""
+
+    def report(self) -> list[Any]:
+        """What its draws follow from, JSON-able."""
+        kind = type(self.distribution).__name__
+        numbers = [exact(each) for each in self.distribution]
+        return [self.key, self.what, kind, numbers, list(self.values), self.per_ball, self.group]
+
+
+class _Options(NamedTuple):
+    per_ball: bool
+    group: str | None
+    low: str | None
+    high: str | None
+
+
+def tolerance_of(text: str) -> Tolerance:
+    """What is written ``KEY=5%``, ``KEY=lognormal:0.1 mm,40%, per ball`` and so on; see ``FORMS``.
+
+    Raises:
+        InputError: says what is wrong with it, and what is allowed.
+    """
+    name, equals, given = (part.strip() for part in text.partition("="))
+    if not equals or not name or not given:
+        raise InputError(f"spread {short(text)}: {FORMS}")
+    reader = _Reader(text, scene_keys(name)[0], name)
+    given, options = _options(text, given)
+    reader.check_options(options)
+    if given == RANDOM:
+        if name != ANGLES:
+            raise reader.error(f"random is for {ANGLES} only; {FORMS}")
+        reader.check_no_limits(options)
+        return Tolerance(name, RANDOM, Uniform(0.0, 1.0), (), True, options.group, text)
+    what, distribution, values = reader.form(given, options)
+    if distribution.left() < LEAST_LEFT:
+        raise reader.error(
+            f"between low and high lies {distribution.left():.2g} of the distribution; "
+            f"must be at least {LEAST_LEFT:g}"
+        )
+    return Tolerance(name, what, distribution, values, options.per_ball, options.group, text)
+
+
+def _options(text: str, given: str) -> tuple[str, _Options]:
+    """What stands before the options, and these."""
+    found: dict[str, Any] = {}
+    while (option := _OPTION.search(given)) is not None:
+        name = "per_ball" if option[1] else option[2]
+        if name in found:
+            raise InputError(f"spread {short(text)}: {option[1] or name} stands there twice")
+        found[name] = option[3] if option[2] else True
+        given = given[: option.start()].strip()
+    options = _Options("per_ball" in found, found.get("group"), found.get("low"), found.get("high"))
+    if options.group is not None and not _GROUP.fullmatch(options.group):
+        raise InputError(
+            f"spread {short(text)}: group={options.group}: must be a name of letters, digits, - "
+            "and _, a letter first"
+        )
+    return given, options
+
+
+class _Reader:
+    """Reads the forms; knows what to say of errors."""
+
+    def __init__(self, text: str, about: SceneKey, key: str) -> None:
+        self._text, self._about, self._key = text, about, key
+        self._unit = about.unit
+        self._readers = {
+            "normal": self._normal,
+            "lognormal": self._lognormal,
+            "uniform": self._uniform,
+        }
+
+    def error(self, said: str) -> InputError:
+        return InputError(f"spread {short(self._text)}: {said}")
+
+    def check_options(self, options: _Options) -> None:
+        if options.per_ball and self._key not in OF_BALLS:
+            raise self.error(f"per ball is for {', '.join(OF_BALLS)} only")
+
+    def check_no_limits(self, options: _Options) -> None:
+        if options.low is not None or options.high is not None:
+            raise self.error("low and high are for normal and lognormal only")
+
+    def form(self, given: str, options: _Options) -> tuple[str, Distribution, tuple[Any, ...]]:
+        """What is drawn, from which distribution, and the values of a discrete one."""
+        kind, colon, rest = (part.strip() for part in given.partition(":"))
+        if colon and kind == "discrete":
+            self.check_no_limits(options)
+            listed = self._listed(rest)
+            return VALUE, Discrete(len(listed)), listed
+        self._check_takes_numbers()
+        if not colon:
+            kind, rest = "normal", given
+        if kind not in self._readers:
+            raise self.error(FORMS)
+        parts = [part.strip() for part in rest.split(",")]
+        if not 1 <= len(parts) <= 2 or not all(parts):
+            raise self.error(FORMS)
+        what, distribution = self._readers[kind](parts, options)
+        return what, distribution, ()
+
+    def _normal(self, parts: list[str], options: _Options) -> tuple[str, Distribution]:
+        if len(parts) == 2:
+            mean = self._number(parts[0])
+            shares = parts[1].endswith("%")
+            deviation = abs(mean) * self._share(parts[1]) if shares else self._positive(parts[1])
+            if deviation == 0.0:
+                raise self.error(f"{parts[1]} of 0 is nothing; give the standard deviation itself")
+            return VALUE, Normal(mean, deviation, *self._limits(options, VALUE))
+        what = FACTOR if parts[0].endswith("%") else OFFSET
+        deviation = self._share(parts[0]) if what == FACTOR else self._positive(parts[0])
+        return what, Normal(0.0, deviation, *self._limits(options, what))
+
+    def _lognormal(self, parts: list[str], options: _Options) -> tuple[str, Distribution]:
+        if not parts[-1].endswith("%"):
+            raise self.error(
+                f"{short(parts[-1])}: must be the standard deviation of the logarithm, e.g. 40%: "
+                "two thirds of the values lie within a factor of exp(0.4)"
+            )
+        deviation = self._share(parts[-1])
+        if len(parts) == 1:
+            limits = self._limits(options, FACTOR)
+            return FACTOR, LogNormal(1.0, deviation, *limits, shift=1.0)
+        median = self._positive(parts[0])
+        return VALUE, LogNormal(median, deviation, *self._limits(options, VALUE))
+
+    def _uniform(self, parts: list[str], options: _Options) -> tuple[str, Distribution]:
+        self.check_no_limits(options)
+        if len(parts) == 1:
+            what = FACTOR if parts[0].endswith("%") else OFFSET
+            half = self._share(parts[0]) if what == FACTOR else self._positive(parts[0])
+            return what, Uniform(-half, half)
+        low, high = (self._number(part) for part in parts)
+        if low >= high:
+            raise self.error("must have the lower end first")
+        return VALUE, Uniform(low, high)
+
+    def _limits(self, options: _Options, what: str) -> tuple[float, float]:
+        """Of what is drawn: a value, or a deviation."""
+        found = []
+        for given, missing in ((options.low, -math.inf), (options.high, math.inf)):
+            if given is None:
+                found.append(missing)
+            elif what == FACTOR:
+                if not given.endswith("%"):
+                    raise self.error(
+                        f"{short(given)}: low and high limit the deviation here, e.g. low=-10%"
+                    )
+                found.append(self._plain(given.removesuffix("%")) / 100.0)
+            else:
+                found.append(self._number(given))
+        if found[0] >= found[1]:
+            raise self.error("low must be below high")
+        return found[0], found[1]
+
+    def _check_takes_numbers(self) -> None:
+        if self._about.range.startswith("whole"):
+            raise self.error("takes whole numbers; write discrete:V,V,...")
+        if self._unit == "-":
+            raise self.error("takes no numbers; write discrete:V,V,...")
+
+    def _share(self, given: str) -> float:
+        found = self._plain(given.removesuffix("%").strip()) / 100.0
+        if found <= 0.0:
+            raise self.error(f"{short(given)} must be above 0")
+        return found
+
+    def _positive(self, given: str) -> float:
+        found = self._number(given)
+        if found <= 0.0:
+            raise self.error(f"{short(given)} must be above 0")
+        return found
+
+    def _number(self, given: str) -> float:
+        if not has_unit(given):
+            return self._plain(given)
+        try:
+            return in_si(given, self._unit)
+        except ValueError as error:
+            raise self.error(f"{short(given)} {error}") from None
+
+    def _plain(self, given: str) -> float:
+        try:
+            found = float(given)
+        except ValueError:
+            raise self.error(f"{short(given)} is no number; {FORMS}") from None
+        if not math.isfinite(found):
+            raise self.error(f"{short(given)} must be a finite number")
+        return found
+
+    def _listed(self, given: str) -> tuple[Any, ...]:
+        try:
+            found = read_yaml(f"[{given}]")
+        except ValueError as error:
+            raise self.error(f"its values: {error}") from error
+        if not isinstance(found, list) or not found:
+            raise self.error(FORMS)
+        if self._unit in NO_UNIT:
+            return tuple(found)
+        return tuple(self._number(each) if isinstance(each, str) else each for each in found)

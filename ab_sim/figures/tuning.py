@@ -1,0 +1,81 @@
+"""A tuning: the landscape that the search saw, a panel for each key."""
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from ab_sim.design.tune import Tuning
+from ab_sim.figures.saved import ResultFigure
+from ab_sim.figures.sweep import BEST, LINE, WIDE
+
+OUTSIDE, BEFORE = "#c9c9c9", "#e88b2d"
+
+
+def drawn_tuning(found: Tuning) -> ResultFigure:
+    """The figure of a tuning, not written yet."""
+    keys, aim = found.keys, found.task.aim.merit
+    columns = min(3, len(keys))
+    rows = math.ceil(len(keys) / columns)
+    figure = ResultFigure(figsize=(1.2 + 4.2 * columns, 1.4 + 3.2 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
+    values, within = found.runs[aim].astype(float), found.within
+    for place, (axes, key) in enumerate(zip(panels, keys, strict=False)):
+        _panel(found, axes, key, values, within)
+        axes.set_xlabel(_titled(found, key), fontsize=9)
+        if place % columns == 0:
+            axes.set_ylabel(_titled(found, aim), fontsize=9)
+    there = values[np.isfinite(values)]
+    if len(there) and there.min() > 0 and there.max() > WIDE * there.min():
+        panels[0].set_yscale("log")
+    for axes in panels[len(keys) :]:
+        axes.set_axis_off()
+    bounds = "".join(f", {each}" for each in found.task.bounds)
+    figure.suptitle(f"{found.runs.scene.name}: {found.task.aim}{bounds}", fontsize=11)
+    figure.legend(handles=_legend(found), loc="outside lower center", ncols=2, fontsize=9)
+    return figure
+
+
+def _panel(found: Tuning, axes: Axes, key: str, values: np.ndarray, within: np.ndarray) -> None:
+    across = found.runs[key].astype(float)
+    size = min(4.0, max(1.2, 60.0 / math.sqrt(len(values))))
+    for chosen, colour in ((~within, OUTSIDE), (within, LINE)):
+        axes.plot(across[chosen], values[chosen], ls="", marker="o", ms=size, color=colour)
+    for _, before, settled in found.before[:1]:
+        if before is not None and settled:
+            axes.axhline(before, color=BEFORE, lw=1.2, ls="--")
+    for name, value, merit, inside in found.beside:
+        if name == key and inside and merit is not None:
+            axes.plot(value, merit, marker="|", ms=12, mew=1.6, color=BEST, ls="")
+    if found.run is not None:
+        axes.plot(
+            across[found.run], values[found.run], marker="*", ms=15, mfc=BEST, mec="white", ls=""
+        )
+    (range_,) = (each for each in found.task.ranges if each.key == key)
+    if range_.log:
+        axes.set_xscale("log")
+    axes.grid(alpha=0.25)
+
+
+def _legend(found: Tuning) -> list[Line2D]:
+    inside = int(found.within.sum())
+    handles = [
+        Line2D([], [], marker="o", color=LINE, ls="", label=f"settled within all bounds: {inside}"),
+        Line2D(
+            [], [], marker="o", color=OUTSIDE, ls="", label=f"others: {len(found.within) - inside}"
+        ),
+    ]
+    if found.run is not None:
+        handles.append(Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best"))
+        handles.append(
+            Line2D([], [], marker="|", ms=11, mew=1.6, color=BEST, ls="", label="5 % beside it")
+        )
+    if any(settled for _, _, settled in found.before[:1]):
+        handles.append(Line2D([], [], color=BEFORE, ls="--", label="the scene as it is"))
+    return handles
+
+
+def _titled(found: Tuning, name: str) -> str:
+    unit = found.runs.unit(name)
+    return name if unit in (None, "1", "-") else f"{name} [{unit}]"

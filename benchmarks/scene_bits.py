@@ -1,0 +1,59 @@
+"""What scenes compute, to the bit: to compare before a change with after it.
+
+    python benchmarks/scene_bits.py > before.txt
+    python benchmarks/scene_bits.py > after.txt
+    diff before.txt after.txt
+
+prints two numbers for each scene that ships. The first stands for the text of the machine code of
+its equations: where it is the same, each evaluation costs the same and gives the same bits. The
+second stands for the samples and energies of 300 steps, by the scene's stepper and by
+``collocation``.
+"""
+
+import argparse
+import hashlib
+from collections.abc import Iterable
+
+from ab_sim.drive import Drive
+from ab_sim.dynamics.assemble import system_of
+from ab_sim.kernels.code import code_of
+from ab_sim.scene import Scene, load_scene
+from ab_sim.scene_files import scene_names
+from ab_sim.spindle import Ramp
+from ab_sim.tracing.llvm_text import module_text
+
+STEPS = 300
+
+
+def main() -> None:
+    """Print them."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.parse_args()
+    for name in scene_names():
+        print(f"{name}: code {digest(code(load_scene(name)))}, runs {digest(runs(name))}")
+
+
+def code(scene: Scene) -> Iterable[bytes]:
+    """The equations' functions in LLVM's language."""
+    emission = code_of(system_of(scene, energy_balance=True), Ramp).emission
+    for function in (emission.prepare, emission.slope, emission.finish):
+        yield module_text([function()]).encode()
+
+
+def runs(name: str) -> Iterable[bytes]:
+    """Samples and energies."""
+    for stepper in ([], ["solver.stepper=collocation"]):
+        drive = Drive(load_scene(name, stepper), energy_balance=True)
+        yield drive.advance(STEPS).samples.tobytes()
+        yield repr(drive.energy()).encode()
+
+
+def digest(parts: Iterable[bytes]) -> str:
+    """A number that other bytes would hardly have."""
+    return hashlib.sha256(b"".join(parts)).hexdigest()[:16]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,165 @@
+"""Whether a rotor is balanced, and to what grade."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ab_sim
+from ab_sim.analysis import merits_of, run_scene
+from ab_sim.analysis.merits.merit import merits_named
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.scene import check_scene, load_scene
+from tests.analysis.made import made
+
+E = 1e-4
+KEYS = ["balanced", "residual_unbalance", "balls_circulate", "still_changing"]
+
+
+@pytest.mark.parametrize("name", ["thesis-hold", "couple-unbalance", "no-ball"])
+def test_the_grade_is_the_speed_of_the_mass_centre(name: str) -> None:
+    """In the plane, in space, without balls: from each sample's mass centre of what turns."""
+    run = run_scene(load_scene(name, ["duration=4"]))
+    path, scene = run.trajectory, run.scene
+    masses, radius = np.array(scene.balls.masses), scene.race.radius
+    rows = path.ball_angles[-round(len(path) / 10) :]
+    x = scene.eccentric_mass * scene.rotor.eccentricity + np.cos(rows) @ (masses * radius)
+    y = np.sin(rows) @ (masses * radius)
+    centre = np.hypot(x, y) / (scene.eccentric_mass + masses.sum())
+    expected = 1e3 * math.sqrt(np.mean(centre**2)) * path["speed"][-1]
+    assert run.merits["balance_grade"] == pytest.approx(expected, rel=1e-12)
+    if name == "no-ball":
+        assert run.merits["balance_grade"] == pytest.approx(
+            1e3 * scene.rotor.eccentricity * path["speed"][-1], rel=1e-12
+        )
+
+
+def test_balls_alone_have_a_grade_too(scene: Any) -> None:
+    """A rotor without an unbalance: two balls side by side, R 2 m / (M0 + 2 m) off the shaft."""
+    run = made(balls=2, speed=lambda t: 0 * t - 300.0)
+    merits = merits_of(run, scene(rotor={"eccentricity": 0.0}))
+    assert merits.balance_grade == pytest.approx(0.01 * 2e-3 / 0.1 * 300.0)
+    assert merits.balanced is None and merits.residual_unbalance is None
+
+
+def at_rest(degrees: float, **channels: Any) -> Trajectory:
+    """Two balls at +- an angle; they balance the thesis' rotor at 119.34 deg."""
+    return made(
+        balls=2,
+        step=1e-2,
+        ball_0_angle=lambda t: 0 * t + math.radians(degrees),
+        ball_1_angle=lambda t: 0 * t - math.radians(degrees),
+        **channels,
+    )
+
+
+def share(degrees: float) -> float:
+    return abs(1 + 2e-5 / 9.8e-6 * math.cos(math.radians(degrees)))
+
+
+@pytest.mark.parametrize("degrees", [100.0, 116.0, 117.0, 119.34, 121.0, 123.0, 140.0])
+@pytest.mark.parametrize("limit", [None, 0.01, 0.1, 0.5])
+def test_a_rotor_is_balanced_to_the_scenes_limit(scene: Any, degrees: float, limit: Any) -> None:
+    changes = {} if limit is None else {"balanced": {"residual_unbalance": limit}}
+    merits = merits_of(at_rest(degrees), scene(**changes), KEYS)
+    assert merits["residual_unbalance"] == pytest.approx(share(degrees), rel=1e-9)
+    assert merits["balanced"] is (share(degrees) <= (0.1 if limit is None else limit))
+
+
+def test_a_whirl_that_still_changes_is_not_balanced_unless_it_is_small(scene: Any) -> None:
+    """Small: within 5 % of M0 e / M, which is 0.049 e here."""
+    for size, balanced in ((0.5, False), (0.03, True)):
+        run = at_rest(119.34, x=lambda t, s=size: E * s * 0.5 ** (t - 10))
+        last = E * size * 0.5 ** (run["time"][-100:] - 10)
+        assert (math.sqrt(np.mean(last**2)) <= 0.049 * E) is balanced
+        merits = merits_of(run, scene(), KEYS)
+        assert merits["still_changing"] and merits["balanced"] is balanced
+
+
+def test_a_ball_that_circulates_balances_nothing(scene: Any) -> None:
+    """A light one beside a heavy one that balances: what is left is little, and yet."""
+    light = scene(balls={"mass": [9.8e-4, 1e-6]})
+    round_ = made(
+        balls=2, step=1e-2,
+        ball_0_angle=lambda t: 0 * t - math.pi, ball_1_angle=lambda t: -30 * t,
+    )  # fmt: skip
+    merits = merits_of(round_, light, KEYS)
+    assert merits["residual_unbalance"] < 0.02
+    assert merits["balls_circulate"] is True and merits["balanced"] is False
+    still = made(balls=2, step=1e-2, ball_0_angle=lambda t: 0 * t - math.pi)
+    merits = merits_of(still, light, KEYS)
+    assert merits["balls_circulate"] is False and merits["balanced"] is True
+
+
+def test_a_couple_counts_if_the_scene_says_so() -> None:
+    """Two balls in each of two races take it away; with one in each they cannot."""
+    change = "balanced.residual_couple=0.1"
+    assert run_scene(load_scene("couple-unbalance", [change])).merits.balanced is True
+    lifted = ["rotor.height=0.004", "race.height=[0.006, -0.003]", "balls.race=[0, 1]"]
+    for changes, balanced in (
+        ([], True),
+        ([change], False),
+        (["balanced.residual_couple=2"], True),
+    ):
+        run = run_scene(load_scene("feeding-deck", [*lifted, "duration=1", *changes]))
+        assert run.merits.residual_unbalance < 0.1 < 1 < run.merits.residual_couple < 2
+        assert run.merits.balanced is balanced
+
+
+@pytest.mark.parametrize(
+    ("name", "balanced"), [("balanced-start-up", True), ("thesis-hold", False), ("no-ball", False)]
+)
+def test_scenes_of_the_package(name: str, balanced: bool) -> None:
+    assert run_scene(load_scene(name)).merits.balanced is balanced
+
+
+def test_a_scene_keeps_its_criterion_and_needs_none() -> None:
+    plain = load_scene("thesis-hold")
+    assert plain.balanced is None and "balanced" not in plain.as_mapping()
+    own = load_scene("thesis-hold", ["balanced.residual_unbalance=0.3"])
+    assert own.as_mapping()["balanced"] == {"residual_unbalance": 0.3}
+    assert check_scene(own.as_mapping(), "again") == own
+    with pytest.raises(
+        ab_sim.SceneError, match="balanced.residual_unbalance = 0: must be more than 0"
+    ):
+        load_scene("thesis-hold", ["balanced.residual_unbalance=0"])
+
+
+def test_only_what_is_asked_for_is_looked_at(scene: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the merit: watches of others are not even made."""
+    run, asked = at_rest(119.34), scene()
+    watches = set().union(*(needed(merit.watch) for merit in merits_named(None)))
+    made_: list[type[object]] = []
+    for watch in watches:
+        before: Callable[..., None] = watch.__init__  # type: ignore[misc]
+
+        def counted(self: object, *given: Any, before: Callable[..., None] = before) -> None:
+            made_.append(type(self))
+            before(self, *given)
+
+        monkeypatch.setattr(watch, "__init__", counted)
+    for merit in merits_named(None):
+        made_.clear()
+        merits_of(run, asked, [merit.key])
+        assert set(made_) & watches == needed(merit.watch) and len(made_) == len(set(made_))
+
+
+def needed(watch: Any) -> set[Any]:
+    return {watch}.union(*(needed(each) for each in getattr(watch, "AFTER", ())))
+
+
+def test_names_are_a_list(scene: Any) -> None:
+    with pytest.raises(ab_sim.InputError, match=r"keys = 'final_speed': must be a list"):
+        ab_sim.merits_of(made(balls=2), scene(), "final_speed")
+    with pytest.raises(ab_sim.InputError, match="trajectory: has no samples"):
+        ab_sim.merits_of(made(balls=2).last(0), scene())
+
+
+def test_values_are_in_what_the_list_says(scene: Any) -> None:
+    report: Mapping[str, object] = merits_of(at_rest(119.34), scene()).report()
+    for merit in merits_named(None):
+        value = report.get(merit.key)
+        if value is not None and merit.scalar:
+            assert isinstance(value, bool | float), merit.key

@@ -1,0 +1,144 @@
+"""`ab-sim robust` as its users run it: files, pictures, errors, and an end at any instant."""
+
+import json
+import os
+import random
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow.parquet
+import pytest
+
+import ab_sim as package
+from tests.cli.test_sweep import kept_runs
+from tests.cli.tool import PNG, ab_sim
+
+SHORT = ("--set", "duration=0.4", "--set", "effects.rolling_friction=")
+SPREAD = (
+    "--spread", "balls.mass=5% per ball", "--spread", "rotor.eccentricity=lognormal:0.1 mm,40%",
+    "--spread", "start.ball_angles=random",
+)  # fmt: skip
+SMALL = ("--balanced", "peak_whirl_over_e<0.03")
+
+
+def test_a_spread_is_shown_drawn_and_written(tmp_path: Path) -> None:
+    done = ab_sim(
+        "robust", "thesis-hold", *SHORT, *SPREAD, *SMALL, "--runs", "60", "--against",
+        "balanced-start-up", "--merits", "peak_whirl_over_e,final_tilt", "--sobol", "8",
+        "--json", "s.json", "--parquet", "s.parquet", "--csv", "s.csv", "--plot", "s.png",
+        "--worst", "worst", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "of 60 drives balance" in done.stdout and "peak_whirl_over_e<0.03" in done.stdout
+    assert "more runs" in done.stdout and "Sobol indices" in done.stdout
+    assert "against balanced-start-up" in done.stdout and "McNemar" in done.stdout
+    assert (
+        "8 pairs of drives, and took 24 runs more" in done.stdout and "Traceback" not in done.stderr
+    )
+    report = json.loads((tmp_path / "s.json").read_text())
+    found = package.open_sweep(tmp_path / "s.parquet")
+    assert report["runs"]["peak_whirl_over_e"] == found["peak_whirl_over_e"].tolist()
+    assert report["share"]["runs"] == 60 and report["against"]["share"]["runs"] == 60
+    assert set(report["quantiles"]) == {"peak_whirl_over_e", "final_tilt"}
+    assert report["quantiles"]["final_tilt"] == []
+    assert len((tmp_path / "s.csv").read_text().splitlines()) == 61
+    assert (tmp_path / "s.png").read_bytes().startswith(PNG)
+    assert len(list((tmp_path / "worst").glob("run-*.yaml"))) == 10
+    lines = [line for line in done.stdout.splitlines() if line.startswith("run ")]
+    again = shlex.split(lines[0].partition(": ab-sim ")[2])
+    ran = ab_sim(*again, "--json", "again.json", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    value = json.loads((tmp_path / "again.json").read_text())["runs"][0]["peak_whirl_over_e"]
+    assert value == report["worst"][0]["value"]
+
+
+def test_until_goes_on_and_more_runs_find_those_that_are_done(tmp_path: Path) -> None:
+    words = ("robust", "thesis-hold", *SHORT, *SPREAD[:4], *SMALL, "--sobol", "0")
+    done = ab_sim(*words, "--runs", "50", "--until", "9%", "--json", "s.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "s.json").read_text())
+    share = report["share"]
+    assert (share["high"] - share["low"]) / 2 <= 0.09 and "no Sobol indices" in done.stdout
+    more = ab_sim(*words, "--runs", "300", "--json", "m.json", cwd=tmp_path)
+    assert more.returncode == 0, more.stderr
+    other = json.loads((tmp_path / "m.json").read_text())["runs"]
+    for key, values in report["runs"].items():
+        assert other[key][: len(values)] == values
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--spread", "balls.mass=5%"),
+        (*SPREAD, "--balanced", "peak_whirl_over_e<1e9"),
+        ("--spread", "rotor.eccentricity=100%", "--spread", "balls.mass=1%"),
+    ],
+    ids=["one", "all balance", "failures"],
+)
+def test_every_kind_of_spread_has_a_picture(words: tuple[str, ...], tmp_path: Path) -> None:
+    done = ab_sim(
+        "robust", "thesis-hold", *SHORT, *words, "--runs", "40", "--plot", "p.svg", cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert "share of" in (tmp_path / "p.svg").read_text() and "Traceback" not in done.stderr
+    assert ("failed count as not balanced" in done.stdout) == ("100%" in words[1])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), "Missing option"),
+        (("--spread", "balls.masss=5%"), "did you mean 'balls.mass'"),
+        (("--spread", "balls.mass=5 mm"), "is a length"),
+        (("--spread", "balls.mass=five"), "'five' is no number"),
+        ((*SPREAD, "--balanced", "residual<1"), "no such merit"),
+        ((*SPREAD, "--balanced", "final_tilt"), "say what it must be"),
+        ((*SPREAD, "--merits", "final"), "no such merit"),
+        ((*SPREAD, "--workers", "0"), "--workers 0: must be at least 1"),
+        ((*SPREAD, "--until", "soon"), "--until 'soon': must be the half width"),
+        ((*SPREAD, "--until", "0%"), "until 0: must be a share"),
+        ((*SPREAD, "--runs", "99999999"), "99999999 runs: must be from 1"),
+        ((*SPREAD, "--sobol", "7"), "must be 0, for none, or a power of 2"),
+        ((*SPREAD, "--against", "thesis-hol"), "did you mean 'thesis-hold'"),
+        ((*SPREAD, "--against", "no-ball"), "the scene no-ball gives none"),
+        ((*SPREAD, "--parquet", "s.csv"), "--parquet s.csv: must end in .parquet"),
+        ((*SPREAD, "--plot", "none/s.png"), "there is no folder none"),
+        ((*SPREAD, "--worst", "none/worst"), "there is no folder none"),
+    ],
+)
+def test_bad_input_exits_with_2_and_leaves_nothing(
+    arguments: tuple[str, ...], words: str, tmp_path: Path
+) -> None:
+    done = ab_sim("robust", "thesis-hold", *SHORT, *arguments, cwd=tmp_path)
+    assert done.returncode == 2 and words in done.stderr, done.stderr
+    assert "Traceback" not in done.stderr and not list(tmp_path.iterdir())
+
+
+def test_killed_at_any_time_nothing_is_lost_or_doubled(tmp_path: Path) -> None:
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    command = [
+        sys.executable, "-m", "ab_sim", "robust", "no-ball", "--set", "duration=4",
+        "--spread", "rotor.eccentricity=20%, low=-90%", "--runs", "3000", "--workers", "2",
+        "--balanced", "peak_whirl_over_e<10", "--parquet", "s.parquet",
+    ]  # fmt: skip
+    known, rng = 0, random.Random(1)
+    for _ in range(2):
+        program = subprocess.Popen(command, cwd=tmp_path, env=environment, start_new_session=True)
+        time.sleep(rng.uniform(2.0, 5.0))
+        os.killpg(program.pid, signal.SIGKILL)
+        program.wait()
+        runs = kept_runs(tmp_path)
+        assert len(runs) == len(set(runs)) and len(runs) >= known
+        known = len(runs)
+    program = subprocess.Popen(command, cwd=tmp_path, env=environment, start_new_session=True)
+    time.sleep(4.0)
+    program.send_signal(signal.SIGINT)
+    assert program.wait() in (0, 130)
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0 and "of 3000 drives balance" in done.stdout, done.stderr
+    assert pyarrow.parquet.read_table(tmp_path / "s.parquet")["run"].to_pylist() == [*range(3000)]
+    assert sorted(kept_runs(tmp_path)) == [*range(3000)]

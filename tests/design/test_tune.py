@@ -1,0 +1,202 @@
+"""Tuning finds what a brute-force grid finds, keeps to bounds, and says where there is nothing."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet
+import pytest
+
+import ab_sim
+from ab_sim.design import tune as tunes
+from ab_sim.design.bounds import bound_of
+from ab_sim.design.judged import SETTLED
+from ab_sim.design.search import Effort, search
+from ab_sim.design.tune import Task, Tuning, aim_of, run_tuning
+from ab_sim.design.variables import Range, variable_of
+from ab_sim.errors import InputError, Interrupted, SceneError
+
+
+def tuned(
+    scene: str, vary: tuple[str, ...], aim: str, bounds: tuple[str, ...] = (), *changes: str,
+    runs: int = 150, largest: bool = False,
+) -> Tuning:  # fmt: skip
+    ranges = [variable_of(text) for text in vary]
+    task = Task(
+        ab_sim.load_scene(scene, changes),
+        tuple(each for each in ranges if isinstance(each, Range)),
+        aim_of(None, aim) if largest else aim_of(aim, None),
+        tuple(bound_of(each) for each in bounds),
+        Effort(runs, 0),
+    )
+    return run_tuning(task)
+
+
+DRAG = "effects.viscous_drag.coefficient=log:0.1..2"
+HOLD = "profile.variable_speed_period"
+CASES = {
+    "damping for the least whirl": (
+        "no-ball",
+        ("effects.suspension.damping=0.2..60",),
+        "final_whirl_over_e",
+        ("peak_whirl_over_e<5",),
+    ),
+    "heaviest balls that may be": (
+        "balanced-start-up",
+        ("balls.mass=0.5 g..3 g",),
+        "peak_whirl_over_e",
+        ("final_whirl_over_e<0.3",),
+    ),
+    "mass and drag": (
+        "balanced-start-up",
+        ("balls.mass=0.5 g..1.5 g", DRAG),
+        "final_whirl_over_e",
+        (),
+    ),
+    "the hold": (
+        "balanced-start-up",
+        (f"{HOLD}.duration=0.1..1.5", f"{HOLD}.start_speed=90..130"),
+        "start_up_time",
+        ("final_whirl_over_e<0.2",),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_is_at_least_as_good_as_a_grid(case: str) -> None:
+    """The grid has as many runs as the search may do, and its best is within the same bounds."""
+    scene, vary, aim, bounds = CASES[case]
+    found = tuned(scene, vary, aim, bounds, runs=250)
+    side = 15 if len(vary) == 2 else 225
+    grid = ab_sim.sweep(
+        scene,
+        {each.partition("=")[0]: f"{each.partition('=')[2]}:{side}" for each in vary},
+        [aim, *(bound_of(each).merit for each in bounds)],
+    )
+    good = grid["outcome"] == SETTLED
+    for each in bounds:
+        good &= bound_of(each).holds(grid[bound_of(each).merit])
+    best = np.nanmin(np.where(good, grid[aim], np.nan))
+    assert found.best is not None and np.isfinite(best)
+    assert found.best <= best * 1.002
+    # Of what it looked at it names the best; it is a scene, which gives just that.
+    within = found.runs[aim][found.within]
+    assert found.best == within.min() and found.scene is not None
+    again = ab_sim.simulate(found.scene).merits
+    assert again[aim] == found.best
+    assert all(bound_of(each).holds(again[bound_of(each).merit]) for each in bounds)
+
+
+def test_a_search_finds_the_least_of_a_function() -> None:
+    ranges = [Range("balls.mass", -5.0, 5.0), Range("balls.count", 0, 20, whole=True)]
+    seen: list[np.ndarray] = []
+
+    def costs(values: np.ndarray) -> np.ndarray:
+        seen.append(values)
+        x, n = values.T
+        return np.asarray((x - 1.2345) ** 2 + (n - 7.0) ** 2 + np.sin(5.0 * x) ** 2 * 0.01)
+
+    search(ranges, costs, Effort(600, 1))
+    tried = np.vstack(seen)
+    best = tried[np.argmin(costs(tried))]
+    exact = np.linspace(1.0, 1.5, 500001)
+    least = exact[np.argmin((exact - 1.2345) ** 2 + 0.01 * np.sin(5.0 * exact) ** 2)]
+    assert best[1] == 7 and abs(best[0] - least) < 1e-3
+    assert len(tried) <= 600 + 64 and (tried[:, 1] == np.round(tried[:, 1])).all()
+
+
+def test_whole_numbers_stay_whole_and_the_same_seed_gives_the_same() -> None:
+    def once(seed: int) -> Tuning:
+        scene = ab_sim.load_scene("thesis-hold", ["duration=0.3", "start.ball_angles="])
+        ranges = (Range("balls.count", 1, 4, whole=True), Range("balls.mass", 1e-3, 2e-3))
+        task = Task(scene, ranges, aim_of("peak_whirl_over_e", None), (), Effort(40, seed))
+        return run_tuning(task)
+
+    first, again, other = once(0), once(0), once(1)
+    assert first.runs.table.equals(again.runs.table)
+    assert not first.runs.table.equals(other.runs.table)
+    counts = first.runs["balls.count"]
+    assert (
+        counts.dtype.kind == "i" and set(counts.tolist()) <= {1, 2, 3, 4} and len(set(counts)) > 1
+    )
+
+
+def test_nothing_found_is_said_so() -> None:
+    found = tuned("no-ball", ("effects.suspension.damping=0.2..60",), "final_whirl_over_e",
+                  ("peak_whirl_over_e<0.1",), runs=40)  # fmt: skip
+    assert found.run is None and found.best is None and found.scene is None
+    assert found.values == {} and found.active == [] and found.beside == ()
+    assert found.report()["found"] is False and "found nothing" in repr(found)
+    assert np.isfinite(found.runs["peak_whirl_over_e"]).all() and not found.within.any()
+
+
+def test_it_says_which_bounds_it_is_at() -> None:
+    found = tuned("no-ball", ("effects.suspension.damping=0.2..10",), "peak_whirl_over_e", runs=40)
+    assert found.active == ["effects.suspension.damping=10"]
+    (less, more) = found.beside
+    assert found.best is not None and less[2] is not None and more[2] is not None
+    assert less[2] > found.best > more[2] and more[1] == pytest.approx(10.5, rel=1e-3)
+    assert [name for name, _, _ in found.before] == ["as it is"]
+
+
+def test_interrupted_it_goes_on(folder: Path) -> None:
+    told = list[int]()
+
+    def stop(what: str, done: int, runs: int) -> None:
+        told.append(done)
+        if len(told) == 3:
+            raise Interrupted("stopped")
+
+    scene = ab_sim.load_scene("thesis-hold", ["duration=0.3"])
+    task = Task(
+        scene,
+        (Range("balls.mass", 1e-3, 2e-3),),
+        aim_of("peak_whirl_over_e", None),
+        (),
+        Effort(80, 0),
+    )
+    with pytest.raises(Interrupted):
+        run_tuning(task, tell=stop)
+    kept = [pyarrow.parquet.read_table(file)["run"] for file in folder.glob("*/*.parquet")]
+    assert sorted(run for part in kept for run in part.to_pylist()) == [*range(told[-1])]
+    found = run_tuning(task)
+    for file in folder.glob("*/*.parquet"):
+        file.unlink()
+    assert run_tuning(task).runs.table.equals(found.runs.table)
+
+
+@pytest.mark.parametrize(
+    ("vary", "aim", "bounds", "words"),
+    [
+        ((), "peak_whirl_over_e", (), "nothing varies"),
+        (("balls.mass=1..2",) * 2, "peak_whirl_over_e", (), "varies twice"),
+        (("balls.mass=1..2",), "peak", (), "no such merit"),
+        (("balls.mass=1..2",), "final_ball_angles", (), "is a list, not a number"),
+        (("balls.mass=1..2",), "balanced", (), "is better when larger; maximise it"),
+        (("balls.mass=1..2",), "peak_whirl_over_e", ("peak_whirl_over_e",), "say what it must be"),
+    ],
+)
+def test_what_cannot_be_looked_for_is_refused(
+    vary: tuple[str, ...], aim: str, bounds: tuple[str, ...], words: str
+) -> None:
+    with pytest.raises(InputError) as raised:
+        tuned("thesis-hold", vary, aim, bounds)
+    assert words in str(raised.value)
+
+
+def test_ranges_without_any_scene_are_refused() -> None:
+    with pytest.raises(SceneError, match="must be at least"):
+        tuned("thesis-hold", ("balls.mass=-2..-1",), "peak_whirl_over_e")
+    with pytest.raises(InputError, match="either minimise or maximise"):
+        aim_of(None, None)
+    with pytest.raises(InputError, match="runs = 3: must be from 16"):
+        tuned("thesis-hold", ("balls.mass=1 g..2 g",), "peak_whirl_over_e", runs=3)
+
+
+def test_costs_put_any_run_within_bounds_before_any_other() -> None:
+    found = tuned("balanced-start-up", ("balls.mass=0.5 g..3 g",), "peak_whirl_over_e",
+                  ("final_whirl_over_e<0.3",), runs=60)  # fmt: skip
+    costs = tunes._costs(found.runs.table, found.task)
+    assert found.within.any() and not found.within.all()
+    assert costs[found.within].max() < costs[~found.within].min()
+    order = np.argsort(costs[found.within])
+    assert (np.diff(found.runs["peak_whirl_over_e"][found.within][order]) >= 0).all()
