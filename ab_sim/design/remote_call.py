@@ -131,12 +131,12 @@ def _modules_in(pickled: bytes) -> set[str]:
     """Those of classes and functions that a pickle names."""
     found: set[str] = set()
 
-    class NamingUnpickler(pickle.Unpickler):
+    class Seen(pickle.Unpickler):
         def find_class(self, module: str, name: str) -> Any:
             found.add(module)
             return super().find_class(module, name)
 
-    NamingUnpickler(io.BytesIO(pickled)).load()
+    Seen(io.BytesIO(pickled)).load()
     return found
 
 
