@@ -1,14 +1,14 @@
 """A function applied to many items, in several processes if their start pays off."""
 
 import contextlib
-import functools
 import multiprocessing
 import os
 import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -22,6 +22,8 @@ CHUNK = 16
 """Number of items that a process gets at a time, by default."""
 TRIAL = 0.5
 """Time in which this process works alone, to estimate the total time [s]."""
+AHEAD = 3
+"""Parts that are sent for each process before results are waited for."""
 WORTH_IT = 20.0
 """Estimated time above which processes are started, which takes some seconds [s]."""
 
@@ -51,7 +53,7 @@ class Workers:
     """
 
     def __init__(self, count: int) -> None:
-        self._count, self._warm = count, False
+        self._count, self._warm, self._spent = count, False, 0.0
         self._processes: list[BaseProcess] = []
         self._idle: queue.SimpleQueue[Connection] = queue.SimpleQueue()
         self._threads: ThreadPoolExecutor | None = None
@@ -88,21 +90,37 @@ class Workers:
         Raises:
             WorkerLost: a worker process has ended.
         """
-        done, begin = 0, time.perf_counter()
+        done, spent = 0, 0.0
         while self._threads is None and done < len(items):
-            yield function(items[done])
-            done += 1
+            begin = time.perf_counter()
+            result = function(items[done])
+            took, done = time.perf_counter() - begin, done + 1
+            yield result
             if not self._warm:  # the first of all loads kernels
-                self._warm, begin = True, time.perf_counter()
-            elif self._count > 1:
-                spent = time.perf_counter() - begin
-                if spent > TRIAL and spent * (len(items) - done) > WORTH_IT * done:
-                    self._start()
+                self._warm = True
+                continue
+            spent, self._spent = spent + took, self._spent + took
+            ahead = spent * (len(items) - done) / done
+            # Who has asked for much before will go on.
+            if self._count > 1 and spent > TRIAL and max(ahead, self._spent) > WORTH_IT:
+                self._start()
         if self._threads is not None and done < len(items):
             size = max(1, min(chunk, (len(items) - done) // self._count))
             parts = (items[first : first + size] for first in range(done, len(items), size))
-            for results in self._threads.map(functools.partial(self._request, function), parts):
-                yield from results
+            yield from self._shared(function, parts)
+
+    def _shared(
+        self, function: Callable[[Item], Result], parts: Iterator[Sequence[Item]]
+    ) -> Iterator[Result]:
+        """Results of parts, of which a few are made ahead: of all there may be millions."""
+        assert self._threads is not None
+        sent: deque[Future[Sequence[Result]]] = deque()
+        for part in parts:
+            sent.append(self._threads.submit(self._request, function, part))
+            if len(sent) >= AHEAD * self._count:
+                yield from sent.popleft().result()
+        while sent:
+            yield from sent.popleft().result()
 
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")

@@ -22,6 +22,8 @@ CHUNK_SECONDS = 1.5
 """Work of a chunk: what one costs to be sent and kept is small beside it."""
 MOST_OF_A_CHUNK = 65_536
 """Runs."""
+FEWEST = 4
+"""Chunks, so that two processes have as much to do, where there is work for so many."""
 ENOUGH = 0.2
 """s of work from which a run's time is known."""
 Tell = Callable[[str, int, int], None]
@@ -153,8 +155,9 @@ class StudyRuns:
             taken += len(chunk)
             size = min(4 * size, MOST_OF_A_CHUNK)
         if taken < len(missing) and self._seconds is not None:
-            whole = int(CHUNK_SECONDS / self._seconds) // LANES * LANES
-            size = min(max(LANES, whole), MOST_OF_A_CHUNK)
+            long = int(CHUNK_SECONDS / self._seconds)
+            size = min(long, math.ceil((len(missing) - taken) / FEWEST), MOST_OF_A_CHUNK)
+            size = max(LANES, math.ceil(size / LANES) * LANES)
             chunks = _Chunks(points, missing[taken:], size)
             yield from self._executor.each(functools.partial(judged, self._job), chunks, chunk=1)
 
