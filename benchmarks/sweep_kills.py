@@ -33,6 +33,7 @@ def kept(folder: Path) -> list[int]:
 
 
 def environment(folder: Path) -> dict[str, str]:
+    """In which what is done is kept in a folder of its own."""
     return {**os.environ, "XDG_CACHE_HOME": str(folder / "cache")}
 
 
@@ -51,6 +52,7 @@ def killed(folder: Path, after: float) -> bool:
 
 
 def main() -> None:
+    """Kill, count, and compare with a sweep that was not killed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--json", type=Path)
