@@ -8,14 +8,16 @@ from pathlib import Path
 from ab_sim.api.common import Progress, SceneLike, as_scene
 from ab_sim.design import sweep as sweeps
 from ab_sim.design.bounds import bound_of
+from ab_sim.design.candidates import Spreading
 from ab_sim.design.cluster import Cluster
 from ab_sim.design.points import points_of
+from ab_sim.design.scores import Standard
 from ab_sim.design.search import Effort
 from ab_sim.design.spread import Spread
 from ab_sim.design.spread_runs import SpreadQuestion, run_spread
 from ab_sim.design.sweep import DEFAULT_MERITS, Sweep
-from ab_sim.design.tolerances import tolerance_of
-from ab_sim.design.tune import RUNS, Task, Tuning, aim_of, run_tuning
+from ab_sim.design.tolerances import Tolerance, tolerance_of
+from ab_sim.design.tune import DRAWS, RUNS, SHARE, Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, Variable, range_, values, variable_of
 from ab_sim.design.work import Executor
 from ab_sim.errors import InputError
@@ -110,6 +112,9 @@ def tune(
     minimise: str | None = None,
     maximise: str | None = None,
     subject_to: Iterable[str] = (),
+    spread: Mapping[str, str | Sequence[str]] | None = None,
+    draws: int = DRAWS,
+    share: float = SHARE,
     runs: int = RUNS,
     seed: int = 0,
     workers: int = 1,
@@ -132,6 +137,13 @@ def tune(
         The merit that is to be small, or the one that is to be large.
     subject_to : iterable of str, optional
         What else must hold, e.g. ``"final_whirl_over_e<0.2"``, ``"balanced"``.
+    spread : mapping of str, optional
+        How built drives differ, as of ``robust``. What counts is then what a share of the drives
+        reaches, and bounds have to hold for that share.
+    draws : int, default 32
+        Of spread drives, for each candidate; the same for all.
+    share : float, default 0.9
+        Of spread drives, above 0, at most 1.
     runs : int, default 1000
         At most about so many; beside them those that show what happens near the best.
     seed : int, default 0
@@ -172,13 +184,18 @@ def tune(
     >>> 1e-5 <= found.values["rotor.eccentricity"] <= 1e-3, found.best < 1.0
     (True, True)
     """
-    task = Task(
-        as_scene(scene),
-        tuple(_range(key, given) for key, given in _mapping(vary).items()),
+    if draws < 2:
+        raise InputError(f"draws = {draws}: must be at least 2")
+    spreading = Spreading(_tolerances(spread or {}), draws, seed)
+    standard = Standard(
         aim_of(minimise, maximise),
         tuple(bound_of(each) for each in subject_to),
-        Effort(runs, seed),
+        spreading.draws,
+        share if spread else 1.0,
     )
+    ranges = tuple(_range(key, given) for key, given in _mapping(vary).items())
+    effort = Effort(runs // spreading.draws, seed)
+    task = Task(as_scene(scene), ranges, standard, effort, spreading)
     return run_tuning(task, _executor(workers, scheduler), progress)
 
 
@@ -266,15 +283,9 @@ def robust(
     >>> found.share.runs_for(0.01) > 100, found["rotor.eccentricity"].shape
     (True, (40,))
     """
-    if not isinstance(spread, Mapping):
-        raise InputError(f"spread = {short(spread)}: must be a mapping of keys to their spread")
     executors = functools.partial(_executor, workers, scheduler)
-    executors()  # which refuses what cannot be
-    tolerances = [
-        tolerance_of(f"{key}={each}")
-        for key, given in spread.items()
-        for each in ([given] if isinstance(given, str) else given)
-    ]
+    executors()
+    tolerances = _tolerances(spread)
     bounds = [balanced] if isinstance(balanced, str) else balanced
     question = SpreadQuestion(
         runs,
@@ -334,6 +345,16 @@ def _range(key: str, given: str | Sequence[object]) -> Range:
     if not isinstance(found, Range):
         raise InputError(f"{key}: {short(given)}: must be a range, from where to where")
     return found
+
+
+def _tolerances(spread: Mapping[str, str | Sequence[str]]) -> list[Tolerance]:
+    if not isinstance(spread, Mapping):
+        raise InputError(f"spread = {short(spread)}: must be a mapping of keys to their spread")
+    return [
+        tolerance_of(f"{key}={each}")
+        for key, given in spread.items()
+        for each in ([given] if isinstance(given, str) else given)
+    ]
 
 
 def _mapping(over: Over) -> Over:

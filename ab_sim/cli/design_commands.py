@@ -104,6 +104,20 @@ def tune(
             "Repeatable.",
         ),
     ] = None,
+    spread: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=SPREAD",
+            help="How built drives differ, as of `ab-sim robust`, e.g. balls.mass=5%. Repeatable. "
+            "What counts is then what most drives reach, not what the drawing does.",
+        ),
+    ] = None,
+    draws: Annotated[
+        int, typer.Option(min=2, help="Of spread drives: of each candidate, the same of all.")
+    ] = 32,
+    share: Annotated[
+        str, typer.Option(metavar="90%", help="Of spread drives: that have to be so good.")
+    ] = "90%",
     runs: Annotated[int, typer.Option(metavar="N", help="At most about so many runs.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Of the search's random numbers.")] = 0,
     workers: WorkersOption = None,
@@ -130,6 +144,8 @@ def tune(
 
     It shows the best values; the merit there, for the scene as it is, without its variable-speed
     period, and with each key 5 % less and more; and which ends of ranges and bounds the best is at.
+    With --spread all of that is what a share of the drives reaches, each candidate having the same
+    draws; the candidates are then --runs over --draws.
     The JSON has `found`, `values`, `best`, `active`, `beside`, `before`, the best `scene`, and all
     `runs` by column.
 
@@ -138,7 +154,9 @@ def tune(
     """
     from ab_sim.cli.tune import Wanted, tune_command
 
-    wanted = Wanted(vary, minimise, maximise, subject_to or [], runs, seed)
+    wanted = Wanted(
+        vary, minimise, maximise, subject_to or [], spread or [], draws, share, runs, seed
+    )
     shared, files = (workers, scheduler), (best_scene, parquet)
     tune_command(scene, change or [], wanted, shared, files).run(json, plot)
 
@@ -227,6 +245,8 @@ def robust(
     """
     from ab_sim.cli.robust import RobustOptions, robust_command
 
-    given = RobustOptions(runs, seed, balanced or [], merits, sobol, until, against)
-    shared, files = (workers, scheduler), (parquet, csv, worst)
-    robust_command(scene, change or [], spread, given, shared, files).run(json, plot)
+    shared = workers, scheduler
+    given = RobustOptions(
+        runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst
+    )
+    robust_command(scene, change or [], spread, given).run(json, plot)

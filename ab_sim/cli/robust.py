@@ -41,28 +41,24 @@ class RobustOptions(NamedTuple):
     sobol: int | None
     until: str | None
     against: str | None
+    shared: tuple[int | None, str | None]
+    parquet: Path | None
+    csv: Path | None
+    worst: Path | None
 
 
 def robust_command(
-    scene_name: str,
-    changes: list[str],
-    spread: list[str],
-    given: RobustOptions,
-    shared: tuple[int | None, str | None],
-    files: tuple[Path | None, Path | None, Path | None],
+    scene_name: str, changes: list[str], spread: list[str], given: RobustOptions
 ) -> Command:
     """Runs of drives as they are built.
 
     Args:
         scene_name, changes: see ``load_scene``.
         spread: see ``tolerance_of``.
-        given: what is asked of them.
-        shared: workers and scheduler, see ``executor_of``.
-        files: for Parquet, CSV, and a folder for the worst runs.
+        given: the other options.
     """
-    executors = functools.partial(executor_of, *shared)
-    executors()  # which refuses what cannot be
-    table, comma, worst = files
+    executors = functools.partial(executor_of, *given.shared)
+    executors()
     scene = load_scene(scene_name, changes)
     tolerances = [tolerance_of(each) for each in spread]
     merits = DEFAULT_MERITS if given.merits is None else _split(given.merits)
@@ -76,24 +72,24 @@ def robust_command(
         until=None if given.until is None else _share(given.until),
         against=None if given.against is None else load_scene(given.against),
     )
-    if worst is not None:
-        check_worst_folder(worst)
+    if given.worst is not None:
+        check_worst_folder(given.worst)
 
     def work(tell: Tell) -> Outcome:
         found = run_spread(scene, tolerances, question, executors, tell)
         written: list[Path] = []
 
         def write() -> None:
-            for file in (table, comma):
+            for file in (given.parquet, given.csv):
                 if file is not None:
                     found.write(file)
-            if worst is not None:
-                written.extend(found.write_worst(worst))
+            if given.worst is not None:
+                written.extend(found.write_worst(given.worst))
 
         draw = picture("ab_sim.cli.robust:draw", found)
         return Outcome(_shown(found, scene_name, changes), found.report, draw, write, written)
 
-    outputs = ((table, PARQUET, "--parquet"), (comma, CSV, "--csv"))
+    outputs = ((given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)
 
 

@@ -12,7 +12,10 @@ from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.cli.sharing import executor_of
 from ab_sim.cli.stability import KEPT
 from ab_sim.design.bounds import bound_of
+from ab_sim.design.candidates import Spreading
+from ab_sim.design.scores import Standard
 from ab_sim.design.search import Effort
+from ab_sim.design.tolerances import tolerance_of
 from ab_sim.design.tune import Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, variable_of
 from ab_sim.errors import AbSimError, InputError
@@ -37,6 +40,9 @@ class Wanted(NamedTuple):
     minimise: str | None
     maximise: str | None
     subject_to: list[str]
+    spread: list[str]
+    draws: int
+    share: str
     runs: int
     seed: int
 
@@ -58,12 +64,19 @@ def tune_command(
     """
     executor = executor_of(*shared)
     scene = load_scene(scene_name, changes)
+    spreading = Spreading(list(map(tolerance_of, wanted.spread)), wanted.draws, wanted.seed)
+    standard = Standard(
+        aim_of(wanted.minimise, wanted.maximise),
+        tuple(map(bound_of, wanted.subject_to)),
+        spreading.draws,
+        _share(wanted.share) if wanted.spread else 1.0,
+    )
     task = Task(
         scene,
         tuple(_range(each) for each in wanted.vary),
-        aim_of(wanted.minimise, wanted.maximise),
-        tuple(bound_of(each) for each in wanted.subject_to),
-        Effort(wanted.runs, wanted.seed),
+        standard,
+        Effort(wanted.runs // spreading.draws, wanted.seed),
+        spreading,
     )
     best, table = files
 
@@ -106,35 +119,52 @@ def _write_scene(scene: Scene, file: Path) -> None:
         raise InputError(f"--scene {file}: cannot be written: {error.strerror}") from error
 
 
+def _share(text: str) -> float:
+    number_, percent, rest = text.strip().partition("%")
+    try:
+        share = float(number_) / 100.0
+    except ValueError:
+        share = -1.0
+    if not percent or rest or not 0.0 < share <= 1.0:
+        raise InputError(f"--share {text}: must be above 0 %, at most 100 %, e.g. 90%")
+    return share
+
+
 def _shown(found: Tuning) -> Iterator[Table | str]:
     counts = ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
-    said = f"{len(found.runs.table)} runs ({counts}), {int(found.within.sum())} within all bounds"
-    if found.run is None:
+    inside, looked_at = int(found.scores.within.sum()), len(found.candidates)
+    said = f"{looked_at} candidates, {inside} of them within all bounds; runs: {counts}"
+    standard, draws = found.task.standard, found.task.spreading.draws
+    if found.candidate is None:
         yield said
+        drives = f"no {100 * standard.share:g} % of drives" if draws > 1 else "no run"
         raise NothingFound(
-            "nothing found: no run settled within all bounds; widen the ranges or the bounds, or "
-            "look at more (--runs)"
+            f"nothing found: {drives} settled within all bounds; widen the ranges or the bounds, "
+            "or look at more (--runs)"
         )
-    table = Table(title=f"{found.runs.scene.name}: {found.task.aim}")
+    table = Table(title=f"{found.runs.scene.name}: {standard.aim}")
     for name in ("key", "best", "from", "to"):
         table.add_column(name, justify="left" if name == "key" else "right")
     for each in found.task.ranges:
         ends = number(each.low), number(each.high)
         table.add_row(_titled(found, each.key), number(found.values[each.key]), *ends)
     yield table
-    aim = _titled(found, found.task.aim.merit)
-    yield f"{aim}: {number(found.best)} in run {found.run}"
+    if draws > 1:
+        yield f"of {draws} drives each, what {100 * standard.share:g} % of them reach:"
+    yield f"{_titled(found, standard.aim.merit)}: {number(found.best)}"
     if not found.is_better:
         yield "that is no better than the scene as it is"
-    for name, merit, inside in found.before:
-        out = "" if inside else ", not settled within all bounds"
-        yield f"  the scene {name}: {number(merit)}{out}"
-    for key, value, merit, inside in found.beside:
-        out = "" if inside else ", not settled within all bounds"
-        yield f"  at {key}={number(value)}: {number(merit)}{out}"
+    for name, merit, inside_ in found.before:
+        yield f"  the scene {name}: {_aim_text(merit, inside_)}"
+    for key, value, merit, inside_ in found.beside:
+        yield f"  at {key}={number(value)}: {_aim_text(merit, inside_)}"
     if found.active:
         yield f"at its bounds, beyond which it may be better: {', '.join(found.active)}"
     yield said
+
+
+def _aim_text(merit: float | None, inside: bool) -> str:
+    return number(merit) if inside else f"{number(merit)}, not settled within all bounds"
 
 
 def _titled(found: Tuning, name: str) -> str:

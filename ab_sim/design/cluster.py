@@ -120,7 +120,7 @@ class Cluster:
             call = RemoteCall(function, self.modules)
         except NotOfSources as reason:
             raise ClusterUnusable(
-                f"workers cannot be compared with this process: {reason}; start it again"
+                f"workers cannot be compared with this process: {reason}"
             ) from reason
         client = self._connected()
         parts = (items[k : k + chunk] for k in range(0, len(items), chunk))
@@ -177,6 +177,8 @@ class Cluster:
                 try:
                     found.append(pickle.loads(flying[0].result(timeout=ARRIVES)))
                 except Late as error:
+                    if flying[0].status != "finished":
+                        break  # it was lost with its worker, and is computed again
                     raise WorkerLost(
                         f"a worker's result has not arrived within {ARRIVES:g} s: can the "
                         f"scheduler at {self._address} reach its workers? {KEPT}"

@@ -46,7 +46,7 @@ Answer = Done | Raised | Differs
 
 
 class RemoteCall:
-    """A function to be called elsewhere, with many things.
+    """A function to be called elsewhere, with many items.
 
     Args:
         function: of a module, or partial of such a one.
@@ -70,9 +70,9 @@ class RemoteCall:
         self.made_of = _made_of(self._modules)
         """What its results follow from, a digest or version by name."""
 
-    def task(self, things: Sequence[Any]) -> bytes:
-        """Bytes: who unpickles them calls the function with each thing, and has an answer."""
-        work = pickle.dumps((self._function, list(things)))
+    def task(self, items: Sequence[Any]) -> bytes:
+        """Bytes: who unpickles them calls the function with each item, and has an answer."""
+        work = pickle.dumps((self._function, list(items)))
         return pickle.dumps(_Call(answer, self._modules, _fingerprint(self._modules), work))
 
     def differences(self, other: Differs) -> str:
@@ -110,7 +110,7 @@ def answer(modules: frozenset[str], fingerprint: str, work: bytes) -> bytes:
     Args:
         modules: see ``RemoteCall``.
         fingerprint: of what they are made of where the answer is wanted.
-        work: a pickled function, and the things to call it with.
+        work: a pickled function, and the items to call it with.
     """
     try:
         same = _fingerprint(modules) == fingerprint
@@ -121,8 +121,8 @@ def answer(modules: frozenset[str], fingerprint: str, work: bytes) -> bytes:
     try:
         for module in modules:
             importlib.import_module(module)  # registers what is in it
-        function, things = pickle.loads(work)
-        return pickle.dumps(Done([function(thing) for thing in things]))
+        function, items = pickle.loads(work)
+        return pickle.dumps(Done([function(item) for item in items]))
     except Exception as error:
         return pickle.dumps(Raised(error))
 
@@ -131,12 +131,12 @@ def _modules_in(pickled: bytes) -> set[str]:
     """Those of classes and functions that a pickle names."""
     found: set[str] = set()
 
-    class Reader(pickle.Unpickler):
+    class NamingUnpickler(pickle.Unpickler):
         def find_class(self, module: str, name: str) -> Any:
             found.add(module)
             return super().find_class(module, name)
 
-    Reader(io.BytesIO(pickled)).load()
+    NamingUnpickler(io.BytesIO(pickled)).load()
     return found
 
 

@@ -237,8 +237,8 @@ def run_sweep(
 
 def sweep_of(job: Job, points: Points, rows: pyarrow.Table) -> Sweep:
     """A sweep of rows that are there, one for each point in their order."""
-    table = table_of(job, points, rows)
-    return Sweep(job.scene, job.keys, job.merits, points.report(), table)
+    about = points.report()
+    return Sweep(job.scene, job.keys, job.merits, about, table_of(job, points, rows))
 
 
 def check_first(job: Job, points: Points) -> None:

@@ -1,7 +1,7 @@
 """The best values of a scene's keys, by one merit, within bounds on others."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -12,8 +12,9 @@ import pyarrow
 import ab_sim
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.merits.merit import Better
-from ab_sim.design.bounds import Bound
-from ab_sim.design.judged import OUTCOME, SETTLED, Job, Point, judged, merit_columns, varied_scene
+from ab_sim.design.candidates import Candidates, Spreading
+from ab_sim.design.judged import Job, Point, judged, merit_columns, varied_scene
+from ab_sim.design.scores import Aim, Scores, Standard, best_of, joined, scored
 from ab_sim.design.search import Effort, search
 from ab_sim.design.sweep import Sweep, table_of
 from ab_sim.design.variables import Range
@@ -25,23 +26,14 @@ from ab_sim.scene.model import Scene
 
 RUNS = 1000
 """Of a search, unless told."""
-MOST = 1_000_000
+FEWEST, MOST = 16, 1_000_000
+"""Candidates; runs."""
+DRAWS, SHARE = 32, 0.9
+"""Of spread drives, unless told: how many of each candidate, and the share of them that counts."""
 NEAR = 0.05
 """Share of its own value by which a key is changed, to see what happens beside the optimum."""
 AT_A_BOUND = 0.01
 """Of a range or a limit: what is nearer to its end is said to be there."""
-_BEYOND, _NOTHING = 1.0, 3.0
-"""Costs of what is out of bounds, by how much; and of a run that says nothing."""
-
-
-class Aim(NamedTuple):
-    """What is to be small, or large."""
-
-    merit: str
-    smallest: bool
-
-    def __str__(self) -> str:
-        return f"{'smallest' if self.smallest else 'largest'} {self.merit}"
 
 
 class Task(NamedTuple):
@@ -49,58 +41,26 @@ class Task(NamedTuple):
 
     scene: Scene
     ranges: tuple[Range, ...]
-    aim: Aim
-    bounds: tuple[Bound, ...]
+    standard: Standard
     effort: Effort
+    spreading: Spreading
 
     @property
     def merits(self) -> tuple[str, ...]:
         """That decide."""
-        return tuple(dict.fromkeys([self.aim.merit, *(each.merit for each in self.bounds)]))
+        standard = self.standard
+        return tuple(dict.fromkeys([standard.aim.merit, *(each.merit for each in standard.bounds)]))
 
     def report(self) -> dict[str, Any]:
         """JSON-able."""
         return {
             "ranges": {each.key: [*each[1:]] for each in self.ranges},
-            "aim": str(self.aim),
-            "bounds": [str(each) for each in self.bounds],
+            "aim": str(self.standard.aim),
+            "bounds": [str(each) for each in self.standard.bounds],
+            "share": self.standard.share,
             "effort": list(self.effort),
+            **self.spreading.report(),
         }
-
-
-class Candidates:
-    """Points that are asked for one after the other.
-
-    Args:
-        ranges: of the keys.
-        study: what they follow from, JSON-able.
-    """
-
-    def __init__(self, ranges: Sequence[Range], study: dict[str, Any]) -> None:
-        self._study = study
-        self._whole = [each.whole for each in ranges]
-        self.keys = tuple(each.key for each in ranges)
-        self._values: list[tuple[Any, ...]] = []
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def add(self, values: np.ndarray) -> range:
-        """More of them, shape (candidates, keys); their numbers."""
-        first = len(self)
-        for row in values.tolist():
-            self._values.append(
-                tuple(int(v) if whole else v for v, whole in zip(row, self._whole, strict=True))
-            )
-        return range(first, len(self))
-
-    def at(self, run: int) -> tuple[Any, ...]:
-        """See ``Points``."""
-        return self._values[run]
-
-    def report(self) -> dict[str, Any]:
-        """See ``Points``."""
-        return self._study
 
 
 @dataclass(frozen=True, repr=False)
@@ -111,35 +71,45 @@ class Tuning(Presented):
 
     task: Task
     runs: Sweep
-    """All that were looked at, in their order."""
-    run: int | None
-    """Number of the best one that settled within all bounds; None: nothing was found."""
+    """All that were looked at, in their order: a run for each draw of each candidate."""
+    candidates: np.ndarray
+    """Values of the keys that vary, shape (candidates, keys)."""
+    scores: Scores
+    """Of the candidates."""
+    candidate: int | None
+    """Number of the best one; None: nothing was found."""
+    scene: Scene | None
+    """The best; None where nothing was found."""
     beside: tuple[tuple[str, float, float | None, bool], ...]
-    """Of each key a little less and a little more than at the best: key, value, the aim's merit,
-    and whether that settled within all bounds."""
+    """Of each key a little less and a little more than at the best: key, value, the aim, and
+    whether that is within all bounds."""
     before: tuple[tuple[str, float | None, bool], ...]
-    """The scene as it is, and without its variable-speed period: name, the aim's merit, and whether
-    that settled within all bounds."""
-
-    @property
-    def scene(self) -> Scene | None:
-        """The best scene; None where nothing was found."""
-        return None if self.run is None else self.runs.scene_of(self.run)
+    """The scene as it is, and without its variable-speed period: name, the aim, and whether that is
+    within all bounds."""
 
     @property
     def values(self) -> dict[str, float]:
         """By key, of the best; empty where nothing was found."""
-        return {} if self.run is None else {k: self.runs[k][self.run].item() for k in self.keys}
+        if self.candidate is None:
+            return {}
+        row = self.candidates[self.candidate].tolist()
+        return {
+            each.key: int(value) if each.whole else value
+            for each, value in zip(self.task.ranges, row, strict=True)
+        }
 
     @property
     def keys(self) -> tuple[str, ...]:
         """That vary; dotted."""
-        return self.runs.keys
+        return tuple(each.key for each in self.task.ranges)
 
     @property
     def best(self) -> float | None:
-        """The aim's merit at the best; None where nothing was found."""
-        return None if self.run is None else float(self.runs[self.task.aim.merit][self.run])
+        """The aim's merit at the best; None where nothing was found.
+
+        Of spread drives it is what the share of them reaches.
+        """
+        return None if self.candidate is None else float(self.scores.aims[self.candidate])
 
     @property
     def is_better(self) -> bool:
@@ -147,17 +117,12 @@ class Tuning(Presented):
         (_, merit, inside), *_ = self.before
         if self.best is None or merit is None or not inside:
             return self.best is not None
-        return self.best < merit if self.task.aim.smallest else self.best > merit
-
-    @property
-    def within(self) -> np.ndarray:
-        """Which runs settled within all bounds, shape (runs,)."""
-        return _within(self.runs.table, self.task)
+        return self.best < merit if self.task.standard.aim.smallest else self.best > merit
 
     @property
     def active(self) -> list[str]:
         """Ends of ranges, and bounds, that the best is at: it may be better beyond."""
-        if self.run is None:
+        if self.candidate is None:
             return []
         found = []
         for each in self.task.ranges:
@@ -165,8 +130,10 @@ class Tuning(Presented):
             for end in (each.low, each.high):
                 if abs(value - end) <= AT_A_BOUND * (each.high - each.low):
                     found.append(f"{each.key}={end:g}")
-        for bound in self.task.bounds:
-            value = float(self.runs[bound.merit][self.run])
+        if self.task.spreading.draws > 1:
+            return found
+        for bound in self.task.standard.bounds:
+            value = float(self.runs[bound.merit][self.candidate])
             if bound.is_number and abs(value - bound.limit) <= AT_A_BOUND * abs(bound.limit):
                 found.append(str(bound))
         return found
@@ -175,7 +142,7 @@ class Tuning(Presented):
         """Everything as JSON-able values: see ``ab-sim tune --help``."""
         return {
             **self.task.report(),
-            "found": self.run is not None,
+            "found": self.candidate is not None,
             "values": self.values,
             "best": self.best,
             "is_better": self.is_better,
@@ -194,10 +161,10 @@ class Tuning(Presented):
 
     def _facts(self) -> dict[str, str]:
         said = {"scene": self.runs.scene.name, "runs": str(len(self.runs.table))}
-        if self.run is None:
+        if self.candidate is None:
             return said | {"found": "nothing"}
         values = {key: number(value) for key, value in self.values.items()}
-        return said | {str(self.task.aim): number(self.best)} | values
+        return said | {str(self.task.standard.aim): number(self.best)} | values
 
     def _columns(self) -> Columns:
         return {
@@ -224,26 +191,36 @@ def run_tuning(
     scene = task.scene if task.scene.accuracy is None else resolve_accuracy(task.scene)[0]
     task = task._replace(scene=scene)
     _check(task)
-    job = Job(scene, tuple(each.key for each in task.ranges), task.merits)
     study: dict[str, object] = {"tune": task.report()}
-    candidates, tables = Candidates(task.ranges, study), list[pyarrow.Table]()
+    candidates = Candidates(scene, task.ranges, task.spreading, study)
+    job = Job(scene, candidates.keys, task.merits)
+    tables, scores = list[pyarrow.Table](), list[Scores]()
     with StudyRuns(job, study, executor) as runs:
 
         def costs(values: np.ndarray) -> np.ndarray:
             table = runs.rows(candidates, candidates.add(values))
             tables.append(table)
+            scores.append(scored(table, task.standard))
             if tell is not None:
-                said = _said(task, tables)
-                tell(said, min(len(candidates), task.effort.candidates), task.effort.candidates)
-            return _costs(table, task)
+                done = min(len(candidates.values), task.effort.candidates)
+                tell(_said(task, joined(scores)), done, task.effort.candidates)
+            return scores[-1].costs
 
         search(task.ranges, costs, task.effort, _own_values(task))
         whole = pyarrow.concat_tables(tables)
         runs.join(whole)
-    found = Sweep(scene, job.keys, job.merits, study, table_of(job, candidates, whole))
-    run = _best(whole, task)
-    beside = () if run is None else _beside(job, task, candidates.at(run))
-    return Tuning(task, found, run, beside, _before(task))
+    found, values = joined(scores), np.array(candidates.values, float)
+    best = best_of(found)
+    return Tuning(
+        task,
+        Sweep(scene, job.keys, job.merits, study, table_of(job, candidates, whole)),
+        values,
+        found,
+        best,
+        None if best is None else candidates.scene_of(best),
+        () if best is None else _beside(task, candidates.values[best]),
+        _before(task),
+    )
 
 
 def _check(task: Task) -> None:
@@ -253,9 +230,17 @@ def _check(task: Task) -> None:
     for key in keys:
         if keys.count(key) > 1:
             raise InputError(f"{key}: varies twice; name it once")
-    if not 16 <= task.effort.candidates <= MOST:
-        raise InputError(f"runs = {task.effort.candidates}: must be from 16 to {MOST}")
+    draws, runs = task.spreading.draws, task.effort.candidates * task.spreading.draws
+    if not FEWEST <= task.effort.candidates <= MOST // draws:
+        raise InputError(f"runs = {runs}: must be from {FEWEST * draws} to {MOST}")
+    if not 0.0 < task.standard.share <= 1.0:
+        raise InputError(f"share = {task.standard.share:g}: must be above 0, at most 1")
     merit_columns(task.merits)
+    if task.spreading.tolerances:
+        middle = np.array([[each.at(np.array([0.5]))[0] for each in task.ranges]])
+        candidates = Candidates(task.scene, task.ranges, task.spreading, {})
+        candidates.add(middle)
+        candidates.at(0)  # says what is wrong with the spread
     job = Job(task.scene, tuple(keys), task.merits)
     error: SceneError | None = None
     for share in (0.5, 0.0, 1.0 - 1e-9):
@@ -284,68 +269,33 @@ def _own_values(task: Task) -> list[float] | None:
     return values
 
 
-def _values(table: pyarrow.Table, merit: str) -> np.ndarray:
-    return np.array(
-        [math.nan if value is None else float(value) for value in table[merit].to_pylist()]
-    )
-
-
-def _within(table: pyarrow.Table, task: Task) -> np.ndarray:
-    found = np.array([each == SETTLED for each in table[OUTCOME].to_pylist()], bool)
-    found &= np.isfinite(_values(table, task.aim.merit))
-    for bound in task.bounds:
-        found &= bound.holds(_values(table, bound.merit))
-    return found
-
-
-def _costs(table: pyarrow.Table, task: Task) -> np.ndarray:
-    """What the search makes small: any run within bounds is better than any other.
-
-    Of runs within bounds it grows with the aim, between -0.5 and 0.5; of others, with how far they
-    are from the bounds; runs that did not settle, or have no value, come last.
-    """
-    aim = _values(table, task.aim.merit) * (1.0 if task.aim.smallest else -1.0)
-    settled = np.array([each == SETTLED for each in table[OUTCOME].to_pylist()], bool)
-    beyond = np.zeros(len(aim))
-    for bound in task.bounds:
-        values = _values(table, bound.merit)
-        settled &= np.isfinite(values)
-        distance = np.abs(values - bound.limit) / max(abs(bound.limit), 1e-12)
-        beyond += np.where(bound.holds(values), 0.0, distance + 1e-9)
-    costs = np.where(beyond > 0.0, _BEYOND + beyond / (1.0 + beyond), np.arctan(aim) / math.pi)
-    return np.where(settled & np.isfinite(aim), costs, _NOTHING)
-
-
-def _best(table: pyarrow.Table, task: Task) -> int | None:
-    within = _within(table, task)
-    if not within.any():
-        return None
-    return int(np.argmin(np.where(within, _costs(table, task), math.inf)))
-
-
-def _said(task: Task, tables: Iterable[pyarrow.Table]) -> str:
-    whole = pyarrow.concat_tables(tables)
-    run = _best(whole, task)
-    if run is None:
+def _said(task: Task, scores: Scores) -> str:
+    best = best_of(scores)
+    if best is None:
         return "none within bounds yet"
-    return f"{task.aim}: {number(float(_values(whole, task.aim.merit)[run]))}"
+    return f"{task.standard.aim}: {number(float(scores.aims[best]))}"
 
 
-def _beside(
-    job: Job, task: Task, best: tuple[Any, ...]
-) -> tuple[tuple[str, float, float | None, bool], ...]:
+def _judged(task: Task, scene: Scene, values: Sequence[tuple[Any, ...]]) -> Scores:
+    """Candidates that are looked at beside the search."""
+    ranges = task.ranges if values and values[0] else ()
+    candidates = Candidates(scene, ranges, task.spreading, {})
+    candidates.values.extend(values)
+    points = [Point(run, candidates.at(run)) for run in range(len(candidates))]
+    return scored(judged(Job(scene, candidates.keys, task.merits), points), task.standard)
+
+
+def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float | None, bool], ...]:
     """Each key a little less and a little more; whole numbers by one."""
-    points = list[Point]()
+    near = []
     for place, each in enumerate(task.ranges):
         for sign in (-1, 1):
             values = list(best)
             values[place] += sign * (1 if each.whole else NEAR * abs(values[place]))
-            points.append(Point(len(points), tuple(values)))
-    table = judged(job, points)
-    aims, within = table[task.aim.merit].to_pylist(), _within(table, task)
+            near.append(tuple(values))
+    scores = _judged(task, task.scene, near)
     return tuple(
-        (task.ranges[k // 2].key, point.values[k // 2], aims[k], bool(within[k]))
-        for k, point in enumerate(points)
+        (task.ranges[k // 2].key, near[k][k // 2], *_said_of(scores, k)) for k in range(len(near))
     )
 
 
@@ -354,12 +304,12 @@ def _before(task: Task) -> tuple[tuple[str, float | None, bool], ...]:
     if getattr(task.scene.profile, "variable_speed_period", None) is not None:
         changes = {"profile.variable_speed_period": None}
         scenes["without its variable-speed period"] = changed_scene(task.scene, changes, "tune")
-    found = []
-    for name, scene in scenes.items():
-        table = judged(Job(scene, (), task.merits), [Point(0, ())])
-        aim = table[task.aim.merit].to_pylist()[0]
-        found.append((name, aim, bool(_within(table, task)[0])))
-    return tuple(found)
+    return tuple((name, *_said_of(_judged(task, scene, [()]), 0)) for name, scene in scenes.items())
+
+
+def _said_of(scores: Scores, candidate: int) -> tuple[float | None, bool]:
+    aim = float(scores.aims[candidate])
+    return (aim if math.isfinite(aim) else None), bool(scores.within[candidate])
 
 
 def aim_of(minimise: str | None, maximise: str | None) -> Aim:

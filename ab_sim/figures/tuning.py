@@ -15,14 +15,14 @@ OUTSIDE, BEFORE = "#c9c9c9", "#e88b2d"
 
 def drawn_tuning(found: Tuning) -> ResultFigure:
     """The figure of a tuning, not written yet."""
-    keys, aim = found.keys, found.task.aim.merit
+    keys, aim = found.keys, found.task.standard.aim.merit
     columns = min(3, len(keys))
     rows = math.ceil(len(keys) / columns)
     figure = ResultFigure(figsize=(1.2 + 4.2 * columns, 1.4 + 3.2 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
-    values, within = found.runs[aim].astype(float), found.within
+    values, within = found.scores.aims, found.scores.within
     for place, (axes, key) in enumerate(zip(panels, keys, strict=False)):
-        _panel(found, axes, key, values, within)
+        _panel(found, axes, place, values, within)
         axes.set_xlabel(_titled(found, key), fontsize=9)
         if place % columns == 0:
             axes.set_ylabel(_titled(found, aim), fontsize=9)
@@ -31,14 +31,16 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
         panels[0].set_yscale("log")
     for axes in panels[len(keys) :]:
         axes.set_axis_off()
-    bounds = "".join(f", {each}" for each in found.task.bounds)
-    figure.suptitle(f"{found.runs.scene.name}: {found.task.aim}{bounds}", fontsize=11)
+    standard = found.task.standard
+    bounds = "".join(f", {each}" for each in standard.bounds)
+    of = f", of {100 * standard.share:g} % of drives" if found.task.spreading.draws > 1 else ""
+    figure.suptitle(f"{found.runs.scene.name}: {standard.aim}{bounds}{of}", fontsize=11)
     figure.legend(handles=_legend(found), loc="outside lower center", ncols=2, fontsize=9)
     return figure
 
 
-def _panel(found: Tuning, axes: Axes, key: str, values: np.ndarray, within: np.ndarray) -> None:
-    across = found.runs[key].astype(float)
+def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, within: np.ndarray) -> None:
+    across, range_ = found.candidates[:, place], found.task.ranges[place]
     size = min(4.0, max(1.2, 60.0 / math.sqrt(len(values))))
     for chosen, colour in ((~within, OUTSIDE), (within, LINE)):
         axes.plot(across[chosen], values[chosen], ls="", marker="o", ms=size, color=colour)
@@ -46,27 +48,27 @@ def _panel(found: Tuning, axes: Axes, key: str, values: np.ndarray, within: np.n
         if before is not None and settled:
             axes.axhline(before, color=BEFORE, lw=1.2, ls="--")
     for name, value, merit, inside in found.beside:
-        if name == key and inside and merit is not None:
+        if name == range_.key and inside and merit is not None:
             axes.plot(value, merit, marker="|", ms=12, mew=1.6, color=BEST, ls="")
-    if found.run is not None:
-        axes.plot(
-            across[found.run], values[found.run], marker="*", ms=15, mfc=BEST, mec="white", ls=""
-        )
-    (range_,) = (each for each in found.task.ranges if each.key == key)
+    if found.candidate is not None:
+        best = across[found.candidate], values[found.candidate]
+        axes.plot(*best, marker="*", ms=15, mfc=BEST, mec="white", ls="")
     if range_.log:
         axes.set_xscale("log")
     axes.grid(alpha=0.25)
 
 
 def _legend(found: Tuning) -> list[Line2D]:
-    inside = int(found.within.sum())
+    inside = int(found.scores.within.sum())
+    kinds = (
+        ("within all bounds", LINE, inside),
+        ("others", OUTSIDE, len(found.candidates) - inside),
+    )
     handles = [
-        Line2D([], [], marker="o", color=LINE, ls="", label=f"settled within all bounds: {inside}"),
-        Line2D(
-            [], [], marker="o", color=OUTSIDE, ls="", label=f"others: {len(found.within) - inside}"
-        ),
+        Line2D([], [], marker="o", color=colour, ls="", label=f"{name}: {count}")
+        for name, colour, count in kinds
     ]
-    if found.run is not None:
+    if found.candidate is not None:
         handles.append(Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best"))
         handles.append(
             Line2D([], [], marker="|", ms=11, mew=1.6, color=BEST, ls="", label="5 % beside it")

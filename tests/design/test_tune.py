@@ -1,5 +1,6 @@
 """Tuning finds what a brute-force grid finds, keeps to bounds, and says where there is nothing."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,10 @@ import pyarrow.parquet
 import pytest
 
 import ab_sim
-from ab_sim.design import tune as tunes
 from ab_sim.design.bounds import bound_of
-from ab_sim.design.judged import SETTLED
+from ab_sim.design.candidates import Spreading
+from ab_sim.design.judged import CHANGING, FAILED, SETTLED
+from ab_sim.design.scores import Aim, Standard, best_of, scored
 from ab_sim.design.search import Effort, search
 from ab_sim.design.tune import Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, variable_of
@@ -21,14 +23,18 @@ def tuned(
     runs: int = 150, largest: bool = False,
 ) -> Tuning:  # fmt: skip
     ranges = [variable_of(text) for text in vary]
-    task = Task(
-        ab_sim.load_scene(scene, changes),
-        tuple(each for each in ranges if isinstance(each, Range)),
+    standard = Standard(
         aim_of(None, aim) if largest else aim_of(aim, None),
         tuple(bound_of(each) for each in bounds),
-        Effort(runs, 0),
     )
-    return run_tuning(task)
+    chosen = tuple(each for each in ranges if isinstance(each, Range))
+    return run_tuning(task_of(ab_sim.load_scene(scene, changes), chosen, standard, Effort(runs, 0)))
+
+
+def task_of(
+    scene: ab_sim.Scene, ranges: tuple[Range, ...], standard: Standard, effort: Effort
+) -> Task:
+    return Task(scene, ranges, standard, effort, Spreading((), 1, 0))
 
 
 DRAG = "effects.viscous_drag.coefficient=log:0.1..2"
@@ -79,7 +85,7 @@ def test_it_is_at_least_as_good_as_a_grid(case: str) -> None:
     assert found.best is not None and np.isfinite(best)
     assert found.best <= best * 1.002
     # Of what it looked at it names the best; it is a scene, which gives just that.
-    within = found.runs[aim][found.within]
+    within = found.runs[aim][found.scores.within]
     assert found.best == within.min() and found.scene is not None
     again = ab_sim.simulate(found.scene).merits
     assert again[aim] == found.best
@@ -108,8 +114,8 @@ def test_whole_numbers_stay_whole_and_the_same_seed_gives_the_same() -> None:
     def once(seed: int) -> Tuning:
         scene = ab_sim.load_scene("thesis-hold", ["duration=0.3", "start.ball_angles="])
         ranges = (Range("balls.count", 1, 4, whole=True), Range("balls.mass", 1e-3, 2e-3))
-        task = Task(scene, ranges, aim_of("peak_whirl_over_e", None), (), Effort(40, seed))
-        return run_tuning(task)
+        standard = Standard(aim_of("peak_whirl_over_e", None), ())
+        return run_tuning(task_of(scene, ranges, standard, Effort(40, seed)))
 
     first, again, other = once(0), once(0), once(1)
     assert first.runs.table.equals(again.runs.table)
@@ -123,10 +129,10 @@ def test_whole_numbers_stay_whole_and_the_same_seed_gives_the_same() -> None:
 def test_nothing_found_is_said_so() -> None:
     found = tuned("no-ball", ("effects.suspension.damping=0.2..60",), "final_whirl_over_e",
                   ("peak_whirl_over_e<0.1",), runs=40)  # fmt: skip
-    assert found.run is None and found.best is None and found.scene is None
+    assert found.candidate is None and found.best is None and found.scene is None
     assert found.values == {} and found.active == [] and found.beside == ()
     assert found.report()["found"] is False and "found nothing" in repr(found)
-    assert np.isfinite(found.runs["peak_whirl_over_e"]).all() and not found.within.any()
+    assert np.isfinite(found.runs["peak_whirl_over_e"]).all() and not found.scores.within.any()
 
 
 def test_it_says_which_bounds_it_is_at() -> None:
@@ -147,13 +153,8 @@ def test_interrupted_it_goes_on(folder: Path) -> None:
             raise Interrupted("stopped")
 
     scene = ab_sim.load_scene("thesis-hold", ["duration=0.3"])
-    task = Task(
-        scene,
-        (Range("balls.mass", 1e-3, 2e-3),),
-        aim_of("peak_whirl_over_e", None),
-        (),
-        Effort(80, 0),
-    )
+    standard = Standard(aim_of("peak_whirl_over_e", None), ())
+    task = task_of(scene, (Range("balls.mass", 1e-3, 2e-3),), standard, Effort(80, 0))
     with pytest.raises(Interrupted):
         run_tuning(task, tell=stop)
     kept = [pyarrow.parquet.read_table(file)["run"] for file in folder.glob("*/*.parquet")]
@@ -195,8 +196,65 @@ def test_ranges_without_any_scene_are_refused() -> None:
 def test_costs_put_any_run_within_bounds_before_any_other() -> None:
     found = tuned("balanced-start-up", ("balls.mass=0.5 g..3 g",), "peak_whirl_over_e",
                   ("final_whirl_over_e<0.3",), runs=60)  # fmt: skip
-    costs = tunes._costs(found.runs.table, found.task)
-    assert found.within.any() and not found.within.all()
-    assert costs[found.within].max() < costs[~found.within].min()
-    order = np.argsort(costs[found.within])
-    assert (np.diff(found.runs["peak_whirl_over_e"][found.within][order]) >= 0).all()
+    aims, within, costs = found.scores
+    assert within.any() and not within.all()
+    assert costs[within].max() < costs[~within].min()
+    assert (np.diff(aims[within][np.argsort(costs[within])]) >= 0).all()
+
+
+def test_scores_of_spread_drives_are_what_a_share_of_them_reaches() -> None:
+    """Three candidates of four drives; of the last one two did not settle."""
+    table = pyarrow.table({
+        "peak_whirl_over_e": [1.0, 2.0, 3.0, 4.0, 2.0, 2.0, 2.0, 9.0, 1.0, 1.0, 1.0, None],
+        "final_whirl_over_e": [0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.3, 0.1, 0.1, 0.1, 0.1, None],
+        "outcome": [SETTLED] * 10 + [CHANGING, FAILED],
+    })  # fmt: skip
+    aim, bounds = aim_of("peak_whirl_over_e", None), (bound_of("final_whirl_over_e<0.2"),)
+    most = scored(table, Standard(aim, bounds, 4, 0.75))
+    assert most.aims.tolist()[:2] == [3.0, 2.0] and math.isnan(most.aims[2])
+    assert most.within.tolist() == [True, True, False] and best_of(most) == 1
+    every = scored(table, Standard(aim, bounds, 4, 1.0))
+    assert every.within.tolist() == [True, False, False] and best_of(every) == 0
+    assert every.costs[0] < every.costs[1] < every.costs[2]
+    half = scored(table, Standard(Aim("peak_whirl_over_e", False), bounds, 4, 0.5))
+    assert half.aims.tolist() == [3.0, 2.0, 1.0] and best_of(half) == 0
+
+
+def test_with_a_spread_most_drives_are_good_not_the_drawing() -> None:
+    """The heaviest balls that balance in the drawing leave none for those that are heavier."""
+    scene = ab_sim.load_scene("balanced-start-up", ["effects.rolling_friction="])
+    found = ab_sim.tune(
+        scene,
+        {"balls.mass": "0.5 g..0.9 g"},
+        minimise="final_whirl_over_e",
+        spread={"balls.mass": "5%", "start.ball_angles": "random"},
+        draws=16,
+        share=0.75,
+        runs=16 * 40,
+    )
+    assert found.candidate is not None and found.best is not None and found.scene is not None
+    assert len(found.runs.table) == 16 * len(found.candidates)
+    rows = slice(16 * found.candidate, 16 * found.candidate + 16)
+    finals = np.sort(found.runs["final_whirl_over_e"][rows])
+    assert found.best == finals[11], "three quarters of sixteen"
+    masses = found.runs["balls.mass"].reshape(-1, 16) / found.candidates
+    assert np.allclose(masses, masses[0], rtol=1e-12), "the same draws for all"
+    assert 0.02 < masses[0].std() < 0.1
+    # The drives themselves: each run is the drawing of its candidate, spread.
+    assert found.scene.balls.masses[0] == found.values["balls.mass"]
+    own = found.runs.scene_of(rows.start + 3)
+    assert own.start.ball_angles != found.scene.start.ball_angles
+    again = ab_sim.simulate(own).merits["final_whirl_over_e"]
+    assert again == found.runs["final_whirl_over_e"][rows.start + 3]
+
+
+def test_spreads_that_cannot_be_are_refused() -> None:
+    with pytest.raises(InputError, match="did you mean 'balls.mass'"):
+        ab_sim.tune("thesis-hold", {"race.radius": (0.01, 0.02)}, minimise="peak_whirl_over_e",
+                    spread={"balls.masss": "5%"})  # fmt: skip
+    with pytest.raises(InputError, match="must be from 512"):
+        ab_sim.tune("thesis-hold", {"race.radius": (0.01, 0.02)}, minimise="peak_whirl_over_e",
+                    spread={"balls.mass": "5%"}, runs=100)  # fmt: skip
+    with pytest.raises(InputError, match="share = 2: must be"):
+        ab_sim.tune("thesis-hold", {"race.radius": (0.01, 0.02)}, minimise="peak_whirl_over_e",
+                    spread={"balls.mass": "5%"}, share=2.0)  # fmt: skip
