@@ -14,7 +14,7 @@ from ab_sim.cli.sharing import executor_of
 from ab_sim.cli.stability import KEPT
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.intervals import QuantileOfMerit
-from ab_sim.design.judged import FAILED, FAILURE
+from ab_sim.design.judged import CHANGING, FAILED, FAILURE
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
 from ab_sim.design.spread_runs import DEFAULT_CRITERION, SpreadQuestion, run_spread
 from ab_sim.design.sweep import DEFAULT_MERITS
@@ -27,6 +27,8 @@ from ab_sim.scene import load_scene
 
 FINER = (0.01, 0.001)
 """Half widths of which it is said how many runs they take."""
+FEW_PAIRS = 128
+"""From which a bootstrap covers what it should, in a linear model of normal factors."""
 
 
 class RobustOptions(NamedTuple):
@@ -125,6 +127,11 @@ def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[T
     reasons = [reason for reason in found.runs.table[FAILURE].to_pylist() if reason]
     if reasons:
         yield f"{FAILED} count as not balanced, the first one: {reasons[0]}"
+    if CHANGING in found.runs.outcomes:
+        yield (
+            "still changing count as not balanced: a longer duration (--set duration=...) shows "
+            "where they go"
+        )
     yield _more_runs(found)
     yield _quantile_table(found)
     yield from _sobol(found)
@@ -191,6 +198,8 @@ def _sobol(found: Spread) -> Iterator[Table | str]:
     if sobol.indices:
         yield table
     yield f"Sobol indices are of {sobol.pairs} pairs of drives, and took {sobol.runs} runs more"
+    if sobol.pairs < FEW_PAIRS:
+        yield f"fewer than {FEW_PAIRS} pairs: their intervals are not to be relied on (--sobol)"
     for name, reason in sobol.missing.items():
         yield f"no Sobol indices of {name}: {reason}"
 

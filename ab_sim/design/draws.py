@@ -13,7 +13,15 @@ import numpy as np
 
 from ab_sim.design.distributions import Discrete, Distribution
 from ab_sim.design.points import MOST
-from ab_sim.design.tolerances import ANGLES, FACTOR, RANDOM, RATES, VALUE, Tolerance
+from ab_sim.design.tolerances import (
+    ANGLES,
+    FACTOR,
+    OF_BALLS,
+    RANDOM,
+    RATES,
+    VALUE,
+    Tolerance,
+)
 from ab_sim.equations.neighbours import angles_at_random
 from ab_sim.errors import InputError, SceneError
 from ab_sim.quoting import short
@@ -126,6 +134,11 @@ class DrawnPoints:
     def _check(self, key: str, of_key: Sequence[Tolerance]) -> None:
         """Whether tolerances of a key fit together, and to the value that they are about."""
         first, nominal = of_key[0], self._nominal[key]
+        if first.key in OF_BALLS and self.scene.balls.count == 0 and COUNT not in self._nominal:
+            raise InputError(
+                f"{key}: the scene {self.scene.name} has no balls; give it some, --set "
+                "balls.count=..., or do not spread it"
+            )
         if any(each.what in (VALUE, RANDOM) for each in of_key[1:]):
             raise InputError(
                 f"{key}: varies twice; of one key only the first spread may give the value itself, "
@@ -181,9 +194,18 @@ class ExchangedPoints:
 
 
 def value_of(scene: Scene, key: str) -> Any:
-    """What a scene says at a dotted key, plain; None if it says nothing."""
+    """What a scene says at a dotted key, plain; None if it says nothing.
+
+    Raises:
+        InputError: the key leads into a list.
+    """
     here: Any = scene.as_mapping()
     for part in key.split("."):
+        if isinstance(here, list):
+            raise InputError(
+                f"{key}: is within a list, of which no entry can be spread alone; spread the whole "
+                "of it: discrete:[...],[...]"
+            )
         here = here.get(part) if isinstance(here, dict) else None
     return here
 

@@ -55,7 +55,9 @@ def _draw_distribution(found: Spread, axes: Axes, merit: str) -> None:
     for bound in found.criterion:
         if bound.merit == merit:
             axes.axvline(bound.limit, color="#d7403a", lw=1.2, ls="--")
-    if everything:
+    if not everything:
+        axes.text(0.5, 0.5, "no run has it", transform=axes.transAxes, ha="center", fontsize=10)
+    else:
         values = np.concatenate(everything)
         if values.min() > 0.0 and values.max() > WIDE * values.min():
             axes.set_xscale("log")

@@ -104,7 +104,7 @@ def test_every_kind_of_spread_has_a_picture(words: tuple[str, ...], tmp_path: Pa
         ((*SPREAD, "--runs", "99999999"), "99999999 runs: must be from 1"),
         ((*SPREAD, "--sobol", "7"), "must be 0, for none, or a power of 2"),
         ((*SPREAD, "--against", "thesis-hol"), "did you mean 'thesis-hold'"),
-        ((*SPREAD, "--against", "no-ball"), "the scene no-ball gives none"),
+        ((*SPREAD, "--against", "no-ball"), "the scene no-ball has no balls"),
         ((*SPREAD, "--parquet", "s.csv"), "--parquet s.csv: must end in .parquet"),
         ((*SPREAD, "--plot", "none/s.png"), "there is no folder none"),
         ((*SPREAD, "--worst", "none/worst"), "there is no folder none"),

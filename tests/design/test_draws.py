@@ -183,5 +183,9 @@ def test_what_does_not_fit_the_scene_is_said(texts: tuple[str, ...], words: str)
     with pytest.raises(InputError) as raised:
         drawn(*texts)
     assert words in str(raised.value), raised.value
+    with pytest.raises(InputError, match="the scene no-ball has no balls"):
+        drawn("start.ball_angles=random", scene=("no-ball",))
+    with pytest.raises(InputError, match="is within a list"):
+        drawn("mounts.0.stiffness=5%", scene=("feeding-deck",))
     with pytest.raises(InputError, match="0 runs: must be from 1"):
         drawn("balls.mass=5%", count=0)

@@ -308,7 +308,7 @@ def test_where_no_draw_is_a_scene_nothing_runs() -> None:
     with pytest.raises(SceneError, match="must be at least"):
         spread("thesis-hold", SpreadQuestion(10), over=("balls.mass=uniform:-2,-1",))
     other = ab_sim.load_scene("no-ball")
-    with pytest.raises(InputError, match="the scene no-ball gives none"):
+    with pytest.raises(InputError, match="the scene no-ball has no balls"):
         spread("thesis-hold", SpreadQuestion(10, against=other), over=("balls.mass=5%",))
 
 
