@@ -10,6 +10,7 @@ import importlib.util
 import logging
 import math
 import pickle
+import queue
 import threading
 import time
 import uuid
@@ -141,16 +142,35 @@ class Cluster:
             from distributed import Client
 
             self._ends.enter_context(_silence())  # which the import would break
-            try:
-                with warnings.catch_warnings():
-                    warnings.simplefilter("ignore")  # of versions, which are compared here
-                    self._client = Client(self._address, timeout=ANSWERS, set_as_default=False)
-            except Exception as error:  # whatever else may listen there
+            made: queue.SimpleQueue[Client | Exception] = queue.SimpleQueue()
+
+            def connect() -> None:
+                try:
+                    made.put(Client(self._address, timeout=ANSWERS, set_as_default=False))
+                except Exception as error:  # whatever else may listen there
+                    made.put(error)
+
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of versions, which are compared here
+                # By a thread: what else listens there may never answer.
+                threading.Thread(target=connect, daemon=True).start()
+                found = self._first(made)
+            if isinstance(found, Exception):
                 raise ClusterUnusable(
-                    f"{self._address}: no Dask scheduler answers: {_reason(error)}"
-                ) from error
+                    f"{self._address}: no Dask scheduler answers: {_reason(found)}"
+                ) from found
+            self._client = found
             self._ends.callback(_take_leave, self._client)
         return self._client
+
+    def _first(self, made: "queue.SimpleQueue[Client | Exception]") -> "Client | Exception":
+        until = time.monotonic() + ANSWERS + LEAVES
+        while time.monotonic() < until:
+            with contextlib.suppress(queue.Empty):
+                return made.get(timeout=LOOKS)
+            if self.waiting is not None:
+                self.waiting(f"waiting for the scheduler at {self._address}")
+        return TimeoutError(f"nothing for {ANSWERS:g} s")
 
     def _threads_now(self, client: "Client") -> int:
         """Of all workers, as of less than a second ago."""

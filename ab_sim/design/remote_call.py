@@ -12,6 +12,7 @@ import json
 import pickle
 import socket
 import sys
+import threading
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, TypeVar
 
@@ -92,6 +93,8 @@ class RemoteCall:
 
 
 _INSTALLED = "installed "
+_ONE = threading.Lock()
+"""A worker may have several threads, and Python 3.11 cannot parse in two of them at a time."""
 
 
 class _Call:
@@ -113,7 +116,8 @@ def answer(modules: frozenset[str], fingerprint: str, work: bytes) -> bytes:
         work: a pickled function, and the items to call it with.
     """
     try:
-        same = _fingerprint(modules) == fingerprint
+        with _ONE:
+            same = _fingerprint(modules) == fingerprint
     except NotOfSources as reason:
         return pickle.dumps(Differs(socket.gethostname(), {str(reason): ""}))
     if not same:
