@@ -3,10 +3,12 @@
 A run is judged by those of ``declared.Merits``, and by what a program registers.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from typing import Any, Generic, NamedTuple, TypeVar, cast, overload
+
+import numpy as np
 
 from ab_sim.errors import InputError, nearest
 from ab_sim.scene.model import Scene
@@ -118,9 +120,9 @@ class Merit(Generic[T]):
     equation: str
     """One line, symbols as in docs/conventions.md; empty where a program gave none."""
     watch: type[Any]
-    """Looks at the run; see ``judging``."""
-    find: Callable[[Any], T]
-    """Takes the value from the watch."""
+    """Looks at runs; see ``judging``."""
+    find: Callable[[Any], Sequence[T] | np.ndarray]
+    """Takes the values of all runs from the watch."""
     row: Row | None = None
     better: Better = Better.NEITHER
     kind: MeritKind = MeritKind.NUMBER
@@ -141,6 +143,11 @@ class Merit(Generic[T]):
 
     def __get__(self, instance: "MeritValues | None", owner: type[Any]) -> "Merit[T] | T":
         return self if instance is None else instance.of(self)
+
+    def values(self, watch: Any) -> list[T]:
+        """Of all runs that a watch has looked at, in plain Python's kinds."""
+        found = self.find(watch)
+        return cast(list[T], found.tolist() if isinstance(found, np.ndarray) else list(found))
 
     @property
     def scalar(self) -> bool:
