@@ -1,9 +1,6 @@
 """Many runs of one scene at once, eight side by side."""
 
-import functools
-import itertools
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -11,24 +8,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.batch.lanes import merged
+from ab_sim.batch.lane_group import LaneGroup, Starts
 from ab_sim.batch.prepared_run import (
     BatchRun,
     PreparedRun,
-    StepPlanKey,
     kernel_stride,
     sample_buffer_for,
     steps_of,
 )
 from ab_sim.batch.sample_buffer import SampleBuffer
 from ab_sim.batch.sequential import SequentialRuns, run_one_by_one
-from ab_sim.compiling import compiled
-from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import TURNS
 from ab_sim.errors import InputError, SceneError
-from ab_sim.integrate.side_by_side import LANES, LanePlan, LaneRuns, advance_side_by_side, stacked
-from ab_sim.kernels.code import code_of
+from ab_sim.integrate.side_by_side import LANES
 from ab_sim.presentation import Column, Columns, Presented, ends, number
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
@@ -163,11 +154,12 @@ def run_prepared(
             if first.takes_collocation_steps
             else run_one_by_one
         )
+        lane_group = LaneGroup(first, kernel_stride(first.scene, every)) if in_lanes else None
         width = LANES if in_lanes else 1
         for begin in range(0, len(members), width):
             chosen = members[begin : begin + width]
             these = [prepared[i] for i in chosen]
-            taken = _side_by_side(these, every, sample_buffer) if in_lanes else None
+            taken = _side_by_side(lane_group, these, every, sample_buffer) if lane_group else None
             lanes_used += len(chosen) if taken else 0
             results, spent = taken or run_sequentially(these, every)
             for i, result in zip(chosen, results, strict=True):
@@ -225,6 +217,7 @@ def _grouped(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:
 
 
 def _side_by_side(
+    lane_group: LaneGroup,
     members: list[PreparedRun],
     every: int,
     sample_buffer: SampleBuffer,
@@ -232,72 +225,18 @@ def _side_by_side(
     """Run up to eight runs in lanes; runs, and CPU time [s].
 
     Args:
-        members: up to eight runs of one group.
+        lane_group: of the runs.
+        members: up to eight of them.
         every: every how many-th step is kept.
         sample_buffer: for their samples.
     """
-    # Lanes without a run of their own repeat the last one.
-    lanes = [*members, *itertools.repeat(members[-1], LANES - len(members))]
-    first = members[0]
-    step, steps = first.scene.solver.step, first.steps
-    kind, plan = _plan(tuple(lane.step_plan_key for lane in lanes), steps)
-    in_kernel = kernel_stride(first.scene, every)
-    runs = _runs(lanes, kind, in_kernel)
-    samples = sample_buffer.take(LANES)
-    kernel = compiled(advance_side_by_side)
-    begin = time.thread_time()
-    kernel(runs, plan, samples)
-    seconds = time.thread_time() - begin
+    in_kernel, samples = kernel_stride(members[0].scene, every), sample_buffer.take(LANES)
+    keys = [member.step_plan_key for member in members]
+    steps_sound, seconds = lane_group.run(Starts.of(members), keys, samples)
     results = []
     for lane, member in enumerate(members):
-        sound, failure = int(runs.sound[1, lane]), ""
-        if sound < steps:
-            failure = (
-                f"went beyond all bounds at t = {(sound + 1) * step:.9g} s; a Drive of this scene "
-                "says what did, and why"
-            )
+        sound = int(steps_sound[lane])
         kept = samples[lane, : sound // in_kernel]
         taken = member.trajectory(kept, every // in_kernel)
-        results.append(BatchRun(member.scene, taken, failure))
+        results.append(BatchRun(member.scene, taken, member.failure_after(sound)))
     return results, seconds
-
-
-@functools.lru_cache(maxsize=8)
-def _plan(keys: tuple[StepPlanKey, ...], steps: int) -> tuple[type, LanePlan]:
-    """The merged plan of eight runs, made once for runs whose profiles are equal."""
-    return merged([key.step_ranges(steps) for key in keys], keys[0].grid.step)
-
-
-def _runs(lanes: list[PreparedRun], kind: type, every: int) -> LaneRuns:
-    """Work arrays of eight runs of one group, at their start."""
-    first = lanes[0]
-    code, layout, n = code_of(first.system, kind), layout_of(first.system), len(first.system.balls)
-    step, size = first.scene.solver.step, layout.size
-    column = len(code.emission.roots["sample"])
-    tableau = first.stepper.weights
-    discrete_state = [start_discrete_state(lane.scene, lane.system) for lane in lanes]
-    sound = np.zeros((2, LANES))
-    sound[0] = 1.0
-    room = np.zeros((size, LANES))
-    return LaneRuns(
-        prepare=code.address("prepare", LANES),
-        slope=code.address("slope", LANES),
-        step=code.step(tableau.a, tableau.b, tableau.c, LANES),
-        finish=code.address("finish", LANES),
-        c=stacked([code.constants(lane.system) for lane in lanes]),
-        b=np.zeros(code.branches()),
-        place=code.layout.place,
-        first_angle=layout.angles.start,
-        balls=n,
-        ball_column=column,
-        step_length=step,
-        every=every,
-        bounds=stacked([state_bounds(lane.system, step) for lane in lanes]),
-        state=stacked([start_state(lane.scene, lane.system) for lane in lanes]),
-        turns=stacked([each[:n, TURNS] for each in discrete_state]),
-        sound=sound,
-        slopes=room,
-        trial=room.copy(),
-        row=np.zeros((column + 2 * n, LANES)),
-        times=np.zeros((2, LANES)),
-    )
