@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from ab_sim.drive.trajectory import Trajectory, whirl_of
 
 _ROUNDS = 12
-"""Of Newton's method, which takes four or five where a curve is as smooth as between two samples."""
+"""Of Newton's method; where a curve is as smooth as between two samples it takes four or five."""
 
 
 class Peaks(NamedTuple):

@@ -9,7 +9,7 @@ PARTS = 6
 
 
 class Trends:
-    """Compares the beginning of so many samples with their end, for each of some runs, as they come.
+    """Compares the beginning of so many samples of each run with their end, as they come.
 
     An oscillation is no trend: the root mean square from third to third and from half to half,
     and the largest value from third to third, must all move in one direction, and enough. Periods

@@ -107,6 +107,14 @@ class PreparedRun:
         return RowReader(self.scene, self.system).trajectory(samples).thinned(stride)
 
 
+def grouped(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:
+    """Which of them are of one group, by its key."""
+    groups: dict[Any, list[int]] = {}
+    for i, one in enumerate(prepared):
+        groups.setdefault(one.group_key, []).append(i)
+    return groups
+
+
 def steps_of(scene: Scene) -> int:
     """Number of steps of a scene's run."""
     return max(1, math.ceil(scene.duration / scene.solver.step - 1e-9))

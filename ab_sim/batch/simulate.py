@@ -3,21 +3,17 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.batch.lane_group import LaneGroup, Starts
 from ab_sim.batch.prepared_run import (
     BatchRun,
     PreparedRun,
     kernel_stride,
-    sample_buffer_for,
     steps_of,
 )
-from ab_sim.batch.sample_buffer import SampleBuffer
-from ab_sim.batch.sequential import SequentialRuns, run_one_by_one
+from ab_sim.batch.run_prepared import run_prepared
 from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.side_by_side import LANES
 from ab_sim.presentation import Column, Columns, Presented, ends, number
@@ -124,52 +120,6 @@ def simulate_batch(
     return Batch(*done, tuple(dict(each) for each in variations))
 
 
-class DoneRuns(NamedTuple):
-    """What became of many runs; see ``Batch``."""
-
-    runs: tuple[BatchRun, ...]
-    side_by_side: int
-    integration_seconds: float
-
-
-def run_prepared(
-    prepared: Sequence[PreparedRun],
-    every: int,
-    progress: Callable[[int, int], None] | None = None,
-) -> DoneRuns:
-    """Run them, those that are alike side by side where that can be.
-
-    Args:
-        prepared: in the order of the results.
-        every, progress: see ``simulate_batch``.
-    """
-    runs: list[BatchRun | None] = [None] * len(prepared)
-    seconds, done, lanes_used = 0.0, 0, 0
-    for members in _grouped(prepared).values():
-        first = prepared[members[0]]
-        in_lanes = first.fits_lane
-        sample_buffer = sample_buffer_for([prepared[i] for i in members], every)
-        run_sequentially = (
-            SequentialRuns(first, sample_buffer).run
-            if first.takes_collocation_steps
-            else run_one_by_one
-        )
-        lane_group = LaneGroup(first, kernel_stride(first.scene, every)) if in_lanes else None
-        width = LANES if in_lanes else 1
-        for begin in range(0, len(members), width):
-            chosen = members[begin : begin + width]
-            these = [prepared[i] for i in chosen]
-            taken = _side_by_side(lane_group, these, every, sample_buffer) if lane_group else None
-            lanes_used += len(chosen) if taken else 0
-            results, spent = taken or run_sequentially(these, every)
-            for i, result in zip(chosen, results, strict=True):
-                runs[i] = result
-            seconds, done = seconds + spent, done + len(chosen)
-            if progress is not None:
-                progress(done, len(prepared))
-    return DoneRuns(tuple(run for run in runs if run is not None), lanes_used, seconds)
-
-
 def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Scene]:
     """The scenes of a batch.
 
@@ -207,36 +157,3 @@ def _check_room(scenes: list[Scene], every: int) -> None:
             f"for {kept + at_work:.2g} numbers, at most {MOST_VALUES:.2g} are allowed; keep fewer "
             "with a larger every, run fewer at once, or make solver.step longer"
         )
-
-
-def _grouped(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:
-    groups: dict[Any, list[int]] = {}
-    for i, one in enumerate(prepared):
-        groups.setdefault(one.group_key, []).append(i)
-    return groups
-
-
-def _side_by_side(
-    lane_group: LaneGroup,
-    members: list[PreparedRun],
-    every: int,
-    sample_buffer: SampleBuffer,
-) -> tuple[list[BatchRun], float]:
-    """Run up to eight runs in lanes; runs, and CPU time [s].
-
-    Args:
-        lane_group: of the runs.
-        members: up to eight of them.
-        every: every how many-th step is kept.
-        sample_buffer: for their samples.
-    """
-    in_kernel, samples = kernel_stride(members[0].scene, every), sample_buffer.take(LANES)
-    keys = [member.step_plan_key for member in members]
-    steps_sound, seconds = lane_group.run(Starts.of(members), keys, samples)
-    results = []
-    for lane, member in enumerate(members):
-        sound = int(steps_sound[lane])
-        kept = samples[lane, : sound // in_kernel]
-        taken = member.trajectory(kept, every // in_kernel)
-        results.append(BatchRun(member.scene, taken, member.failure_after(sound)))
-    return results, seconds

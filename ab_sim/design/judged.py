@@ -1,14 +1,14 @@
 """Runs of a scene with other values, each to a row of merits."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import pyarrow
 
-from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
-from ab_sim.batch.prepared_run import BatchRun, PreparedRun, steps_of
-from ab_sim.batch.simulate import run_prepared
+from ab_sim.batch.judging import JudgedPart, judged_parts
+from ab_sim.batch.prepared_run import PreparedRun
+from ab_sim.batch.run_columns import Split, columns_of
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -19,8 +19,8 @@ FAILED, CIRCULATES, CHANGING, SETTLED = "failed", "circulates", "still changing"
 """How a run ended: it did not; with balls that go round the race; with a whirl that still rises or
 falls; else."""
 OUTCOMES = (SETTLED, CHANGING, CIRCULATES, FAILED)
-SAMPLES_AT_ONCE = 300_000
-"""Of all runs that are in memory at a time: some 50 MB."""
+PREPARED_AT_ONCE = 512
+"""Runs that do not go in columns, of which there is a scene each in memory."""
 _SAY_HOW_IT_ENDED = ("still_changing", "circulating_balls")
 
 
@@ -69,10 +69,21 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
         A row for each in their order: run, merits, outcome, failure. Of a run that failed, which
         leaves the others alone, merits are null.
     """
-    rows: list[dict[str, Any]] = []
-    for group in _groups(job, points):
-        rows += _rows(job, group)
-    return pyarrow.Table.from_pylist(rows, schema_of(job))
+    split = _columns_of(job, points)
+    in_columns = set() if split is None else set(split.rows.tolist())
+    keys = list(dict.fromkeys((*job.merits, *_SAY_HOW_IT_ENDED)))
+    rows = {} if split is None else _rows(job, judged_parts(split, {}, keys))
+    others = [place for place in range(len(points)) if place not in in_columns]
+    for first in range(0, len(others), PREPARED_AT_ONCE):
+        prepared: dict[int, PreparedRun] = {}
+        for place in others[first : first + PREPARED_AT_ONCE]:
+            try:
+                prepared[place] = PreparedRun(varied_scene(job, points[place].values))
+            except SceneError as error:
+                rows[place] = {OUTCOME: FAILED, FAILURE: str(error)}
+        rows |= _rows(job, judged_parts(None, prepared, keys))
+    table = [{RUN: point.run, **rows[place]} for place, point in enumerate(points)]
+    return pyarrow.Table.from_pylist(table, schema=schema_of(job))
 
 
 def schema_of(job: Job) -> pyarrow.Schema:
@@ -99,31 +110,29 @@ def varied_scene(job: Job, values: Sequence[Any]) -> Scene:
     return changed_scene(job.scene, changes, said)
 
 
-def _groups(job: Job, points: Sequence[Point]) -> Iterator[Sequence[Point]]:
-    """As many at a time as their samples have room."""
-    most = max(8, SAMPLES_AT_ONCE // steps_of(job.scene) // 8 * 8)
-    for first in range(0, len(points), most):
-        yield points[first : first + most]
+def _columns_of(job: Job, points: Sequence[Point]) -> Split | None:
+    """Those of the points that go in columns."""
+    try:
+        base = PreparedRun(job.scene)
+    except SceneError:  # points may be valid all the same
+        return None
+    columns = zip(*(point.values for point in points), strict=True)
+    return columns_of(base, dict(zip(job.keys, columns, strict=True)))
 
 
-def _rows(job: Job, points: Sequence[Point]) -> list[dict[str, Any]]:
-    prepared: dict[int, PreparedRun] = {}
-    failures: dict[int, str] = {}
-    for point in points:
-        try:
-            prepared[point.run] = PreparedRun(varied_scene(job, point.values))
-        except SceneError as error:
-            failures[point.run] = str(error)
-    done = run_prepared(list(prepared.values()), every=1).runs if prepared else ()
-    found = {run: _row(job, each) for run, each in zip(prepared, done, strict=True)}
-    failed = {run: {OUTCOME: FAILED, FAILURE: said} for run, said in failures.items()}
-    return [{RUN: point.run, **(found | failed)[point.run]} for point in points]
+def _rows(job: Job, parts: Iterable[JudgedPart]) -> dict[int, dict[str, Any]]:
+    """A row for each run of the parts, by its number there."""
+    rows: dict[int, dict[str, Any]] = {}
+    for part in parts:
+        each = zip(*part.merits.values(), strict=True)
+        for place, values, failure in zip(part.runs.tolist(), each, part.failures, strict=True):
+            merits = dict(zip(part.merits, values, strict=True))
+            failed = {OUTCOME: FAILED, FAILURE: failure}
+            rows[place] = failed if failure else _row(job, merits)
+    return rows
 
 
-def _row(job: Job, run: BatchRun) -> Mapping[str, Any]:
-    if run.failure:
-        return {OUTCOME: FAILED, FAILURE: run.failure}
-    merits = merits_of(run.trajectory, run.scene, {*job.merits, *_SAY_HOW_IT_ENDED})
+def _row(job: Job, merits: Mapping[str, Any]) -> dict[str, Any]:
     changing, circulating = (merits[key] for key in _SAY_HOW_IT_ENDED)
     ended = CIRCULATES if circulating is not None else CHANGING if changing else SETTLED
     return {**{key: merits[key] for key in job.merits}, OUTCOME: ended}

@@ -49,7 +49,8 @@ def test_its_runs_are_single_runs_to_the_bit(scene: str) -> None:
 def sizes(monkeypatch: pytest.MonkeyPatch, enough: float, chunk: float, samples: int) -> None:
     monkeypatch.setattr(work, "ENOUGH", enough)
     monkeypatch.setattr(work, "CHUNK_SECONDS", chunk)
-    monkeypatch.setattr(judged, "SAMPLES_AT_ONCE", samples)
+    monkeypatch.setattr(judging, "SAMPLES_AT_ONCE", samples)
+    monkeypatch.setattr(judged, "PREPARED_AT_ONCE", prepared)
 
 
 @pytest.mark.parametrize("scene", ["thesis-hold", "no-ball"])

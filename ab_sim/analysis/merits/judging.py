@@ -94,7 +94,9 @@ class JudgedRuns:
         if "z" not in channels or not any(rest.place.any() for rest in self.rests):
             return samples  # in the plane they count from there
         runs = zip(self.rests, samples, strict=True)
-        return np.array([rest.counted_from(Trajectory(channels, run)).samples for rest, run in runs])
+        return np.array(
+            [rest.counted_from(Trajectory(channels, run)).samples for rest, run in runs]
+        )
 
 
 class Piece:

@@ -1,0 +1,173 @@
+"""Runs judged as they go: their samples stay in memory only until their merits are known."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from ab_sim.analysis.merits.judging import JudgedRuns
+from ab_sim.analysis.merits.merit import merits_named
+from ab_sim.analysis.merits.of_run import merits_of_runs
+from ab_sim.batch.lane_group import LaneGroup, Starts
+from ab_sim.batch.prepared_run import BatchRun, PreparedRun, StepPlanKey, grouped
+from ab_sim.batch.run_columns import Split
+from ab_sim.batch.run_prepared import run_prepared
+from ab_sim.integrate.side_by_side import LANES
+
+SAMPLES_AT_ONCE = 2**20
+"""Numbers of samples that are in memory at a time, 8 MB: most of it stays in the cache."""
+
+
+class JudgedPart(NamedTuple):
+    """What became of some runs."""
+
+    runs: np.ndarray
+    """Their numbers."""
+    merits: dict[str, list[Any]]
+    """As reports give them, by key; None of a run that failed."""
+    failures: list[str]
+    """Why each run ended early; empty if it did not."""
+    in_lanes: bool
+    """Whether they ran side by side."""
+    seconds: float
+    """CPU time for taking the steps [s]."""
+
+
+class LaneSource(Protocol):
+    """Runs of one group, which go side by side; ``rows`` says which of them."""
+
+    first: PreparedRun
+    """One of the group."""
+
+    def starts(self, rows: np.ndarray) -> Starts:
+        """What they begin with."""
+
+    def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
+        """Of up to eight; or one, if it is that of all."""
+
+    def judged(self, rows: np.ndarray) -> JudgedRuns:
+        """What merits have to know of them."""
+
+
+class _PreparedGroup:
+    """Prepared runs of one group."""
+
+    def __init__(self, runs: Sequence[PreparedRun]) -> None:
+        self.first, self._runs = runs[0], runs
+
+    def starts(self, rows: np.ndarray) -> Starts:
+        return Starts.of([self._runs[row] for row in rows])
+
+    def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
+        return [self._runs[row].step_plan_key for row in rows]
+
+    def judged(self, rows: np.ndarray) -> JudgedRuns:
+        return JudgedRuns([self._runs[row].scene for row in rows], self.first.steps)
+
+
+def judged_parts(
+    split: Split | None, prepared: Mapping[int, PreparedRun], keys: Sequence[str]
+) -> Iterator[JudgedPart]:
+    """Run and judge, part after part.
+
+    Args:
+        split: runs that go in columns.
+        prepared: the others, by number.
+        keys: of the merits wanted.
+    """
+    if split is not None:
+        yield from _in_lanes(split.columns, split.rows, split.rows, keys)
+    numbers = list(prepared)
+    for members in grouped(list(prepared.values())).values():
+        runs = np.array([numbers[i] for i in members])
+        group = [prepared[run] for run in runs.tolist()]
+        if group[0].fits_lane and not group[0].scene.sensors:
+            yield from _in_lanes(_PreparedGroup(group), np.arange(len(group)), runs, keys)
+        else:
+            yield from _one_by_one(group, runs, keys)
+
+
+def _in_lanes(
+    source: LaneSource, rows: np.ndarray, numbers: np.ndarray, keys: Sequence[str]
+) -> Iterator[JudgedPart]:
+    """Runs of a group, side by side.
+
+    Args:
+        source: with these runs.
+        rows: theirs in the source.
+        numbers: what they are called.
+        keys: of the merits wanted.
+    """
+    first = source.first
+    lane_group, shape = LaneGroup(first, 1), (first.steps, len(first.channels))
+    most = _at_once(shape)
+    samples = np.empty((min(most, math.ceil(len(rows) / LANES) * LANES), *shape))
+    for begin in range(0, len(rows), most):
+        which, seconds = rows[begin : begin + most], 0.0
+        starts, sound = source.starts(which), np.zeros(len(which), int)
+        for at in range(0, len(which), LANES):
+            eight = slice(at, min(at + LANES, len(which)))
+            keys_of_eight = source.step_plan_keys(which[eight])
+            steps, spent = lane_group.run(
+                starts.rows(eight), keys_of_eight, samples[at : at + LANES]
+            )
+            sound[eight], seconds = steps[: eight.stop - at], seconds + spent
+        failures = [first.failure_after(steps) for steps in sound.tolist()]
+        good = np.flatnonzero(sound >= first.steps)
+        kept = samples[: len(which)] if len(good) == len(which) else samples[good]
+        merits = _reported(source.judged(which[good]), first.channels, kept, keys)
+        spread = {key: _spread(values, good, len(which)) for key, values in merits.items()}
+        yield JudgedPart(numbers[begin : begin + most], spread, failures, True, seconds)
+
+
+def _one_by_one(
+    group: Sequence[PreparedRun], numbers: np.ndarray, keys: Sequence[str]
+) -> Iterator[JudgedPart]:
+    """Runs of a group that do not go in columns of lanes, or have sensors."""
+    most = _at_once((group[0].steps, len(group[0].channels)))
+    for begin in range(0, len(group), most):
+        done = run_prepared(group[begin : begin + most], every=1)
+        rows = [{} if run.failure else _of_run(run, keys) for run in done.runs]
+        merits = {key: [row.get(key) for row in rows] for key in keys}
+        failures, lanes = [run.failure for run in done.runs], done.side_by_side > 0
+        part = numbers[begin : begin + most]
+        yield JudgedPart(part, merits, failures, lanes, done.integration_seconds)
+
+
+def _of_run(run: BatchRun, keys: Sequence[str]) -> dict[str, Any]:
+    path = run.trajectory
+    runs = JudgedRuns([run.scene], len(path))
+    found = _reported(runs, path.channels, path.samples[None], keys)
+    return {key: values[0] for key, values in found.items()}
+
+
+def _reported(
+    runs: JudgedRuns, channels: tuple[str, ...], samples: np.ndarray, keys: Sequence[str]
+) -> dict[str, list[Any]]:
+    """Merits as reports give them."""
+    if not len(runs):
+        return {key: [] for key in keys}
+    found, each_e = merits_of_runs(runs, channels, samples, keys), runs.numbers.eccentricity
+    return {
+        merit.key: [
+            merit.as_reported(value, e)
+            for value, e in zip(found[merit.key], each_e.tolist(), strict=True)
+        ]
+        for merit in merits_named(keys)
+    }
+
+
+def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:
+    """Values at these places of so many, None at the others."""
+    if len(values) == count:
+        return values
+    found = [None] * count
+    for place, value in zip(places.tolist(), values, strict=True):
+        found[place] = value
+    return found
+
+
+def _at_once(shape: tuple[int, int]) -> int:
+    """How many runs' samples are in memory at a time."""
+    return max(1, SAMPLES_AT_ONCE // (shape[0] * shape[1]) // LANES) * LANES
