@@ -74,7 +74,7 @@ def _cubic(
     return [first, leaves, 3.0 * way - 2.0 * leaves - arrives, leaves + arrives - 2.0 * way]
 
 
-def _value(coefficients: Sequence[np.ndarray], at: np.ndarray) -> np.ndarray:
+def _value(coefficients: Sequence[np.ndarray] | np.ndarray, at: np.ndarray) -> np.ndarray:
     found = np.zeros(at.shape)
     for coefficient in reversed(coefficients):
         found = found * at + coefficient

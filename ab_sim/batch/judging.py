@@ -1,6 +1,5 @@
 """Runs judged as they go: their samples stay in memory only until their merits are known."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -9,14 +8,15 @@ import numpy as np
 from ab_sim.analysis.merits.judging import JudgedRuns
 from ab_sim.analysis.merits.merit import merits_named
 from ab_sim.analysis.merits.of_run import merits_of_runs
-from ab_sim.batch.lane_group import LaneGroup, Starts
+from ab_sim.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.batch.prepared_run import BatchRun, PreparedRun, StepPlanKey, grouped
 from ab_sim.batch.run_columns import Split
 from ab_sim.batch.run_prepared import run_prepared
-from ab_sim.integrate.side_by_side import LANES
+from ab_sim.integrate.side_by_side import LANES, LaneSamples
 
-SAMPLES_AT_ONCE = 2**20
-"""Numbers of samples that are in memory at a time, 8 MB: most of it stays in the cache."""
+SAMPLES_AT_ONCE = 2**22
+"""Numbers of samples that are in memory at a time, 32 MB: runs enough for numpy's calls to count
+little, and little enough for what is looked at to be in the cache still."""
 
 
 class JudgedPart(NamedTuple):
@@ -40,7 +40,7 @@ class LaneSource(Protocol):
     first: PreparedRun
     """One of the group."""
 
-    def starts(self, rows: np.ndarray) -> Starts:
+    def starts(self, rows: np.ndarray) -> LaneStarts:
         """What they begin with."""
 
     def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
@@ -56,8 +56,8 @@ class _PreparedGroup:
     def __init__(self, runs: Sequence[PreparedRun]) -> None:
         self.first, self._runs = runs[0], runs
 
-    def starts(self, rows: np.ndarray) -> Starts:
-        return Starts.of([self._runs[row] for row in rows])
+    def starts(self, rows: np.ndarray) -> LaneStarts:
+        return LaneStarts.of([self._runs[row] for row in rows])
 
     def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
         return [self._runs[row].step_plan_key for row in rows]
@@ -100,18 +100,20 @@ def _in_lanes(
         keys: of the merits wanted.
     """
     first = source.first
-    lane_group, shape = LaneGroup(first, 1), (first.steps, len(first.channels))
-    most = _at_once(shape)
-    samples = np.empty((min(most, math.ceil(len(rows) / LANES) * LANES), *shape))
+    lane_group, most = LaneGroup(first, 1), _at_once(first)
+    # A channel's numbers follow each other, as merits take them one after the other; with some room
+    # between channels, so that they are not all in the same few lines of the cache.
+    room = (first.steps // 16 + 1) * 16 + 8
+    lines = np.empty((min(most, len(rows) + LANES), len(first.channels), room))
+    samples = lines[:, :, : first.steps].transpose(0, 2, 1)
     for begin in range(0, len(rows), most):
         which, seconds = rows[begin : begin + most], 0.0
         starts, sound = source.starts(which), np.zeros(len(which), int)
         for at in range(0, len(which), LANES):
             eight = slice(at, min(at + LANES, len(which)))
             keys_of_eight = source.step_plan_keys(which[eight])
-            steps, spent = lane_group.run(
-                starts.rows(eight), keys_of_eight, samples[at : at + LANES]
-            )
+            into = LaneSamples.by_channel(lines[at : at + LANES])
+            steps, spent = lane_group.run(starts.rows(eight), keys_of_eight, into)
             sound[eight], seconds = steps[: eight.stop - at], seconds + spent
         failures = [first.failure_after(steps) for steps in sound.tolist()]
         good = np.flatnonzero(sound >= first.steps)
@@ -125,7 +127,7 @@ def _one_by_one(
     group: Sequence[PreparedRun], numbers: np.ndarray, keys: Sequence[str]
 ) -> Iterator[JudgedPart]:
     """Runs of a group that do not go in columns of lanes, or have sensors."""
-    most = _at_once((group[0].steps, len(group[0].channels)))
+    most = _at_once(group[0])
     for begin in range(0, len(group), most):
         done = run_prepared(group[begin : begin + most], every=1)
         rows = [{} if run.failure else _of_run(run, keys) for run in done.runs]
@@ -168,6 +170,6 @@ def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:
     return found
 
 
-def _at_once(shape: tuple[int, int]) -> int:
-    """How many runs' samples are in memory at a time."""
-    return max(1, SAMPLES_AT_ONCE // (shape[0] * shape[1]) // LANES) * LANES
+def _at_once(run: PreparedRun) -> int:
+    """How many runs like it have their samples in memory at a time: whole eights."""
+    return max(1, SAMPLES_AT_ONCE // (run.steps * len(run.channels)) // LANES) * LANES

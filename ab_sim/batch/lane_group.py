@@ -13,12 +13,19 @@ from ab_sim.compiling import BoundFunction, compiled
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import TURNS
-from ab_sim.integrate.side_by_side import LANES, LanePlan, LaneRuns, advance_side_by_side, stacked
+from ab_sim.integrate.side_by_side import (
+    LANES,
+    LanePlan,
+    LaneRuns,
+    LaneSamples,
+    advance_side_by_side,
+    stacked,
+)
 from ab_sim.kernels.code import code_of
 from ab_sim.kernels.constants import numbers_of
 
 
-class Starts(NamedTuple):
+class LaneStarts(NamedTuple):
     """What runs of a group begin with, a row for each."""
 
     constants: np.ndarray
@@ -31,14 +38,14 @@ class Starts(NamedTuple):
     """Taken out of the balls' angles, shape (runs, balls)."""
 
     @classmethod
-    def of(cls, runs: Sequence[PreparedRun]) -> "Starts":
+    def of(cls, runs: Sequence[PreparedRun]) -> "LaneStarts":
         """Of prepared runs of one group."""
         rows = [_start_of(run) for run in runs]
         return cls(*(np.array(column) for column in zip(*rows, strict=True)))
 
-    def rows(self, which: slice) -> "Starts":
+    def rows(self, which: slice) -> "LaneStarts":
         """Those of some of the runs."""
-        return Starts(*(column[which] for column in self))
+        return LaneStarts(*(column[which] for column in self))
 
 
 def _start_of(run: PreparedRun) -> tuple[np.ndarray, ...]:
@@ -64,15 +71,14 @@ class LaneGroup:
         self._made: dict[type, tuple[LaneRuns, BoundFunction]] = {}
 
     def run(
-        self, starts: Starts, keys: Sequence[StepPlanKey], samples: np.ndarray
+        self, starts: LaneStarts, keys: Sequence[StepPlanKey], samples: LaneSamples
     ) -> tuple[np.ndarray, float]:
         """Run up to eight.
 
         Args:
             starts: of these runs.
             keys: their step plans; or one, if it is that of all.
-            samples: filled in, shape (8, samples, channels); lanes without a run of their own
-                repeat the last one.
+            samples: filled in, of eight; lanes without a run of their own repeat the last one.
 
         Returns:
             How many steps of each were sound, shape (8,); CPU time [s].
@@ -121,7 +127,7 @@ def _room(lines: int) -> np.ndarray:
     return stacked([np.zeros(lines)] * LANES)
 
 
-def _begin(runs: LaneRuns, starts: Starts) -> None:
+def _begin(runs: LaneRuns, starts: LaneStarts) -> None:
     """Put runs at their start."""
     count = len(starts.constants)
     places = runs.c[: runs.place], runs.bounds, runs.state, runs.turns

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, overload
 import numpy as np
 
 from ab_sim.analysis.merits.judging import JudgedRuns, RunNumbers
-from ab_sim.batch.lane_group import Starts
+from ab_sim.batch.lane_group import LaneStarts
 from ab_sim.batch.prepared_run import PreparedRun, StepPlanKey
 from ab_sim.dynamics.assemble import of_ball
 from ab_sim.dynamics.deck_models.planar import poles_of
@@ -68,15 +68,15 @@ class RunColumns:
         """A run of the same kind."""
         self._values, self._bodies = values, bodies
         self._count = len(next(iter(values.values())))
-        self._start = Starts.of([base])
+        self._start = LaneStarts.of([base])
 
     def __len__(self) -> int:
         return self._count
 
-    def starts(self, rows: np.ndarray) -> Starts:
+    def starts(self, rows: np.ndarray) -> LaneStarts:
         """What some of the runs begin with."""
         others = (np.repeat(column, len(rows), axis=0) for column in self._start[1:])
-        return Starts(self._constants(rows), *others)
+        return LaneStarts(self._constants(rows), *others)
 
     def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
         """Their step plan, which is that of all."""
@@ -313,4 +313,5 @@ def _taken(bodies: _Bodies, rows: np.ndarray) -> _Bodies:
         return value[rows] if isinstance(value, np.ndarray) else value
 
     effects = tuple(type(each)(*map(some, each)) for each in bodies.effects)
-    return _Bodies(*map(some, bodies[:-1]), effects)
+    taken = _Bodies(*map(some, bodies))
+    return taken._replace(effects=effects)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from ab_sim.batch.lane_group import LaneGroup, Starts
+from ab_sim.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.batch.prepared_run import (
     BatchRun,
     PreparedRun,
@@ -13,7 +13,7 @@ from ab_sim.batch.prepared_run import (
 )
 from ab_sim.batch.sample_buffer import SampleBuffer
 from ab_sim.batch.sequential import SequentialRuns, run_one_by_one
-from ab_sim.integrate.side_by_side import LANES
+from ab_sim.integrate.side_by_side import LANES, LaneSamples
 
 
 class DoneRuns(NamedTuple):
@@ -78,7 +78,9 @@ def _side_by_side(
     """
     in_kernel, samples = kernel_stride(members[0].scene, every), sample_buffer.take(LANES)
     keys = [member.step_plan_key for member in members]
-    steps_sound, seconds = lane_group.run(Starts.of(members), keys, samples)
+    steps_sound, seconds = lane_group.run(
+        LaneStarts.of(members), keys, LaneSamples.by_sample(samples)
+    )
     results = []
     for lane, member in enumerate(members):
         sound = int(steps_sound[lane])

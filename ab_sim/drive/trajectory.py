@@ -64,7 +64,9 @@ def column_of(channel: str, channels: Sequence[str]) -> int:
 def whirl_of(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """W = |u| [m] of displacements, none of them near the ends of what floats can say."""
     # The C library's hypot, which takes care of those, takes four times as long.
-    return np.asarray(np.sqrt(x * x + y * y))
+    found = np.multiply(x, x, dtype=float)
+    found += y * y
+    return np.sqrt(found, out=found)
 
 
 @lru_cache

@@ -46,7 +46,9 @@ def bounds_at(scene: Scene, key: str) -> Bounds | None:
         return _bounds(Mass)
     name, _, parameter = rest.partition(".")
     effect = scene.effects.get(name) if section == "effects" else None
-    if type(getattr(effect, parameter, None)) is not float or parameter not in effect._fields:
+    if effect is None or parameter not in effect._fields:
+        return None
+    if type(getattr(effect, parameter)) is not float:
         return None
     return _bounds(get_type_hints(type(effect), include_extras=True).get(parameter))
 
