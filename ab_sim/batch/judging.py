@@ -1,6 +1,6 @@
 """Runs judged as they go: their samples stay in memory only until their merits are known."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -11,7 +11,7 @@ from ab_sim.analysis.merits.of_run import merits_of_runs
 from ab_sim.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.batch.prepared_run import BatchRun, PreparedRun, StepPlanKey, grouped
 from ab_sim.batch.run_columns import Split
-from ab_sim.batch.run_prepared import run_prepared
+from ab_sim.batch.run_prepared import DoneRuns, run_prepared
 from ab_sim.integrate.side_by_side import LANES, LaneSamples
 
 SAMPLES_AT_ONCE = 2**22
@@ -135,6 +135,41 @@ def _one_by_one(
         failures, lanes = [run.failure for run in done.runs], done.side_by_side > 0
         part = numbers[begin : begin + most]
         yield JudgedPart(part, merits, failures, lanes, done.integration_seconds)
+
+
+def run_and_judge(
+    prepared: Sequence[PreparedRun],
+    every: int,
+    keys: Sequence[str],
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[DoneRuns, dict[str, list[Any]]]:
+    """Run and judge, and keep samples.
+
+    Args:
+        prepared, every, progress: as of ``run_prepared``.
+        keys: of the merits wanted, which are found from every step.
+
+    Returns:
+        What became of the runs; by key the merits of each as reports give them, None of a run that
+        failed.
+    """
+    runs: list[Any] = [None] * len(prepared)
+    merits: dict[str, list[Any]] = {key: [None] * len(prepared) for key in keys}
+    seconds, done, lanes_used = 0.0, 0, 0
+    for members in grouped(prepared).values():
+        most = _at_once(prepared[members[0]])
+        for begin in range(0, len(members), most):
+            chosen = members[begin : begin + most]
+            part = run_prepared([prepared[i] for i in chosen], every=1)
+            for i, run in zip(chosen, part.runs, strict=True):
+                runs[i] = run._replace(trajectory=run.trajectory.thinned(every))
+                for key, value in ({} if run.failure else _of_run(run, keys)).items():
+                    merits[key][i] = value
+            seconds, done = seconds + part.integration_seconds, done + len(chosen)
+            lanes_used += part.side_by_side
+            if progress is not None:
+                progress(done, len(prepared))
+    return DoneRuns(tuple(runs), lanes_used, seconds), merits
 
 
 def _of_run(run: BatchRun, keys: Sequence[str]) -> dict[str, Any]:

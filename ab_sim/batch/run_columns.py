@@ -22,6 +22,7 @@ from ab_sim.dynamics.system import FORMULA_COLUMNS, has_gravity
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.planar import Planar
 from ab_sim.equations.sums import over_effects
+from ab_sim.errors import SceneError
 from ab_sim.integrate.choose import USUAL, top_speed
 from ab_sim.integrate.limits import stability_limit
 from ab_sim.integrate.registry import AUTO
@@ -168,6 +169,15 @@ class Split(NamedTuple):
     """All of them; only those in ``rows`` can be run by it."""
     rows: np.ndarray
     """Which ones, rising."""
+
+
+def split_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> Split | None:
+    """As ``columns_of``, of a scene that may not be valid without its variations."""
+    try:
+        base = PreparedRun(scene)
+    except SceneError:
+        return None
+    return columns_of(base, values)
 
 
 def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split | None:

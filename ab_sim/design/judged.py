@@ -8,7 +8,7 @@ import pyarrow
 from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
 from ab_sim.batch.judging import JudgedPart, judged_parts
 from ab_sim.batch.prepared_run import PreparedRun
-from ab_sim.batch.run_columns import Split, columns_of
+from ab_sim.batch.run_columns import split_of
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -69,7 +69,8 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
         A row for each in their order: run, merits, outcome, failure. Of a run that failed, which
         leaves the others alone, merits are null.
     """
-    split = _columns_of(job, points)
+    columns = zip(*(point.values for point in points), strict=True)
+    split = split_of(job.scene, dict(zip(job.keys, columns, strict=True)))
     in_columns = set() if split is None else set(split.rows.tolist())
     keys = list(dict.fromkeys((*job.merits, *_SAY_HOW_IT_ENDED)))
     rows = {} if split is None else _rows(job, judged_parts(split, {}, keys))
@@ -108,16 +109,6 @@ def varied_scene(job: Job, values: Sequence[Any]) -> Scene:
     changes = dict(zip(job.keys, values, strict=True))
     said = ", ".join(f"{key}={value}" for key, value in changes.items())
     return changed_scene(job.scene, changes, said)
-
-
-def _columns_of(job: Job, points: Sequence[Point]) -> Split | None:
-    """Those of the points that go in columns."""
-    try:
-        base = PreparedRun(job.scene)
-    except SceneError:  # points may be valid all the same
-        return None
-    columns = zip(*(point.values for point in points), strict=True)
-    return columns_of(base, dict(zip(job.keys, columns, strict=True)))
 
 
 def _rows(job: Job, parts: Iterable[JudgedPart]) -> dict[int, dict[str, Any]]:
