@@ -127,7 +127,10 @@ class RunColumns:
             return np.broadcast_to(value, len(rows))
 
         def of_balls(values: list[Any]) -> np.ndarray:
-            return np.array([column(value) for value in values]).reshape(-1, len(rows)).T
+            found = np.empty((len(rows), len(values)))
+            for ball, value in enumerate(values):
+                found[:, ball] = value
+            return found
 
         return RunNumbers(
             eccentricity=column(bodies.eccentricity),
