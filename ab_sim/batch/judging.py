@@ -185,14 +185,8 @@ def _reported(
     """Merits as reports give them."""
     if not len(runs):
         return {key: [] for key in keys}
-    found, each_e = merits_of_runs(runs, channels, samples, keys), runs.numbers.eccentricity
-    return {
-        merit.key: [
-            merit.as_reported(value, e)
-            for value, e in zip(found[merit.key], each_e.tolist(), strict=True)
-        ]
-        for merit in merits_named(keys)
-    }
+    found, e = merits_of_runs(runs, channels, samples, keys), runs.numbers.eccentricity
+    return {merit.key: merit.all_as_reported(found[merit.key], e) for merit in merits_named(keys)}
 
 
 def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:

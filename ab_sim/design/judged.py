@@ -1,6 +1,6 @@
 """Runs of a scene with other values, each to a row of merits."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import pyarrow
@@ -69,11 +69,13 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
         A row for each in their order: run, merits, outcome, failure. Of a run that failed, which
         leaves the others alone, merits are null.
     """
-    columns = zip(*(point.values for point in points), strict=True)
-    split = split_of(job.scene, dict(zip(job.keys, columns, strict=True)))
+    values = zip(*(point.values for point in points), strict=True)
+    split = split_of(job.scene, dict(zip(job.keys, values, strict=True)))
     in_columns = set() if split is None else set(split.rows.tolist())
     keys = list(dict.fromkeys((*job.merits, *_SAY_HOW_IT_ENDED)))
-    rows = {} if split is None else _rows(job, judged_parts(split, {}, keys))
+    rows = _Rows(job, len(points))
+    if split is not None:
+        rows.add(judged_parts(split, {}, keys))
     others = [place for place in range(len(points)) if place not in in_columns]
     for first in range(0, len(others), PREPARED_AT_ONCE):
         prepared: dict[int, PreparedRun] = {}
@@ -81,10 +83,11 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
             try:
                 prepared[place] = PreparedRun(varied_scene(job, points[place].values))
             except SceneError as error:
-                rows[place] = {OUTCOME: FAILED, FAILURE: str(error)}
-        rows |= _rows(job, judged_parts(None, prepared, keys))
-    table = [{RUN: point.run, **rows[place]} for place, point in enumerate(points)]
-    return pyarrow.Table.from_pylist(table, schema=schema_of(job))
+                rows.fail(place, str(error))
+        rows.add(judged_parts(None, prepared, keys))
+    schema = schema_of(job)
+    columns = {RUN: [point.run for point in points], **rows.columns}
+    return pyarrow.table([pyarrow.array(columns[f.name], f.type) for f in schema], schema=schema)
 
 
 def schema_of(job: Job) -> pyarrow.Schema:
@@ -111,19 +114,32 @@ def varied_scene(job: Job, values: Sequence[Any]) -> Scene:
     return changed_scene(job.scene, changes, said)
 
 
-def _rows(job: Job, parts: Iterable[JudgedPart]) -> dict[int, dict[str, Any]]:
-    """A row for each run of the parts, by its number there."""
-    rows: dict[int, dict[str, Any]] = {}
-    for part in parts:
-        each = zip(*part.merits.values(), strict=True)
-        for place, values, failure in zip(part.runs.tolist(), each, part.failures, strict=True):
-            merits = dict(zip(part.merits, values, strict=True))
-            failed = {OUTCOME: FAILED, FAILURE: failure}
-            rows[place] = failed if failure else _row(job, merits)
-    return rows
+class _Rows:
+    """What a job's runs have come to, in columns; of runs that are not in yet, null."""
 
+    def __init__(self, job: Job, runs: int) -> None:
+        names = (*job.merits, OUTCOME, FAILURE)
+        self._merits = job.merits
+        self.columns: dict[str, list[Any]] = {name: [None] * runs for name in names}
 
-def _row(job: Job, merits: Mapping[str, Any]) -> dict[str, Any]:
-    changing, circulating = (merits[key] for key in _SAY_HOW_IT_ENDED)
-    ended = CIRCULATES if circulating is not None else CHANGING if changing else SETTLED
-    return {**{key: merits[key] for key in job.merits}, OUTCOME: ended}
+    def fail(self, place: int, failure: str) -> None:
+        """A run that has failed."""
+        self.columns[OUTCOME][place], self.columns[FAILURE][place] = FAILED, failure
+
+    def add(self, parts: Iterable[JudgedPart]) -> None:
+        """Runs that are judged."""
+        for part in parts:
+            places = part.runs.tolist()
+            changing, circulating = (part.merits[key] for key in _SAY_HOW_IT_ENDED)
+            outcomes = self.columns[OUTCOME]
+            for place, changes, circulate in zip(places, changing, circulating, strict=True):
+                outcomes[place] = (
+                    CIRCULATES if circulate is not None else CHANGING if changes else SETTLED
+                )
+            for key in self._merits:
+                column = self.columns[key]
+                for place, value in zip(places, part.merits[key], strict=True):
+                    column[place] = value
+            for place, failure in zip(places, part.failures, strict=True):
+                if failure:
+                    self.fail(place, failure)

@@ -21,6 +21,10 @@ from ab_sim.scene.model import Scene
 LAST = 0.1
 """Final values are those over this share of the run, at its end."""
 
+_NEAR = 2**14
+"""Numbers, 128 kB: of more, numpy's intermediate results go to memory and back, and are in pages
+that the system has to clear first, each time."""
+
 Pieces = Callable[[], Iterable[Trajectory]]
 """Begins at the run's start each time it is called; trajectories that follow each other, none of
 them empty."""
@@ -128,7 +132,17 @@ class Piece:
     @cached_property
     def whirl(self) -> np.ndarray:
         """W = |u| [m], shape (runs, samples)."""
-        return whirl_of(self["x"], self["y"])
+        x, y = self["x"], self["y"]
+        found = np.empty(x.shape)
+        for rows in self.blocks():
+            found[rows] = whirl_of(x[rows], y[rows])
+        return found
+
+    def blocks(self) -> Iterator[slice]:
+        """Runs of which so many numbers each stay in the processor's nearest caches."""
+        most = max(1, _NEAR // max(1, len(self)))
+        for first in range(0, len(self.samples), most):
+            yield slice(first, first + most)
 
     @property
     def late_whirl(self) -> np.ndarray:

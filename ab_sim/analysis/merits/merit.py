@@ -105,6 +105,10 @@ class MeritInWords(NamedTuple):
     equation: str
 
 
+def _as_it_is(value: Any) -> object:
+    return value
+
+
 @dataclass(frozen=True, eq=False)
 class Merit(Generic[T]):
     """A number, or something else, that a run is judged by.
@@ -126,7 +130,7 @@ class Merit(Generic[T]):
     row: Row | None = None
     better: Better = Better.NEITHER
     kind: MeritKind = MeritKind.NUMBER
-    plain: Callable[[Any], object] = lambda value: value
+    plain: Callable[[Any], object] = _as_it_is
     """Makes the value JSON-able."""
     relative: Relative | None = None
     reported: bool = True
@@ -172,6 +176,18 @@ class Merit(Generic[T]):
         if self.unit == "e":
             return value / eccentricity if eccentricity > 0 else None
         return self.plain(value)
+
+    def all_as_reported(self, values: list[T], eccentricities: np.ndarray) -> list[Any]:
+        """Values of runs, each as ``as_reported`` has it.
+
+        Args:
+            values: of each run.
+            eccentricities: e of each [m], shape (runs,).
+        """
+        if self.plain is _as_it_is and self.unit != "e":
+            return list(values)
+        each = zip(values, eccentricities.tolist(), strict=True)
+        return [self.as_reported(value, e) for value, e in each]
 
 
 _merits: dict[str, Merit[Any]] = {}

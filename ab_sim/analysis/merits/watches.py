@@ -12,6 +12,8 @@ from ab_sim.analysis.circulation import Circulation, CirculationMarks, circulati
 from ab_sim.analysis.merits.judging import JudgedRuns, Piece
 from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
 from ab_sim.analysis.trend import Trends
+from ab_sim.compiling import Cube, Table, compiled
+from ab_sim.compiling.elementary import cos_sin
 from ab_sim.drive.overlap import Overlap, OverlapWatch
 from ab_sim.scene.model import Scene
 
@@ -160,10 +162,13 @@ class BandWatch:
         """The next samples."""
         time, count = piece["time"], len(piece)
         self._times = np.where(self._begins == self._done, time[:, 0], self._times)
-        outside = np.abs(piece.whirl - self._final) > self._band
-        # How many there are behind the last one outside.
-        inside = np.argmax(outside[:, ::-1], axis=1)
-        left = np.flatnonzero(outside[np.arange(len(outside)), count - 1 - inside])
+        # How many samples there are behind the last one outside; all, if none is.
+        inside = np.empty(len(time), int)
+        for rows in piece.blocks():
+            outside = np.abs(piece.whirl[rows] - self._final[rows]) > self._band[rows]
+            last = np.argmax(outside[:, ::-1], axis=1)
+            inside[rows] = np.where(outside.any(axis=1), last, count)
+        left = np.flatnonzero(inside < count)
         at = count - inside[left]
         self._begins[left] = self._done + at
         found = time[left, np.minimum(at, count - 1)]
@@ -193,11 +198,9 @@ class ResidualWatch:
         """The next samples."""
         if piece.late == 0 or not (self._unbalance.any or self._couple.any):
             return
-        # Copied, so that numpy takes the same loops for one run and for many.
-        angles = np.ascontiguousarray(piece.late_ball_angles.transpose(2, 0, 1))
-        cosines, sines = np.cos(angles), np.sin(angles)
-        self._unbalance.take(cosines, sines)
-        self._couple.take(cosines, sines)
+        angles = np.ascontiguousarray(piece.late_ball_angles)
+        self._unbalance.take(angles)
+        self._couple.take(angles)
 
     @property
     def unbalance(self) -> list[float | None]:
@@ -222,27 +225,41 @@ class Residuals:
         self._has = np.asarray(wholes) != 0.0
         self.any = bool(self._has.any())
         """Whether one of the runs has such a whole."""
-        self._shares = parts / np.where(self._has, wholes, 1.0)[:, None]
+        shares = parts / np.where(self._has, wholes, 1.0)[:, None]
+        self._real, self._imaginary = shares.real.copy(), shares.imag.copy()
         self._mean = MeanSquares(len(parts))
 
-    def take(self, cosines: np.ndarray, sines: np.ndarray) -> None:
-        """Of the balls' angles over further samples, shape (balls, runs, samples)."""
-        if not self.any:
-            return
-        real, imaginary = np.ones(cosines.shape[1:]), np.zeros(cosines.shape[1:])
-        for c, s, share in zip(cosines, sines, self._shares.T[:, :, None], strict=True):
-            real += share.real * c
-            imaginary += share.real * s
-            if np.iscomplexobj(share):
-                real -= share.imag * s
-                imaginary += share.imag * c
-        self._mean.take_squares(real * real + imaginary * imaginary)
+    def take(self, angles: np.ndarray) -> None:
+        """The balls' angles at further samples, shape (runs, samples, balls), C-contiguous."""
+        if self.any:
+            squares = np.empty(angles.shape[:2])
+            compiled(squares_left)(self._real, self._imaginary, angles, squares)
+            self._mean.take_squares(squares)
 
     @property
     def found(self) -> list[float | None]:
         """Of each run."""
         values = zip(self._mean.values_if_any, self._has.tolist(), strict=True)
         return [value if has else None for value, has in values]
+
+
+def squares_left(real: Table, imaginary: Table, angles: Cube, squares: Table) -> None:
+    """abs(1 + sum s_i exp(i theta_i))^2 of runs, at their samples; to be compiled.
+
+    Args:
+        real, imaginary: of s_i, shape (runs, balls).
+        angles: theta_i [rad], shape (runs, samples, balls).
+        squares: filled in, shape (runs, samples).
+    """
+    for run in range(angles.shape[0]):
+        for k in range(angles.shape[1]):
+            x = 1.0
+            y = 0.0
+            for ball in range(angles.shape[2]):
+                c, s = cos_sin(angles[run, k, ball])
+                x += real[run, ball] * c - imaginary[run, ball] * s
+                y += real[run, ball] * s + imaginary[run, ball] * c
+            squares[run, k] = x * x + y * y
 
 
 class TiltWatch:
