@@ -12,11 +12,12 @@ from ab_sim.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.batch.prepared_run import BatchRun, PreparedRun, StepPlanKey, grouped
 from ab_sim.batch.run_columns import Split
 from ab_sim.batch.run_prepared import DoneRuns, run_prepared
+from ab_sim.drive.trajectory import column_of, whirl_of
 from ab_sim.integrate.side_by_side import LANES, LaneSamples
 
-SAMPLES_AT_ONCE = 2**22
-"""Numbers of samples that are in memory at a time, 32 MB: runs enough for numpy's calls to count
-little, and little enough for what is looked at to be in the cache still."""
+SAMPLES_AT_ONCE = 2**23
+"""Numbers of samples that are in memory at a time, 64 MB: of so many runs that numpy's calls, which
+are as many for one run as for all of them, count little."""
 
 
 class JudgedPart(NamedTuple):
@@ -101,26 +102,57 @@ def _in_lanes(
     """
     first = source.first
     lane_group, most = LaneGroup(first, 1), _at_once(first)
-    # A channel's numbers follow each other, as merits take them one after the other; with some room
-    # between channels, so that they are not all in the same few lines of the cache.
-    room = (first.steps // 16 + 1) * 16 + 8
-    lines = np.empty((min(most, len(rows) + LANES), len(first.channels), room))
-    samples = lines[:, :, : first.steps].transpose(0, 2, 1)
+    room = _Room(first, min(most, len(rows) + LANES))
     for begin in range(0, len(rows), most):
         which, seconds = rows[begin : begin + most], 0.0
         starts, sound = source.starts(which), np.zeros(len(which), int)
         for at in range(0, len(which), LANES):
             eight = slice(at, min(at + LANES, len(which)))
             keys_of_eight = source.step_plan_keys(which[eight])
-            into = LaneSamples.by_channel(lines[at : at + LANES])
-            steps, spent = lane_group.run(starts.rows(eight), keys_of_eight, into)
+            steps, spent = lane_group.run(starts.rows(eight), keys_of_eight, room.eight(at))
             sound[eight], seconds = steps[: eight.stop - at], seconds + spent
+            room.look(at)
         failures = [first.failure_after(steps) for steps in sound.tolist()]
         good = np.flatnonzero(sound >= first.steps)
-        kept = samples[: len(which)] if len(good) == len(which) else samples[good]
-        merits = _reported(source.judged(which[good]), first.channels, kept, keys)
+        runs, kept = source.judged(which[good]), room.of(good)
+        merits = _reported(runs, first.channels, keys, *kept)
         spread = {key: _spread(values, good, len(which)) for key, values in merits.items()}
         yield JudgedPart(numbers[begin : begin + most], spread, failures, True, seconds)
+
+
+class _Room:
+    """Memory for the samples of runs, and for their whirl, used again for the next ones.
+
+    Args:
+        first: one of the runs.
+        runs: how many at most.
+    """
+
+    def __init__(self, first: PreparedRun, runs: int) -> None:
+        # A channel's numbers follow each other, as merits take them one after the other; with some
+        # room between channels, so that they are not all in the same few lines of the cache.
+        steps, channels = first.steps, first.channels
+        self._lines = np.empty((runs, len(channels), (steps // 16 + 1) * 16 + 8))
+        self._samples = self._lines[:, :, :steps].transpose(0, 2, 1)
+        self._x, self._y = (self._lines[:, column_of(axis, channels), :steps] for axis in "xy")
+        self._whirl = None if "z" in channels else np.empty((runs, steps))
+
+    def eight(self, at: int) -> LaneSamples:
+        """Where samples of eight runs go."""
+        return LaneSamples.by_channel(self._lines[at : at + LANES])
+
+    def look(self, at: int) -> None:
+        """Find the whirl of eight runs, while their samples are in the cache."""
+        eight = slice(at, at + LANES)
+        if self._whirl is not None:
+            with np.errstate(all="ignore"):  # one may have diverged
+                self._whirl[eight] = whirl_of(self._x[eight], self._y[eight])
+
+    def of(self, runs: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """Samples, shape (runs, samples, channels), and whirl of these runs; they rise."""
+        all_first = len(runs) == 0 or len(runs) == runs[-1] + 1
+        which = slice(0, len(runs)) if all_first else runs
+        return self._samples[which], None if self._whirl is None else self._whirl[which]
 
 
 def _one_by_one(
@@ -175,17 +207,22 @@ def run_and_judge(
 def _of_run(run: BatchRun, keys: Sequence[str]) -> dict[str, Any]:
     path = run.trajectory
     runs = JudgedRuns([run.scene], len(path))
-    found = _reported(runs, path.channels, path.samples[None], keys)
+    found = _reported(runs, path.channels, keys, path.samples[None])
     return {key: values[0] for key, values in found.items()}
 
 
 def _reported(
-    runs: JudgedRuns, channels: tuple[str, ...], samples: np.ndarray, keys: Sequence[str]
+    runs: JudgedRuns,
+    channels: tuple[str, ...],
+    keys: Sequence[str],
+    samples: np.ndarray,
+    whirl: np.ndarray | None = None,
 ) -> dict[str, list[Any]]:
     """Merits as reports give them."""
     if not len(runs):
         return {key: [] for key in keys}
-    found, e = merits_of_runs(runs, channels, samples, keys), runs.numbers.eccentricity
+    found = merits_of_runs(runs, channels, samples, keys, whirl)
+    e = runs.numbers.eccentricity
     return {merit.key: merit.all_as_reported(found[merit.key], e) for merit in merits_named(keys)}
 
 

@@ -211,9 +211,17 @@ def in_pieces(pieces: Pieces, runs: JudgedRuns) -> Iterator[Piece]:
         before = (piece if len(piece) > 1 else piece.joined).samples[:, -2:]
 
 
-def as_one_piece(channels: tuple[str, ...], samples: np.ndarray, runs: JudgedRuns) -> Piece:
-    """All samples of all runs at once."""
-    return Piece(channels, runs.counted_from_rest(channels, samples), runs.last)
+def as_one_piece(
+    channels: tuple[str, ...],
+    samples: np.ndarray,
+    runs: JudgedRuns,
+    whirl: np.ndarray | None = None,
+) -> Piece:
+    """All samples of all runs at once; of decks in the plane their whirl may be known."""
+    piece = Piece(channels, runs.counted_from_rest(channels, samples), runs.last)
+    if whirl is not None:
+        piece.whirl = whirl
+    return piece
 
 
 @functools.lru_cache(maxsize=64)

@@ -59,6 +59,7 @@ def merits_of_runs(
     channels: tuple[str, ...],
     samples: np.ndarray,
     keys: Iterable[str] | None = None,
+    whirl: np.ndarray | None = None,
 ) -> dict[str, list[object]]:
     """Judge runs side by side; each has the same merits as by itself.
 
@@ -67,6 +68,8 @@ def merits_of_runs(
         channels: of the samples.
         samples: from the start of each run to its end, shape (runs, samples, channels).
         keys: see ``merits_of``.
+        whirl: of decks in the plane W [m] at all samples, where it is known already: as
+            ``whirl_of`` has it, shape (runs, samples).
 
     Returns:
         By key the merit of each run, whirls in m.
@@ -74,7 +77,7 @@ def merits_of_runs(
     Raises:
         InputError: see ``merits_of``.
     """
-    piece = as_one_piece(channels, samples, runs)
+    piece = as_one_piece(channels, samples, runs, whirl)
     return _found(lambda: [piece], runs, keys)
 
 
