@@ -18,8 +18,10 @@ from ab_sim.batch.lane_group import LaneStarts
 from ab_sim.batch.prepared_run import PreparedRun, StepPlanKey
 from ab_sim.dynamics.assemble import of_ball
 from ab_sim.dynamics.deck_models.planar import poles_of
+from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import FORMULA_COLUMNS, has_gravity
 from ab_sim.equations.motion import Ball
+from ab_sim.equations.neighbours import reduced
 from ab_sim.equations.planar import Planar
 from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError
@@ -33,8 +35,10 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import Ramp
 
-_FAR_FROM_LIMIT = 0.8
-"""Share of a stepper's stability limit up to which a run is stable for certain."""
+_ANGLES = "start.ball_angles"
+_FAR_FROM_LIMIT, _BELOW_LIMIT = 0.8, 0.98
+"""Shares of a stepper's stability limit up to which a run is stable for certain: in directions of
+which some are tried, and in one of which the limit is known, but for how it is rounded."""
 
 
 class _Bodies(NamedTuple):
@@ -50,6 +54,8 @@ class _Bodies(NamedTuple):
     """Of all balls [kg]."""
     eccentric_mass: Any
     """kg."""
+    race_radius: Any
+    """m."""
     effects: tuple[Any, ...]
 
 
@@ -58,7 +64,7 @@ class RunColumns:
 
     Args:
         base: the scene without variations, prepared.
-        values: a column for each key, shape (runs,).
+        values: a column for each key, shape (runs,), of a list (runs, entries).
         bodies: their numbers.
     """
 
@@ -76,8 +82,11 @@ class RunColumns:
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
         """What some of the runs begin with."""
-        others = (np.repeat(column, len(rows), axis=0) for column in self._start[1:])
-        return LaneStarts(self._constants(rows), *others)
+        _, bounds, state, turns = (np.repeat(each, len(rows), axis=0) for each in self._start)
+        if _ANGLES in self._values:
+            angles = layout_of(self.first.system).angles
+            state[:, angles], turns[:] = _reduced(self._values[_ANGLES][rows])
+        return LaneStarts(self._constants(rows), bounds, state, turns)
 
     def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
         """Their step plan, which is that of all."""
@@ -111,7 +120,7 @@ class RunColumns:
         scene = self.first.scene
         mass = scene.balls.masses[ball] if bodies.ball_mass is None else bodies.ball_mass
         own = Ball(mass, scene.balls.radii[ball])
-        constants = of_ball(own, scene.race.radius, bodies.effects)
+        constants = of_ball(own, bodies.race_radius, bodies.effects)
         return *constants, scene.race.heights[scene.balls.races[ball]]
 
     def _numbers(self, rows: np.ndarray) -> RunNumbers:
@@ -120,7 +129,7 @@ class RunColumns:
         masses = scene.balls.masses
         if bodies.ball_mass is not None:
             masses = (bodies.ball_mass,) * len(masses)
-        moments = [mass * scene.race.radius for mass in masses]
+        moments = [mass * bodies.race_radius for mass in masses]
         heights = [scene.race.heights[race] for race in scene.balls.races]
 
         def column(value: Any) -> np.ndarray:
@@ -161,7 +170,7 @@ class _LazyScenes(Sequence[Scene]):
         rows = self._rows[index]
         if isinstance(index, slice):
             return _LazyScenes(self._base, self._values, rows)
-        changes = {key: column[rows].item() for key, column in self._values.items()}
+        changes = {key: column[rows].tolist() for key, column in self._values.items()}
         return changed_scene(self._base, changes, f"variation {rows}")
 
 
@@ -187,8 +196,8 @@ def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split 
     """Runs of a scene with other values, those that can be taken in columns.
 
     These are runs without events of a deck in the plane, whose effects ask for nothing of a scene
-    as a whole; what varies are numbers of effects, the mass of all balls, and masses and
-    eccentricity of the rotor.
+    as a whole; what varies are numbers of effects, the mass of all balls and where they start, the
+    race's radius, and masses and eccentricity of the rotor.
 
     Args:
         base: the scene without variations, prepared.
@@ -209,7 +218,7 @@ def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split 
     except (TypeError, ValueError):  # an effect that branches on its numbers
         return None
     for column in columns.values():
-        sure = sure & np.isfinite(column)
+        sure = sure & np.isfinite(column).reshape(len(column), -1).all(axis=1)
     rows = np.flatnonzero(np.broadcast_to(sure, len(next(iter(columns.values())))))
     return Split(RunColumns(base, columns, bodies), rows) if len(rows) else None
 
@@ -228,15 +237,25 @@ def _can_vary(base: PreparedRun) -> bool:
 
 def _column(scene: Scene, key: str, values: Sequence[Any]) -> np.ndarray | None:
     """Values of a key, NaN where they are no allowed numbers; None of a key of another kind."""
-    bounds = bounds_at(scene, key)
-    if bounds is None:
+    bounds, balls = bounds_at(scene, key), scene.balls.count
+    if bounds is None or key == _ANGLES and balls == 0:
         return None
+    of_lists = key == _ANGLES
     if isinstance(values, np.ndarray) and values.dtype.kind in "fi":
         column = values.astype(float)
+        if column.shape[1:] != ((balls,) if of_lists else ()):
+            return None
+    elif of_lists:
+        none = [math.nan] * balls
+        lists = [v if type(v) in (list, tuple) and len(v) == balls else none for v in values]
+        column = np.array([[_number(number) for number in row] for row in lists])
     else:
-        numbers = [value if type(value) in (float, int) else math.nan for value in values]
-        column = np.array(numbers, float)
+        column = np.array([_number(value) for value in values])
     return np.where(bounds.hold(column), column, np.nan)
+
+
+def _number(value: Any) -> float:
+    return float(value) if type(value) in (float, int) and abs(value) < 1e300 else math.nan
 
 
 def _bodies(base: PreparedRun, columns: Mapping[str, np.ndarray]) -> _Bodies:
@@ -257,9 +276,9 @@ def _bodies(base: PreparedRun, columns: Mapping[str, np.ndarray]) -> _Bodies:
     eccentric_mass = rotor["eccentric_mass"]
     if eccentric_mass is None:
         eccentric_mass = total_mass - balls_mass
-    return _Bodies(
-        rotor["eccentricity"], ball_mass, total_mass, balls_mass, eccentric_mass, effects
-    )
+    radius = columns.get("race.radius", scene.race.radius)
+    masses = total_mass, balls_mass, eccentric_mass
+    return _Bodies(rotor["eccentricity"], ball_mass, *masses, radius, effects)
 
 
 def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -276,15 +295,15 @@ def _sure(base: PreparedRun, bodies: _Bodies) -> np.ndarray:
     e, rest = bodies.eccentricity, bodies.total_mass - bodies.balls_mass
     sound = (rest > 0.0) & (bodies.eccentric_mass <= rest)
     sound = sound & ((np.asarray(e) == 0.0) | (np.asarray(e) >= 1e-12))
+    ball_radius = base.scene.balls.radius
+    largest = max(ball_radius) if isinstance(ball_radius, tuple) else ball_radius
+    sound = sound & (bodies.race_radius > (largest or 0.0))
     poles = poles_of(bodies.effects, _deck(bodies, base.system.deck_model), rest)
     whirl = np.abs(poles).max(axis=0) + top_speed(base.scene)
-    limit = _FAR_FROM_LIMIT * _reach(base.stepper) / base.scene.solver.step
-    return np.asarray(
-        sound
-        & (poles.real.max(axis=0) <= 0.0)
-        & (whirl <= limit)
-        & (_fastest_drag(base, bodies) <= limit)
-    )
+    whirl_limit = _FAR_FROM_LIMIT * _reach(base.stepper) / base.scene.solver.step
+    drag_limit = _BELOW_LIMIT * stability_limit(base.stepper) / base.scene.solver.step
+    sound = sound & (poles.real.max(axis=0) <= 0.0) & (whirl <= whirl_limit)
+    return np.asarray(sound & (_fastest_drag(base, bodies) <= drag_limit))
 
 
 def _fastest_drag(base: PreparedRun, bodies: _Bodies) -> Any:
@@ -308,6 +327,14 @@ def _reach(stepper: Stepper) -> float:
     """How far its stability region reaches in every direction of what does not grow."""
     directions = [complex(math.cos(a), math.sin(a)) for a in np.linspace(0.5, 0.999, 31) * math.pi]
     return min(stability_limit(stepper, each) for each in (-1.0, *directions))
+
+
+def _reduced(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """As ``neighbours.reduced``, of many."""
+    within, turns = angles.copy(), np.zeros(angles.shape)
+    for at in zip(*np.nonzero(np.abs(angles) > math.pi), strict=True):
+        within[at], turns[at] = reduced(float(angles[at]))
+    return within, turns
 
 
 def _deck(bodies: _Bodies, base: Planar) -> Planar:

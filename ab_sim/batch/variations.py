@@ -22,7 +22,7 @@ def each_run(variations: Variations) -> Sequence[Mapping[str, object]]:
     """
     if isinstance(variations, Mapping):
         lengths = {
-            len(column) if isinstance(column, list | tuple) or _is_line(column) else 0
+            len(column) if isinstance(column, list | tuple) or _is_array(column) else 0
             for column in variations.values()
         }
         if len(lengths) == 1 and 0 not in lengths:
@@ -35,8 +35,8 @@ def each_run(variations: Variations) -> Sequence[Mapping[str, object]]:
     )
 
 
-def _is_line(column: object) -> bool:
-    return isinstance(column, np.ndarray) and column.ndim == 1
+def _is_array(column: object) -> bool:
+    return isinstance(column, np.ndarray) and column.ndim > 0
 
 
 class ByKey(Sequence[Mapping[str, object]]):
@@ -64,7 +64,8 @@ class ByKey(Sequence[Mapping[str, object]]):
             return ByKey({key: column[index] for key, column in self.columns.items()})
         values = ((key, column[index]) for key, column in self.columns.items())
         # As plain Python's, which is what scenes check.
-        return {key: v.item() if isinstance(v, np.generic) else v for key, v in values}
+        numpy = np.generic, np.ndarray
+        return {key: v.tolist() if isinstance(v, numpy) else v for key, v in values}
 
 
 def by_key(variations: Sequence[Mapping[str, object]]) -> dict[str, Any]:

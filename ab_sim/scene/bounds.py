@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from ab_sim.scene.model import Scene
 from ab_sim.scene.quantities import Number
-from ab_sim.scene.sections import Mass, Rotor
+from ab_sim.scene.sections import Angle, Mass, Race, Rotor
 
 
 class Bounds(NamedTuple):
@@ -30,7 +30,7 @@ class Bounds(NamedTuple):
 
 
 def bounds_at(scene: Scene, key: str) -> Bounds | None:
-    """Of the number at a dotted key, if the scene has one there.
+    """Of the number at a dotted key, if the scene has one there; or of each in its list.
 
     Returns:
         None where there is no number, or where more is asked of it by itself than to be within
@@ -44,6 +44,11 @@ def bounds_at(scene: Scene, key: str) -> Bounds | None:
         return _bounds(field.annotation, field.metadata)
     if key == "balls.mass" and scene.balls.mass is not None:
         return _bounds(Mass)
+    if key == "race.radius":
+        field = Race.model_fields["radius"]
+        return _bounds(field.annotation, field.metadata)
+    if key == "start.ball_angles":
+        return _bounds(Angle)
     name, _, parameter = rest.partition(".")
     effect = scene.effects.get(name) if section == "effects" else None
     if effect is None or parameter not in effect._fields:

@@ -27,7 +27,9 @@ COLUMNS: dict[str, np.ndarray] = {
     "effects.viscous_drag.coefficient": 1.0 + np.sin(9 * SPREAD) / 3,
     "rotor.eccentricity": 1e-4 * np.maximum(SPREAD, 0.1),
     "rotor.total_mass": 0.1 + 0.03 * SPREAD,
+    "race.radius": 0.01 + 0.002 * SPREAD,
 }
+ANGLES = np.stack([0.3 - SPREAD, -4.0 + 9 * SPREAD], axis=1)
 
 
 def short(scene: Any, **changes: Any) -> Scene:
@@ -59,7 +61,7 @@ def assert_judged_like_drives(
 
 
 def rows(columns: dict[str, np.ndarray]) -> list[dict[str, Any]]:
-    return [{key: column[k].item() for key, column in columns.items()} for k in range(19)]
+    return [{key: column[k].tolist() for key, column in columns.items()} for k in range(19)]
 
 
 @pytest.mark.parametrize("given", ["total_mass", "mass", "eccentric_mass"])
@@ -71,6 +73,7 @@ def test_runs_in_columns_are_their_drives_to_the_bit(scene: Any, given: str) -> 
     elif given == "eccentric_mass":
         rotor = {"eccentric_mass": 0.05}
         columns["rotor.eccentric_mass"] = 0.05 + 0.01 * SPREAD
+        columns["start.ball_angles"] = ANGLES
     base = short(scene, rotor=rotor, start={"ball_angles": [0.3, -4.0]})
     split = columns_of(PreparedRun(base), columns)
     assert split is not None and split.rows.tolist() == list(range(19))
@@ -88,6 +91,8 @@ def test_what_columns_prepare_is_what_scenes_give(scene: Any, balls: int) -> Non
     masses = [1e-3 * (1 + i) for i in range(balls)]
     columns = {key: each for key, each in COLUMNS.items() if key != "balls.mass"}
     base = short(scene, balls={"count": balls, "mass": masses}, start={"speed": 3.0})
+    if balls:
+        columns["start.ball_angles"] = np.outer(SPREAD, 7.0 * np.arange(balls) - 3.0)
     split = columns_of(PreparedRun(base), columns)
     assert split is not None and len(split.rows) == 19
     scenes = varied(base, rows(columns))
@@ -117,6 +122,10 @@ def test_what_columns_prepare_is_what_scenes_give(scene: Any, balls: int) -> Non
         {"effects.viscous_drag.coefficient": 1e9},
         {"effects.suspension.damping": -1e-300},
         {"rotor.eccentricity": None},
+        {"race.radius": 1e-3},
+        {"start.ball_angles": [0.1]},
+        {"start.ball_angles": [0.1, math.nan]},
+        {"start.ball_angles": 0.1},
     ],
 )
 def test_a_run_that_is_refused_is_refused_with_its_scenes_own_words(scene: Any, bad: Any) -> None:
@@ -139,6 +148,7 @@ def test_values_that_only_a_scene_can_check_go_beside_the_others(scene: Any) -> 
     del variations[5]["balls.mass"]
     variations[7]["effects.viscous_drag.coefficient"] = 100.0
     variations[8]["balls.mass"] = [1e-3, 2e-3]
+    variations[9]["start.speed"] = 20.0
     assert_judged_like_drives(short(scene, solver={"stepper": "auto"}), variations)
 
 
@@ -152,7 +162,7 @@ def test_values_that_only_a_scene_can_check_go_beside_the_others(scene: Any) -> 
     ],
 )
 def test_other_scenes_are_judged_like_drives(scene: Any, changes: Any) -> None:
-    variations: list[dict[str, Any]] = [{}, {"balls.mass": 0.0012}, {"race.radius": 0.011}]
+    variations: list[dict[str, Any]] = [{}, {"balls.mass": 0.0012}, {"start.speed": 9.0}]
     assert_judged_like_drives(short(scene, **changes), variations)
 
 

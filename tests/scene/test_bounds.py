@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from ab_sim.scene.bounds import Bounds, bounds_at
 from ab_sim.scene.registry import effect_classes
-from ab_sim.scene.sections import Balls, Rotor
+from ab_sim.scene.sections import Balls, Race, Rotor
 
 NEAR = [0.0, 1e-12, 1e-9, 1e-3, 0.5, 1.0, 2.0, 10.0, 1e3, 1e6, 1e9, 1e12]
 VALUES = [
@@ -50,13 +50,17 @@ def test_bounds_of_effects_are_those_that_pydantic_checks(scene: Any, effect: st
         ("rotor.mass", {"total_mass": None, "mass": 0.1}),
         ("rotor.eccentric_mass", {"eccentric_mass": 0.05}),
         ("balls.mass", {}),
+        ("race.radius", {}),
     ],
 )
 def test_bounds_of_sections_are_those_of_scenes(scene: Any, key: str, rotor: Any) -> None:
     bounds = bounds_at(scene(rotor=rotor), key)
     assert bounds is not None
     section, name = key.split(".")
-    kind, others = (Rotor, {"eccentricity": 1e-4}) if section == "rotor" else (Balls, {"count": 2})
+    kind: type[Any] = {"rotor": Rotor, "balls": Balls, "race": Race}[section]
+    others: dict[str, Any] = {"rotor": {"eccentricity": 1e-4}, "balls": {"count": 2}}.get(
+        section, {}
+    )
     wanted = [allowed(kind, name, value, others) for value in VALUES]
     assert bounds.hold(np.array(VALUES)).tolist() == wanted
 
@@ -64,7 +68,7 @@ def test_bounds_of_sections_are_those_of_scenes(scene: Any, key: str, rotor: Any
 def test_of_other_keys_nothing_is_said(scene: Any) -> None:
     made = scene()
     for key in (
-        *("rotor.mass", "rotor.height", "race.radius", "balls.count", "balls.radius", "duration"),
+        *("rotor.mass", "rotor.height", "start.speed", "balls.count", "balls.radius", "duration"),
         *("effects.suspension", "effects.suspension.count", "effects.gravity.tilt", "effects", ""),
         "effects.suspension.stiffness.more",
     ):
