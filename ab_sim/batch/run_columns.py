@@ -40,6 +40,9 @@ _FAR_FROM_LIMIT, _BELOW_LIMIT = 0.8, 0.98
 """Shares of a stepper's stability limit up to which a run is stable for certain: in directions of
 which some are tried, and in one of which the limit is known, but for how it is rounded."""
 
+_CHECKED_AT_ONCE = 2048
+"""Runs: there are some hundred numbers of each meanwhile."""
+
 
 class _Bodies(NamedTuple):
     """Numbers of scenes, each a float or a column."""
@@ -213,13 +216,13 @@ def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split 
         return None
     columns = {key: np.asarray(column) for key, column in found.items()}
     bodies = _bodies(base, columns)
+    count = len(next(iter(columns.values())))
+    finite = [np.isfinite(each).reshape(count, -1).all(axis=1) for each in columns.values()]
     try:
-        sure = _sure(base, bodies)
+        sure = np.all([*finite, _sure(base, bodies, count)], axis=0)
     except (TypeError, ValueError):  # an effect that branches on its numbers
         return None
-    for column in columns.values():
-        sure = sure & np.isfinite(column).reshape(len(column), -1).all(axis=1)
-    rows = np.flatnonzero(np.broadcast_to(sure, len(next(iter(columns.values())))))
+    rows = np.flatnonzero(sure)
     return Split(RunColumns(base, columns, bodies), rows) if len(rows) else None
 
 
@@ -290,20 +293,35 @@ def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np
     }
 
 
-def _sure(base: PreparedRun, bodies: _Bodies) -> np.ndarray:
+def _sure(base: PreparedRun, bodies: _Bodies, count: int) -> np.ndarray:
     """Which runs are valid for certain, and take the scene's stepper; of others it is not known."""
-    e, rest = bodies.eccentricity, bodies.total_mass - bodies.balls_mass
-    sound = (rest > 0.0) & (bodies.eccentric_mass <= rest)
-    sound = sound & ((np.asarray(e) == 0.0) | (np.asarray(e) >= 1e-12))
+    sure = np.empty(count, bool)
+    for first in range(0, count, _CHECKED_AT_ONCE):
+        rows = np.arange(first, min(first + _CHECKED_AT_ONCE, count))
+        some = _taken(bodies, rows)
+        sure[rows] = _sound(base, some) & _stable(base, some)
+    return sure
+
+
+def _sound(base: PreparedRun, bodies: _Bodies) -> Any:
+    """What the sections of a scene must agree on."""
+    e, rest = np.asarray(bodies.eccentricity), bodies.total_mass - bodies.balls_mass
     ball_radius = base.scene.balls.radius
     largest = max(ball_radius) if isinstance(ball_radius, tuple) else ball_radius
-    sound = sound & (bodies.race_radius > (largest or 0.0))
+    sound = (rest > 0.0) & (bodies.eccentric_mass <= rest)
+    return sound & ((e == 0.0) | (e >= 1e-12)) & (bodies.race_radius > (largest or 0.0))
+
+
+def _stable(base: PreparedRun, bodies: _Bodies) -> Any:
+    """What ``choose_stepper`` looks at."""
+    rest, step = bodies.total_mass - bodies.balls_mass, base.scene.solver.step
     poles = poles_of(bodies.effects, _deck(bodies, base.system.deck_model), rest)
     whirl = np.abs(poles).max(axis=0) + top_speed(base.scene)
-    whirl_limit = _FAR_FROM_LIMIT * _reach(base.stepper) / base.scene.solver.step
-    drag_limit = _BELOW_LIMIT * stability_limit(base.stepper) / base.scene.solver.step
-    sound = sound & (poles.real.max(axis=0) <= 0.0) & (whirl <= whirl_limit)
-    return np.asarray(sound & (_fastest_drag(base, bodies) <= drag_limit))
+    stable = (poles.real.max(axis=0) <= 0.0) & (
+        whirl * step <= _FAR_FROM_LIMIT * _reach(base.stepper)
+    )
+    drag_limit = _BELOW_LIMIT * stability_limit(base.stepper)
+    return stable & (_fastest_drag(base, bodies) * step <= drag_limit)
 
 
 def _fastest_drag(base: PreparedRun, bodies: _Bodies) -> Any:
