@@ -19,6 +19,9 @@ SAMPLES_AT_ONCE = 2**23
 """Numbers of samples that are in memory at a time, 64 MB: of so many runs that numpy's calls, which
 are as many for one run as for all of them, count little."""
 
+_COPIED_AT_ONCE = 2**22
+"""Numbers of samples that are kept, and copied to lie beside each other."""
+
 
 class JudgedPart(NamedTuple):
     """What became of some runs."""
@@ -162,8 +165,7 @@ def _one_by_one(
     most = _at_once(group[0])
     for begin in range(0, len(group), most):
         done = run_prepared(group[begin : begin + most], every=1)
-        rows = [{} if run.failure else _of_run(run, keys) for run in done.runs]
-        merits = {key: [row.get(key) for row in rows] for key in keys}
+        merits = _of_runs(done.runs, keys)
         failures, lanes = [run.failure for run in done.runs], done.side_by_side > 0
         part = numbers[begin : begin + most]
         yield JudgedPart(part, merits, failures, lanes, done.integration_seconds)
@@ -193,10 +195,12 @@ def run_and_judge(
         for begin in range(0, len(members), most):
             chosen = members[begin : begin + most]
             part = run_prepared([prepared[i] for i in chosen], every=1)
-            for i, run in zip(chosen, part.runs, strict=True):
+            found = _of_runs(part.runs, keys)
+            for at, i in enumerate(chosen):
+                run = part.runs[at]
                 runs[i] = run._replace(trajectory=run.trajectory.thinned(every))
-                for key, value in ({} if run.failure else _of_run(run, keys)).items():
-                    merits[key][i] = value
+                for key in keys:
+                    merits[key][i] = found[key][at]
             seconds, done = seconds + part.integration_seconds, done + len(chosen)
             lanes_used += part.side_by_side
             if progress is not None:
@@ -204,11 +208,21 @@ def run_and_judge(
     return DoneRuns(tuple(runs), lanes_used, seconds), merits
 
 
-def _of_run(run: BatchRun, keys: Sequence[str]) -> dict[str, Any]:
-    path = run.trajectory
-    runs = JudgedRuns([run.scene], len(path))
-    found = _reported(runs, path.channels, keys, path.samples[None])
-    return {key: values[0] for key, values in found.items()}
+def _of_runs(runs: Sequence[BatchRun], keys: Sequence[str]) -> dict[str, list[Any]]:
+    """Merits of runs of one group, whose samples are kept; None of those that failed."""
+    good = [at for at, run in enumerate(runs) if not run.failure]
+    found: dict[str, list[Any]] = {key: [] for key in keys}
+    largest = max((runs[at].trajectory.samples.size for at in good), default=1)
+    each = max(1, _COPIED_AT_ONCE // largest)
+    for begin in range(0, len(good), each):
+        some = [runs[at] for at in good[begin : begin + each]]
+        paths = [run.trajectory for run in some]
+        judged = JudgedRuns([run.scene for run in some], len(paths[0]))
+        alone = len(paths) == 1
+        samples = paths[0].samples[None] if alone else np.stack([p.samples for p in paths])
+        for key, values in _reported(judged, paths[0].channels, keys, samples).items():
+            found[key] += values
+    return {key: _spread(values, np.array(good, int), len(runs)) for key, values in found.items()}
 
 
 def _reported(

@@ -77,11 +77,7 @@ class RunColumns:
         self.first = base
         """A run of the same kind."""
         self._values, self._bodies = values, bodies
-        self._count = len(next(iter(values.values())))
         self._start = LaneStarts.of([base])
-
-    def __len__(self) -> int:
-        return self._count
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
         """What some of the runs begin with."""
