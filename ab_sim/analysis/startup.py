@@ -1,14 +1,28 @@
 """Figures of a start-up, as the thesis defines them, from samples of a run."""
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq
 
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.trajectory import Trajectory, whirl_of
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
+
+_ROUNDS = 12
+"""Of Newton's method; where a curve is as smooth as between two samples it takes four or five."""
+
+
+class Peaks(NamedTuple):
+    """Largest whirls."""
+
+    whirl: np.ndarray
+    """m, shape (runs,)."""
+    time: np.ndarray
+    """s, the same."""
 
 
 def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
@@ -17,20 +31,74 @@ def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
     top = int(np.argmax(whirl))
     if 0 < top < len(whirl) - 1:
         near = slice(top - 1, top + 2)
-        path = CubicHermiteSpline(
-            time[near],
-            trajectory.position[near, :2],
-            np.column_stack([trajectory["vx"][near], trajectory["vy"][near]]),
-        )
-        best = minimize_scalar(
-            lambda t: -math.hypot(*path(t)),
-            bounds=(time[top - 1], time[top + 1]),
-            method="bounded",
-            options={"xatol": 1e-9},
-        )
-        if -best.fun > whirl[top]:
-            return float(-best.fun), float(best.x)
+        channels = (trajectory[name][None, near] for name in ("time", "x", "y", "vx", "vy"))
+        peak, at = (float(found[0]) for found in peaks_between(*channels))
+        if peak > whirl[top]:
+            return peak, at
     return float(whirl[top]), float(time[top])
+
+
+def peaks_between(
+    time: np.ndarray, x: np.ndarray, y: np.ndarray, vx: np.ndarray, vy: np.ndarray
+) -> Peaks:
+    """Largest whirls along cubics through places and velocities.
+
+    Args:
+        time: of three samples of each run, the second with the largest whirl [s], shape (runs, 3).
+        x, y: places there [m], the same.
+        vx, vy: velocities [m/s], the same.
+    """
+    runs = np.arange(len(time))
+    # Where the whirl rises at the sample in the middle, it is largest behind it, else before.
+    rises = x[:, 1] * vx[:, 1] + y[:, 1] * vy[:, 1] > 0.0
+    one, other = np.where(rises, 1, 0), np.where(rises, 2, 1)
+    begin, lasts = time[runs, one], time[runs, other] - time[runs, one]
+    paths = [
+        _cubic(place[runs, one], place[runs, other], v[runs, one] * lasts, v[runs, other] * lasts)
+        for place, v in ((x, vx), (y, vy))
+    ]
+    # Half the derivative of the whirl's square along the way s from 0 to 1: p p' + q q'.
+    slope = np.zeros((6, len(runs)))
+    for path in paths:
+        for i, a in enumerate(path):
+            for j in range(1, 4):
+                slope[i + j - 1] += a * (j * path[j])
+    at = _falling_zero(slope)
+    whirl = whirl_of(*(_value(path, at) for path in paths))
+    return Peaks(whirl, begin + at * lasts)
+
+
+def _cubic(
+    first: np.ndarray, last: np.ndarray, leaves: np.ndarray, arrives: np.ndarray
+) -> list[np.ndarray]:
+    """Coefficients of 1, s, s^2, s^3 of Hermite's cubic from s = 0 to 1."""
+    way = last - first
+    return [first, leaves, 3.0 * way - 2.0 * leaves - arrives, leaves + arrives - 2.0 * way]
+
+
+def _value(coefficients: Sequence[np.ndarray] | np.ndarray, at: np.ndarray) -> np.ndarray:
+    found = np.zeros(at.shape)
+    for coefficient in reversed(coefficients):
+        found = found * at + coefficient
+    return found
+
+
+def _falling_zero(coefficients: np.ndarray) -> np.ndarray:
+    """Where between 0 and 1 polynomials fall from above 0 to below, shape as a coefficient's.
+
+    By Newton's method, and by halves where that leaves the interval. The rounds are as many for
+    each, so that what is found does not depend on the others.
+    """
+    derived = [k * coefficient for k, coefficient in enumerate(coefficients)][1:]
+    low, high = np.zeros(coefficients.shape[1]), np.ones(coefficients.shape[1])
+    at = np.full(coefficients.shape[1], 0.5)
+    for _ in range(_ROUNDS):
+        value, rate = _value(coefficients, at), _value(derived, at)
+        low, high = np.where(value > 0.0, at, low), np.where(value > 0.0, high, at)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            there = at - value / rate
+        at = np.where((there >= low) & (there <= high), there, 0.5 * (low + high))
+    return at
 
 
 def first_passage_of_opposite(trajectory: Trajectory) -> float | None:

@@ -1,6 +1,6 @@
 """Calls that run scenes."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from ab_sim import accuracy, analysis, batch
@@ -8,6 +8,7 @@ from ab_sim.accuracy import WorkPrecision
 from ab_sim.analysis import Comparison, OfflineRun
 from ab_sim.api.common import Progress, SceneLike, as_scene
 from ab_sim.batch import Batch
+from ab_sim.batch.variations import Variations
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
@@ -107,10 +108,12 @@ def compare_run(run: OfflineRun) -> Comparison:
 
 def simulate_batch(
     scene: SceneLike,
-    variations: Sequence[Mapping[str, object]],
+    variations: Variations,
     *,
     every: int = 1,
     progress: Callable[[int, int], None] | None = None,
+    merits: Iterable[str] | None = None,
+    samples: bool | None = None,
 ) -> Batch:
     """Run a scene once for each variation, eight side by side where that is possible.
 
@@ -118,30 +121,36 @@ def simulate_batch(
     ----------
     scene : Scene, str or Path
         What the runs have in common; an accuracy that it asks for is measured with it as it is.
-    variations : sequence of mappings
+    variations : sequence of mappings, or mapping of arrays
         For each run values by dotted key, SI or a text with a unit, ``"2 g"``; None removes a key.
-        Any key may vary.
+        Any key may vary. Or by dotted key a list or an array with a value for each run.
     every : int, default 1
         Keep each so-many-th step.
     progress : callable, optional
         Called with runs done, and runs.
+    merits : iterable of str, optional
+        Keys of what each run is judged by (`ab-sim merits` lists them), from all of its steps.
+    samples : bool, optional
+        Whether to keep samples; by default where no merits are asked for. Without them a run takes
+        memory only while it is judged.
 
     Returns
     -------
     Batch
         ``runs`` in the order of the variations, each with its scene, its Trajectory and, if it
-        ended early, the reason.
+        ended early, the reason; ``merits``, by key an array over the runs; ``failures``.
 
     Raises
     ------
     SceneError
         A variation is not a valid scene; named by its number, from 0.
     InputError
-        There is no variation, ``every`` is no number of steps, or there is no room for all samples.
+        There is no variation, ``every`` is no number of steps, there is no such merit, or there is
+        no room for all samples.
 
     Notes
     -----
-    Runs of a batch are those of a ``Drive`` to the bit.
+    Runs of a batch are those of a ``Drive`` to the bit, and their merits those of ``merits_of``.
 
     Examples
     --------
@@ -153,8 +162,13 @@ def simulate_batch(
     [20, 20, 20]
     >>> batch
     <Batch: scene ..., runs 3, side by side 3, ...>
+    >>> judged = ab_sim.simulate_batch(
+    ...     scene, {"balls.mass": [0.9e-3, 1.0e-3, 1.1e-3]}, merits=["final_whirl_over_e"]
+    ... )
+    >>> judged.merits["final_whirl_over_e"].round(2), judged.runs
+    (array([...]), ())
     """
-    return batch.simulate_batch(as_scene(scene), variations, every, progress)
+    return batch.simulate_batch(as_scene(scene), variations, every, progress, merits, samples)
 
 
 def resolve_accuracy(

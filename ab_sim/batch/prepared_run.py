@@ -86,11 +86,33 @@ class PreparedRun:
         """Channel names of its samples."""
         return channels_of(self.scene, self.system)
 
+    @property
+    def balls(self) -> int:
+        """n."""
+        return len(self.system.balls)
+
+    def failure_after(self, sound: int) -> str:
+        """Why it ended early, after so many sound steps; empty if these are all."""
+        if sound >= self.steps:
+            return ""
+        return (
+            f"went beyond all bounds at t = {(sound + 1) * self.scene.solver.step:.9g} s; a Drive "
+            "of this scene says what did, and why"
+        )
+
     def trajectory(self, samples: np.ndarray, stride: int) -> Trajectory:
         """Every ``stride``-th sample. Sensors are computed from all samples, before thinning."""
         if not self.scene.sensors:
             return Trajectory(self.channels, samples).thinned(stride)
         return RowReader(self.scene, self.system).trajectory(samples).thinned(stride)
+
+
+def grouped(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:
+    """Which of them are of one group, by its key."""
+    groups: dict[Any, list[int]] = {}
+    for i, one in enumerate(prepared):
+        groups.setdefault(one.group_key, []).append(i)
+    return groups
 
 
 def steps_of(scene: Scene) -> int:

@@ -1,97 +1,33 @@
 """Many runs of one scene at once, eight side by side."""
 
-import functools
-import itertools
-import math
-import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.batch.lanes import merged
-from ab_sim.batch.prepared_run import (
-    BatchRun,
-    PreparedRun,
-    StepPlanKey,
-    kernel_stride,
-    sample_buffer_for,
-    steps_of,
-)
-from ab_sim.batch.sample_buffer import SampleBuffer
-from ab_sim.batch.sequential import SequentialRuns, run_one_by_one
-from ab_sim.compiling import compiled
-from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import TURNS
+from ab_sim.analysis.merits.merit import MeritKind, merits_named
+from ab_sim.batch.judging import judged_parts, run_and_judge
+from ab_sim.batch.prepared_run import PreparedRun, kernel_stride, steps_of
+from ab_sim.batch.result import Batch
+from ab_sim.batch.run_columns import split_of
+from ab_sim.batch.run_prepared import run_prepared
+from ab_sim.batch.variations import Variations, by_key, each_run, varied, varied_scene
 from ab_sim.errors import InputError, SceneError
-from ab_sim.integrate.side_by_side import LANES, LanePlan, LaneRuns, advance_side_by_side, stacked
-from ab_sim.kernels.code import code_of
-from ab_sim.presentation import Column, Columns, Presented, ends, number
+from ab_sim.integrate.side_by_side import LANES
 from ab_sim.scene import Scene
-from ab_sim.scene.load import changed_scene
 
 MOST_VALUES = 500_000_000
 """4 GB of samples; more are refused before anything runs, but for accuracies to be measured."""
 
 
-@dataclass(frozen=True, repr=False)
-class Batch(Presented):
-    """Runs in the order of their variations; see ``ab_sim.simulate_batch``."""
-
-    _picture = "batch"
-
-    runs: tuple[BatchRun, ...]
-    side_by_side: int
-    """Number of runs that ran in lanes; the others ran one by one."""
-    integration_seconds: float
-    """CPU time of this thread for taking the steps, all runs together [s]. Of runs that go one by
-    one, a kernel for a further kind of the profile's segments is made in it, too."""
-    variations: tuple[Mapping[str, object], ...] = ()
-    """What is varied, values by dotted key for each run."""
-
-    def _facts(self) -> dict[str, str]:
-        failed = sum(bool(run.failure) for run in self.runs)
-        facts = {
-            "scene": self.runs[0].scene.name,
-            "runs": str(len(self.runs)),
-            "side by side": str(self.side_by_side),
-        }
-        kept = [run.trajectory for run in self.runs if len(run.trajectory)]
-        if kept:
-            last = [float(path.whirl[-1]) for path in kept]
-            facts["until"] = number(max(path["time"][-1] for path in kept), "s")
-            facts["W at the end"] = ends(min(last), max(last), "m")
-        return facts | ({"diverged": str(failed)} if failed else {})
-
-    def _columns(self) -> Columns:
-        keys = dict.fromkeys(key for variation in self.variations for key in variation)
-        varied = {
-            key: Column(None, [variation.get(key) for variation in self.variations]) for key in keys
-        }
-        paths = [run.trajectory for run in self.runs]
-        whirls = [path.whirl for path in paths]
-        return varied | {
-            "samples": Column("1", [len(path) for path in paths]),
-            "end": Column("s", [_last(path["time"]) for path in paths]),
-            "speed": Column("rad/s", [_last(path["speed"]) for path in paths]),
-            "peak_whirl": Column("m", [float(whirl.max(initial=0.0)) for whirl in whirls]),
-            "whirl": Column("m", [_last(whirl) for whirl in whirls]),
-            "failure": Column(None, [run.failure for run in self.runs]),
-        }
-
-
-def _last(values: np.ndarray) -> float:
-    return float(values[-1]) if len(values) else math.nan
-
-
 def simulate_batch(
     scene: Scene,
-    variations: Sequence[Mapping[str, object]],
+    variations: Variations,
     every: int = 1,
     progress: Callable[[int, int], None] | None = None,
+    merits: Iterable[str] | None = None,
+    samples: bool | None = None,
 ) -> Batch:
     """Run a scene's profile once for each variation, for the scene's duration.
 
@@ -105,89 +41,101 @@ def simulate_batch(
             is, without variations.
         variations: for each run, values by dotted key, e.g. ``{"balls.mass": 0.002,
             "effects.viscous_drag.coefficient": 2.0}``, SI or a text with a unit, ``"2 g"``; None
-            removes a key. Any key may vary.
+            removes a key. Any key may vary. Or by dotted key a list or an array with a value for
+            each run.
         every: keep each so-many-th step.
         progress: called with (runs done, runs).
+        merits: keys of those that each run is judged by, over every step; None: of none.
+        samples: whether to keep samples; None: where no merits are asked for.
 
     Raises:
         SceneError: a variation is not a valid scene, or cannot be run with its solver; names it by
             its number, from 0.
-        InputError: no variations, ``every`` is no number of steps, or more samples than there is
-            room for.
+        InputError: no variations, ``every`` is no number of steps, there is no such merit, or more
+            samples than there is room for.
     """
-    if not isinstance(every, int) or every < 1:
-        raise InputError(f"every = {every!r}: must be a whole number, at least 1")
-    if not isinstance(variations, Sequence) or isinstance(variations, str) or not variations:
-        raise InputError(
-            f"variations = {variations!r}: must be a list with one mapping per run, {{}} for the "
-            "scene itself"
-        )
-    scenes = varied(scene, variations)
+    each = each_run(variations)
+    keep = merits is None if samples is None else samples
+    keys = [merit.key for merit in merits_named(merits or ())]
+    _check_every(every, keep)
+    if not keep:
+        return _merits_only(scene, each, keys, progress)
+    scenes = varied(scene, each)
     # Where an accuracy is to be measured first, steps are not known yet.
     _check_room([scene for scene in scenes if scene.accuracy is None], every)
     if scene.accuracy is not None:
-        scenes = varied(resolve_accuracy(scene)[0], variations)
+        scenes = varied(resolve_accuracy(scene)[0], each)
     prepared = [_prepared(scene, number) for number, scene in enumerate(scenes)]
     _check_room([one.scene for one in prepared], every)
-    done = run_prepared(prepared, every, progress)
-    return Batch(*done, tuple(dict(each) for each in variations))
+    columns = _empty_columns(keys, len(each))
+    if keys:
+        done, found = run_and_judge(prepared, every, keys, progress)
+        _fill_in(columns, np.arange(len(each)), found)
+    else:
+        done = run_prepared(prepared, every, progress)
+    failures = tuple(run.failure for run in done.runs)
+    return Batch(*done, each, columns, failures, done.runs[0].scene.name)
 
 
-class DoneRuns(NamedTuple):
-    """What became of many runs; see ``Batch``."""
-
-    runs: tuple[BatchRun, ...]
-    side_by_side: int
-    integration_seconds: float
-
-
-def run_prepared(
-    prepared: Sequence[PreparedRun],
-    every: int,
-    progress: Callable[[int, int], None] | None = None,
-) -> DoneRuns:
-    """Run them, those that are alike side by side where that can be.
-
-    Args:
-        prepared: in the order of the results.
-        every, progress: see ``simulate_batch``.
-    """
-    runs: list[BatchRun | None] = [None] * len(prepared)
+def _merits_only(
+    scene: Scene,
+    variations: Sequence[Mapping[str, object]],
+    keys: Sequence[str],
+    progress: Callable[[int, int], None] | None,
+) -> Batch:
+    """Judge runs without keeping their samples."""
+    scene, _ = resolve_accuracy(scene)
+    count = len(variations)
+    split = split_of(scene, by_key(variations))
+    alike = np.empty(0, int) if split is None else split.rows
+    prepared = {
+        number: _prepared(varied_scene(scene, variations[number], number), number)
+        for number in np.setdiff1d(np.arange(count), alike).tolist()
+    }
+    _check_room([scene, *(one.scene for one in prepared.values())], 1, keep=False)
+    failures, columns = [""] * count, _empty_columns(keys, count)
     seconds, done, lanes_used = 0.0, 0, 0
-    for members in _grouped(prepared).values():
-        first = prepared[members[0]]
-        in_lanes = first.fits_lane
-        sample_buffer = sample_buffer_for([prepared[i] for i in members], every)
-        run_sequentially = (
-            SequentialRuns(first, sample_buffer).run
-            if first.takes_collocation_steps
-            else run_one_by_one
+    for part in judged_parts(split, prepared, keys):
+        _fill_in(columns, part.runs, part.merits)
+        for run, failure in zip(part.runs.tolist(), part.failures, strict=True):
+            failures[run] = failure
+        seconds, done = seconds + part.seconds, done + len(part.runs)
+        lanes_used += len(part.runs) if part.in_lanes else 0
+        if progress is not None:
+            progress(done, count)
+    return Batch((), lanes_used, seconds, variations, columns, tuple(failures), scene.name)
+
+
+def _empty_columns(keys: Sequence[str], runs: int) -> dict[str, np.ndarray]:
+    """Merits of no run yet; see ``Batch.merits``."""
+    return {
+        merit.key: np.full(runs, np.nan)
+        if merit.kind is MeritKind.NUMBER
+        else np.full(runs, None, object)
+        for merit in merits_named(keys)
+    }
+
+
+def _fill_in(
+    columns: Mapping[str, np.ndarray], runs: np.ndarray, merits: Mapping[str, Sequence[Any]]
+) -> None:
+    """Put in merits of some runs."""
+    for key, column in columns.items():
+        if column.dtype == float:
+            column[runs] = np.array(merits[key], float)  # NaN for None
+        else:
+            for run, value in zip(runs.tolist(), merits[key], strict=True):
+                column[run] = value
+
+
+def _check_every(every: int, keep: bool) -> None:
+    if not isinstance(every, int) or every < 1:
+        raise InputError(f"every = {every!r}: must be a whole number, at least 1")
+    if every > 1 and not keep:
+        raise InputError(
+            f"every = {every!r}: says which samples are kept, and none are; leave it out, or ask "
+            "for samples=True"
         )
-        width = LANES if in_lanes else 1
-        for begin in range(0, len(members), width):
-            chosen = members[begin : begin + width]
-            these = [prepared[i] for i in chosen]
-            taken = _side_by_side(these, every, sample_buffer) if in_lanes else None
-            lanes_used += len(chosen) if taken else 0
-            results, spent = taken or run_sequentially(these, every)
-            for i, result in zip(chosen, results, strict=True):
-                runs[i] = result
-            seconds, done = seconds + spent, done + len(chosen)
-            if progress is not None:
-                progress(done, len(prepared))
-    return DoneRuns(tuple(run for run in runs if run is not None), lanes_used, seconds)
-
-
-def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Scene]:
-    """The scenes of a batch.
-
-    Raises:
-        SceneError: one of them is not valid; names it by its number, from 0, and by its key.
-    """
-    return [
-        changed_scene(scene, variation, f"variation {number}")
-        for number, variation in enumerate(variations)
-    ]
 
 
 def _prepared(scene: Scene, number: int) -> PreparedRun:
@@ -197,7 +145,7 @@ def _prepared(scene: Scene, number: int) -> PreparedRun:
         raise SceneError(f"variation {number}: {error}") from error
 
 
-def _check_room(scenes: list[Scene], every: int) -> None:
+def _check_room(scenes: Sequence[Scene], every: int, keep: bool = True) -> None:
     fewest = min(map(steps_of, scenes), default=every)
     if every > fewest:
         raise InputError(
@@ -206,7 +154,7 @@ def _check_room(scenes: list[Scene], every: int) -> None:
     kept = at_work = 0
     for scene in scenes:
         width, steps = 14 + 2 * (scene.balls.count + len(scene.sensors)), steps_of(scene)
-        kept += steps // every * width
+        kept += steps // every * width if keep else 0
         most = steps // kernel_stride(scene, every) * width * LANES + 3 * steps
         at_work = max(at_work, most)
     if kept + at_work > MOST_VALUES:
@@ -215,89 +163,3 @@ def _check_room(scenes: list[Scene], every: int) -> None:
             f"for {kept + at_work:.2g} numbers, at most {MOST_VALUES:.2g} are allowed; keep fewer "
             "with a larger every, run fewer at once, or make solver.step longer"
         )
-
-
-def _grouped(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:
-    groups: dict[Any, list[int]] = {}
-    for i, one in enumerate(prepared):
-        groups.setdefault(one.group_key, []).append(i)
-    return groups
-
-
-def _side_by_side(
-    members: list[PreparedRun],
-    every: int,
-    sample_buffer: SampleBuffer,
-) -> tuple[list[BatchRun], float]:
-    """Run up to eight runs in lanes; runs, and CPU time [s].
-
-    Args:
-        members: up to eight runs of one group.
-        every: every how many-th step is kept.
-        sample_buffer: for their samples.
-    """
-    # Lanes without a run of their own repeat the last one.
-    lanes = [*members, *itertools.repeat(members[-1], LANES - len(members))]
-    first = members[0]
-    step, steps = first.scene.solver.step, first.steps
-    kind, plan = _plan(tuple(lane.step_plan_key for lane in lanes), steps)
-    in_kernel = kernel_stride(first.scene, every)
-    runs = _runs(lanes, kind, in_kernel)
-    samples = sample_buffer.take(LANES)
-    kernel = compiled(advance_side_by_side)
-    begin = time.thread_time()
-    kernel(runs, plan, samples)
-    seconds = time.thread_time() - begin
-    results = []
-    for lane, member in enumerate(members):
-        sound, failure = int(runs.sound[1, lane]), ""
-        if sound < steps:
-            failure = (
-                f"went beyond all bounds at t = {(sound + 1) * step:.9g} s; a Drive of this scene "
-                "says what did, and why"
-            )
-        kept = samples[lane, : sound // in_kernel]
-        taken = member.trajectory(kept, every // in_kernel)
-        results.append(BatchRun(member.scene, taken, failure))
-    return results, seconds
-
-
-@functools.lru_cache(maxsize=8)
-def _plan(keys: tuple[StepPlanKey, ...], steps: int) -> tuple[type, LanePlan]:
-    """The merged plan of eight runs, made once for runs whose profiles are equal."""
-    return merged([key.step_ranges(steps) for key in keys], keys[0].grid.step)
-
-
-def _runs(lanes: list[PreparedRun], kind: type, every: int) -> LaneRuns:
-    """Work arrays of eight runs of one group, at their start."""
-    first = lanes[0]
-    code, layout, n = code_of(first.system, kind), layout_of(first.system), len(first.system.balls)
-    step, size = first.scene.solver.step, layout.size
-    column = len(code.emission.roots["sample"])
-    tableau = first.stepper.weights
-    discrete_state = [start_discrete_state(lane.scene, lane.system) for lane in lanes]
-    sound = np.zeros((2, LANES))
-    sound[0] = 1.0
-    room = np.zeros((size, LANES))
-    return LaneRuns(
-        prepare=code.address("prepare", LANES),
-        slope=code.address("slope", LANES),
-        step=code.step(tableau.a, tableau.b, tableau.c, LANES),
-        finish=code.address("finish", LANES),
-        c=stacked([code.constants(lane.system) for lane in lanes]),
-        b=np.zeros(code.branches()),
-        place=code.layout.place,
-        first_angle=layout.angles.start,
-        balls=n,
-        ball_column=column,
-        step_length=step,
-        every=every,
-        bounds=stacked([state_bounds(lane.system, step) for lane in lanes]),
-        state=stacked([start_state(lane.scene, lane.system) for lane in lanes]),
-        turns=stacked([each[:n, TURNS] for each in discrete_state]),
-        sound=sound,
-        slopes=room,
-        trial=room.copy(),
-        row=np.zeros((column + 2 * n, LANES)),
-        times=np.zeros((2, LANES)),
-    )

@@ -1,14 +1,14 @@
 """Runs of a scene with other values, each to a row of merits."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import pyarrow
 
-from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
-from ab_sim.batch.prepared_run import BatchRun, PreparedRun, steps_of
-from ab_sim.batch.simulate import run_prepared
+from ab_sim.batch.judging import JudgedPart, judged_parts
+from ab_sim.batch.prepared_run import PreparedRun
+from ab_sim.batch.run_columns import split_of
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -19,8 +19,8 @@ FAILED, CIRCULATES, CHANGING, SETTLED = "failed", "circulates", "still changing"
 """How a run ended: it did not; with balls that go round the race; with a whirl that still rises or
 falls, and matters; else."""
 OUTCOMES = (SETTLED, CHANGING, CIRCULATES, FAILED)
-SAMPLES_AT_ONCE = 300_000
-"""Of all runs that are in memory at a time: some 50 MB."""
+PREPARED_AT_ONCE = 512
+"""Runs that do not go in columns, of which there is a scene each in memory."""
 _SAY_HOW_IT_ENDED = ("settled", "circulating_balls")
 
 
@@ -74,10 +74,25 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
         A row for each in their order: run, merits, outcome, failure. Of a run that failed, which
         leaves the others alone, merits are null.
     """
-    rows: list[dict[str, Any]] = []
-    for group in _groups(job, points):
-        rows += _rows(job, group)
-    return pyarrow.Table.from_pylist(rows, schema_of(job))
+    values = zip(*(point.values for point in points), strict=True)
+    split = split_of(job.scene, dict(zip(job.keys, values, strict=True)))
+    in_columns = set() if split is None else set(split.rows.tolist())
+    keys = list(dict.fromkeys((*job.merits, *_SAY_HOW_IT_ENDED)))
+    rows = _Rows(job, len(points))
+    if split is not None:
+        rows.add(judged_parts(split, {}, keys))
+    others = [place for place in range(len(points)) if place not in in_columns]
+    for first in range(0, len(others), PREPARED_AT_ONCE):
+        prepared: dict[int, PreparedRun] = {}
+        for place in others[first : first + PREPARED_AT_ONCE]:
+            try:
+                prepared[place] = PreparedRun(varied_scene(job, points[place].values))
+            except SceneError as error:
+                rows.fail(place, str(error))
+        rows.add(judged_parts(None, prepared, keys))
+    schema = schema_of(job)
+    columns = {RUN: [point.run for point in points], **rows.columns}
+    return pyarrow.table([pyarrow.array(columns[f.name], f.type) for f in schema], schema=schema)
 
 
 def schema_of(job: Job) -> pyarrow.Schema:
@@ -104,31 +119,32 @@ def varied_scene(job: Job, values: Sequence[Any]) -> Scene:
     return changed_scene(job.scene, changes, said)
 
 
-def _groups(job: Job, points: Sequence[Point]) -> Iterator[Sequence[Point]]:
-    """As many at a time as their samples have room."""
-    most = max(8, SAMPLES_AT_ONCE // steps_of(job.scene) // 8 * 8)
-    for first in range(0, len(points), most):
-        yield points[first : first + most]
+class _Rows:
+    """What a job's runs have come to, in columns; of runs that are not in yet, null."""
 
+    def __init__(self, job: Job, runs: int) -> None:
+        names = (*job.merits, OUTCOME, FAILURE)
+        self._merits = job.merits
+        self.columns: dict[str, list[Any]] = {name: [None] * runs for name in names}
 
-def _rows(job: Job, points: Sequence[Point]) -> list[dict[str, Any]]:
-    prepared: dict[int, PreparedRun] = {}
-    failures: dict[int, str] = {}
-    for point in points:
-        try:
-            prepared[point.run] = PreparedRun(varied_scene(job, point.values))
-        except SceneError as error:
-            failures[point.run] = str(error)
-    done = run_prepared(list(prepared.values()), every=1).runs if prepared else ()
-    found = {run: _row(job, each) for run, each in zip(prepared, done, strict=True)}
-    failed = {run: {OUTCOME: FAILED, FAILURE: said} for run, said in failures.items()}
-    return [{RUN: point.run, **(found | failed)[point.run]} for point in points]
+    def fail(self, place: int, failure: str) -> None:
+        """A run that has failed."""
+        self.columns[OUTCOME][place], self.columns[FAILURE][place] = FAILED, failure
 
-
-def _row(job: Job, run: BatchRun) -> Mapping[str, Any]:
-    if run.failure:
-        return {OUTCOME: FAILED, FAILURE: run.failure}
-    merits = merits_of(run.trajectory, run.scene, {*job.merits, *_SAY_HOW_IT_ENDED})
-    settled, circulating = (merits[key] for key in _SAY_HOW_IT_ENDED)
-    ended = CIRCULATES if circulating is not None else SETTLED if settled else CHANGING
-    return {**{key: merits[key] for key in job.merits}, OUTCOME: ended}
+    def add(self, parts: Iterable[JudgedPart]) -> None:
+        """Runs that are judged."""
+        for part in parts:
+            places = part.runs.tolist()
+            settled, circulating = (part.merits[key] for key in _SAY_HOW_IT_ENDED)
+            outcomes = self.columns[OUTCOME]
+            for place, still, circulate in zip(places, settled, circulating, strict=True):
+                outcomes[place] = (
+                    CIRCULATES if circulate is not None else SETTLED if still else CHANGING
+                )
+            for key in self._merits:
+                column = self.columns[key]
+                for place, value in zip(places, part.merits[key], strict=True):
+                    column[place] = value
+            for place, failure in zip(places, part.failures, strict=True):
+                if failure:
+                    self.fail(place, failure)

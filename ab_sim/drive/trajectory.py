@@ -61,6 +61,14 @@ def column_of(channel: str, channels: Sequence[str]) -> int:
         ) from None
 
 
+def whirl_of(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """W = |u| [m] of displacements, none of them near the ends of what floats can say."""
+    # The C library's hypot, which takes care of those, takes four times as long.
+    found = np.multiply(x, x, dtype=float)
+    found += y * y
+    return np.sqrt(found, out=found)
+
+
 @lru_cache
 def balls_in(channels: tuple[str, ...]) -> int:
     """Number of balls whose angles are among these channels."""
@@ -161,7 +169,7 @@ class Trajectory(Presented):
     @property
     def whirl(self) -> np.ndarray:
         """W = |u| [m], shape (samples,); of a deck in space, that of C across Z."""
-        return np.hypot(self["x"], self["y"])
+        return whirl_of(self["x"], self["y"])
 
     @property
     def tilts(self) -> bool:

@@ -45,15 +45,27 @@ def system_of(scene: Scene, energy_balance: bool = False) -> System:
 
 def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
     """``System.balls``."""
-    angles, radius = start_angles(scene), scene.race.radius
-    rows = []
-    each = scene.balls.masses, scene.balls.radii, scene.balls.races
-    for m, a, race, angle in zip(*each, angles, strict=True):
-        spin = over_effects(effects, "ball_inertia", 0.0, Ball(m, a))
-        lever = m * radius - spin * a if has_spin(effects) else m * radius
-        own = m, a, m + spin, 1.0 / (m + spin), m * radius, lever, reduced(angle)[1]
-        rows.append((*own, radius, 1.0 / radius, scene.race.heights[race]))
-    return np.array(rows).reshape(len(rows), BALL_CONSTANTS)
+    rows = [
+        (*of_ball(Ball(m, a), scene.race.radius, effects), scene.race.heights[race])
+        for m, a, race in zip(scene.balls.masses, scene.balls.radii, scene.balls.races, strict=True)
+    ]
+    found = np.array(rows).reshape(len(rows), BALL_CONSTANTS)
+    found[:, FIRST_TURNS] = [reduced(angle)[1] for angle in start_angles(scene)]
+    return found
+
+
+def of_ball(ball: Ball, radius: float, effects: tuple[object, ...]) -> tuple[float, ...]:
+    """Constants of a ball, columns of ``System.balls`` but for the last, with no turns.
+
+    Args:
+        ball: its mass and radius.
+        radius: of the race [m].
+        effects: the scene's. Their numbers and the ball's may be columns, shape (runs,).
+    """
+    m, a = ball
+    spin = over_effects(effects, "ball_inertia", 0.0, ball)
+    lever = m * radius - spin * a if has_spin(effects) else m * radius
+    return (m, a, m + spin, 1.0 / (m + spin), m * radius, lever, 0.0, radius, 1.0 / radius)
 
 
 def start_state(scene: Scene, system: System) -> np.ndarray:

@@ -27,7 +27,7 @@ LOADED: 1 where the race carries the ball. JOINED: 1 where the two balls at a co
 stay so: both slide, or both stick. TURNS: whole turns taken out of a ball's angle; of the last
 row, out of the spindle's."""
 DISCRETE_COLUMNS = 4
-_COLUMNS = (
+FORMULA_COLUMNS = (
     *(MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER),
     *(RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT),
 )
@@ -51,7 +51,7 @@ class System(NamedTuple):
     @property
     def equations_of_balls(self) -> BallConstants:
         """Constants of the balls as formulas take them."""
-        return BallConstants(len(self.balls), *self.balls.T[list(_COLUMNS)])
+        return BallConstants(len(self.balls), *self.balls.T[list(FORMULA_COLUMNS)])
 
 
 class ActiveSegment(NamedTuple):
@@ -69,7 +69,7 @@ class ActiveSegment(NamedTuple):
 
 def constants_of_balls(system: System) -> np.ndarray:
     """Those that formulas take, shape (columns of ``BallConstants``, n)."""
-    return system.balls.T[list(_COLUMNS)]
+    return system.balls.T[list(FORMULA_COLUMNS)]
 
 
 def ball_count(system: System) -> int:

@@ -5,6 +5,7 @@ from matplotlib import colormaps
 
 from ab_sim.batch import Batch
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError
 from ab_sim.figures.balls import ball_styles
 from ab_sim.figures.curves import draw_curve, say_conventions
 from ab_sim.figures.saved import ResultFigure
@@ -50,7 +51,12 @@ def drawn_batch(found: Batch) -> ResultFigure:
 
     Args:
         found: at least one run.
+
+    Raises:
+        InputError: it has merits only.
     """
+    if not found.runs:
+        raise InputError("batch: has no samples to be drawn, only merits; run it with samples=True")
     figure = ResultFigure(figsize=(9, 5), layout="constrained")
     axes = figure.subplots()
     shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.runs)))

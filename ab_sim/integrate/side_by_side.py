@@ -75,13 +75,37 @@ class LaneRuns(NamedTuple):
     """Shape (2, 8)."""
 
 
-def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: Cube) -> None:
+class LaneSamples(NamedTuple):
+    """Where the samples of eight runs go: flat memory, and how far its numbers are apart."""
+
+    numbers: Floats
+    run: int
+    """From a run to the next one."""
+    sample: int
+    """From a sample to the next one."""
+    channel: int
+    """From a channel to the next one."""
+
+    @classmethod
+    def by_sample(cls, samples: np.ndarray) -> "LaneSamples":
+        """In an array of shape (8, samples, channels), C-contiguous."""
+        _, count, channels = samples.shape
+        return cls(samples.reshape(-1), count * channels, channels, 1)
+
+    @classmethod
+    def by_channel(cls, samples: np.ndarray) -> "LaneSamples":
+        """In an array of shape (8, channels, samples), C-contiguous; there may be more room."""
+        _, channels, room = samples.shape
+        return cls(samples.reshape(-1), channels * room, 1, room)
+
+
+def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: LaneSamples) -> None:
     """Take the steps of a plan with eight runs, recording every so many.
 
     Args:
         runs: without events; state and turns are the last at the end.
         plan: where they go.
-        samples: of each run, shape (8, samples, channels): see ``fixed_step.record``.
+        samples: of each run; their channels are those of ``fixed_step.record``.
     """
     c, b, times, state, turns = runs.c, runs.b, runs.times, runs.state, runs.turns
     for s in range(plan.rows.shape[0]):
@@ -152,14 +176,15 @@ def take_out_turns(runs: LaneRuns) -> None:
             runs.turns[i, lane] += turn
 
 
-def put_sample(runs: LaneRuns, samples: Cube, steps: int) -> None:
+def put_sample(runs: LaneRuns, samples: LaneSamples, steps: int) -> None:
     """The row at hand, as each run's sample after so many steps."""
-    at = steps // runs.every - 1
+    first = (steps // runs.every - 1) * samples.sample
     for lane in range(LANES):
-        samples[lane, at, 0] = steps
-        samples[lane, at, 1] = steps * runs.step_length
+        at = first + lane * samples.run
+        samples.numbers[at] = steps
+        samples.numbers[at + samples.channel] = steps * runs.step_length
         for j in range(runs.row.shape[0]):
-            samples[lane, at, 2 + j] = runs.row[j, lane]
+            samples.numbers[at + (2 + j) * samples.channel] = runs.row[j, lane]
 
 
 def stacked(values: list[np.ndarray]) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis import merits_of, run_scene
-from ab_sim.analysis.circulation import CirculationWatch
+from ab_sim.analysis.circulation import Circulation, CirculationMarks, circulation_of
 from ab_sim.analysis.merits.wording import angles_text, circulating_text
 from ab_sim.drive.trajectory import Trajectory
 from tests.analysis.made import made
@@ -29,6 +29,15 @@ def turning(*angles: Any) -> Trajectory:
     return made(balls=len(angles), step=1e-2, angle=lambda t: 100 * t, **channels)
 
 
+def circulating(run: Trajectory, size: int) -> Circulation | None:
+    """What samples show that come so many at a time."""
+    marks = CirculationMarks(len(run))
+    for first in range(0, len(run), size):
+        part = Trajectory(run.channels, run.samples[first : first + size])
+        marks.take(part["time"][None], part["angle"][None], part.ball_angles[None])
+    return circulation_of(*marks.found)[0]
+
+
 @pytest.mark.parametrize("size", [1, 3, 334, 1001])
 def test_who_circulates_and_how_fast(size: int) -> None:
     """One rests; one lags behind at 70 rad/s, one runs ahead at 130, both with a ripple."""
@@ -37,10 +46,7 @@ def test_who_circulates_and_how_fast(size: int) -> None:
         lambda t: -30 * t + np.sin(30 * t),
         lambda t: 30 * t + np.sin(20 * t),
     )
-    watch = CirculationWatch(len(run))
-    for first in range(0, len(run), size):
-        watch.take(Trajectory(run.channels, run.samples[first : first + size]))
-    found = watch.found
+    found = circulating(run, size)
     assert found is not None and found.balls == (1, 2)
     assert found.speeds == pytest.approx((70.0, 130.0), abs=0.2)
     assert found.spindle_speed == pytest.approx(100.0)
@@ -57,16 +63,12 @@ def test_who_circulates_and_how_fast(size: int) -> None:
 )
 def test_who_comes_to_rest_or_may_does_not_circulate(angle: Any) -> None:
     run = turning(angle)
-    watch = CirculationWatch(len(run))
-    watch.take(run)
-    assert watch.found is None
+    assert circulating(run, len(run)) is None
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_of_few_samples_nothing_is_said(count: int) -> None:
-    watch = CirculationWatch(count)
-    watch.take(turning(lambda t: -3000 * t).last(count))
-    assert watch.found is None
+    assert circulating(turning(lambda t: -3000 * t).last(count), count) is None
 
 
 def test_balls_that_stall_near_the_critical_speed_are_named(scene: Any) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ab_sim.batch import BatchRun, simulate_batch
-from ab_sim.batch.simulate import varied
+from ab_sim.batch.variations import varied
 from ab_sim.drive import Drive
 from ab_sim.equations.motion import DeckMotion
 from ab_sim.errors import DivergedError, InputError, SceneError

@@ -10,6 +10,7 @@ from pyarrow import csv
 
 import ab_sim
 from ab_sim.analysis.merits import merits_of
+from ab_sim.batch import judging
 from ab_sim.design import judged, work
 from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, SETTLED
 from ab_sim.design.points import points_of
@@ -49,7 +50,8 @@ def test_its_runs_are_single_runs_to_the_bit(scene: str) -> None:
 def sizes(monkeypatch: pytest.MonkeyPatch, enough: float, chunk: float, samples: int) -> None:
     monkeypatch.setattr(work, "ENOUGH", enough)
     monkeypatch.setattr(work, "CHUNK_SECONDS", chunk)
-    monkeypatch.setattr(judged, "SAMPLES_AT_ONCE", samples)
+    monkeypatch.setattr(judging, "SAMPLES_AT_ONCE", samples)
+    monkeypatch.setattr(judged, "PREPARED_AT_ONCE", max(8, samples // 1000))
 
 
 @pytest.mark.parametrize("scene", ["thesis-hold", "no-ball"])

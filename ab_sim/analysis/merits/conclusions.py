@@ -1,8 +1,8 @@
-"""What follows from what several watches have found; none of it looks at the run itself."""
+"""What follows from what several watches have found; none of it looks at the runs themselves."""
 
-import math
+import numpy as np
 
-from ab_sim.analysis.merits.judging import JudgedRun
+from ab_sim.analysis.merits.judging import JudgedRuns
 from ab_sim.analysis.merits.spindle import SpindleStartWatch, SpindleTargetWatch
 from ab_sim.analysis.merits.watches import (
     BandWatch,
@@ -13,7 +13,6 @@ from ab_sim.analysis.merits.watches import (
     ResidualWatch,
 )
 from ab_sim.analysis.startup import settling_begins
-from ab_sim.scene.sections import Balanced
 
 
 class StartUpConclusion:
@@ -23,20 +22,22 @@ class StartUpConclusion:
 
     def __init__(
         self,
-        run: JudgedRun,
+        runs: JudgedRuns,
         band: BandWatch,
         start: SpindleStartWatch,
         target: SpindleTargetWatch,
     ) -> None:
-        self.in_band: float | None = None
+        self.in_band: list[float | None] = [None] * len(runs)
         """Until the whirl stays in its band [s]."""
-        self.ready: float | None = None
+        self.ready: list[float | None] = [None] * len(runs)
         """Until the spindle has its last speed, too [s]."""
-        if start.found is None or band.found is None:
-            return
-        self.in_band = max(band.found - start.found, 0.0)
-        if target.found is not None:
-            self.ready = max(band.found, target.found) - start.found
+        found = zip(band.found, start.found, target.found, strict=True)
+        for run, (in_band, begins, has_speed) in enumerate(found):
+            if begins is None or in_band is None:
+                continue
+            self.in_band[run] = max(in_band - begins, 0.0)
+            if has_speed is not None:
+                self.ready[run] = max(in_band, has_speed) - begins
 
 
 class SettlingConclusion:
@@ -44,12 +45,13 @@ class SettlingConclusion:
 
     AFTER = (PassageWatch,)
 
-    def __init__(self, run: JudgedRun, passage: PassageWatch) -> None:
-        begins = None if passage.found is None else settling_begins(run.scene)
-        self.found: float | None = None
+    def __init__(self, runs: JudgedRuns, passage: PassageWatch) -> None:
+        self.found: list[float | None] = [None] * len(runs)
         """s; see ``settling_begins``."""
-        if passage.found is not None and begins is not None:
-            self.found = passage.found - begins
+        for run, passed in enumerate(passage.found):
+            begins = None if passed is None else settling_begins(runs.scenes[run])
+            if passed is not None and begins is not None:
+                self.found[run] = passed - begins
 
 
 class GradeConclusion:
@@ -57,9 +59,8 @@ class GradeConclusion:
 
     AFTER = (ResidualWatch, LastSampleWatch)
 
-    def __init__(self, run: JudgedRun, residual: ResidualWatch, last: LastSampleWatch) -> None:
-        turning = run.scene.eccentric_mass + math.fsum(run.scene.balls.masses)
-        self.found = residual.left / turning * abs(last.speed)
+    def __init__(self, runs: JudgedRuns, residual: ResidualWatch, last: LastSampleWatch) -> None:
+        self.found = residual.left / runs.numbers.turning * np.abs(last.speed)
         """m/s: the speed of the turning mass' centre about the shaft."""
 
 
@@ -70,15 +71,23 @@ class BalancedConclusion:
 
     def __init__(
         self,
-        run: JudgedRun,
+        runs: JudgedRuns,
         residual: ResidualWatch,
         final: FinalWhirlWatch,
         circulation: FinalCirculationWatch,
     ) -> None:
-        left, couple = residual.unbalance.value_if_any, residual.couple.value_if_any
-        limits = run.scene.balanced or Balanced()
-        within = left is not None and left <= limits.residual_unbalance
-        if limits.residual_couple is not None and couple is not None:
-            within = within and couple <= limits.residual_couple
-        self.found = None if left is None else within and final.settled and not circulation.found
+        numbers = runs.numbers
+        unbalance, couple = (
+            np.array([np.nan if share is None else share for share in shares], dtype=float)
+            for shares in (residual.unbalance, residual.couple)
+        )
+        within = unbalance <= numbers.most_unbalance
+        # A couple that there is not, or does not count, is NaN.
+        within &= ~(couple > numbers.most_couple)
+        circulates = np.array([found is not None for found in circulation.found])
+        balanced = (within & final.settled & ~circulates).tolist()
+        self.found = [
+            None if left is None else yes
+            for left, yes in zip(residual.unbalance, balanced, strict=True)
+        ]
         """None without an unbalance."""

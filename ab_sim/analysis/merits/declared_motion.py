@@ -49,7 +49,7 @@ class MotionMerits(MeritValues):
         "max W(t) / e, W = hypot(x, y); between samples along a cubic through places and "
         "velocities",
         PeakWatch,
-        lambda peak: peak.found[0],
+        lambda peak: peak.found.whirl,
         Row("peak {W}", lambda m, scale: peak_text(m.peak_whirl, m.peak_time, scale)),
         better=Better.SMALLER,
     )
@@ -59,7 +59,7 @@ class MotionMerits(MeritValues):
         "when the whirl is largest",
         "t of max W(t)",
         PeakWatch,
-        lambda peak: peak.found[1],
+        lambda peak: peak.found.time,
     )
     final_whirl = Merit[float](
         "final_whirl_over_e",
@@ -67,7 +67,7 @@ class MotionMerits(MeritValues):
         "root mean square of the whirl over the last stretch",
         "sqrt(mean(W^2)) / e over t >= t_l, t_l the beginning of the last stretch",
         FinalWhirlWatch,
-        lambda final: final.mean_square.value,
+        lambda final: final.mean_squares.values,
         Row(
             "final {W}",
             lambda m, scale: final_text(m.final_whirl, m.halves, m.changing, scale),
@@ -151,7 +151,7 @@ class MotionMerits(MeritValues):
         "without an unbalance",
         "sqrt(mean(abs(1 + sum m_i R exp(i theta_i) / (M0 e))^2)) over t >= t_l",
         ResidualWatch,
-        lambda residual: residual.unbalance.value_if_any,
+        lambda residual: residual.unbalance,
         Row("residual unbalance", lambda m, _: number_text(m.residual_unbalance), _has_balls),
         better=Better.SMALLER,
     )
@@ -162,7 +162,7 @@ class MotionMerits(MeritValues):
         "race, C the rotor's integral of (x + i y) z dm; null in the plane, and where C = 0",
         "sqrt(mean(abs(1 + sum m_i R z_i exp(i theta_i) / C)^2)) over t >= t_l",
         ResidualWatch,
-        lambda residual: residual.couple.value_if_any,
+        lambda residual: residual.couple,
         Row(
             "residual couple",
             lambda m, _: number_text(m.residual_couple),
@@ -186,7 +186,7 @@ class MotionMerits(MeritValues):
         "root mean square of that angle over the last stretch; null in the plane",
         "sqrt(mean(angle(n, n_0)^2)) over t >= t_l",
         TiltWatch,
-        lambda tilt: tilt.final.value_if_any,
+        lambda tilt: tilt.final,
         Row("final tilt [mrad]", lambda m, _: milli_text(m.final_tilt)),
         better=Better.SMALLER,
     )

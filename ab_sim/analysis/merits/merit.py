@@ -3,10 +3,12 @@
 A run is judged by those of ``declared.Merits``, and by what a program registers.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from typing import Any, Generic, NamedTuple, TypeVar, cast, overload
+
+import numpy as np
 
 from ab_sim.errors import InputError, nearest
 from ab_sim.scene.model import Scene
@@ -103,6 +105,10 @@ class MeritInWords(NamedTuple):
     equation: str
 
 
+def _as_it_is(value: Any) -> object:
+    return value
+
+
 @dataclass(frozen=True, eq=False)
 class Merit(Generic[T]):
     """A number, or something else, that a run is judged by.
@@ -119,13 +125,13 @@ class Merit(Generic[T]):
     equation: str
     """One line, symbols as in docs/conventions.md; empty where a program gave none."""
     watch: type[Any]
-    """Looks at the run; see ``judging``."""
-    find: Callable[[Any], T]
-    """Takes the value from the watch."""
+    """Looks at runs; see ``judging``."""
+    find: Callable[[Any], Sequence[T] | np.ndarray]
+    """Takes the values of all runs from the watch."""
     row: Row | None = None
     better: Better = Better.NEITHER
     kind: MeritKind = MeritKind.NUMBER
-    plain: Callable[[Any], object] = lambda value: value
+    plain: Callable[[Any], object] = _as_it_is
     """Makes the value JSON-able."""
     relative: Relative | None = None
     reported: bool = True
@@ -142,6 +148,11 @@ class Merit(Generic[T]):
 
     def __get__(self, instance: "MeritValues | None", owner: type[Any]) -> "Merit[T] | T":
         return self if instance is None else instance.of(self)
+
+    def values(self, watch: Any) -> list[T]:
+        """Of all runs that a watch has looked at, in plain Python's kinds."""
+        found = self.find(watch)
+        return cast(list[T], found.tolist() if isinstance(found, np.ndarray) else list(found))
 
     @property
     def scalar(self) -> bool:
@@ -170,6 +181,18 @@ class Merit(Generic[T]):
         if self.unit == "mm/s":
             return 1e3 * value
         return self.plain(value)
+
+    def all_as_reported(self, values: list[T], eccentricities: np.ndarray) -> list[Any]:
+        """Values of runs, each as ``as_reported`` has it.
+
+        Args:
+            values: of each run.
+            eccentricities: e of each [m], shape (runs,).
+        """
+        if self.plain is _as_it_is and self.unit not in ("e", "mm/s"):
+            return list(values)
+        each = zip(values, eccentricities.tolist(), strict=True)
+        return [self.as_reported(value, e) for value, e in each]
 
 
 _merits: dict[str, Merit[Any]] = {}

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
-from ab_sim.analysis.merits.judging import JudgedRun, Piece
+from ab_sim.analysis.merits.judging import JudgedRuns, Piece
 from ab_sim.analysis.merits.merit import Better, Merit, MeritValues, Row, WhirlScale, register
 from ab_sim.analysis.merits.wording import number_text
 from ab_sim.drive.trajectory import Trajectory
@@ -52,7 +52,7 @@ def register_own(
                 meaning,
                 equation,
                 watch,
-                lambda each: each.own.value(),
+                lambda each: [own.value() for own in each.own],
                 row,
                 Better(better),
             )
@@ -64,13 +64,16 @@ def register_own(
 
 def _watch_of(kind: type[OwnMerit], last_stretch: bool) -> type[Any]:
     class OwnWatch:
-        def __init__(self, run: JudgedRun) -> None:
-            self.own = kind(run.scene, run.last if last_stretch else run.samples)
+        def __init__(self, runs: JudgedRuns) -> None:
+            count = runs.last if last_stretch else runs.samples
+            self.own = [kind(scene, count) for scene in runs.scenes]
 
         def take(self, piece: Piece) -> None:
-            samples = piece.late if last_stretch else piece.trajectory
-            if len(samples):
-                self.own.take(samples)
+            if last_stretch and not piece.late:
+                return
+            samples = piece.late_trajectories if last_stretch else piece.trajectories
+            for own, each in zip(self.own, samples, strict=True):
+                own.take(each)
 
     OwnWatch.__module__ = kind.__module__  # so that what follows from it is told from older code's
     return OwnWatch

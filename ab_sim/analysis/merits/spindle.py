@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from ab_sim.analysis.merits.judging import JudgedRun, Piece
-from ab_sim.equations.neighbours import start_angles
+from ab_sim.analysis.merits.each_run import EachRun, JudgedRun
+from ab_sim.analysis.merits.judging import JudgedRuns, Piece
+from ab_sim.drive.trajectory import Trajectory
 
 NEAR = 0.01
 """A spindle has its speed while it is this near to it, as a share of the larger of the first and
@@ -20,20 +21,20 @@ def _follows_the_start(time: np.ndarray) -> bool:
     return len(time) > 1 and 0.0 < time[0] < 1.001 * (time[1] - time[0])
 
 
-class SpindleStartWatch:
-    """When the speed that is asked for begins to change."""
+class SpindleStart:
+    """When the speed that is asked for begins to change, in a single run."""
 
     def __init__(self, run: JudgedRun) -> None:
         self.found: float | None = None
         """s, of the last sample with the first command; None if it never changes."""
         self._first, self._before = math.nan, math.nan
-        self._at_start = run.scene.start.speed
+        self._at_start = run.start_speed
 
-    def take(self, piece: Piece) -> None:
+    def take(self, samples: Trajectory, late: int) -> None:
         """The next samples."""
         if self.found is not None:
             return
-        time, command = piece.trajectory["time"], piece.trajectory["command"]
+        time, command = samples["time"], samples["command"]
         if math.isnan(self._before) and _follows_the_start(time):
             self._first, self._before = self._at_start, 0.0
         elif math.isnan(self._before):
@@ -44,17 +45,27 @@ class SpindleStartWatch:
         self._before = float(time[-1])
 
 
-class SpindleTargetWatch:
-    """From when on the spindle has the speed that is asked for last."""
+class SpindleStartWatch(EachRun[SpindleStart]):
+    """When the speed that is asked for begins to change."""
+
+    KIND = SpindleStart
+
+    @property
+    def found(self) -> list[float | None]:
+        """See ``SpindleStart``."""
+        return [each.found for each in self.each]
+
+
+class SpindleTarget:
+    """From when on the spindle has the speed that is asked for last, in a single run."""
 
     def __init__(self, run: JudgedRun) -> None:
         self._latest = run.samples - run.last
         self._begins, self._time, self._done = 0, math.nan, 0
         self._first, self._command = math.nan, math.nan
 
-    def take(self, piece: Piece) -> None:
+    def take(self, samples: Trajectory, late: int) -> None:
         """The next samples."""
-        samples = piece.trajectory
         time, command = samples["time"], samples["command"]
         if self._done == 0:
             self._first = self._command = float(command[0])
@@ -77,43 +88,60 @@ class SpindleTargetWatch:
         return self._time if self._begins <= self._latest else None
 
 
+class SpindleTargetWatch(EachRun[SpindleTarget]):
+    """From when on the spindle has the speed that is asked for last."""
+
+    KIND = SpindleTarget
+
+    @property
+    def found(self) -> list[float | None]:
+        """See ``SpindleTarget``."""
+        return [each.found for each in self.each]
+
+
 class TorqueWatch:
     """The largest torque of the motor."""
 
-    def __init__(self, run: JudgedRun) -> None:
-        self.found: float | None = None
-        """N m, its magnitude; None without a motor."""
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._most, self._motor = np.zeros(len(runs)), False
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        if "motor_torque" in piece.trajectory.channels:
-            most = float(np.max(np.abs(piece.trajectory["motor_torque"])))
-            self.found = most if self.found is None else max(self.found, most)
+        if "motor_torque" in piece.channels:
+            self._motor = True
+            self._most = np.maximum(self._most, np.abs(piece["motor_torque"]).max(axis=1))
+
+    @property
+    def found(self) -> list[float | None]:
+        """N m, its magnitude; None without a motor."""
+        return [most if self._motor else None for most in self._most.tolist()]
 
 
 class SlipWatch:
     """How far the balls have turned on the race from the start to the last sample."""
 
-    def __init__(self, run: JudgedRun) -> None:
+    def __init__(self, runs: JudgedRuns) -> None:
         self._first: np.ndarray | None = None
-        self._at_start = np.array(start_angles(run.scene))
-        self.turns = np.empty(0)
-        """Of each ball, their magnitude."""
+        self._at_start = runs.numbers.start_angles
+        self.turns = np.empty((len(runs), 0))
+        """Of each ball, their magnitude, shape (runs, balls)."""
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        angles = piece.trajectory.ball_angles
+        angles = piece.ball_angles
         if self._first is None:
-            follows = _follows_the_start(piece.trajectory["time"])
-            self._first = self._at_start if follows else angles[0].copy()
-        self.turns = np.abs(angles[-1] - self._first) / (2.0 * math.pi)
+            follows = np.array([[_follows_the_start(time)] for time in piece["time"]])
+            self._first = np.where(follows, self._at_start, angles[:, 0])
+        # C-contiguous: so a run's sum is taken in the same order whatever is beside it.
+        slipped = np.ascontiguousarray(angles[:, -1] - self._first)
+        self.turns = np.abs(slipped) / (2.0 * math.pi)
 
     @property
-    def most(self) -> float | None:
+    def most(self) -> list[float | None]:
         """Of the ball that has turned most; None without balls."""
-        return float(self.turns.max()) if len(self.turns) else None
+        return [max(turns) if turns else None for turns in self.turns.tolist()]
 
     @property
-    def total(self) -> float | None:
+    def total(self) -> list[float | None]:
         """Of all balls together; None without balls."""
-        return float(self.turns.sum()) if len(self.turns) else None
+        return [float(turns.sum()) if len(turns) else None for turns in self.turns]

@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ab_sim.analysis.merits.judging import JudgedRun, Piece
+from ab_sim.analysis.merits.each_run import EachRun, JudgedRun
 from ab_sim.drive.trajectory import Trajectory
 
 LOWEST, HIGHEST = 10.0, 1000.0
@@ -98,8 +98,8 @@ def _sections(rate: float) -> np.ndarray:
     return np.asarray(sections)
 
 
-class BroadBandWatch:
-    """The largest vibration velocity along the axes of the scene's sensors."""
+class BroadBand:
+    """The largest vibration velocity along the axes of the scene's sensors, in a single run."""
 
     def __init__(self, run: JudgedRun) -> None:
         sensors = run.scene.sensors.values()
@@ -113,9 +113,8 @@ class BroadBandWatch:
         self._begun = self._begun_late = 0
         self._samples = run.samples
 
-    def take(self, piece: Piece) -> None:
+    def take(self, samples: Trajectory, late: int) -> None:
         """The next samples."""
-        samples, late = piece.trajectory, len(piece.late)
         steps, times = samples["step"], samples["time"]
         at = np.column_stack((times, samples["angle"]))
         apart = np.abs(np.diff(at, axis=0, prepend=self._last))
@@ -159,3 +158,19 @@ class BroadBandWatch:
             x, y = velocity[:, 0], velocity[:, 1]
             columns += [cosine * x + sine * y, cosine * y - sine * x, *velocity.T[2:]]
         return np.column_stack(columns)
+
+
+class BroadBandWatch(EachRun[BroadBand]):
+    """The largest vibration velocity along the axes of the scene's sensors."""
+
+    KIND = BroadBand
+
+    @property
+    def final(self) -> list[float | None]:
+        """See ``BroadBand``."""
+        return [each.final for each in self.each]
+
+    @property
+    def peak(self) -> list[float | None]:
+        """See ``BroadBand``."""
+        return [each.peak for each in self.each]

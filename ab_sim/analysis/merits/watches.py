@@ -1,17 +1,20 @@
-"""What looks at a run for its merits, piece by piece; see ``judging``."""
+"""What looks at runs for their merits, piece by piece; see ``judging``.
 
-import math
+What they have found has an entry for each run.
+"""
+
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 
-from ab_sim.analysis.circulation import Circulation, CirculationWatch
-from ab_sim.analysis.merits.judging import JudgedRun, Piece
-from ab_sim.analysis.startup import first_passage_of_opposite, peak_whirl
-from ab_sim.analysis.trend import Trend
-from ab_sim.drive.balance import resultant
+from ab_sim.analysis.circulation import Circulation, CirculationMarks, circulation_of
+from ab_sim.analysis.merits.judging import JudgedRuns, Piece
+from ab_sim.analysis.merits.mean_squares import MeanSquares
+from ab_sim.analysis.merits.residuals import Residuals
+from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
+from ab_sim.analysis.trend import Trends
 from ab_sim.drive.overlap import Overlap, OverlapWatch
-from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
 
 BAND = 0.1
@@ -21,106 +24,107 @@ FLOOR = 0.05
 speed, without balls."""
 ROUNDING = 1e-9
 """A change of the whirl by less than this share of M0 e / M is none."""
+_AROUND = ("time", "x", "y", "vx", "vy")
+"""Channels that a peak between samples is found from."""
 
 
 def rms(values: np.ndarray) -> float:
     """Root mean square."""
-    return math.sqrt(float(np.mean(values**2)))
-
-
-class MeanSquare:
-    """A root mean square that grows with what it is given."""
-
-    def __init__(self) -> None:
-        self._sum, self._count = 0.0, 0
-
-    def take(self, values: np.ndarray) -> None:
-        """Add values."""
-        self._sum += float(np.sum(values**2))
-        self._count += len(values)
-
-    @property
-    def value(self) -> float:
-        """The root of the mean square of all values so far; there must be some."""
-        return math.sqrt(self._sum / self._count)
-
-    @property
-    def value_if_any(self) -> float | None:
-        """The same, None without values."""
-        return self.value if self._count else None
+    return float(np.sqrt(np.mean(values**2)))
 
 
 class PeakWatch:
-    """The largest whirl, found between the samples beside it."""
+    """The largest whirls, found between the samples beside them."""
 
-    def __init__(self, run: JudgedRun) -> None:
-        self._around: Trajectory
-        self._whirl, self._step = -math.inf, math.nan
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._whirl, self._step = np.full(len(runs), -np.inf), np.full(len(runs), np.nan)
+        self._inside = np.zeros(len(runs), bool)
+        self._around = np.zeros((len(_AROUND), len(runs), 3))
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        joined = piece.joined
+        joined, every = piece.joined, np.arange(piece.samples.shape[0])
         whirl = joined.whirl
-        top = int(np.argmax(whirl))
-        step = float(joined["step"][top])
+        top = np.argmax(whirl, axis=1)
+        highest, step = whirl[every, top], joined["step"][every, top]
         # The same again where it was the last of a piece: now it has a sample behind it, too.
-        if whirl[top] > self._whirl or (step == self._step and top > 0):
-            self._whirl, self._step = float(whirl[top]), step
-            rows = joined.samples[max(top - 1, 0) : top + 2].copy()
-            self._around = Trajectory(joined.channels, rows)
+        again = (step == self._step) & (top > 0)
+        new = np.flatnonzero((highest > self._whirl) | again)
+        self._whirl[new], self._step[new] = highest[new], step[new]
+        at = top[new]
+        self._inside[new] = (at > 0) & (at < len(joined) - 1)
+        beside = np.clip(at[:, None] + [-1, 0, 1], 0, len(joined) - 1)
+        for values, channel in zip(self._around, _AROUND, strict=True):
+            values[new] = joined[channel][new[:, None], beside]
 
     @cached_property
-    def found(self) -> tuple[float, float]:
-        """The whirl [m] and its time [s]."""
-        return peak_whirl(self._around)
+    def found(self) -> Peaks:
+        """The whirls [m] and their times [s]."""
+        peaks = Peaks(self._whirl.copy(), self._around[0, :, 1].copy())
+        inside = self._inside
+        if inside.any():
+            between = peaks_between(*self._around[:, inside])
+            higher = between.whirl > peaks.whirl[inside]
+            for own, other in zip(peaks, between, strict=True):
+                own[inside] = np.where(higher, other, own[inside])
+        return peaks
 
 
 class FinalWhirlWatch:
     """The whirl of the last stretch."""
 
-    def __init__(self, run: JudgedRun) -> None:
-        self.mean_square, self._halves = MeanSquare(), (MeanSquare(), MeanSquare())
-        self.span = (math.inf, -math.inf)
-        """Least and largest [m]."""
-        self._trend, self._disc_alone = Trend(run.last), run.disc_alone
-        self._first_half, self._taken = run.last - run.last // 2, 0
+    def __init__(self, runs: JudgedRuns) -> None:
+        count = len(runs)
+        self.mean_squares = MeanSquares(count)
+        self._halves = MeanSquares(count), MeanSquares(count)
+        self._least, self._most = np.full(count, np.inf), np.full(count, -np.inf)
+        self._trends, self._disc_alone = Trends(count, runs.last), runs.numbers.disc_alone
+        self._first_half, self._taken = runs.last - runs.last // 2, 0
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        if len(piece.late) == 0:
+        if piece.late == 0:
             return
-        whirl = piece.late.whirl
-        self.mean_square.take(whirl)
-        self._trend.take(whirl)
+        whirl = piece.late_whirl
+        squares = whirl * whirl
+        self.mean_squares.take_squares(squares)
+        self._trends.take(whirl, squares)
         first = max(self._first_half - self._taken, 0)
-        self._halves[0].take(whirl[:first])
-        self._halves[1].take(whirl[first:])
-        self._taken += len(whirl)
-        self.span = min(self.span[0], float(whirl.min())), max(self.span[1], float(whirl.max()))
+        self._halves[0].take_squares(squares[:, :first])
+        self._halves[1].take_squares(squares[:, first:])
+        self._taken += piece.late
+        self._least = np.minimum(self._least, whirl.min(axis=1))
+        self._most = np.maximum(self._most, whirl.max(axis=1))
 
     @property
-    def halves(self) -> tuple[float, float]:
+    def span(self) -> list[tuple[float, float]]:
+        """Least and largest [m]."""
+        return list(zip(self._least.tolist(), self._most.tolist(), strict=True))
+
+    @property
+    def halves(self) -> list[tuple[float, float]]:
         """Root mean squares over both halves [m]; of one sample it is the same."""
         first, second = self._halves
-        return first.value, (second if self._taken > 1 else first).value
+        last = second if self._taken > 1 else first
+        return list(zip(first.values.tolist(), last.values.tolist(), strict=True))
 
     @property
-    def changing(self) -> bool:
+    def changing(self) -> np.ndarray:
         """Whether it still rises or falls."""
-        return self._trend.found(ROUNDING * self._disc_alone)
+        return self._trends.found(ROUNDING * self._disc_alone)
 
     @property
-    def settled(self) -> bool:
+    def settled(self) -> np.ndarray:
         """Whether it does not, or is so small that it does not matter.
 
         A whirl that dies away changes by a tenth of itself however small it has become.
         """
-        return not self.changing or self.mean_square.value <= FLOOR * self._disc_alone
+        return ~self.changing | (self.mean_squares.values <= FLOOR * self._disc_alone)
 
     @property
-    def band(self) -> float:
+    def band(self) -> np.ndarray:
         """Half the width of the band around it [m]."""
-        return max(BAND * self.mean_square.value, FLOOR * self._disc_alone)
+        return np.maximum(BAND * self.mean_squares.values, FLOOR * self._disc_alone)
 
 
 class BandWatch:
@@ -128,27 +132,35 @@ class BandWatch:
 
     AFTER = (FinalWhirlWatch,)
 
-    def __init__(self, run: JudgedRun, final: FinalWhirlWatch) -> None:
-        self._final, self._band = final.mean_square.value, final.band
-        self._latest = run.samples - run.last
-        self._begins, self._time, self._done = 0, math.nan, 0
+    def __init__(self, runs: JudgedRuns, final: FinalWhirlWatch) -> None:
+        self._final, self._band = final.mean_squares.values[:, None], final.band[:, None]
+        self._latest, self._done = runs.samples - runs.last, 0
+        self._begins = np.zeros(len(runs), int)
+        self._times = np.full(len(runs), np.nan)
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        samples = piece.trajectory
-        if self._begins == self._done:
-            self._time = float(samples["time"][0])
-        outside = np.flatnonzero(np.abs(samples.whirl - self._final) > self._band)
-        if len(outside):
-            at = int(outside[-1]) + 1
-            self._begins = self._done + at
-            self._time = float(samples["time"][at]) if at < len(samples) else math.nan
-        self._done += len(samples)
+        time, count = piece["time"], len(piece)
+        self._times = np.where(self._begins == self._done, time[:, 0], self._times)
+        # How many samples there are behind the last one outside; all, if none is.
+        inside = np.empty(len(time), int)
+        for rows in piece.blocks():
+            outside = np.abs(piece.whirl[rows] - self._final[rows]) > self._band[rows]
+            last = np.argmax(outside[:, ::-1], axis=1)
+            inside[rows] = np.where(outside.any(axis=1), last, count)
+        left = np.flatnonzero(inside < count)
+        at = count - inside[left]
+        self._begins[left] = self._done + at
+        found = time[left, np.minimum(at, count - 1)]
+        self._times[left] = np.where(at < count, found, np.nan)
+        self._done += count
 
     @property
-    def found(self) -> float | None:
+    def found(self) -> list[float | None]:
         """The time of the sample after the last one outside [s]; None if that comes too late."""
-        return self._time if self._begins <= self._latest else None
+        stays = (self._begins <= self._latest).tolist()
+        times = zip(self._times.tolist(), stays, strict=True)
+        return [time if stay else None for time, stay in times]
 
 
 class ResidualWatch:
@@ -157,126 +169,140 @@ class ResidualWatch:
     Of balls on a round race around the shaft; what a runout adds is left out.
     """
 
-    def __init__(self, run: JudgedRun) -> None:
-        scene = run.scene
-        moments = np.array(scene.balls.masses) * scene.race.radius
-        heights = np.array([scene.race.heights[race] for race in scene.balls.races])
-        unbalance = scene.eccentric_mass * scene.rotor.eccentricity
-        couple = scene.couple_unbalance
-        self.unbalance, self.couple = MeanSquare(), MeanSquare()
-        self._moments, self._own, self._balls_alone = moments, unbalance, MeanSquare()
-        self._shares = moments / unbalance if unbalance else None
-        self._tilting = moments * heights / couple if couple else None
+    def __init__(self, runs: JudgedRuns) -> None:
+        numbers = runs.numbers
+        self._own = numbers.unbalance
+        self._unbalance = Residuals(numbers.moments, numbers.unbalance)
+        self._couple = Residuals(numbers.moments * numbers.heights, numbers.couple)
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        if len(piece.late) == 0:
+        if piece.late == 0:
             return
-        angles = piece.late.ball_angles
-        if self._shares is not None:
-            self.unbalance.take(np.abs(1.0 + resultant(self._shares, angles)))
-        else:
-            self._balls_alone.take(np.abs(resultant(self._moments, angles)))
-        if self._tilting is not None:
-            self.couple.take(np.abs(1.0 + resultant(self._tilting, angles)))
+        angles = np.ascontiguousarray(piece.late_ball_angles)
+        self._unbalance.take(angles)
+        if self._couple.any:
+            self._couple.take(angles)
 
     @property
-    def left(self) -> float:
+    def unbalance(self) -> list[float | None]:
+        """Its share that is left; None where there is none."""
+        return self._unbalance.found
+
+    @property
+    def couple(self) -> list[float | None]:
+        """The same of the couple."""
+        return self._couple.found
+
+    @property
+    def left(self) -> np.ndarray:
         """What is left of unbalance [kg m]; of a rotor without one that of the balls."""
-        return self._own * self.unbalance.value if self._own else self._balls_alone.value
+        values = self._unbalance.values
+        return np.where(self._own != 0.0, self._own * values, values)
 
 
 class TiltWatch:
     """How far the shaft leans from where it points at rest; nothing in the plane."""
 
-    def __init__(self, run: JudgedRun) -> None:
-        self.peak: float | None = None
+    def __init__(self, runs: JudgedRuns) -> None:
+        self.peak: list[float | None] = [None] * len(runs)
         """rad."""
-        self.final = MeanSquare()
-        """Over the last stretch."""
-        self._rest = run.rest
+        self._final, self._runs = MeanSquares(len(runs)), runs
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        if not piece.trajectory.tilts:
+        if "qw" not in piece.channels:
             return
-        most = float(np.max(self._rest.tilt_from(piece.trajectory)))
-        self.peak = most if self.peak is None else max(self.peak, most)
-        if len(piece.late):
-            self.final.take(self._rest.tilt_from(piece.late))
+        rests = self._runs.rests
+        each = zip(rests, piece.trajectories, strict=True)
+        tilts = np.array([rest.tilt_from(trajectory) for rest, trajectory in each])
+        for run, most in enumerate(tilts.max(axis=1).tolist()):
+            before = self.peak[run]
+            self.peak[run] = most if before is None else max(before, most)
+        if piece.late:
+            self._final.take(tilts[:, len(piece) - piece.late :])
+
+    @property
+    def final(self) -> list[float | None]:
+        """Root mean square over the last stretch [rad]."""
+        return self._final.values_if_any
 
 
 class PassageWatch:
     """The first passage of all balls opposite the unbalance, in a start-up."""
 
-    def __init__(self, run: JudgedRun) -> None:
-        self.found: float | None = None
+    def __init__(self, runs: JudgedRuns) -> None:
+        self.found: list[float | None] = [None] * len(runs)
         """s; see ``first_passage_of_opposite``."""
-        self._start_up = is_start_up(run.scene)
+        self._left = [run for run, scene in enumerate(runs.scenes) if is_start_up(scene)]
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        if self._start_up and self.found is None:
-            self.found = first_passage_of_opposite(piece.joined)
+        for run in self._left:
+            self.found[run] = first_passage_of_opposite(piece.joined.trajectories[run])
+        self._left = [run for run in self._left if self.found[run] is None]
 
 
 class LastSampleWatch:
     """The last sample."""
 
-    def __init__(self, run: JudgedRun) -> None:
-        self._last: Trajectory
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._last: Piece
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        self._last = piece.trajectory.last(1)
+        self._last = piece
 
     @property
-    def ball_angles(self) -> tuple[float, ...]:
+    def ball_angles(self) -> list[tuple[float, ...]]:
         """Rad."""
-        return tuple(self._last.ball_angles[-1].tolist())
+        return list(map(tuple, self._last.ball_angles[:, -1].tolist()))
 
     @property
-    def speed(self) -> float:
+    def speed(self) -> np.ndarray:
         """Of the spindle [rad/s]."""
-        return float(self._last["speed"][-1])
+        return self._last["speed"][:, -1]
 
 
 class FinalCirculationWatch:
     """Balls that circulate over the last stretch."""
 
-    def __init__(self, run: JudgedRun) -> None:
-        self._watch, self._balls = CirculationWatch(run.last), run.scene.balls.count
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._marks, self._balls = CirculationMarks(runs.last), runs.numbers.moments.shape[1]
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        if len(piece.late):
-            self._watch.take(piece.late)
+        first = len(piece) - piece.late
+        self._marks.take(
+            piece["time"][:, first:], piece["angle"][:, first:], piece.late_ball_angles
+        )
 
-    @property
-    def found(self) -> Circulation | None:
+    @cached_property
+    def found(self) -> Sequence[Circulation | None]:
         """None if no ball does."""
-        return self._watch.found
+        return circulation_of(*self._marks.found)
 
     @property
-    def any_ball(self) -> bool | None:
+    def any_ball(self) -> list[bool | None]:
         """Whether one does; None without balls."""
-        return self.found is not None if self._balls else None
+        return [each is not None if self._balls else None for each in self.found]
 
 
 class RunOverlapWatch:
     """Balls of a size that are in one place, for want of contact."""
 
-    def __init__(self, run: JudgedRun) -> None:
-        self._watch = OverlapWatch(run.scene)
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._watches = [OverlapWatch(scene) for scene in runs.scenes]
 
     def take(self, piece: Piece) -> None:
         """The next samples."""
-        self._watch.take(piece.trajectory)
+        for watch, trajectory in zip(self._watches, piece.trajectories, strict=True):
+            watch.take(trajectory)
 
     @property
-    def found(self) -> tuple[Overlap, ...] | None:
+    def found(self) -> list[tuple[Overlap, ...] | None]:
         """None where none can be."""
-        return self._watch.found
+        return [watch.found for watch in self._watches]
 
 
 def is_start_up(scene: Scene) -> bool:

@@ -62,13 +62,31 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     """
     body, effects = system.deck_model, system.effects
     mass = body.total_mass - float(system.balls[:, MASS].sum())
-    damping, stiffness = _resistances(effects, body)
-    mean, apart = damping / (2.0 * mass), stiffness / mass
-    half = np.sqrt(mean**2 - apart + 0j)
-    poles = np.concatenate([-mean + half, -mean - half])
+    poles = poles_of(effects, body, mass)[:, 0]
     turning = poles + 1j * np.where(poles.imag >= 0, top_speed, -top_speed)
     fastest = complex(turning[np.abs(turning).argmax()])
     return {f"the deck's whirl at {exact(top_speed)} rad/s": fastest}
+
+
+def poles_of(effects: tuple[object, ...], body: Planar, mass: Any) -> np.ndarray:
+    """Eigenvalues [1/s] of its suspension in several directions, on axes that do not turn.
+
+    Args:
+        effects: a scene's.
+        body: its deck model.
+        mass: that moves along with it [kg].
+
+    Returns:
+        Shape (poles, runs): numbers of the arguments may be columns, shape (runs,), one for each
+        of many runs; else there is one.
+
+    Raises:
+        TypeError, ValueError: an effect does not take columns.
+    """
+    damping, stiffness = _resistances(effects, body)
+    mean, apart = damping / (2.0 * mass), stiffness / mass
+    half = np.sqrt(mean**2 - apart + 0j)
+    return np.concatenate([-mean + half, -mean - half])
 
 
 def yields_of(system: System) -> list[np.ndarray]:
@@ -152,18 +170,23 @@ def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
 
 
 def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray, np.ndarray]:
-    """Damping and stiffness against small displacements from rest, in all directions."""
+    """Damping and stiffness against small displacements from rest, shape (directions, runs)."""
     # Far enough from rest for a cubic spring to count: as far as the deck hangs, or 10 e.
-    far = max(10.0 * body.eccentricity, math.hypot(body.sag_x, body.sag_y), 1e-9)
-    c, s = _DIRECTIONS
-    moved = np.concatenate([far * _AWAY * _DIRECTIONS[:, None], _PASSING * _DIRECTIONS[:, None]])
+    hangs = math.hypot(body.sag_x, body.sag_y)
+    far = np.atleast_1d(np.maximum(np.maximum(10.0 * body.eccentricity, hangs), 1e-9))
+    c, s = _DIRECTIONS[:, :, None]
+    places = far * (_AWAY * _DIRECTIONS[:, None])[..., None]
+    passing = np.broadcast_to((_PASSING * _DIRECTIONS[:, None])[..., None], places.shape)
+    moved = np.concatenate([places, passing])
     try:
         f1, f2 = _force(effects, DeckMotion(*moved))
     except (TypeError, ValueError):
         # An effect that branches on its numbers takes them one by one.
         each = [_force(effects, DeckMotion(*one)) for one in moved.reshape(4, -1).T.tolist()]
         f1, f2 = np.array(each).T.reshape(2, *moved.shape[1:])
-    there, back, passing = np.broadcast_to(-(c * f1 + s * f2), moved.shape[1:])
+    against = -(c * f1 + s * f2)
+    shape = np.broadcast_shapes(against.shape, moved.shape[1:])
+    there, back, passing = np.broadcast_to(against, shape)
     return passing, (there - back) / (2.0 * far)
 
 

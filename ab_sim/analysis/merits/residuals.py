@@ -1,0 +1,64 @@
+"""What balls leave of a rotor's unbalance or couple, over samples of several runs side by side."""
+
+import numpy as np
+
+from ab_sim.analysis.merits.mean_squares import MeanSquares
+from ab_sim.compiling import Cube, Table, compiled
+from ab_sim.compiling.elementary import cos_sin
+
+
+class Residuals:
+    """The root mean square of abs(1 + sum s_i exp(i theta_i)), s_i what balls have of a whole.
+
+    Of a rotor without such a whole it is that of abs(sum p_i exp(i theta_i)), of the parts alone.
+
+    Args:
+        parts: p_i of each ball, shape (runs, balls).
+        wholes: of each rotor, shape (runs,), complex or not; of 0 nothing is a share.
+    """
+
+    def __init__(self, parts: np.ndarray, wholes: np.ndarray) -> None:
+        self._has = np.asarray(wholes) != 0.0
+        self.any = bool(self._has.any())
+        """Whether one of the runs has such a whole."""
+        shares = parts / np.where(self._has, wholes, 1.0)[:, None]
+        self._own = self._has.astype(float)[:, None]
+        self._real, self._imaginary = shares.real.copy(), shares.imag.copy()
+        self._mean = MeanSquares(len(parts))
+
+    def take(self, angles: np.ndarray) -> None:
+        """The balls' angles at further samples, shape (runs, samples, balls), C-contiguous."""
+        squares = np.empty(angles.shape[:2])
+        compiled(squares_left)(self._own, self._real, self._imaginary, angles, squares)
+        self._mean.take_squares(squares)
+
+    @property
+    def values(self) -> np.ndarray:
+        """Of all runs, shape (runs,)."""
+        return self._mean.values
+
+    @property
+    def found(self) -> list[float | None]:
+        """Of each run; None where it has no such whole."""
+        values = zip(self._mean.values_if_any, self._has.tolist(), strict=True)
+        return [value if has else None for value, has in values]
+
+
+def squares_left(own: Table, real: Table, imaginary: Table, angles: Cube, squares: Table) -> None:
+    """abs(o + sum s_i exp(i theta_i))^2 of runs, at their samples; to be compiled.
+
+    Args:
+        own: o, shape (runs, 1).
+        real, imaginary: of s_i, shape (runs, balls).
+        angles: theta_i [rad], shape (runs, samples, balls).
+        squares: filled in, shape (runs, samples).
+    """
+    for run in range(angles.shape[0]):
+        for k in range(angles.shape[1]):
+            x = own[run, 0]
+            y = 0.0
+            for ball in range(angles.shape[2]):
+                c, s = cos_sin(angles[run, k, ball])
+                x += real[run, ball] * c - imaginary[run, ball] * s
+                y += real[run, ball] * s + imaginary[run, ball] * c
+            squares[run, k] = x * x + y * y

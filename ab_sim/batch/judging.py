@@ -1,0 +1,255 @@
+"""Runs judged as they go: their samples stay in memory only until their merits are known."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from ab_sim.analysis.merits.judging import JudgedRuns
+from ab_sim.analysis.merits.merit import merits_named
+from ab_sim.analysis.merits.of_run import merits_of_runs
+from ab_sim.batch.lane_group import LaneGroup, LaneStarts
+from ab_sim.batch.prepared_run import BatchRun, PreparedRun, StepPlanKey, grouped
+from ab_sim.batch.run_columns import Split
+from ab_sim.batch.run_prepared import DoneRuns, run_prepared
+from ab_sim.drive.trajectory import column_of, whirl_of
+from ab_sim.integrate.side_by_side import LANES, LaneSamples
+
+SAMPLES_AT_ONCE = 2**23
+"""Numbers of samples that are in memory at a time, 64 MB: of so many runs that numpy's calls, which
+are as many for one run as for all of them, count little."""
+
+_COPIED_AT_ONCE = 2**22
+"""Numbers of samples that are kept, and copied to lie beside each other."""
+
+
+class JudgedPart(NamedTuple):
+    """What became of some runs."""
+
+    runs: np.ndarray
+    """Their numbers."""
+    merits: dict[str, list[Any]]
+    """As reports give them, by key; None of a run that failed."""
+    failures: list[str]
+    """Why each run ended early; empty if it did not."""
+    in_lanes: bool
+    """Whether they ran side by side."""
+    seconds: float
+    """CPU time for taking the steps [s]."""
+
+
+class LaneSource(Protocol):
+    """Runs of one group, which go side by side; ``rows`` says which of them."""
+
+    first: PreparedRun
+    """One of the group."""
+
+    def starts(self, rows: np.ndarray) -> LaneStarts:
+        """What they begin with."""
+
+    def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
+        """Of up to eight; or one, if it is that of all."""
+
+    def judged(self, rows: np.ndarray) -> JudgedRuns:
+        """What merits have to know of them."""
+
+
+class _PreparedGroup:
+    """Prepared runs of one group."""
+
+    def __init__(self, runs: Sequence[PreparedRun]) -> None:
+        self.first, self._runs = runs[0], runs
+
+    def starts(self, rows: np.ndarray) -> LaneStarts:
+        return LaneStarts.of([self._runs[row] for row in rows])
+
+    def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
+        return [self._runs[row].step_plan_key for row in rows]
+
+    def judged(self, rows: np.ndarray) -> JudgedRuns:
+        return JudgedRuns([self._runs[row].scene for row in rows], self.first.steps)
+
+
+def judged_parts(
+    split: Split | None, prepared: Mapping[int, PreparedRun], keys: Sequence[str]
+) -> Iterator[JudgedPart]:
+    """Run and judge, part after part.
+
+    Args:
+        split: runs that go in columns.
+        prepared: the others, by number.
+        keys: of the merits wanted.
+    """
+    if split is not None:
+        yield from _in_lanes(split.columns, split.rows, split.rows, keys)
+    numbers = list(prepared)
+    for members in grouped(list(prepared.values())).values():
+        runs = np.array([numbers[i] for i in members])
+        group = [prepared[run] for run in runs.tolist()]
+        if group[0].fits_lane and not group[0].scene.sensors:
+            yield from _in_lanes(_PreparedGroup(group), np.arange(len(group)), runs, keys)
+        else:
+            yield from _one_by_one(group, runs, keys)
+
+
+def _in_lanes(
+    source: LaneSource, rows: np.ndarray, numbers: np.ndarray, keys: Sequence[str]
+) -> Iterator[JudgedPart]:
+    """Runs of a group, side by side.
+
+    Args:
+        source: with these runs.
+        rows: theirs in the source.
+        numbers: what they are called.
+        keys: of the merits wanted.
+    """
+    first = source.first
+    lane_group, most = LaneGroup(first, 1), _at_once(first)
+    room = _Room(first, min(most, len(rows) + LANES))
+    for begin in range(0, len(rows), most):
+        which, seconds = rows[begin : begin + most], 0.0
+        starts, sound = source.starts(which), np.zeros(len(which), int)
+        for at in range(0, len(which), LANES):
+            eight = slice(at, min(at + LANES, len(which)))
+            keys_of_eight = source.step_plan_keys(which[eight])
+            steps, spent = lane_group.run(starts.rows(eight), keys_of_eight, room.eight(at))
+            sound[eight], seconds = steps[: eight.stop - at], seconds + spent
+            room.look(at)
+        failures = [first.failure_after(steps) for steps in sound.tolist()]
+        good = np.flatnonzero(sound >= first.steps)
+        runs, kept = source.judged(which[good]), room.of(good)
+        merits = _reported(runs, first.channels, keys, *kept)
+        spread = {key: _spread(values, good, len(which)) for key, values in merits.items()}
+        yield JudgedPart(numbers[begin : begin + most], spread, failures, True, seconds)
+
+
+class _Room:
+    """Memory for the samples of runs, and for their whirl, used again for the next ones.
+
+    Args:
+        first: one of the runs.
+        runs: how many at most.
+    """
+
+    def __init__(self, first: PreparedRun, runs: int) -> None:
+        # A channel's numbers follow each other, as merits take them one after the other; with some
+        # room between channels, so that they are not all in the same few lines of the cache.
+        steps, channels = first.steps, first.channels
+        self._lines = np.empty((runs, len(channels), (steps // 16 + 1) * 16 + 8))
+        self._samples = self._lines[:, :, :steps].transpose(0, 2, 1)
+        self._x, self._y = (self._lines[:, column_of(axis, channels), :steps] for axis in "xy")
+        self._whirl = None if "z" in channels else np.empty((runs, steps))
+
+    def eight(self, at: int) -> LaneSamples:
+        """Where samples of eight runs go."""
+        return LaneSamples.by_channel(self._lines[at : at + LANES])
+
+    def look(self, at: int) -> None:
+        """Find the whirl of eight runs, while their samples are in the cache."""
+        eight = slice(at, at + LANES)
+        if self._whirl is not None:
+            with np.errstate(all="ignore"):  # one may have diverged
+                self._whirl[eight] = whirl_of(self._x[eight], self._y[eight])
+
+    def of(self, runs: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """Samples, shape (runs, samples, channels), and whirl of these runs; they rise."""
+        all_first = len(runs) == 0 or len(runs) == runs[-1] + 1
+        which = slice(0, len(runs)) if all_first else runs
+        return self._samples[which], None if self._whirl is None else self._whirl[which]
+
+
+def _one_by_one(
+    group: Sequence[PreparedRun], numbers: np.ndarray, keys: Sequence[str]
+) -> Iterator[JudgedPart]:
+    """Runs of a group that do not go in columns of lanes, or have sensors."""
+    most = _at_once(group[0])
+    for begin in range(0, len(group), most):
+        done = run_prepared(group[begin : begin + most], every=1)
+        merits = _of_runs(done.runs, keys)
+        failures, lanes = [run.failure for run in done.runs], done.side_by_side > 0
+        part = numbers[begin : begin + most]
+        yield JudgedPart(part, merits, failures, lanes, done.integration_seconds)
+
+
+def run_and_judge(
+    prepared: Sequence[PreparedRun],
+    every: int,
+    keys: Sequence[str],
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[DoneRuns, dict[str, list[Any]]]:
+    """Run and judge, and keep samples.
+
+    Args:
+        prepared, every, progress: as of ``run_prepared``.
+        keys: of the merits wanted, which are found from every step.
+
+    Returns:
+        What became of the runs; by key the merits of each as reports give them, None of a run that
+        failed.
+    """
+    runs: list[Any] = [None] * len(prepared)
+    merits: dict[str, list[Any]] = {key: [None] * len(prepared) for key in keys}
+    seconds, done, lanes_used = 0.0, 0, 0
+    for members in grouped(prepared).values():
+        most = _at_once(prepared[members[0]])
+        for begin in range(0, len(members), most):
+            chosen = members[begin : begin + most]
+            part = run_prepared([prepared[i] for i in chosen], every=1)
+            found = _of_runs(part.runs, keys)
+            for at, i in enumerate(chosen):
+                run = part.runs[at]
+                runs[i] = run._replace(trajectory=run.trajectory.thinned(every))
+                for key in keys:
+                    merits[key][i] = found[key][at]
+            seconds, done = seconds + part.integration_seconds, done + len(chosen)
+            lanes_used += part.side_by_side
+            if progress is not None:
+                progress(done, len(prepared))
+    return DoneRuns(tuple(runs), lanes_used, seconds), merits
+
+
+def _of_runs(runs: Sequence[BatchRun], keys: Sequence[str]) -> dict[str, list[Any]]:
+    """Merits of runs of one group, whose samples are kept; None of those that failed."""
+    good = [at for at, run in enumerate(runs) if not run.failure]
+    found: dict[str, list[Any]] = {key: [] for key in keys}
+    largest = max((runs[at].trajectory.samples.size for at in good), default=1)
+    each = max(1, _COPIED_AT_ONCE // largest)
+    for begin in range(0, len(good), each):
+        some = [runs[at] for at in good[begin : begin + each]]
+        paths = [run.trajectory for run in some]
+        judged = JudgedRuns([run.scene for run in some], len(paths[0]))
+        alone = len(paths) == 1
+        samples = paths[0].samples[None] if alone else np.stack([p.samples for p in paths])
+        for key, values in _reported(judged, paths[0].channels, keys, samples).items():
+            found[key] += values
+    return {key: _spread(values, np.array(good, int), len(runs)) for key, values in found.items()}
+
+
+def _reported(
+    runs: JudgedRuns,
+    channels: tuple[str, ...],
+    keys: Sequence[str],
+    samples: np.ndarray,
+    whirl: np.ndarray | None = None,
+) -> dict[str, list[Any]]:
+    """Merits as reports give them."""
+    if not len(runs):
+        return {key: [] for key in keys}
+    found = merits_of_runs(runs, channels, samples, keys, whirl)
+    e = runs.numbers.eccentricity
+    return {merit.key: merit.all_as_reported(found[merit.key], e) for merit in merits_named(keys)}
+
+
+def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:
+    """Values at these places of so many, None at the others."""
+    if len(values) == count:
+        return values
+    found = [None] * count
+    for place, value in zip(places.tolist(), values, strict=True):
+        found[place] = value
+    return found
+
+
+def _at_once(run: PreparedRun) -> int:
+    """How many runs like it have their samples in memory at a time: whole eights."""
+    return max(1, SAMPLES_AT_ONCE // (run.steps * len(run.channels)) // LANES) * LANES

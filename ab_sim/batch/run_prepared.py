@@ -1,0 +1,90 @@
+"""Prepared runs, eight side by side where that can be; their samples are kept."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from ab_sim.batch.lane_group import LaneGroup, LaneStarts
+from ab_sim.batch.prepared_run import (
+    BatchRun,
+    PreparedRun,
+    grouped,
+    kernel_stride,
+    sample_buffer_for,
+)
+from ab_sim.batch.sample_buffer import SampleBuffer
+from ab_sim.batch.sequential import SequentialRuns, run_one_by_one
+from ab_sim.integrate.side_by_side import LANES, LaneSamples
+
+
+class DoneRuns(NamedTuple):
+    """What became of many runs; see ``Batch``."""
+
+    runs: tuple[BatchRun, ...]
+    side_by_side: int
+    integration_seconds: float
+
+
+def run_prepared(
+    prepared: Sequence[PreparedRun],
+    every: int,
+    progress: Callable[[int, int], None] | None = None,
+) -> DoneRuns:
+    """Run them, those that are alike side by side where that can be.
+
+    Args:
+        prepared: in the order of the results.
+        every, progress: see ``simulate_batch``.
+    """
+    runs: list[BatchRun | None] = [None] * len(prepared)
+    seconds, done, lanes_used = 0.0, 0, 0
+    for members in grouped(prepared).values():
+        first = prepared[members[0]]
+        in_lanes = first.fits_lane
+        sample_buffer = sample_buffer_for([prepared[i] for i in members], every)
+        run_sequentially = (
+            SequentialRuns(first, sample_buffer).run
+            if first.takes_collocation_steps
+            else run_one_by_one
+        )
+        lane_group = LaneGroup(first, kernel_stride(first.scene, every)) if in_lanes else None
+        width = LANES if in_lanes else 1
+        for begin in range(0, len(members), width):
+            chosen = members[begin : begin + width]
+            these = [prepared[i] for i in chosen]
+            taken = _side_by_side(lane_group, these, every, sample_buffer) if lane_group else None
+            lanes_used += len(chosen) if taken else 0
+            results, spent = taken or run_sequentially(these, every)
+            for i, result in zip(chosen, results, strict=True):
+                runs[i] = result
+            seconds, done = seconds + spent, done + len(chosen)
+            if progress is not None:
+                progress(done, len(prepared))
+    return DoneRuns(tuple(run for run in runs if run is not None), lanes_used, seconds)
+
+
+def _side_by_side(
+    lane_group: LaneGroup,
+    members: list[PreparedRun],
+    every: int,
+    sample_buffer: SampleBuffer,
+) -> tuple[list[BatchRun], float]:
+    """Run up to eight runs in lanes; runs, and CPU time [s].
+
+    Args:
+        lane_group: of the runs.
+        members: up to eight of them.
+        every: every how many-th step is kept.
+        sample_buffer: for their samples.
+    """
+    in_kernel, samples = kernel_stride(members[0].scene, every), sample_buffer.take(LANES)
+    keys = [member.step_plan_key for member in members]
+    steps_sound, seconds = lane_group.run(
+        LaneStarts.of(members), keys, LaneSamples.by_sample(samples)
+    )
+    results = []
+    for lane, member in enumerate(members):
+        sound = int(steps_sound[lane])
+        kept = samples[lane, : sound // in_kernel]
+        taken = member.trajectory(kept, every // in_kernel)
+        results.append(BatchRun(member.scene, taken, member.failure_after(sound)))
+    return results, seconds

@@ -1,0 +1,98 @@
+"""Bounds of a number of a scene, for checking many values of it at once."""
+
+import math
+from collections.abc import Iterable, Iterator
+from types import NoneType, UnionType
+from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import BeforeValidator
+from pydantic.fields import FieldInfo
+
+from ab_sim.scene.model import Scene
+from ab_sim.scene.quantities import Number
+from ab_sim.scene.sections import Angle, Mass, Race, Rotor
+
+
+class Bounds(NamedTuple):
+    """What a finite number has to be, and nothing else."""
+
+    least: float = -math.inf
+    above: float = -math.inf
+    most: float = math.inf
+    below: float = math.inf
+
+    def hold(self, values: np.ndarray) -> np.ndarray:
+        """Which of the values are allowed."""
+        finite = np.isfinite(values) & (values >= self.least) & (values > self.above)
+        return np.asarray(finite & (values <= self.most) & (values < self.below))
+
+
+def bounds_at(scene: Scene, key: str) -> Bounds | None:
+    """Of the number at a dotted key, if the scene has one there; or of each in its list.
+
+    Returns:
+        None where there is no number, or where more is asked of it by itself than to be within
+        bounds. What sections must agree on is another matter.
+    """
+    section, _, rest = key.partition(".")
+    if section == "rotor" and rest in ("eccentricity", "total_mass", "mass", "eccentric_mass"):
+        if getattr(scene.rotor, rest) is None:
+            return None
+        field = Rotor.model_fields[rest]
+        return _bounds(field.annotation, field.metadata)
+    if key == "balls.mass" and scene.balls.mass is not None:
+        return _bounds(Mass)
+    if key == "race.radius":
+        field = Race.model_fields["radius"]
+        return _bounds(field.annotation, field.metadata)
+    if key == "start.ball_angles":
+        return _bounds(Angle)
+    name, _, parameter = rest.partition(".")
+    effect = scene.effects.get(name) if section == "effects" else None
+    if effect is None or parameter not in effect._fields:
+        return None
+    if type(getattr(effect, parameter)) is not float:
+        return None
+    return _bounds(get_type_hints(type(effect), include_extras=True).get(parameter))
+
+
+def _bounds(annotation: Any, more: Iterable[Any] = ()) -> Bounds | None:
+    found: dict[str, float] = {}
+    for each in (*_metadata(annotation), *more):
+        match each:
+            case Ge():
+                found["least"] = max(found.get("least", -math.inf), float(each.ge))  # type: ignore[arg-type]
+            case Gt():
+                found["above"] = max(found.get("above", -math.inf), float(each.gt))  # type: ignore[arg-type]
+            case Le():
+                found["most"] = min(found.get("most", math.inf), float(each.le))  # type: ignore[arg-type]
+            case Lt():
+                found["below"] = min(found.get("below", math.inf), float(each.lt))  # type: ignore[arg-type]
+            case _ if not _is_of_any_number(each):
+                return None
+    return Bounds(**found)
+
+
+def _metadata(annotation: Any) -> Iterator[Any]:
+    """What is said of a float in an annotation; of another type, the type itself."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        inner, *said = get_args(annotation)
+        yield from _metadata(inner)
+        for each in said:
+            yield from each.metadata if isinstance(each, FieldInfo) else (each,)
+    elif origin in (Union, UnionType):
+        others = [kind for kind in get_args(annotation) if kind is not NoneType]
+        yield from _metadata(others[0]) if len(others) == 1 else (annotation,)
+    elif annotation is not float:
+        yield annotation
+
+
+def _is_of_any_number(said: Any) -> bool:
+    """Whether it is what all numbers of scenes are asked for: to be no bool, and finite."""
+    own = [*_metadata(Number)]
+    if isinstance(said, BeforeValidator):
+        return said in own
+    return any(type(said) is type(each) and repr(said) == repr(each) for each in own)
