@@ -9,7 +9,7 @@ import pytest
 from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.merits.judging import RunNumbers
 from ab_sim.analysis.merits.merit import MeritKind, merits_named, reported_merits
-from ab_sim.batch import Batch, judging, simulate_batch
+from ab_sim.batch import Batch, judging, run_columns, simulate_batch
 from ab_sim.batch.lane_group import LaneStarts
 from ab_sim.batch.prepared_run import PreparedRun
 from ab_sim.batch.run_columns import columns_of
@@ -19,6 +19,13 @@ from ab_sim.errors import InputError, SceneError
 from ab_sim.scene import Scene
 
 KEYS = [merit.key for merit in reported_merits()]
+ASK_SCENES = {
+    "first_passage_of_opposite",
+    "settling_period",
+    "overlapping_balls",
+    "vibration_velocity_rms",
+    "vibration_velocity_peak",
+}
 SPREAD = np.linspace(0.0, 1.0, 19)
 COLUMNS: dict[str, np.ndarray] = {
     "balls.mass": 1e-3 * (1.0 + SPREAD),
@@ -106,6 +113,17 @@ def test_what_columns_prepare_is_what_scenes_give(scene: Any, balls: int) -> Non
     assert {run.group_key for run in prepared} == {split.columns.first.group_key}
     assert {run.step_plan_key for run in prepared} == {split.columns.first.step_plan_key}
     assert list(split.columns.judged(split.rows).scenes) == scenes
+
+
+def test_runs_in_columns_take_no_scenes_for_merits_that_ask_for_none(
+    scene: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    base, keys = short(scene), [key for key in KEYS if key not in ASK_SCENES]
+    expected = simulate_batch(base, COLUMNS, merits=keys)
+    monkeypatch.setattr(run_columns, "changed_scene", None)
+    found = simulate_batch(base, COLUMNS, merits=keys)
+    for key in keys:
+        np.testing.assert_array_equal(found.merits[key], expected.merits[key])
 
 
 @pytest.mark.parametrize(
