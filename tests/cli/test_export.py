@@ -59,7 +59,7 @@ def test_parquet_and_csv_hold_every_bit_and_the_units(
     table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
     names = [*run(1)[0], "whirl"]
     assert table.column_names == names
-    samples = np.column_stack([samples, np.hypot(samples[:, 5], samples[:, 6])])
+    samples = np.column_stack([samples, whirl_of(samples[:, 5], samples[:, 6])])
     assert json.loads(table.schema.metadata[b"ab_sim"]) == describe()
     for at, field in enumerate(table.schema):
         column = table[field.name].to_numpy().astype(float)
