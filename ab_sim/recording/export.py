@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
-from ab_sim.drive.trajectory import column_of
+from ab_sim.drive.trajectory import column_of, whirl_of
 from ab_sim.drive.units import unit_of
 from ab_sim.errors import InputError, RecordingError, exact
 from ab_sim.output_file import replacing
@@ -83,7 +83,7 @@ class Part:
                 return
             if hangs is not None:
                 across = block[:, -3:-1] - hangs
-                block[:, names.index(WHIRL)] = np.hypot(*across.T)
+                block[:, names.index(WHIRL)] = whirl_of(*across.T)
                 block = np.delete(block, (-3, -2), axis=1)
             inside = block[(time >= self.begin) & (time <= self.end), :-1]
             chosen = inside[(-seen) % self.every :: self.every]

@@ -18,7 +18,7 @@ from ab_sim.analysis.rest import from_rest
 from ab_sim.cli.app import app
 from ab_sim.drive.description import describe as describe_scene
 from ab_sim.drive.rows import channels_of
-from ab_sim.drive.trajectory import Trajectory, channels_for
+from ab_sim.drive.trajectory import Trajectory, channels_for, whirl_of
 from ab_sim.drive.units import unit_of
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.errors import InputError, RecordingError
@@ -59,7 +59,7 @@ def test_parquet_and_csv_hold_every_bit_and_the_units(
     table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
     names = [*run(1)[0], "whirl"]
     assert table.column_names == names
-    samples = np.column_stack([samples, np.hypot(samples[:, 5], samples[:, 6])])
+    samples = np.column_stack([samples, whirl_of(samples[:, 5], samples[:, 6])])
     assert json.loads(table.schema.metadata[b"ab_sim"]) == describe()
     for at, field in enumerate(table.schema):
         column = table[field.name].to_numpy().astype(float)
