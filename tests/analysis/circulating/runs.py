@@ -1,0 +1,50 @@
+"""Long runs that begin in a circulating state, or beside it."""
+
+from typing import Any
+
+import numpy as np
+
+from ab_sim.analysis.circulating import CirculatingBunch, state_of_bunch
+from ab_sim.analysis.equilibria.resting import resting_system
+from ab_sim.drive import Drive
+from ab_sim.scene import Scene
+from ab_sim.scene.load import changed_scene
+from tests.analysis.equilibria.drives import drive
+
+STALLING: dict[str, Any] = {
+    "M": 0.524, "me": 1.2e-4, "k": 58800.0, "c": 20.0, "R": 0.015, "m": (4e-3,) * 6, "cb": 0.05,
+}  # fmt: skip
+"""Six balls of 4 g, critical speed 335 rad/s."""
+AT = 1152.0
+"""The spindle's speed [rad/s] at which they turn at 307."""
+
+
+def stalling(**changes: Any) -> Scene:
+    """That drive, with other numbers."""
+    return drive(**{"rolls": False, **STALLING, **changes})
+
+
+def mean_speeds(
+    scene: Scene, speed: float, bunch: CirculatingBunch, duration: float = 10.0, off: float = 1e-3
+) -> np.ndarray:
+    """Of the balls, absolute, over the last half of a run at a held speed [rad/s].
+
+    Args:
+        scene: what moves.
+        speed: w [rad/s].
+        bunch: that the run begins with.
+        duration: s.
+        off: each ball is moved by about so much [rad], so that a bunch can fall apart.
+    """
+    step = round(0.25 / abs(speed), 6)
+    held = {"start.speed": speed, "spindle.max_speed": 2.0 * abs(speed), "solver.step": step}
+    run = Drive(changed_scene(scene, held, "held"))
+    system = resting_system(scene)
+    state, n = state_of_bunch(system, bunch), len(system.balls)
+    state[4 : 4 + n] += off * np.random.default_rng(0).normal(size=n)
+    run.restore(run.snapshot()._replace(state=state))
+    done = run.advance(round(duration / step), every=10)
+    half, time = len(done) // 2, done["time"]
+    turned = done.ball_angles[-1] - done.ball_angles[half]
+    found: np.ndarray = speed + turned / (time[-1] - time[half])
+    return found
