@@ -37,7 +37,7 @@ from ab_sim.analysis.circulating.drive import BunchDrive
 from ab_sim.analysis.circulating.growth import growth_rates
 
 MOST_SWING = 0.15
-"""Largest swing at which a state is given [rad]: speeds of runs agree to 1 % there."""
+"""Largest swing at which a state is given [rad]: errors of speeds were below its square, 2 %."""
 
 
 @dataclass(frozen=True)
