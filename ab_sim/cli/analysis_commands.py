@@ -88,8 +88,11 @@ def equilibria(
     held_by_friction, for each ball [low, high] of theta in which friction holds all of them, the
     others in place (null without friction); `balanced_positions`, of which positions worst and
     best are, of three and more balls: all, or, of balls that differ, sampled ones; and `over_speed`
-    with branches, folds, crossings and ranges [rad/s]; `other_motions`, what is not looked for:
-    a start-up may end with balls that circulate. Symbols, signs and angles: docs/conventions.md
+    with branches, folds, crossings and ranges [rad/s]; `circulation`: `states`, bunches of balls
+    that circulate stably at the speed, with their number, speed [rad/s], the closed form's state
+    and its ranges over speed [rad/s] and drag [N s/m], and the exact one of all balls; `elsewhere`,
+    speeds at which all could, and `not_looked_for`, why nothing was; `other_motions`, what is not
+    looked for. Symbols, signs and angles: docs/conventions.md
     """
     from ab_sim.cli.equilibria import equilibria_command
 

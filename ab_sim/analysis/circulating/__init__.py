@@ -2,6 +2,7 @@
 
 from ab_sim.analysis.circulating.bunch import CirculatingBunch, bunches, stalled
 from ab_sim.analysis.circulating.drive import BunchDrive, drive_of, why_not
+from ab_sim.analysis.circulating.lasting import lasting_speed
 from ab_sim.analysis.circulating.reach import Reach, reach_over_drag, reach_over_speed
 from ab_sim.analysis.circulating.running_state import state_of_bunch
 
@@ -11,6 +12,7 @@ __all__ = [
     "Reach",
     "bunches",
     "drive_of",
+    "lasting_speed",
     "reach_over_drag",
     "reach_over_speed",
     "stalled",

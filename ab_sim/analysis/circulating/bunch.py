@@ -143,9 +143,20 @@ def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunc
     return found
 
 
-def stalled(drive: BunchDrive, speed: float, count: int) -> CirculatingBunch | None:
-    """The stable one that is known, of the lowest speed; None where there is none."""
-    return next((each for each in bunches(drive, speed, count) if each.known and each.stable), None)
+def stalled(
+    drive: BunchDrive, speed: float, count: int, known: bool = True
+) -> CirculatingBunch | None:
+    """The stable one of the lowest speed; None where there is none.
+
+    Args:
+        drive, speed, count: as of ``bunches``.
+        known: only one whose swings are small; otherwise also one that is only likely, on the side
+            of the displacement, as a bunch is that turns below the critical speed.
+    """
+    for each in bunches(drive, speed, count):
+        if each.stable and (each.known or (not known and each.angle < 0.5 * math.pi)):
+            return each
+    return None
 
 
 def _stiffness_at(drive: BunchDrive, w: float, count: int, s: float) -> complex:
