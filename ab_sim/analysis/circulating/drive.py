@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ab_sim.analysis.equilibria.resting import base_rotor_of, resting_system, rotor_of
+from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
 from ab_sim.dynamics.system import MASS, RACE_RADIUS, RADIUS, ROLLING_MASS, System
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.sums import over_effects
@@ -35,6 +35,18 @@ class BunchDrive(NamedTuple):
 
 def why_not(scene: Scene) -> str | None:
     """Why circulating balls are not looked for in a scene; None where they are."""
+    found = _known(scene)
+    return found if isinstance(found, str) else None
+
+
+def drive_of(scene: Scene) -> BunchDrive | None:
+    """The numbers of a scene; None where ``why_not`` says why there are none."""
+    found = _known(scene)
+    return None if isinstance(found, str) else found
+
+
+def _known(scene: Scene) -> BunchDrive | str:
+    """The numbers of a scene, or why there are none."""
     if scene.balls.count == 0:
         return "there are no balls"
     if "ball_contact" in scene.effects:
@@ -46,23 +58,17 @@ def why_not(scene: Scene) -> str | None:
     rotor = rotor_of(system)
     if rotor is None:
         return "an effect changes the race or the deck in a way that the closed form does not know"
+    drag, problem = _drag_of(system), None
     if rotor.cubic_stiffness != 0.0:
-        return "effects.hardening_suspension: the closed form is of a linear suspension"
-    if len({*rotor.kinds}) > 1:
-        return "balls.mass: the balls differ"
-    if _drag_of(system) <= 0.0:
-        return "effects.viscous_drag: without drag nothing drives the balls"
-    if rotor.stiffness <= 0.0 or rotor.damping <= 0.0:
-        return "effects.suspension: without stiffness or damping nothing holds the balls back"
-    return None
-
-
-def drive_of(scene: Scene) -> BunchDrive | None:
-    """The numbers of a scene; None where ``why_not`` says why there are none."""
-    if why_not(scene) is not None:
-        return None
-    system = resting_system(scene)
-    rotor = base_rotor_of(system)
+        problem = "effects.hardening_suspension: the closed form is of a linear suspension"
+    elif len({*rotor.kinds}) > 1:
+        problem = "balls.mass: the balls differ"
+    elif drag <= 0.0:
+        problem = "effects.viscous_drag: without drag nothing drives the balls"
+    elif rotor.stiffness <= 0.0 or rotor.damping <= 0.0:
+        problem = "effects.suspension: without stiffness or damping nothing holds the balls back"
+    if problem is not None:
+        return problem
     ball = system.balls[0]
     return BunchDrive(
         mass=rotor.mass,
@@ -70,7 +76,7 @@ def drive_of(scene: Scene) -> BunchDrive | None:
         stiffness=rotor.stiffness,
         damping=rotor.damping,
         radius=float(ball[RACE_RADIUS]),
-        drag=_drag_of(system),
+        drag=drag,
         ball_mass=float(ball[MASS]),
         rolling_mass=float(ball[ROLLING_MASS]),
         balls=len(system.balls),
