@@ -119,7 +119,9 @@ def stability(
     goes on. Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole
     numbers; `kinds`, each with label, name and share of the map; how many `points` there are and
     how many were `computed`; `balanced_positions`, by which of them three and more balls are judged
-    (all, or sampled where balls differ); with `--against`, shares that are balanced for both or one
+    (all, or sampled where balls differ); `circulation`: `labels` of the points at which all balls
+    can circulate in one stable bunch (1; 0: not; 2: not known; -1: not looked for), by a closed
+    form, and its shares of the map; with `--against`, shares that are balanced for both or one
     of the two. With `--each` it has key, values, and `maps`, one such for each value.
 
     A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball; `kinds`

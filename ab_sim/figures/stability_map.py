@@ -42,7 +42,7 @@ BALANCED_TOO = ("#4fa3b5", "#7fc7c4", "#4b7fb0", "#9bb8dd")
 WARM, COOL = (50.0, 105.0), (185.0, 290.0)
 """Hues of more of either [deg], see ``ab_sim.palette``."""
 LIGHTNESS = (0.35, 0.9)
-HATCHES = {CIRCULATES: ("///", "#1a1a1a"), NOT_KNOWN: (".", "#6b6b6b")}
+HATCHES = {CIRCULATES: ("///", "#1a1a1a"), NOT_KNOWN: ("..", "#5a5a5a")}
 """Where balls can circulate, and where that is not known: pattern and colour."""
 BLUR, NEAR = 2.0, 0.02
 """Points over which borders are smoothed, and how close to one a point may come."""
