@@ -45,6 +45,18 @@ def test_of_many_balls_some_numbers_are_looked_for() -> None:
     assert found.numbers[0] == 20 and found.numbers[-1] == 1 and len(found.numbers) == 8
 
 
+@pytest.mark.parametrize("speed", [1e-3, 5.0, 100.0])
+def test_balls_that_the_rotor_takes_along_do_not_circulate(speed: float) -> None:
+    """Far below the critical speed a bunch nearly keeps up, and the unbalance holds it."""
+    assert coexisting_circulation(stalling(), speed).states == ()
+
+
+def test_without_a_rotors_unbalance_the_closed_form_is_exact() -> None:
+    first = coexisting_circulation(stalling(me=0.0), AT).states[0]
+    assert first.exact is not None and first.exact.stable
+    assert first.speed == pytest.approx(first.bunch.speed, rel=1e-11)
+
+
 def test_a_spindle_at_rest_and_scenes_that_are_not_known() -> None:
     assert coexisting_circulation(stalling(), 0.0).states == ()
     for name in ("no-ball", "packed-balls", "feeding-deck"):

@@ -16,6 +16,8 @@ BEATS = 1000.0
 """Times that the bunch comes round the race in a run, unless that takes too many steps."""
 STEP = 0.25
 """Of a run, at most; times the spindle's speed [rad]."""
+FEWEST_BEATS = 50.0
+"""Of a run that says something."""
 MOST_STEPS = 2e6
 """Of a run."""
 OFF = 1e-3
@@ -27,7 +29,8 @@ NEAR = 0.05
 def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
     """The bunch's mean speed [rad/s] in the last half of a run; None where it does not last.
 
-    It lasts if its balls keep its speed, and the others the spindle's. Friction is left out, as it
+    It lasts if its balls keep its speed, and the others the spindle's. Of balls that nearly keep up
+    with the rotor a run would be too long, and nothing is said: None. Friction is left out, as it
     is of resting states.
 
     Args:
@@ -38,6 +41,8 @@ def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
     step = min(scene.solver.step, max(round(STEP / abs(w), 9), 1e-9))
     beat = 2.0 * math.pi / abs(w - bunch.speed)
     steps = math.ceil(min(BEATS * beat / step, MOST_STEPS))
+    if steps * step < FEWEST_BEATS * beat:
+        return None
     drive = Drive(_held(scene, w, step))
     state = state_of_bunch(resting_system(scene), bunch)
     state[4 : 4 + n] += OFF * np.random.default_rng(0).normal(size=n)
@@ -52,8 +57,9 @@ def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
     speeds = w + np.polyfit(time, run.ball_angles[half:], 1)[0]
     own, others = speeds[: bunch.count], speeds[bunch.count :]
     kept = np.abs(own - bunch.speed) <= NEAR * abs(bunch.speed)
+    beats = np.abs(own - w) >= 0.5 * abs(w - bunch.speed)
     resting = np.abs(others - w) <= 0.1 * abs(w - bunch.speed)
-    return float(own.mean()) if kept.all() and resting.all() else None
+    return float(own.mean()) if (kept & beats).all() and resting.all() else None
 
 
 def _held(scene: Scene, speed: float, step: float) -> Scene:
