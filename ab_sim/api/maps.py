@@ -44,7 +44,9 @@ def stability_map(
     -------
     StabilityMap
         ``labels``, integers of shape (values up, values across), ``balanced``, booleans of that
-        shape, and ``shares`` of the plane by label.
+        shape, and ``shares`` of the plane by label; ``circulating``, integers of that shape, 1
+        where all balls can circulate in a stable bunch, and ``coexisting``, where balance is
+        stable, too.
 
     Raises
     ------

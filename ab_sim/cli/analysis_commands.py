@@ -88,8 +88,11 @@ def equilibria(
     held_by_friction, for each ball [low, high] of theta in which friction holds all of them, the
     others in place (null without friction); `balanced_positions`, of which positions worst and
     best are, of three and more balls: all, or, of balls that differ, sampled ones; and `over_speed`
-    with branches, folds, crossings and ranges [rad/s]; `other_motions`, what is not looked for:
-    a start-up may end with balls that circulate. Symbols, signs and angles: docs/conventions.md
+    with branches, folds, crossings and ranges [rad/s]; `circulation`: `states`, bunches of balls
+    that circulate stably at the speed, with their number, speed [rad/s], the closed form's state
+    and its ranges over speed [rad/s] and drag [N s/m], and the exact one of all balls; `elsewhere`,
+    speeds at which all could, and `not_looked_for`, why nothing was; `other_motions`, what is not
+    looked for. Symbols, signs and angles: docs/conventions.md
     """
     from ab_sim.cli.equilibria import equilibria_command
 
@@ -116,7 +119,9 @@ def stability(
     goes on. Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole
     numbers; `kinds`, each with label, name and share of the map; how many `points` there are and
     how many were `computed`; `balanced_positions`, by which of them three and more balls are judged
-    (all, or sampled where balls differ); with `--against`, shares that are balanced for both or one
+    (all, or sampled where balls differ); `circulation`: `labels` of the points at which all balls
+    can circulate in one stable bunch (1; 0: not; 2: not known; -1: not looked for), by a closed
+    form, and its shares of the map; with `--against`, shares that are balanced for both or one
     of the two. With `--each` it has key, values, and `maps`, one such for each value.
 
     A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball; `kinds`

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from rich.table import Table
 
 import ab_sim
+from ab_sim.analysis.coexisting import coexisting_circulation
 from ab_sim.analysis.equilibria import (
     Equilibria,
     RestingState,
@@ -21,6 +22,7 @@ from ab_sim.analysis.equilibria.extremes import ALL
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.api.resting import speeds_of_branches
+from ab_sim.cli.circulating import circulation_lines
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, picture
 from ab_sim.cli.speed import check_speed
@@ -50,11 +52,15 @@ def equilibria_command(scene_name: str, changes: list[str], speed: float | None)
             tell(f"beside {state.label}", k, len(found.branches))
             beside.append(_beside(scene, at, state))
 
+        tell("balls that circulate", 0, 1)
+        circulation = coexisting_circulation(scene, at)
+
         def report() -> dict[str, Any]:
             branches = [a.report() | b for a, b in zip(found.branches, beside, strict=True)]
             return found.report() | {
                 "branches": branches,
                 "over_speed": over_speed.report(),
+                "circulation": circulation.report(),
                 "other_motions": _other_motions(scene),
                 "version": ab_sim.__version__,
             }
@@ -62,6 +68,8 @@ def equilibria_command(scene_name: str, changes: list[str], speed: float | None)
         def shown() -> Iterator[Table | str]:
             yield equilibria_table(scene, found)
             yield from (*_notes(found), *_beside_notes(found, beside), *_over_speed(over_speed))
+            stable = [state.label for state in found.stable]
+            yield from circulation_lines(circulation, scene.balls.count, stable)
             if other := _other_motions(scene):
                 yield f"{other}; where runs do end says:"
                 yield WholeLine(f"  {_command(scene, scene_name, changes)}")
@@ -77,8 +85,8 @@ def _other_motions(scene: Scene) -> str | None:
     if scene.balls.count == 0:
         return None
     return (
-        "only states at rest on the rotor are looked for: beside a stable one there can be other "
-        "motions, as balls that circulate, and a start-up may end in these"
+        "states at rest on the rotor and one bunch of balls that circulate are looked for: there "
+        "can be other motions, as several bunches, and a start-up may end in any of them"
     )
 
 

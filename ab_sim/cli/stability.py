@@ -9,6 +9,7 @@ from rich.table import Table
 from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.analysis.maps.balls import BallCountComparison, StableShares, plane_with_balls
+from ab_sim.analysis.maps.circulation import CIRCULATES, NOT_KNOWN
 from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
@@ -54,6 +55,7 @@ def map_command(
 
         def shown() -> Iterator[Table | str]:
             yield from map(map_table, maps)
+            yield from map(circulation_line, maps)
             if compared is not None:
                 yield against_table(compared)
             yield (
@@ -137,6 +139,21 @@ def map_table(found: StabilityMap) -> Table:
         table.add_row(name_of(label), f"{100 * share:.2f} %")
     table.caption = _of_which(found)
     return table
+
+
+def circulation_line(found: StabilityMap) -> str:
+    """What a map says of balls that circulate, for people."""
+    reason = found.circulation_not_looked_for
+    if reason is not None:
+        return f"balls that circulate are not looked for: {reason}"
+    all_, beside = (found.circulating == CIRCULATES).mean(), found.coexisting.mean()
+    unknown = (found.circulating == NOT_KNOWN).mean()
+    said = (
+        f"all balls can circulate in one bunch on {100 * all_:.2f} % of the map, beside stable "
+        f"balance on {100 * beside:.2f} %"
+    )
+    more = f"; not known, as swings are too large, on {100 * unknown:.2f} %" if unknown else ""
+    return f"{said}{more} (closed form: no friction, what turns with the spindle is small)"
 
 
 def _of_which(found: StabilityMap) -> str | None:

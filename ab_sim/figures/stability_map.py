@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.ndimage import gaussian_filter
 
+from ab_sim.analysis.maps.circulation import CIRCULATES, NAMES, NOT_KNOWN
 from ab_sim.analysis.maps.family import Family
 from ab_sim.analysis.maps.plane import SPEED, Plane
 from ab_sim.analysis.maps.stability import StabilityMap
@@ -41,6 +42,8 @@ BALANCED_TOO = ("#4fa3b5", "#7fc7c4", "#4b7fb0", "#9bb8dd")
 WARM, COOL = (50.0, 105.0), (185.0, 290.0)
 """Hues of more of either [deg], see ``ab_sim.palette``."""
 LIGHTNESS = (0.35, 0.9)
+HATCHES = {CIRCULATES: ("///", "#1a1a1a"), NOT_KNOWN: ("..", "#5a5a5a")}
+"""Where balls can circulate, and where that is not known: pattern and colour."""
 BLUR, NEAR = 2.0, 0.02
 """Points over which borders are smoothed, and how close to one a point may come."""
 
@@ -65,6 +68,7 @@ def drawn_map(found: StabilityMap, beside: StabilityMap | None = None) -> Result
     colours = colours_of(labels)
     for axes, each in zip(panels, maps, strict=True):
         draw_labels(axes, each.plane, each.labels, colours)
+        hatched = draw_circulation(axes, each)
         balls = each.plane.scene.balls
         count = f"{balls.count} ball{'s' if balls.count != 1 else ''}"
         axes.set_title(f"{each.plane.scene.name}, {count}", fontsize=12)
@@ -72,7 +76,8 @@ def drawn_map(found: StabilityMap, beside: StabilityMap | None = None) -> Result
             handles=[
                 Patch(color=colours[label], label=f"{name_of(label)}  {100 * share:.1f} %")
                 for label, share in each.shares.items()
-            ],
+            ]
+            + hatched,
             title="stable (share of the map)",
             loc="upper center",
             bbox_to_anchor=(0.5, -0.13),
@@ -104,6 +109,28 @@ def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int,
     held = "" if SPEED in (plane.across.key, plane.up.key) else f"{plane.speed:g} rad/s"
     if held:
         axes.text(0.99, 0.98, held, transform=axes.transAxes, ha="right", va="top", fontsize=9)
+
+
+def draw_circulation(axes: Axes, found: StabilityMap) -> list[Patch]:
+    """Hatches where all balls can circulate in a bunch, and where that is not known.
+
+    Returns:
+        What the legend says of them.
+    """
+    across, up = found.plane.across.values, found.plane.up.values
+    handles = []
+    for label, (hatch, colour) in HATCHES.items():
+        inside = found.circulating == label
+        if not inside.any():
+            continue
+        drawn = axes.contourf(
+            across, up, smoothed(inside), levels=[0.5, 2.0], colors="none", hatches=[hatch]
+        )
+        drawn.set_edgecolor(colour)
+        drawn.set_linewidth(0.0)
+        text = f"{NAMES[label]}  {100 * inside.mean():.1f} %"
+        handles.append(Patch(facecolor="none", edgecolor=colour, hatch=hatch, label=text))
+    return handles
 
 
 def family_figure(found: Family, path: Path) -> None:

@@ -36,10 +36,12 @@ def test_it_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
         "nsc-case-3: where balls can rest at 900 rad/s", "0+2/1", "balanced", "unstable",
         "2+0 vanishes at 167.526084 rad/s", "balanced is stable above 192.252865 rad/s (Hopf",
         "no stable state: 167.526 to 192.253 rad/s",
-        "balls that circulate, and a start-up may", "ab-sim stability nsc-case-3 --basin 12",
+        "no bunch of balls circulates at 900 rad/s", "a start-up may end in any",
+        "ab-sim stability nsc-case-3 --basin 12",
     ):  # fmt: skip
         assert words in done.stdout, words
     assert "balls that circulate" in report["other_motions"]
+    assert report["circulation"]["numbers"] == [2, 1] and report["circulation"]["states"] == []
     assert (tmp_path / "e.png").read_bytes().startswith(PNG)
     assert "wrote e.png" in done.stderr
 
@@ -63,6 +65,51 @@ def test_friction_holds_balls_about_the_states_without_it() -> None:
             assert low < theta < high
         assert state["comes_back"] is None
     assert "balanced: friction holds each ball" in done.stderr
+
+
+HEAVY = ("--set", "balls.mass=4e-3", "--set", "effects.viscous_drag.coefficient=0.01")
+
+
+def test_balls_that_circulate_beside_balance_are_named() -> None:
+    done = ab_sim("equilibria", "nsc-case-3", *HEAVY, "--json", "-")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)["circulation"]
+    (state,) = found["states"]
+    assert found["not_looked_for"] is None and found["elsewhere"] == []
+    assert state["balls"] == 2 and state["stable"] is True and state["run_speed"] is None
+    assert state["speed"] == state["exact"]["speed"] == pytest.approx(179.61867, rel=1e-7)
+    assert state["closed_form"]["speed"] == pytest.approx(179.61867, rel=1e-4)
+    # The bunch parts where it turns at the critical speed: a formula.
+    critical, M = (8000.0 / 0.224) ** 0.5, 0.224
+    top = critical + 2 * (4e-3) ** 2 * critical**3 / (25.0 * 0.01)
+    assert M == pytest.approx(0.216 + 2 * 4e-3)
+    assert state["over_speed"]["high"] == pytest.approx(top, rel=1e-9)
+    for words in (
+        "balls can also circulate, coexisting with balanced: stable:",
+        "2 of 2 at 179.6 rad/s (stable); at spindle speeds from 84.37 to 1053 rad/s",
+        "with drags to 0.01215 N s/m",
+    ):
+        assert words in " ".join(done.stderr.split()), words
+
+
+def test_where_nothing_rests_stably_balls_circulate() -> None:
+    """The thesis' own hold: at 100 rad/s no state is stable."""
+    done = ab_sim("equilibria", "thesis-hold", "--speed", "100", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert not any(each["stable"] for each in report["branches"])
+    (state,) = report["circulation"]["states"]
+    assert state["exact"]["stable"] and state["speed"] == pytest.approx(98.342946, rel=1e-7)
+    assert state["closed_form"]["bunch_swing"] > 1.0 and state["over_speed"] is None
+    assert "circulate, where no resting state is stable:" in " ".join(done.stderr.split())
+
+
+def test_where_they_are_not_looked_for_it_says_why() -> None:
+    done = ab_sim("equilibria", "packed-balls", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    reason = json.loads(done.stdout)["circulation"]["not_looked_for"]
+    assert reason.startswith("effects.ball_contact: ")
+    assert f"circulate are not looked for: {reason}" in " ".join(done.stderr.split())
 
 
 @pytest.mark.parametrize(

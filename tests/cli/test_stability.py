@@ -30,10 +30,12 @@ def test_a_map_against_another_number_of_balls(tmp_path: Path) -> None:
     for kind in report["kinds"]:
         assert kind["share"] == pytest.approx((labels == kind["label"]).mean())
     assert report["against"]["balls"] == [2, 3]
+    assert np.array(report["circulation"]["labels"]).shape == (5, 9)
     assert len(report["against"]["other"]["labels"]) == 5
     for words in (
         "nsc-case-3, 2 balls: 9 by 5 points", "nothing stable", "at every position", "only for 3",
         "islands of fewer than 4 by 4 points may have been missed",
+        "all balls can circulate in one bunch on",
     ):  # fmt: skip
         assert words in done.stdout, words
     assert (tmp_path / "m.png").read_bytes().startswith(PNG)

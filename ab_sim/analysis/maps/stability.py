@@ -10,9 +10,17 @@ from typing import Any
 import numpy as np
 
 import ab_sim
+from ab_sim.analysis.circulating import why_not
 from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED, known_positions
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
 from ab_sim.analysis.maps.checkpoint import PointCheckpoint, Tell
+from ab_sim.analysis.maps.circulation import (
+    CIRCULATES,
+    NOT_KNOWN,
+    NOT_LOOKED_FOR,
+    circulation_at,
+    circulation_points,
+)
 from ab_sim.analysis.maps.plane import SPEED, Axis, Plane
 from ab_sim.analysis.maps.refine import Point, refined
 from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
@@ -37,6 +45,9 @@ class StabilityMap(Presented):
     """``verdicts``' label of every point, integers, shape (values up, values across)."""
     computed: np.ndarray
     """Which points were computed; the others have the label of what surrounds them."""
+    circulating: np.ndarray
+    """Whether all balls can circulate in a stable bunch: 1; 0: not; 2: swings are too large for the
+    closed form; -1: not looked for. Integers, shape as of ``labels``, refined as these are."""
 
     @property
     def balanced(self) -> np.ndarray:
@@ -53,6 +64,19 @@ class StabilityMap(Presented):
         """Of the plane, by label; the largest first."""
         counted = Counter(self.labels.ravel().tolist())
         return {label: count / self.labels.size for label, count in counted.most_common()}
+
+    @property
+    def coexisting(self) -> np.ndarray:
+        """Where balance is stable at some position, and all balls can circulate, booleans."""
+        return self.balanced & (self.circulating == CIRCULATES)
+
+    @property
+    def circulation_not_looked_for(self) -> str | None:
+        """Why circulating balls are not looked for, at the first such point; None: they are."""
+        where = np.argwhere(self.circulating == NOT_LOOKED_FOR)
+        if len(where) == 0:
+            return None
+        return why_not(self.plane.at(int(where[0][0]), int(where[0][1]))[0])
 
     @property
     def balanced_positions(self) -> str | None:
@@ -85,6 +109,7 @@ class StabilityMap(Presented):
             "stable": Column(None, [names[label] for label in labels]),
             "label": Column("1", labels),
             "computed": Column(None, self.computed.ravel()),
+            "circulating": Column("1", self.circulating.ravel().tolist()),
         }
 
     def report(self) -> dict[str, object]:
@@ -107,6 +132,13 @@ class StabilityMap(Presented):
             ],
             "labels": self.labels.tolist(),
             "balanced_positions": self.balanced_positions,
+            "circulation": {
+                "labels": self.circulating.tolist(),
+                "share": float((self.circulating == CIRCULATES).mean()),
+                "share_beside_balanced": float(self.coexisting.mean()),
+                "share_not_known": float((self.circulating == NOT_KNOWN).mean()),
+                "not_looked_for": self.circulation_not_looked_for,
+            },
             "version": ab_sim.__version__,
         }
 
@@ -135,14 +167,24 @@ def stability_map(
             for name, axis in (("across", plane.across), ("up", plane.up))
         },
     }
-    with Workers(workers) as each, PointCheckpoint(map_points, plane.scene, numbers) as kept:
+    scene = plane.scene
+    with (
+        Workers(workers) as each,
+        PointCheckpoint(map_points, scene, numbers) as kept,
+        PointCheckpoint(circulation_points, scene, numbers) as beside,
+    ):
 
         def verdicts(points: Sequence[Point]) -> list[int]:
             labels = functools.partial(each.each, functools.partial(label_at, plane))
             return kept.of(points, labels, "points near borders", tell)
 
+        def circulation(points: Sequence[Point]) -> list[int]:
+            labels = functools.partial(each.each, functools.partial(circulation_at, plane))
+            return beside.of(points, labels, "balls that circulate", tell)
+
         found = refined(verdicts, plane.shape, coarse)
-    return StabilityMap(plane, coarse, found.labels, found.computed)
+        circulating = refined(circulation, plane.shape, coarse).labels
+    return StabilityMap(plane, coarse, found.labels, found.computed, circulating)
 
 
 def label_at(plane: Plane, point: Point) -> int:

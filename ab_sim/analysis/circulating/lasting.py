@@ -1,0 +1,79 @@
+"""Whether a circulating bunch lasts, by a run that begins beside it."""
+
+import math
+
+import numpy as np
+
+from ab_sim.analysis.circulating.bunch import CirculatingBunch
+from ab_sim.analysis.circulating.running_state import state_of_bunch
+from ab_sim.analysis.equilibria.resting import LEFT_OUT, resting_system
+from ab_sim.drive import Drive
+from ab_sim.errors import DivergedError
+from ab_sim.scene.model import Scene
+from ab_sim.scene.sections import Spindle, Start
+
+BEATS = 1000.0
+"""Times that the bunch comes round the race in a run, unless that takes too many steps."""
+STEP = 0.25
+"""Of a run, at most; times the spindle's speed [rad]."""
+FEWEST_BEATS = 50.0
+"""Of a run that says something."""
+MOST_STEPS = 2e6
+"""Of a run."""
+OFF = 1e-3
+"""By which balls are moved before it, at random [rad]: a bunch can fall apart."""
+NEAR = 0.05
+"""Share of its speed that a bunch may differ by from where it began."""
+
+
+def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
+    """The bunch's mean speed [rad/s] in the last half of a run; None where it does not last.
+
+    It lasts if its balls keep its speed, and the others the spindle's. Of balls that nearly keep up
+    with the rotor a run would be too long, and nothing is said: None. Friction is left out, as it
+    is of resting states.
+
+    Args:
+        scene: the bunch's.
+        bunch: that the run begins beside.
+    """
+    w, n = bunch.spindle_speed, len(resting_system(scene).balls)
+    step = min(scene.solver.step, max(round(STEP / abs(w), 9), 1e-9))
+    beat = 2.0 * math.pi / abs(w - bunch.speed)
+    steps = math.ceil(min(BEATS * beat / step, MOST_STEPS))
+    if steps * step < FEWEST_BEATS * beat:
+        return None
+    drive = Drive(_held(scene, w, step))
+    state = state_of_bunch(resting_system(scene), bunch)
+    state[4 : 4 + n] += OFF * np.random.default_rng(0).normal(size=n)
+    drive.restore(drive.snapshot()._replace(state=state, memory=np.empty(0)))
+    try:
+        run = drive.advance(steps, every=max(1, steps // 20_000))
+    except DivergedError:
+        return None
+    half = len(run) // 2
+    time = run["time"][half:] - run["time"][half]
+    # By a straight line: the ends' swings would count in a difference.
+    speeds = w + np.polyfit(time, run.ball_angles[half:], 1)[0]
+    own, others = speeds[: bunch.count], speeds[bunch.count :]
+    kept = np.abs(own - bunch.speed) <= NEAR * abs(bunch.speed)
+    beats = np.abs(own - w) >= 0.5 * abs(w - bunch.speed)
+    resting = np.abs(others - w) <= 0.1 * abs(w - bunch.speed)
+    return float(own.mean()) if (kept & beats).all() and resting.all() else None
+
+
+def _held(scene: Scene, speed: float, step: float) -> Scene:
+    effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
+    limit = max(scene.spindle.max_speed, abs(speed))
+    spindle = Spindle(max_speed=limit, max_acceleration=scene.spindle.max_acceleration)
+    changes = {
+        "effects": effects,
+        "start": Start(speed=speed),
+        "spindle": spindle,
+        "profile": None,
+        "accuracy": None,
+        "solver": scene.solver.model_copy(
+            update={"stepper": "auto", "parameters": {}, "step": step}
+        ),
+    }
+    return scene.model_copy(update=changes)
