@@ -22,7 +22,7 @@ from ab_sim.dynamics.assemble import linear_rates, start_state
 from ab_sim.dynamics.registry import require_built_in
 from ab_sim.dynamics.system import has_contact, has_friction
 from ab_sim.errors import InputError, SceneError, exact
-from ab_sim.integrate.flow import Flow
+from ab_sim.integrate.flow import Flow, Flown
 from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.scene.model import Scene
@@ -121,6 +121,12 @@ class TurnMap:
         scene = self.scene.model_copy(update={"start": Start()})
         rest: np.ndarray = start_state(scene, self.system)[self.layout.deck]
         return rest
+
+    def over(
+        self, state: np.ndarray, duration: float, steps: int, columns: int | None = None
+    ) -> Flown:
+        """What any stretch of time [s] makes of a state, as ``Flow.over``."""
+        return self._flow.over(state, duration, steps, columns)
 
     def after_turn(self, state: np.ndarray, steps: int) -> np.ndarray:
         """P(y), angles brought back into a turn; shape (states,)."""

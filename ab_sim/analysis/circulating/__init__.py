@@ -1,0 +1,19 @@
+"""Balls that stall in one bunch near the critical speed: where that motion is, and up to where."""
+
+from ab_sim.analysis.circulating.bunch import CirculatingBunch, bunches, stalled
+from ab_sim.analysis.circulating.drive import BunchDrive, drive_of, why_not
+from ab_sim.analysis.circulating.reach import Reach, reach_over_drag, reach_over_speed
+from ab_sim.analysis.circulating.running_state import state_of_bunch
+
+__all__ = [
+    "BunchDrive",
+    "CirculatingBunch",
+    "Reach",
+    "bunches",
+    "drive_of",
+    "reach_over_drag",
+    "reach_over_speed",
+    "stalled",
+    "state_of_bunch",
+    "why_not",
+]

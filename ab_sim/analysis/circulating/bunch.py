@@ -1,0 +1,218 @@
+"""Closed form of balls that circulate in one bunch, near the critical speed.
+
+p of n balls are at one place of the race and turn at s < w; the other q = n - p rest on the rotor.
+In axes that turn at s the deck is displaced by z > 0 and the bunch is at angle alpha from z. With
+b = w - s, what the balls feel from the drag and what their whirl costs are in balance where
+
+    D z = s^2 p m R exp(i alpha),                      p c_b R^2 b = Im D z^2,
+    D = k - M s^2 + i c s + q m^2 s^4 / (2 (mu b^2 + i c_b b)),
+
+the last term being the mean of what balls on the rotor do, which swing with the whirl: a reduced
+inertia of the deck. Without z that is a polynomial in s, of degree 5 for q = 0, otherwise 8:
+
+    F(s) = c_b b |D|^2 - p m^2 s^4 Im D = 0.
+
+It is a limited drive at a resonance (Sommerfeld effect): one root, or three, of which the middle
+one is never stable; the lowest, below the critical speed, is the bunch that stalls. It vanishes
+where it meets the middle one, a fold.
+
+Neglected are the unbalance that turns at w (the rotor's and that of balls on it), whose pull on the
+bunch is not steady but beats at b, and all powers of swings: relative errors of about the squares
+of ``bunch_swing`` and ``resting_swing``; and friction. Where a swing is beyond ``MOST_SWING``
+nothing is said.
+
+Source: own derivation. Sommerfeld effect: Nayfeh and Mook, Nonlinear Oscillations (1979), 4.5.
+"""
+
+import cmath
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from scipy.optimize import brentq
+
+from ab_sim.analysis.circulating.drive import BunchDrive
+from ab_sim.analysis.circulating.growth import growth_rates
+
+MOST_SWING = 0.15
+"""Largest swing at which a state is given [rad]: errors of speeds were below its square, 2 %."""
+
+
+@dataclass(frozen=True)
+class CirculatingBunch:
+    """Balls that turn together at a speed between 0 and the spindle's."""
+
+    drive: BunchDrive
+    spindle_speed: float
+    """w [rad/s], with its sign."""
+    count: int
+    """p, of ``drive.balls``."""
+    speed: float
+    """s [rad/s], absolute, with the sign of w."""
+    W: float
+    """z, of the deck's whirl at s [m]."""
+    angle: float
+    """alpha, by which the bunch is ahead of the displacement [rad]."""
+
+    @property
+    def bunch_swing(self) -> float:
+        """By which the neglected whirl at w swings the bunch at the beat [rad]."""
+        drive, w = self.drive, abs(self.spindle_speed)
+        pull = w**4 * _left_unbalance(drive, w, self.count)
+        rotor = complex(drive.stiffness - drive.mass * w * w, drive.damping * w)
+        return drive.ball_mass * pull / abs(rotor) / self._beaten(abs(self.speed))
+
+    @property
+    def resting_swing(self) -> float:
+        """By which the whirl at s swings balls that rest on the rotor [rad]; 0 without them."""
+        if self.count == self.drive.balls:
+            return 0.0
+        s = abs(self.speed)
+        return self.drive.ball_mass * s * s * self.W / self._beaten(s)
+
+    @property
+    def known(self) -> bool:
+        """Whether swings are so small that the closed form holds."""
+        return max(self.bunch_swing, self.resting_swing) <= MOST_SWING
+
+    @cached_property
+    def eigenvalues(self) -> np.ndarray:
+        """Growth rates of small disturbances [1/s], complex, by falling real part.
+
+        Of the averaged equations, but for the one that is 0 as time may begin anywhere.
+        """
+        s, w = abs(self.speed), abs(self.spindle_speed)
+        return growth_rates(self.drive, w, self.count, s, self.W * cmath.exp(-1j * self.angle))
+
+    @property
+    def lambda_max(self) -> float:
+        """The largest growth rate [1/s]."""
+        return float(self.eigenvalues.real.max())
+
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances decay, by the averaged equations."""
+        return self.lambda_max < 0.0
+
+    def report(self) -> dict[str, object]:
+        """As JSON-able values, SI units."""
+        return {
+            "balls": self.count,
+            "speed": self.speed,
+            "W": self.W,
+            "angle": self.angle,
+            "lambda_max": self.lambda_max,
+            "stable": self.stable,
+            "bunch_swing": self.bunch_swing,
+            "resting_swing": self.resting_swing,
+        }
+
+    def _beaten(self, s: float) -> float:
+        """Force per angle of a ball that swings at b [N]."""
+        drive, b = self.drive, abs(self.spindle_speed) - s
+        return drive.radius * abs(complex(drive.rolling_mass * b * b, drive.drag * b))
+
+
+def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunch]:
+    """States in which so many balls circulate, by rising speed; stable, unstable and not known.
+
+    Args:
+        drive: the numbers.
+        speed: w of the spindle [rad/s], either sign.
+        count: p, from 1 to ``drive.balls``.
+
+    Raises:
+        ValueError: there are no so many balls.
+    """
+    if not 1 <= count <= drive.balls:
+        raise ValueError(f"count = {count}: must be from 1 to {drive.balls}")
+    w = abs(speed)
+    if w == 0.0:
+        return []
+    found = []
+    for s in _roots(drive, w, count):
+        D = _stiffness_at(drive, w, count, s)
+        if D.imag <= 0.0:
+            continue
+        W = s * s * count * drive.ball_mass * drive.radius / abs(D)
+        found.append(
+            CirculatingBunch(drive, speed, count, math.copysign(s, speed), W, cmath.phase(D))
+        )
+    return found
+
+
+def stalled(drive: BunchDrive, speed: float, count: int) -> CirculatingBunch | None:
+    """The stable one that is known, of the lowest speed; None where there is none."""
+    return next((each for each in bunches(drive, speed, count) if each.known and each.stable), None)
+
+
+def _stiffness_at(drive: BunchDrive, w: float, count: int, s: float) -> complex:
+    """D [N/m]."""
+    b, m = w - s, drive.ball_mass
+    own = complex(drive.stiffness - drive.mass * s * s, drive.damping * s)
+    if count == drive.balls:
+        return own
+    swinging = complex(drive.rolling_mass * b * b, drive.drag * b)
+    return own + (drive.balls - count) * m * m * s**4 / (2.0 * swinging)
+
+
+def _missed(drive: BunchDrive, w: float, count: int, s: float) -> float:
+    """F, without units: in what the suspension alone would make of it."""
+    D = _stiffness_at(drive, w, count, s) / drive.stiffness
+    driven = drive.drag * (w - s) * abs(D) ** 2 / (drive.drag * w)
+    lost = count * drive.ball_mass**2 * s**4 * D.imag / (drive.stiffness * drive.drag * w)
+    return driven - lost
+
+
+def _roots(drive: BunchDrive, w: float, count: int) -> list[float]:
+    """All s in (0, w) with F = 0.
+
+    Between two zeros of its polynomial's slope the polynomial has one zero at most.
+    """
+    slope = _polynomial(drive, w, count).deriv()
+    # Scaled by the critical speed, at which |D| has its narrow minimum.
+    scale = math.sqrt(drive.stiffness / drive.mass)
+    turning = np.asarray(slope.roots()).real * scale
+    edges = np.unique(np.clip([1e-9 * w, *turning, (1.0 - 1e-9) * w], 1e-9 * w, (1.0 - 1e-9) * w))
+    values = [_missed(drive, w, count, float(s)) for s in edges]
+    found = []
+    for k in range(len(edges) - 1):
+        if values[k] * values[k + 1] < 0.0:
+            ends = float(edges[k]), float(edges[k + 1])
+            found.append(
+                float(brentq(lambda s: _missed(drive, w, count, s), *ends, xtol=1e-13 * w))
+            )
+    return found
+
+
+def _polynomial(drive: BunchDrive, w: float, count: int) -> Polynomial:
+    """F in x = s / sqrt(k/M), but for a positive factor."""
+    unit = math.sqrt(drive.stiffness / drive.mass)
+    x, m = Polynomial([0.0, 1.0]), drive.ball_mass
+    b, loss = w / unit - x, drive.damping * unit / drive.stiffness
+    drag = drive.drag / (m * unit)
+    own_real, own_imag = 1.0 - x**2, loss * x
+    q, share = drive.balls - count, m / drive.mass
+    if q == 0:
+        return drag * b * (own_real**2 + own_imag**2) - count * share * x**4 * own_imag
+    # D 2 E b = N with E = mu/m b + i c_b/(m unit), F times 4 b |E|^2.
+    E_real = drive.rolling_mass / m * b
+    N_real = 2.0 * b * (own_real * E_real - own_imag * drag) + q * share * x**4
+    N_imag = 2.0 * b * (own_real * drag + own_imag * E_real)
+    turned = N_imag * E_real - N_real * drag
+    return drag * (N_real**2 + N_imag**2) - 2.0 * count * share * x**4 * turned
+
+
+def _left_unbalance(drive: BunchDrive, w: float, count: int) -> float:
+    """What turns at w while the others balance the rotor as well as they can [kg m].
+
+    Below the critical speed they gather on the unbalance's own side.
+    """
+    own = (drive.balls - count) * drive.ball_mass * drive.radius
+    if drive.mass * w * w <= drive.stiffness:
+        return drive.unbalance + own
+    if drive.balls - count >= 2:
+        return max(0.0, drive.unbalance - own)
+    return abs(drive.unbalance - own)

@@ -1,0 +1,96 @@
+"""What small disturbances of a circulating bunch do, by equations averaged over the beat.
+
+In axes that turn at s, with complex z of the deck, theta of the bunch, d = d/dt and b = w - s:
+
+    (M (d + i s)^2 + c (d + i s) + k + G(d)) z + p m R (d + i s)^2 exp(i theta) = 0
+    mu R theta'' + c_b R (theta' - b) + m Re(-i exp(-i theta) (d + i s)^2 z) = 0
+    G(d) = -q m^2/2 (d + i s)^4 / (mu (d - i b)^2 + c_b (d - i b))
+
+G is what balls on the rotor do, which swing at b; of it three terms of its series in d are kept, as
+what is judged is slow beside the beat. Whether balls on the rotor stay there it does not say: the
+resting states' own test does.
+
+Balls of a bunch may part, too, which the deck does not feel: p - 1 times
+
+    mu R l^2 + c_b R l + m s^2 Re z = 0 at theta = 0,
+
+which decays where the bunch is on the side of the displacement: for q = 0 up to s^2 = k/M. For
+q = 0 and without a rotor's unbalance these are the running equations, exactly.
+
+Source: own derivation, from the equations of docs/equations.md, section 1.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ab_sim.analysis.circulating.drive import BunchDrive
+
+Orders = tuple[complex, complex, complex]
+"""Factors of the second and first derivative, and of what is differentiated."""
+
+
+def growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: complex) -> np.ndarray:
+    """Eigenvalues [1/s], complex, by falling real part, without the one that is always 0.
+
+    Args:
+        drive: the numbers.
+        w: of the spindle [rad/s], above 0.
+        count: balls in the bunch.
+        s: its speed [rad/s].
+        z: the deck's displacement in axes that turn at s, the bunch at angle 0 [m].
+
+    Returns:
+        Shape (5 + 2 (p - 1),).
+    """
+    orders = _equations(drive, w, count, s, z)
+    size = len(orders[0])
+    inverse = np.linalg.inv(orders[0])
+    companion = np.zeros((2 * size, 2 * size))
+    companion[:size, size:] = np.eye(size)
+    companion[size:, :size], companion[size:, size:] = -inverse @ orders[2], -inverse @ orders[1]
+    found = np.linalg.eigvals(companion)
+    # Time may begin anywhere: turned as a whole, nothing is disturbed.
+    found = np.delete(found, int(np.argmin(np.abs(found))))
+    pull = drive.ball_mass * s * s * z.real / drive.radius
+    parting = np.roots([drive.rolling_mass, drive.drag, pull])
+    found = np.concatenate([found, *[parting] * (count - 1)])
+    return np.asarray(found[np.argsort(-found.real)], complex)
+
+
+def _equations(
+    drive: "BunchDrive", w: float, count: int, s: float, z: complex
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of z and theta, lengths in R: real matrices of the second, first and no derivative."""
+    m, mu, cb = drive.ball_mass, drive.rolling_mass, drive.drag
+    turned: Orders = 1.0, 2j * s, -s * s
+    own = 0.0, drive.damping, drive.stiffness + 1j * drive.damping * s
+    swung = _swinging(drive, w, count, s)
+    found = []
+    for order in range(3):
+        matrix = np.zeros((3, 3))
+        matrix[:2, :2] = _plane(drive.mass * turned[order] + own[order] + swung[order])
+        bunch = 1j * turned[order]
+        matrix[:2, 2] = count * m * bunch.real, count * m * bunch.imag
+        matrix[2, :2] = m * _plane(-1j * turned[order])[0]
+        matrix[2, 2] = (mu, cb, m * s * s * z.real / drive.radius)[order]
+        found.append(matrix)
+    return found[0], found[1], found[2]
+
+
+def _swinging(drive: "BunchDrive", w: float, count: int, s: float) -> Orders:
+    """G's terms in d^2, d and 1."""
+    b, factor = w - s, -0.5 * (drive.balls - count) * drive.ball_mass**2
+    mu, cb = drive.rolling_mass, drive.drag
+    above = s**4, 4.0 * (1j * s) ** 3, -6.0 * s * s
+    below = complex(-mu * b * b, -cb * b), complex(cb, -2.0 * mu * b), mu
+    first = above[0] / below[0]
+    second = (above[1] - below[1] * first) / below[0]
+    third = (above[2] - below[1] * second - below[2] * first) / below[0]
+    return factor * third, factor * second, factor * first
+
+
+def _plane(factor: complex) -> np.ndarray:
+    """What multiplying by a complex number does to real and imaginary part."""
+    return np.array([[factor.real, -factor.imag], [factor.imag, factor.real]])
