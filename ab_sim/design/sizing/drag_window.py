@@ -21,8 +21,9 @@ and the closed form of the border is good to 2 %."""
 HEAVIER = (1.02, 1.1, 1.2, 1.35, 1.5, 2.0)
 """Masses that are looked at, in the least one that balances the largest unbalance. At 1 the
 slowest growth rate of a balanced position is 0, and nothing settles."""
-AS_WIDE = 0.9
-"""The lightest balls are taken whose window is so wide as the widest, in the logarithm."""
+ROOMY, AS_WIDE = 2.0, 0.9
+"""The lightest balls are taken whose window is so many times wider than the drag's tolerance takes;
+or, if there are none, so wide as the widest, in the logarithm."""
 SPAN = 300.0
 """Drags are looked at up to so many times the border."""
 LOOKS = 36
@@ -84,10 +85,10 @@ class SizedBalls(NamedTuple):
 
 
 def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
-    """The lightest balls of a number whose drag window is about as wide as any.
+    """The lightest balls of a number whose drag window is wide enough, or about as wide as any.
 
-    Both ends of a window grow with the balls' mass squared: heavier balls get no wider one, but
-    make more whirl on the way through the critical speed.
+    Where circulation ends the window below, both ends grow with the balls' mass squared, and
+    heavier balls get no wider one; they make more whirl on the way through the critical speed.
 
     Args:
         count: n.
@@ -107,8 +108,13 @@ def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
     widths = [0.0 if each.window is None else math.log(each.window.ratio) for each in found]
     if not any(widths):
         return max(found, key=lambda each: each.predicted)
-    wide = AS_WIDE * max(widths)
+    wide = min(AS_WIDE * max(widths), math.log(ROOMY * least_ratio(specification)))
     return next(each for each, width in zip(found, widths, strict=True) if width >= wide)
+
+
+def least_ratio(specification: DriveSpecification) -> float:
+    """Highest over lowest drag that a window must have for the drag's tolerance."""
+    return (1.0 + specification.drag_tolerance) / (1.0 - specification.drag_tolerance)
 
 
 def circulation_border(drive: BunchDrive, speed: float) -> float:
@@ -125,6 +131,14 @@ def circulation_border(drive: BunchDrive, speed: float) -> float:
     critical = math.sqrt(drive.stiffness / drive.mass)
     driven = drive.balls * drive.ball_mass**2 * critical**3
     return driven / (drive.damping * (speed - critical))
+
+
+def predicted_share(
+    balls: FittingBalls, specification: DriveSpecification, drag: float
+) -> float:
+    """Share of drives that is balanced in time at a drag [N s/m], circulation left aside."""
+    places = balanced_places(balls, specification)
+    return share_in_time(drive_of_balls(balls, specification, drag), specification, places)
 
 
 def known_borders(drive: BunchDrive, speed: float) -> dict[int, float]:
@@ -159,7 +173,7 @@ def _with_window(
     why = None
     if window is None:
         why = _no_window(float(shares.max()), predicted, specification)
-    elif window.ratio < (1.0 + specification.drag_tolerance) / (1.0 - specification.drag_tolerance):
+    elif window.ratio < least_ratio(specification):
         why = (
             f"the drag of built drives is off by {100 * specification.drag_tolerance:g} %, more "
             "than the window is wide; hold the drag closer, or give more time to settle"

@@ -9,9 +9,10 @@ Of the position only the singular values of the t_j enter, sqrt(n (1 +- rho) / 2
 rho = |sum exp(2 i theta_j)| / n: two motions of the balls are felt by the deck, together eight
 eigenvalues, of which the slowest is what is waited for.
 
-The time is an estimate from above for most starts: until the balls turn with the rotor, while the
-drag alone brings their slip down, and then e-folds of the slowest motion, from all balls on the
-unbalance's side to what may be left; ``LEAVING`` are for balls that first have to leave that side.
+The time is an estimate from above for most starts, and no closed form: until the balls' slip, w at
+most, has come down to the slowest rate, by the rate at which swings decay that nothing but the drag
+damps, c_b / (2 mu); and then e-folds of the slowest motion, from all balls on the unbalance's side
+to what may be left; ``LEAVING`` are for balls that first have to leave that side.
 
 Source: own derivation, from the equations of docs/equations.md, section 1; what runs say is in
 docs/howto/size.md.
@@ -26,7 +27,7 @@ from ab_sim.analysis.circulating import BunchDrive
 from ab_sim.design.sizing.race_fit import FittingBalls
 from ab_sim.design.sizing.specification import DriveSpecification
 
-LEAVING = 2.0
+LEAVING = 3.0
 """e-folds from the unbalance's side, where balls gather below the critical speed."""
 DRAWS = 64
 """Rotors and positions over which there is a share."""
@@ -137,7 +138,7 @@ def settle_times(
     speed = specification.speed
     rate = -largest_growth(drive, speed, places.rhos)
     firm = np.maximum(rate, 1e-12)
-    slip = drive.rolling_mass / drive.drag * np.log(np.maximum(speed / firm, 1.0))
+    slip = 2.0 * drive.rolling_mass / drive.drag * np.log(np.maximum(speed / firm, 1.0))
     all_on_one_side = places.unbalances + drive.balls * drive.ball_mass * drive.radius
     folds = np.log(np.maximum(all_on_one_side / specification.limit, 1.0)) + LEAVING
     return np.where(rate > 0.0, slip + folds / firm, math.inf)

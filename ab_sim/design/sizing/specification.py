@@ -15,7 +15,7 @@ DENSITIES = {"steel": 7850.0, "ceramic": 3250.0, "tungsten carbide": 14900.0}
 """Of balls by name [kg/m^3]: bearing steel, silicon nitride, tungsten carbide with cobalt."""
 BALLS = (2, 6)
 MOST_BALLS = 12
-DAMPING_RATIO, SETTLE, DENSITY, SHARE, LEFT, DRAG_TOLERANCE = 0.05, 2.0, "steel", 0.9, 0.1, 0.2
+DAMPING_RATIO, SETTLE, DENSITY, SHARE, LEFT, DRAG_TOLERANCE = 0.05, 3.0, "steel", 0.9, 0.1, 0.2
 """Unless told."""
 RUN_UP = 1.0
 """Time in which the running speed is reached unless an acceleration is told [s]."""
