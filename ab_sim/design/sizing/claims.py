@@ -76,7 +76,7 @@ def mass_claim(sized: SizedBalls, specification: DriveSpecification) -> SizingCl
     # Lighter balls are slower by the square of their mass.
     longer = scene.duration + 3.0 * specification.settle * (balls.mass / light) ** 2
     lighter = changed_scene(scene, {"balls.mass": light, "duration": longer}, scene.name)
-    run = simulate_batch([lighter]).runs[0]
+    run = simulate_batch(lighter, [{}]).runs[0]
     left = 1.0 - TOO_LIGHT
     last = run.trajectory.ball_angles[-max(1, len(run.trajectory) // 10) :]
     moved = light * balls.path_radius * np.exp(1j * last).sum(axis=1)
