@@ -290,7 +290,9 @@ def size(
     density: Annotated[
         str, typer.Option(metavar="steel", help="Or ceramic, tungsten carbide, '7.8 g/cm^3'.")
     ] = "steel",
-    balls: Annotated[str, typer.Option(metavar="2..6", help="Numbers that are looked at.")] = "2..6",
+    balls: Annotated[
+        str, typer.Option(metavar="2..6", help="Numbers that are looked at.")
+    ] = "2..6",
     share: Annotated[
         str, typer.Option(metavar="90%", help="Of drives that must be balanced by then.")
     ] = "90%",

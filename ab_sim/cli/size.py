@@ -32,15 +32,16 @@ def size_command(
 
     Args:
         given: what it is for, without the shares.
-        shares: these, in % or as numbers, by option.
+        shares: wanted, left and the drag's tolerance, in % or as numbers, by option.
         drawn: runs and seed.
         shared: workers and scheduler, see ``executor_of``.
         file: for the scene.
     """
     executors = functools.partial(executor_of, *shared)
     executors()
-    numbers = {key.replace("-", "_"): _share(key, text) for key, text in shares.items()}
-    specification = specification_of(given._replace(**numbers))
+    share, left, tolerance = (_share(option, text) for option, text in shares.items())
+    numbers = given._replace(share=share, left=left, drag_tolerance=tolerance)
+    specification = specification_of(numbers)
 
     def work(tell: Tell) -> Outcome:
         found = run_sizing(specification, Running(*drawn, executors, tell))

@@ -50,21 +50,30 @@ def _windows(found: Sizing, axes: Axes) -> None:
         if each.window is None:
             axes.text(each.count, 1.2 * each.border, "no drag\nserves", ha="center", fontsize=8)
             continue
-        size, text = each.window.high - each.window.low, label("drag window")
-        hatch = "//" if each.why_not is not None else None
+        size, narrow = each.window.high - each.window.low, each.why_not is not None
+        text = label("drag window, narrower than its tolerance" if narrow else "drag window")
+        hatch = "//" if narrow else None
         axes.bar(
             each.count, size, 0.7, each.window.low, color=WINDOW, hatch=hatch, edgecolor="white",
             label=text,
         )  # fmt: skip
-    if found.chosen is not None:
-        point = found.chosen.count, found.chosen.drag
-        axes.plot(*point, "*", ms=15, color=CHOSEN, mec="white", ls="", label="chosen")
+    if found.chosen is not None and found.chosen.drag is not None:
+        axes.plot(
+            found.chosen.count,
+            found.chosen.drag,
+            "*",
+            ms=15,
+            color=CHOSEN,
+            mec="white",
+            ls="",
+            label="chosen",
+        )
     axes.set_yscale("log")
     axes.set_ylim(low, high)
     axes.set_xticks(list(found.specification.counts))
     axes.set_xlabel("balls")
     axes.set_ylabel("drag c_b [N s/m]")
-    axes.set_title("hatched: narrower than the drag's tolerance", fontsize=9)
+    axes.set_title("drags with which enough drives are balanced in time", fontsize=9)
 
 
 def _shares(found: Sizing, axes: Axes) -> None:

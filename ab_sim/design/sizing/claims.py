@@ -27,6 +27,10 @@ BESIDE = 0.05
 FAR = 3.0
 """Times the window's highest drag, at which too few are to be in time."""
 SAME_SPEED = 0.03
+NEARER = 4
+"""Times that an end of a window is moved half way to the drag that is taken."""
+FAR_ABOVE, BY_RUNS = "far above", ", by runs"
+"""Names of drags."""
 
 
 class SizingClaim(NamedTuple):
@@ -53,9 +57,7 @@ class DragRuns(NamedTuple):
         return {"drag": self.drag, "predicted": self.predicted, **self.runs.report()}
 
 
-def share_claim(
-    text: str, runs: SpreadRuns, wanted: float, at_least: bool = True
-) -> SizingClaim:
+def share_claim(text: str, runs: SpreadRuns, wanted: float, at_least: bool = True) -> SizingClaim:
     """That a share of drives is at least, or below, what is wanted; judged by its interval."""
     share = runs.share
     above, below = share.low >= wanted, share.high < wanted
@@ -150,16 +152,31 @@ def window_runs(
 ) -> dict[str, DragRuns]:
     """Runs over the spread at the ends of a drag window, and far above it.
 
+    Where they contradict an end, another one is looked for, nearer to the drag that is taken.
+
     Args:
         sized, specification, running: see ``run_share``.
         predict: the share that is predicted at a drag.
     """
     balls, window = sized.balls, sized.window
     assert balls is not None and window is not None
-    drags = {"lowest": window.low, "highest": window.high, "far above": FAR * window.high}
+    drags = {"lowest": window.low, "highest": window.high, FAR_ABOVE: FAR * window.high}
     found = {}
-    for name, drag in drags.items():
+
+    def look(name: str, drag: float) -> SpreadRuns:
         scene = with_contact(scene_of(balls, specification, drag))
         runs = run_share(scene, specification, running, drag_too=False)
         found[name] = DragRuns(drag, predict(drag), runs)
+        return runs
+
+    for name, drag in drags.items():
+        runs = look(name, drag)
+        if name == FAR_ABOVE or runs.share.high >= specification.share:
+            continue
+        for _ in range(NEARER):
+            drag = math.sqrt(drag * float(sized.drag or drag))
+            if look(name + BY_RUNS, drag).share.value >= specification.share:
+                break
+        else:
+            del found[name + BY_RUNS]
     return found

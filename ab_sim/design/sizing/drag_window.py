@@ -1,6 +1,7 @@
 """Balls and the drag with which they balance a drive in time and do not circulate."""
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,7 +47,8 @@ class DragWindow(NamedTuple):
         return self.high / self.low
 
 
-class SizedBalls(NamedTuple):
+@dataclass(frozen=True)
+class SizedBalls:
     """Balls of one number, and what follows from them; ``why_not`` where they do not serve."""
 
     balls: FittingBalls | None
@@ -133,9 +135,7 @@ def circulation_border(drive: BunchDrive, speed: float) -> float:
     return driven / (drive.damping * (speed - critical))
 
 
-def predicted_share(
-    balls: FittingBalls, specification: DriveSpecification, drag: float
-) -> float:
+def predicted_share(balls: FittingBalls, specification: DriveSpecification, drag: float) -> float:
     """Share of drives that is balanced in time at a drag [N s/m], circulation left aside."""
     places = balanced_places(balls, specification)
     return share_in_time(drive_of_balls(balls, specification, drag), specification, places)

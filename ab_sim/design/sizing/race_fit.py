@@ -9,7 +9,7 @@ d being the angle from a ball to the next.
 """
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
@@ -22,7 +22,8 @@ LOOKS = 400
 """Masses at which it is looked for them."""
 
 
-class FittingBalls(NamedTuple):
+@dataclass(frozen=True)
+class FittingBalls:
     """Equal balls on a race."""
 
     count: int

@@ -9,7 +9,10 @@ import yaml
 
 import ab_sim
 from ab_sim.design.sizing.claims import (
+    CONTRADICTED,
     FAR,
+    FAR_ABOVE,
+    HOLDS,
     DragRuns,
     SizingClaim,
     circulation_claims,
@@ -203,20 +206,19 @@ def _claims_of_shares(
         text = f"with a hold of {hold.duration:.3g} s at {hold.start_speed:.4g} rad/s, balanced"
         yield share_claim(text, own, wanted)
         yield share_claim("without it", without, wanted, at_least=False)
-    ends = {"lowest": True, "highest": True, "far above": False}
-    for name, at_least in ends.items():
-        found = at_drags[name]
-        what = f"at the {name} drag of the window" if at_least else f"at {FAR:g} times the highest"
-        text = f"{what}, {found.drag:.3g} N s/m, balanced"
+    for name, found in at_drags.items():
+        at_least = name != FAR_ABOVE
+        what = f"window, {name}" if at_least else f"{FAR:g} times the highest"
+        text = f"{what}: at {found.drag:.3g} N s/m, balanced"
         if at_least or found.predicted < wanted:
             yield share_claim(text, found.runs, wanted, at_least)
-    circulating = own.circulating + sum(at_drags[name].runs.circulating for name in ends)
-    count = own.share.runs + sum(at_drags[name].runs.share.runs for name in ends)
+    circulating = own.circulating + sum(each.runs.circulating for each in at_drags.values())
+    count = own.share.runs + sum(each.runs.share.runs for each in at_drags.values())
     yield SizingClaim(
         "of all these runs, with balls that circulate",
         "0",
         f"{circulating} of {count}",
-        "holds" if circulating == 0 else "contradicted",
+        HOLDS if circulating == 0 else CONTRADICTED,
     )
 
 

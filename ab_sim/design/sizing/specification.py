@@ -227,7 +227,9 @@ def _number(field: str, given: Given, unit: str) -> float:
             return in_si(given, unit)
         number = float(given)
     except ValueError as error:
-        said = error if isinstance(given, str) and has_unit(given) else f"must be a number in {unit}"
+        said = (
+            error if isinstance(given, str) and has_unit(given) else f"must be a number in {unit}"
+        )
         raise InputError(f"{field} = {short(given)}: {said}") from None
     if not math.isfinite(number):
         raise InputError(f"{field} = {short(given)}: must be a finite number")

@@ -72,8 +72,10 @@ def scene_of(
             "spindle_acceleration",
             "ball_spin",
         ],
-        # Apart, and not evenly, from which places equal balls may balance a rotor without unbalance.
-        "start": {"ball_angles": [round(2.0 * math.pi * (k / count) ** 1.2, 4) for k in range(count)]},
+        # Apart: equal balls at one place never part.
+        "start": {
+            "ball_angles": [round(2.0 * math.pi * (k / count) ** 1.2, 4) for k in range(count)]
+        },
         "spindle": {"max_speed": 1.2 * speed, "max_acceleration": 1.2 * acceleration},
         "profile": profile,
         "solver": {"step": step_at(speed)},
@@ -93,4 +95,6 @@ def step_at(speed: float) -> float:
     """A round step in which the spindle turns by at most ``TURN_OF_A_STEP`` [s]."""
     most = min(TURN_OF_A_STEP / speed, 1e-3)
     decade = 10.0 ** math.floor(math.log10(most))
-    return max(round(digit * decade, 12) for digit in (1, 2, 5) if digit * decade <= most * 1.000001)
+    return max(
+        round(digit * decade, 12) for digit in (1, 2, 5) if digit * decade <= most * 1.000001
+    )
