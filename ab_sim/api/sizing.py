@@ -36,6 +36,7 @@ def size(
     share: float = SHARE,
     left: float = LEFT,
     drag_tolerance: float = DRAG_TOLERANCE,
+    friction_arm: str | float = 0.0,
     runs: int = RUNS,
     seed: int = 0,
     workers: int = 1,
@@ -75,6 +76,8 @@ def size(
         Of the largest unbalance, that may be left.
     drag_tolerance : float, default 0.2
         By which the drag of built drives is off, evenly to either side.
+    friction_arm : str or float, default 0
+        Of rolling friction [m], which runs then have, and predictions leave out.
     runs : int, default 400
         Drives, by which each share is checked.
     seed : int, default 0
@@ -119,7 +122,7 @@ def size(
     """
     texts = SpecificationTexts(
         mass, critical_speed, speed, race_radius, race_width, unbalance, grade, damping_ratio,
-        acceleration, settle, density, balls, share, left, drag_tolerance,
+        acceleration, settle, density, balls, share, left, drag_tolerance, friction_arm,
     )  # fmt: skip
     executors = executors_of(workers, scheduler)
     return run_sizing(specification_of(texts), Running(runs, seed, executors, progress))

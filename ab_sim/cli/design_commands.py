@@ -302,6 +302,9 @@ def size(
     drag_tolerance: Annotated[
         str, typer.Option(metavar="20%", help="By which the drag of built drives is off.")
     ] = "20%",
+    friction_arm: Annotated[
+        str, typer.Option(metavar="'0.1 um'", help="Of rolling friction, which runs then have.")
+    ] = "0 m",
     runs: Annotated[int, typer.Option(metavar="N", help="Drives, to check each claim by.")] = 400,
     seed: Annotated[int, typer.Option(min=0, help="Of the random draws.")] = 0,
     workers: WorkersOption = None,
@@ -332,7 +335,7 @@ def size(
 
     given = SpecificationTexts(
         mass, critical, speed, race_radius, race_width, unbalance, grade, damping_ratio,
-        acceleration, settle, density, balls,
+        acceleration, settle, density, balls, friction_arm=friction_arm,
     )  # fmt: skip
     shares = {"share": share, "left": left, "drag-tolerance": drag_tolerance}
     size_command(given, shares, (runs, seed), (workers, scheduler), scene).run(json, plot)

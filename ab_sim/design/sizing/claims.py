@@ -24,7 +24,7 @@ CLOSE = 0.02
 """Of the unbalance: within so much the residual is as predicted."""
 BESIDE = 0.05
 """Share of the border of circulation, beside which it is looked on either side."""
-FAR = 3.0
+FAR = 10.0
 """Times the window's highest drag, at which too few are to be in time."""
 SAME_SPEED = 0.03
 NEARER = 4

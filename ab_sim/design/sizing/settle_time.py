@@ -9,10 +9,11 @@ Of the position only the singular values of the t_j enter, sqrt(n (1 +- rho) / 2
 rho = |sum exp(2 i theta_j)| / n: two motions of the balls are felt by the deck, together eight
 eigenvalues, of which the slowest is what is waited for.
 
-The time is an estimate from above for most starts, and no closed form: until the balls' slip, w at
-most, has come down to the slowest rate, by the rate at which swings decay that nothing but the drag
-damps, c_b / (2 mu); and then e-folds of the slowest motion, from all balls on the unbalance's side
-to what may be left; ``LEAVING`` are for balls that first have to leave that side.
+The time is an estimate, and no closed form: until the balls' slip, w at most, has come down to the
+slowest rate, by the drag alone; and then e-folds, from all balls on the unbalance's side to what
+may be left, ``LEAVING`` for balls that first have to leave that side; of the better felt motion in
+both directions, and of the slowest from what a radian of it leaves: where rho is near 1, it is
+slow, and makes little unbalance.
 
 Source: own derivation, from the equations of docs/equations.md, section 1; what runs say is in
 docs/howto/size.md.
@@ -27,7 +28,7 @@ from ab_sim.analysis.circulating import BunchDrive
 from ab_sim.design.sizing.race_fit import FittingBalls
 from ab_sim.design.sizing.specification import DriveSpecification
 
-LEAVING = 3.0
+LEAVING = 1.0
 """e-folds from the unbalance's side, where balls gather below the critical speed."""
 DRAWS = 64
 """Rotors and positions over which there is a share."""
@@ -92,7 +93,7 @@ def balanced_places(balls: FittingBalls, specification: DriveSpecification) -> B
 
 
 def largest_growth(drive: BunchDrive, speed: float, rhos: np.ndarray) -> np.ndarray:
-    """The largest growth rate [1/s] at balanced positions, shape of ``rhos``.
+    """The largest growth rate [1/s] at balanced positions, shape of ``rhos``; see ``growth_felt``.
 
     Structural zeros of three and more balls are not among them, as along a continuum of balanced
     positions nothing is to settle.
@@ -102,11 +103,27 @@ def largest_growth(drive: BunchDrive, speed: float, rhos: np.ndarray) -> np.ndar
         speed: w [rad/s].
         rhos: of the positions, shape (positions,).
     """
+    return growth_felt(drive, speed, _felt(drive, rhos))
+
+
+def _felt(drive: BunchDrive, rhos: np.ndarray) -> np.ndarray:
+    """Singular values of the tangents, the larger first, shape (positions, 2)."""
+    squares = 0.5 * drive.balls * (1.0 + np.multiply.outer(rhos, [1, -1]))
+    return np.sqrt(np.maximum(squares, 0.0))
+
+
+def growth_felt(drive: BunchDrive, speed: float, felt: np.ndarray) -> np.ndarray:
+    """The largest growth rate [1/s] where the balls' two motions are felt so much.
+
+    Args:
+        drive: the numbers.
+        speed: w [rad/s].
+        felt: singular values of the tangents, shape (positions, 2).
+    """
     mass, m, w = drive.mass, drive.ball_mass, speed
     one, turn = np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]])
-    felt = np.sqrt(np.maximum(0.5 * drive.balls * (1.0 + np.multiply.outer(rhos, [1, -1])), 0.0))
     S = felt[..., np.newaxis] * one
-    second, first, none = (np.zeros((*np.shape(rhos), 4, 4)) for _ in range(3))
+    second, first, none = (np.zeros((*np.shape(felt)[:-1], 4, 4)) for _ in range(3))
     second[..., :2, :2], second[..., 2:, 2:] = mass * one, drive.rolling_mass * one
     second[..., :2, 2:] = second[..., 2:, :2] = m * S
     first[..., :2, :2] = drive.damping * one + 2.0 * w * mass * turn
@@ -115,7 +132,7 @@ def largest_growth(drive: BunchDrive, speed: float, rhos: np.ndarray) -> np.ndar
     none[..., :2, :2] = (drive.stiffness - mass * w * w) * one + drive.damping * w * turn
     none[..., :2, 2:] = none[..., 2:, :2] = -m * w * w * S
     inverse = np.linalg.inv(second)
-    companion = np.zeros((*np.shape(rhos), 8, 8))
+    companion = np.zeros((*np.shape(felt)[:-1], 8, 8))
     companion[..., :4, 4:] = np.eye(4)
     companion[..., 4:, :4], companion[..., 4:, 4:] = -inverse @ none, -inverse @ first
     found: np.ndarray = np.linalg.eigvals(companion).real.max(axis=-1)
@@ -136,12 +153,16 @@ def settle_times(
         Shape (draws,); infinite where the balanced position is not stable.
     """
     speed = specification.speed
-    rate = -largest_growth(drive, speed, places.rhos)
+    felt = _felt(drive, places.rhos)
+    rate = -growth_felt(drive, speed, felt)
     firm = np.maximum(rate, 1e-12)
-    slip = 2.0 * drive.rolling_mass / drive.drag * np.log(np.maximum(speed / firm, 1.0))
-    all_on_one_side = places.unbalances + drive.balls * drive.ball_mass * drive.radius
-    folds = np.log(np.maximum(all_on_one_side / specification.limit, 1.0)) + LEAVING
-    return np.where(rate > 0.0, slip + folds / firm, math.inf)
+    better = np.maximum(-growth_felt(drive, speed, felt[:, [0, 0]]), 1e-12)
+    moment, limit = drive.ball_mass * drive.radius, specification.limit
+    slip = drive.rolling_mass / drive.drag * np.log(np.maximum(speed / firm, 1.0))
+    folds = np.log(np.maximum((places.unbalances + drive.balls * moment) / limit, 1.0)) + LEAVING
+    a_radian = math.sqrt(drive.balls) * moment * felt[:, 1]
+    last = np.log(np.maximum(a_radian / limit, 1.0))
+    return np.where(rate > 0.0, slip + np.maximum(folds / better, last / firm), math.inf)
 
 
 def share_in_time(

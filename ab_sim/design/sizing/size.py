@@ -174,9 +174,10 @@ def _checked(
     at_drags = window_runs(
         sized, specification, running, lambda drag: predicted_share(balls, specification, drag)
     )
+    smooth = specification._replace(friction_arm=0.0)
     claims = [
-        mass_claim(sized, specification),
-        *circulation_claims(sized, specification),
+        mass_claim(sized, smooth),
+        *circulation_claims(sized, smooth),
         *_claims_of_shares(specification, hold, (without, own), at_drags),
     ]
     return Sizing(

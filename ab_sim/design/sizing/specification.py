@@ -55,6 +55,8 @@ class DriveSpecification(NamedTuple):
     """Unbalance that may be left, as a share of the largest."""
     drag_tolerance: float
     """By which the drag of built drives is off, evenly to either side, as a share."""
+    friction_arm: float = 0.0
+    """Of rolling friction [m]; predictions leave it out, runs have it."""
 
     @property
     def limit(self) -> float:
@@ -98,6 +100,7 @@ class SpecificationTexts(NamedTuple):
     share: float = SHARE
     left: float = LEFT
     drag_tolerance: float = DRAG_TOLERANCE
+    friction_arm: Given = 0.0
 
 
 def specification_of(given: SpecificationTexts) -> DriveSpecification:
@@ -140,6 +143,7 @@ def specification_of(given: SpecificationTexts) -> DriveSpecification:
         _between("share", given.share, 0.01, 0.999),
         _between("left", given.left, 1e-3, 0.9),
         _between("drag-tolerance", given.drag_tolerance, 0.0, 0.9),
+        _between("friction-arm", _number("friction-arm", given.friction_arm, "m"), 0.0, radius),
     )  # fmt: skip
 
 

@@ -16,6 +16,8 @@ from ab_sim.design.work import Executor, Tell, rows_of
 from ab_sim.scene.model import Scene
 
 GRADE, PEAK = "balance_grade", "peak_whirl_over_e"
+GRADE_UNIT = 1e3
+"""The merit is in mm/s."""
 
 
 class SpreadRuns(NamedTuple):
@@ -79,7 +81,7 @@ def run_share(
     job = Job(scene, drawn.keys, (GRADE, PEAK))
     rows = rows_of(job, drawn, running.executor(), running.tell)
     outcomes = np.array(rows[OUTCOME].to_pylist())
-    limit = specification.limit / scene.total_mass * specification.speed
+    limit = GRADE_UNIT * specification.limit / scene.total_mass * specification.speed
     balanced = (merit_values(rows, GRADE) <= limit) & (outcomes != CIRCULATES)
     keys = drawn.keys.index("rotor.eccentricity")
     whirls = merit_values(rows, PEAK) * [drawn.at(run)[keys] for run in range(len(drawn))]

@@ -53,6 +53,7 @@ def scene_of(
         profile["variable_speed_period"] = hold._asdict()
         reached += hold.duration
     count = balls.count
+    friction = [{"rolling_friction": {"arm": specification.friction_arm}}]
     content = {
         "name": NAME,
         "rotor": {
@@ -71,6 +72,7 @@ def scene_of(
             {"viscous_drag": {"coefficient": drag}},
             "spindle_acceleration",
             "ball_spin",
+            *(friction if specification.friction_arm > 0.0 else ()),
         ],
         # Apart: equal balls at one place never part.
         "start": {
