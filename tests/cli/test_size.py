@@ -21,7 +21,7 @@ def test_it_is_shown_drawn_and_written(tmp_path: Path) -> None:
         "--plot", "size.png", "--json", "size.json", cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert "take 5 balls of 0.117" in done.stdout and "no hold" in done.stdout
+    assert "take 5 balls of 0.0597" in done.stdout and "no hold" in done.stdout
     report = json.loads((tmp_path / "size.json").read_text())
     assert report["found"] and all(each["claim"] for each in report["claims"])
     assert package.load_scene(tmp_path / "sized.yaml").as_mapping() == report["scene"]
@@ -29,7 +29,9 @@ def test_it_is_shown_drawn_and_written(tmp_path: Path) -> None:
 
 
 def test_where_nothing_can_be_sized_it_says_why(tmp_path: Path) -> None:
-    done = ab_sim("size", *DRIVE, *OF, "--balls", "2", "--scene", "s.yaml", cwd=tmp_path)
+    done = ab_sim(
+        "size", *DRIVE, *OF, "--balls", "2", "--settle", "0.5 s", "--scene", "s.yaml", cwd=tmp_path
+    )
     assert done.returncode == 1 and not list(tmp_path.glob("*.yaml"))
     assert "nothing can be sized: 2 balls: at no drag 90 % are in time" in done.stderr
 

@@ -45,11 +45,11 @@ def test_a_drive_is_sized_and_its_claims_hold(tmp_path: Path) -> None:
 
 
 def test_outside_the_window_too_few_are_in_time() -> None:
-    """Below its lower end, too, where nothing circulates and swings last."""
+    """Below its lower end, where bunches circulate."""
     asked = wanted(balls=[5])
     sized = sizing.sized_balls(5, asked)
     assert sized.balls is not None and sized.window is not None
-    scene = with_contact(scene_of(sized.balls, asked, 0.6 * sized.window.low))
+    scene = with_contact(scene_of(sized.balls, asked, 0.7 * sized.border))
     found = run_share(scene, asked, HERE, drag_too=False)
     assert found.share.high < asked.share and found.failed == 0
 
