@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         simulate,
         simulate_batch,
     )
+    from ab_sim.api.sizing import size
     from ab_sim.drive.drive import Drive
     from ab_sim.drive.trajectory import Trajectory
     from ab_sim.errors import AbSimError, DivergedError, InputError, RecordingError, SceneError
@@ -82,6 +83,7 @@ __all__ = [
     "scene_names",
     "simulate",
     "simulate_batch",
+    "size",
     "stability_map",
     "sweep",
     "tune",
@@ -103,6 +105,7 @@ _MODULES = {
         "simulate",
         "simulate_batch",
     ),
+    "api.sizing": ("size",),
     "drive.drive": ("Drive",),
     "drive.trajectory": ("Trajectory",),
     "errors": ("AbSimError", "DivergedError", "InputError", "RecordingError", "SceneError"),

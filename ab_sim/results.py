@@ -9,6 +9,7 @@ from ab_sim.analysis.modes import Mode, NaturalVibration
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.batch import Batch
+from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread
 from ab_sim.design.sweep import Sweep
 from ab_sim.design.tune import Tuning
@@ -38,6 +39,7 @@ __all__ = [
     "Recovery",
     "RecoveryOverDrag",
     "RestingState",
+    "Sizing",
     "Spread",
     "Stability",
     "StabilityMap",

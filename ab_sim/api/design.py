@@ -1,7 +1,7 @@
 """Calls that decide over many drives."""
 
 import functools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
@@ -283,8 +283,7 @@ def robust(
     >>> found.share.runs_for(0.01) > 100, found["rotor.eccentricity"].shape
     (True, (40,))
     """
-    executors = functools.partial(_executor, workers, scheduler)
-    executors()
+    executors = executors_of(workers, scheduler)
     tolerances = _tolerances(spread)
     bounds = [balanced] if isinstance(balanced, str) else balanced
     question = SpreadQuestion(
@@ -361,6 +360,15 @@ def _mapping(over: Over) -> Over:
     if not isinstance(over, Mapping):
         raise InputError(f"{short(over)}: must be a mapping of keys to their values")
     return over
+
+
+def executors_of(
+    workers: int, scheduler: str | None
+) -> Callable[[], AbstractContextManager[Executor]]:
+    """What makes executors, after having made one to see whether it can be used."""
+    executors = functools.partial(_executor, workers, scheduler)
+    executors()
+    return executors
 
 
 def _executor(workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:

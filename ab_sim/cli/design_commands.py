@@ -250,3 +250,92 @@ def robust(
         runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst
     )
     robust_command(scene, change or [], spread, given).run(json, plot)
+
+
+@design_commands.command()
+def size(
+    mass: Annotated[
+        str,
+        typer.Option(metavar="'100 g'", help="All that moves on the suspension, without balls."),
+    ],
+    critical: Annotated[
+        str, typer.Option(metavar="'100 rad/s'", help="Critical speed, without balls.")
+    ],
+    speed: Annotated[str, typer.Option(metavar="'200 rad/s'", help="Running speed, above it.")],
+    race_radius: Annotated[
+        str, typer.Option(metavar="'12 mm'", help="Of the wall that balls roll on, inside.")
+    ],
+    race_width: Annotated[str, typer.Option(metavar="'4 mm'", help="Room for a ball's diameter.")],
+    unbalance: Annotated[
+        str | None,
+        typer.Option(
+            metavar="'0.3 g cm'",
+            help="Largest unbalance, or LEAST..LARGEST; rotors lie evenly between.",
+        ),
+    ] = None,
+    grade: Annotated[
+        str | None,
+        typer.Option(metavar="G6.3", help="Instead: the grade of unbalanced rotors, ISO 21940-11."),
+    ] = None,
+    damping_ratio: Annotated[
+        float, typer.Option(help="Of the suspension: c / (2 sqrt(k M)).")
+    ] = 0.05,
+    acceleration: Annotated[
+        str | None, typer.Option(metavar="'40 rad/s^2'", help="Default: at speed within 1 s.")
+    ] = None,
+    settle: Annotated[
+        str,
+        typer.Option(metavar="'3 s'", help="From the running speed until it must be balanced."),
+    ] = "3 s",
+    density: Annotated[
+        str, typer.Option(metavar="steel", help="Or ceramic, tungsten carbide, '7.8 g/cm^3'.")
+    ] = "steel",
+    balls: Annotated[
+        str, typer.Option(metavar="2..6", help="Numbers that are looked at.")
+    ] = "2..6",
+    share: Annotated[
+        str, typer.Option(metavar="90%", help="Of drives that must be balanced by then.")
+    ] = "90%",
+    left: Annotated[
+        str, typer.Option(metavar="10%", help="Of the largest unbalance, that may be left.")
+    ] = "10%",
+    drag_tolerance: Annotated[
+        str, typer.Option(metavar="20%", help="By which the drag of built drives is off.")
+    ] = "20%",
+    friction_arm: Annotated[
+        str, typer.Option(metavar="'0.1 um'", help="Of rolling friction, which runs then have.")
+    ] = "0 m",
+    runs: Annotated[int, typer.Option(metavar="N", help="Drives, to check each claim by.")] = 400,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random draws.")] = 0,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    json: JsonOption = None,
+    scene: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the sized drive, to run: .yaml.")
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw drag windows, and shares predicted and seen."),
+    ] = None,
+) -> None:
+    """Size a balancer: balls, drag and start-up from what the drive must do; each claim is run.
+
+    Numbers may have their unit; without, they are SI. For each number of balls it looks for the
+    lightest ones with a drag window: above the drag up to which balls circulate, and such that the
+    wanted share of drives is balanced in time. The widest window is taken, and its start-up is run
+    over drives that differ in unbalance, start angles and drag; with a hold of the speed only if
+    too few balance without.
+
+    What runs contradict is said so. Where nothing can be sized it says why, and what to change,
+    with exit code 1. The JSON has `candidates`, `chosen`, `hold`, `claims` (claim, predicted, seen,
+    verdict), `at_drags`, `runs` and the `scene`. What is done is kept.
+    """
+    from ab_sim.cli.size import size_command
+    from ab_sim.design.sizing.specification import SpecificationTexts
+
+    given = SpecificationTexts(
+        mass, critical, speed, race_radius, race_width, unbalance, grade, damping_ratio,
+        acceleration, settle, density, balls, friction_arm=friction_arm,
+    )  # fmt: skip
+    shares = {"share": share, "left": left, "drag-tolerance": drag_tolerance}
+    size_command(given, shares, (runs, seed), (workers, scheduler), scene).run(json, plot)

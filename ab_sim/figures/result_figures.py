@@ -8,6 +8,7 @@ from ab_sim.analysis.modes import NaturalVibration
 from ab_sim.analysis.offline import OfflineRun
 from ab_sim.analysis.recovery import RecoveryOverDrag
 from ab_sim.batch import Batch
+from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread
 from ab_sim.design.sweep import Sweep
 from ab_sim.design.tune import Tuning
@@ -23,6 +24,7 @@ from ab_sim.figures.paths import drawn_batch, drawn_trajectory
 from ab_sim.figures.recovery import drawn_recovery
 from ab_sim.figures.run import drawn_run
 from ab_sim.figures.saved import ResultFigure, with_plain_texts
+from ab_sim.figures.sizing import drawn_sizing
 from ab_sim.figures.spread import drawn_spread
 from ab_sim.figures.stability_map import drawn_map
 from ab_sim.figures.sweep import drawn_sweep
@@ -108,3 +110,8 @@ def tuning(found: Tuning) -> ResultFigure:
 def spread(found: Spread) -> ResultFigure:
     """Distributions of merits, and Sobol indices."""
     return with_plain_texts(drawn_spread(found))
+
+
+def sizing(found: Sizing) -> ResultFigure:
+    """Drag windows, and shares that are balanced in time."""
+    return with_plain_texts(drawn_sizing(found))

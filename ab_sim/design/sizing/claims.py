@@ -1,0 +1,182 @@
+"""What a sizing says, and what runs say of it."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.analysis.circulating import drive_of, stalled, state_of_bunch
+from ab_sim.analysis.equilibria.resting import resting_system
+from ab_sim.batch import simulate_batch
+from ab_sim.design.sizing.drag_window import SizedBalls
+from ab_sim.design.sizing.specification import DriveSpecification
+from ab_sim.design.sizing.spread_share import Running, SpreadRuns, run_share
+from ab_sim.design.sizing.start_up_scene import scene_of, step_at, with_contact
+from ab_sim.design.spread import share_text
+from ab_sim.drive import Drive
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+
+HOLDS, CONTRADICTED, UNDECIDED = "holds", "contradicted", "undecided"
+TOO_LIGHT = 0.8
+"""Of what balls balance the largest unbalance with: so many of it are shown to be too few."""
+CLOSE = 0.02
+"""Of the unbalance: within so much the residual is as predicted."""
+BESIDE = 0.05
+"""Share of the border of circulation, beside which it is looked on either side."""
+FAR = 10.0
+"""Times the window's highest drag, at which too few are to be in time."""
+SAME_SPEED = 0.03
+NEARER = 4
+"""Times that an end of a window is moved half way to the drag that is taken."""
+FAR_ABOVE, BY_RUNS = "far above", ", by runs"
+"""Names of drags."""
+
+
+class SizingClaim(NamedTuple):
+    """One statement of a sizing, beside what runs gave."""
+
+    claim: str
+    predicted: str
+    seen: str
+    verdict: str
+    """holds, contradicted, or undecided: so many runs do not tell."""
+
+
+class DragRuns(NamedTuple):
+    """Runs over the spread at one drag, beside what was predicted."""
+
+    drag: float
+    """[N s/m]."""
+    predicted: float
+    """Share that is balanced in time."""
+    runs: SpreadRuns
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values."""
+        return {"drag": self.drag, "predicted": self.predicted, **self.runs.report()}
+
+
+def share_claim(text: str, runs: SpreadRuns, wanted: float, at_least: bool = True) -> SizingClaim:
+    """That a share of drives is at least, or below, what is wanted; judged by its interval."""
+    share = runs.share
+    above, below = share.low >= wanted, share.high < wanted
+    if above or below:
+        verdict = HOLDS if above == at_least else CONTRADICTED
+    else:
+        verdict = UNDECIDED
+    sign = "at least" if at_least else "below"
+    return SizingClaim(text, f"{sign} {100 * wanted:g} %", share_text(share), verdict)
+
+
+def mass_claim(sized: SizedBalls, specification: DriveSpecification) -> SizingClaim:
+    """That balls with 0.8 of the least n m R leave 0.2 of the largest unbalance."""
+    balls, drag = sized.balls, sized.drag
+    assert balls is not None and drag is not None
+    scene = scene_of(balls, specification, drag)
+    light = TOO_LIGHT * specification.largest_unbalance / balls.moment * balls.mass
+    # Lighter balls are slower by the square of their mass.
+    longer = scene.duration + 3.0 * specification.settle * (balls.mass / light) ** 2
+    lighter = changed_scene(scene, {"balls.mass": light, "duration": longer}, scene.name)
+    run = simulate_batch(lighter, [{}]).runs[0]
+    left = 1.0 - TOO_LIGHT
+    last = run.trajectory.ball_angles[-max(1, len(run.trajectory) // 10) :]
+    moved = light * balls.path_radius * np.exp(1j * last).sum(axis=1)
+    seen = float(np.sqrt(np.mean(np.abs(1.0 + moved / specification.largest_unbalance) ** 2)))
+    return SizingClaim(
+        f"balls with {TOO_LIGHT:g} of the unbalance are too light, and leave",
+        f"{left:.3f} of it",
+        f"{seen:.3f} of it",
+        HOLDS if abs(seen - left) <= CLOSE else CONTRADICTED,
+    )
+
+
+def circulation_claims(sized: SizedBalls, specification: DriveSpecification) -> list[SizingClaim]:
+    """That a bunch stays just below the border's drag, and comes to rest just above."""
+    balls = sized.balls
+    assert balls is not None
+    found = []
+    for factor, stays in ((1.0 - BESIDE, True), (1.0 + BESIDE, False)):
+        drag = factor * sized.border
+        scene = scene_of(balls, specification, drag)
+        where = f"at {factor:g} of the border, {drag:.3g} N s/m, a bunch that circulates"
+        said = "stays" if stays else "comes to rest"
+        seen = bunch_stays(scene, specification.speed, sized.border * (1.0 - 1e-6))
+        if seen is None:
+            verdict, shown = UNDECIDED, "not known: it swings too far"
+        else:
+            verdict = HOLDS if seen == stays else CONTRADICTED
+            shown = "stays" if seen else "comes to rest"
+        found.append(SizingClaim(where, said, shown, verdict))
+    return found
+
+
+def bunch_stays(scene: Scene, speed: float, border: float) -> bool | None:
+    """Whether a bunch of all balls goes on circulating at a speed that is held.
+
+    Args:
+        scene: whose drag may be above the border; balls pass through each other.
+        speed: w [rad/s].
+        border: a drag at which there is such a state, from which it begins if its own has none.
+
+    Returns:
+        None where no such state is known.
+    """
+    step = step_at(speed)
+    held = changed_scene(
+        scene, {"start.speed": speed, "solver.step": step, "profile": None}, scene.name
+    )
+    numbers = drive_of(held)
+    if numbers is None:
+        return None
+    bunch = stalled(numbers, speed, numbers.balls)
+    if bunch is None:
+        bunch = stalled(numbers._replace(drag=border), speed, numbers.balls)
+    if bunch is None:
+        return None
+    state = state_of_bunch(resting_system(held), bunch)
+    n = numbers.balls
+    state[4 : 4 + n] += 1e-2 * np.random.default_rng(0).normal(size=n)
+    slowest = max(numbers.rolling_mass / numbers.drag, numbers.mass / numbers.damping)
+    run = Drive(held)
+    run.restore(run.snapshot()._replace(state=state))
+    done = run.advance(math.ceil(60.0 * slowest / step), every=10)
+    half, time = len(done) // 2, done["time"]
+    speeds = speed + np.polyfit(time[half:] - time[half], done.ball_angles[half:], 1)[0]
+    # A ball that has come to rest turns as the spindle does.
+    return bool((np.abs(speeds - bunch.speed) < SAME_SPEED * bunch.speed).all())
+
+
+def window_runs(
+    sized: SizedBalls, specification: DriveSpecification, running: Running, predict: Any
+) -> dict[str, DragRuns]:
+    """Runs over the spread at the ends of a drag window, and far above it.
+
+    Where they contradict an end, another one is looked for, nearer to the drag that is taken.
+
+    Args:
+        sized, specification, running: see ``run_share``.
+        predict: the share that is predicted at a drag.
+    """
+    balls, window = sized.balls, sized.window
+    assert balls is not None and window is not None
+    drags = {"lowest": window.low, "highest": window.high, FAR_ABOVE: FAR * window.high}
+    found = {}
+
+    def look(name: str, drag: float) -> SpreadRuns:
+        scene = with_contact(scene_of(balls, specification, drag))
+        runs = run_share(scene, specification, running, drag_too=False)
+        found[name] = DragRuns(drag, predict(drag), runs)
+        return runs
+
+    for name, drag in drags.items():
+        runs = look(name, drag)
+        if name == FAR_ABOVE or runs.share.high >= specification.share:
+            continue
+        for _ in range(NEARER):
+            drag = math.sqrt(drag * float(sized.drag or drag))
+            if look(name + BY_RUNS, drag).share.value >= specification.share:
+                break
+        else:
+            del found[name + BY_RUNS]
+    return found

@@ -1,0 +1,172 @@
+"""How long balls take to balance a drive that has reached its speed: from growth rates.
+
+Near a balanced position, with the deck's z on the rotor's axes, d = d/dt, t_j the balls' tangents:
+
+    (M (d + i w)^2 + c (d + i w) + k) z + m R (d + i w)^2 sum t_j x_j = 0
+    mu R x_j'' + c_b R x_j' + m t_j . (d + i w)^2 z = 0.
+
+Of the position only the singular values of the t_j enter, sqrt(n (1 +- rho) / 2) with
+rho = |sum exp(2 i theta_j)| / n: two motions of the balls are felt by the deck, together eight
+eigenvalues, of which the slowest is what is waited for.
+
+The time is an estimate, and no closed form: until the balls' slip, w at most, has come down to the
+slowest rate, by the drag alone; and then e-folds, from all balls on the unbalance's side to what
+may be left, ``LEAVING`` for balls that first have to leave that side; of the better felt motion in
+both directions, and of the slowest from what a radian of it leaves: where rho is near 1, it is
+slow, and makes little unbalance.
+
+Source: own derivation, from the equations of docs/equations.md, section 1; what runs say is in
+docs/howto/size.md.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.analysis.circulating import BunchDrive
+from ab_sim.design.sizing.race_fit import FittingBalls
+from ab_sim.design.sizing.specification import DriveSpecification
+
+LEAVING = 1.0
+"""e-folds from the unbalance's side, where balls gather below the critical speed."""
+DRAWS = 64
+"""Rotors and positions over which there is a share."""
+STEPS = 200
+_FARTHEST = 0.3
+"""A ball's way in a step [rad]."""
+
+
+class BalancedPlaces(NamedTuple):
+    """Rotors drawn from the range of unbalance, and where balls balance them, as they come."""
+
+    unbalances: np.ndarray
+    """[kg m], shape (draws,)."""
+    rhos: np.ndarray
+    """Of the balls' positions, shape (draws,)."""
+
+
+def drive_of_balls(
+    balls: FittingBalls, specification: DriveSpecification, drag: float
+) -> BunchDrive:
+    """The drive with these balls as numbers.
+
+    Args:
+        balls, specification: what it is of.
+        drag: c_b on a ball [N s/m].
+    """
+    return BunchDrive(
+        mass=specification.mass + balls.count * balls.mass,
+        unbalance=specification.largest_unbalance,
+        stiffness=specification.stiffness,
+        damping=specification.damping,
+        radius=balls.path_radius,
+        drag=drag,
+        ball_mass=balls.mass,
+        rolling_mass=balls.rolling_mass,
+        balls=balls.count,
+    )
+
+
+def balanced_places(balls: FittingBalls, specification: DriveSpecification) -> BalancedPlaces:
+    """Where balls come to from anywhere, the way on which the unbalance left falls fastest.
+
+    Unbalances are evenly spaced in their range, start angles random; the same for all drives of
+    one number of balls.
+    """
+    low, high = specification.least_unbalance, specification.largest_unbalance
+    unbalances = low + (high - low) * (np.arange(DRAWS) + 0.5) / DRAWS
+    draw = np.random.default_rng(balls.count)
+    theta = draw.uniform(-math.pi, math.pi, (DRAWS, balls.count))
+    moment = balls.mass * balls.path_radius
+    small = 1e-3 * balls.count * moment**2 * np.eye(2)
+    for _ in range(STEPS):
+        reach = moment * np.exp(1j * theta)
+        left = reach.sum(axis=1) + unbalances
+        ways = np.stack([-reach.imag, reach.real], axis=1)
+        square = ways @ ways.transpose(0, 2, 1) + small
+        wanted = np.stack([left.real, left.imag], axis=1)[..., np.newaxis]
+        step = (ways.transpose(0, 2, 1) @ np.linalg.solve(square, wanted))[..., 0]
+        longest = np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300)
+        theta -= step * np.minimum(1.0, _FARTHEST / longest)
+    return BalancedPlaces(unbalances, np.abs(np.exp(2j * theta).mean(axis=1)))
+
+
+def largest_growth(drive: BunchDrive, speed: float, rhos: np.ndarray) -> np.ndarray:
+    """The largest growth rate [1/s] at balanced positions, shape of ``rhos``; see ``growth_felt``.
+
+    Structural zeros of three and more balls are not among them, as along a continuum of balanced
+    positions nothing is to settle.
+
+    Args:
+        drive: the numbers.
+        speed: w [rad/s].
+        rhos: of the positions, shape (positions,).
+    """
+    return growth_felt(drive, speed, _felt(drive, rhos))
+
+
+def _felt(drive: BunchDrive, rhos: np.ndarray) -> np.ndarray:
+    """Singular values of the tangents, the larger first, shape (positions, 2)."""
+    squares = 0.5 * drive.balls * (1.0 + np.multiply.outer(rhos, [1, -1]))
+    return np.sqrt(np.maximum(squares, 0.0))
+
+
+def growth_felt(drive: BunchDrive, speed: float, felt: np.ndarray) -> np.ndarray:
+    """The largest growth rate [1/s] where the balls' two motions are felt so much.
+
+    Args:
+        drive: the numbers.
+        speed: w [rad/s].
+        felt: singular values of the tangents, shape (positions, 2).
+    """
+    mass, m, w = drive.mass, drive.ball_mass, speed
+    one, turn = np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]])
+    S = felt[..., np.newaxis] * one
+    second, first, none = (np.zeros((*np.shape(felt)[:-1], 4, 4)) for _ in range(3))
+    second[..., :2, :2], second[..., 2:, 2:] = mass * one, drive.rolling_mass * one
+    second[..., :2, 2:] = second[..., 2:, :2] = m * S
+    first[..., :2, :2] = drive.damping * one + 2.0 * w * mass * turn
+    first[..., :2, 2:], first[..., 2:, :2] = 2.0 * w * m * turn @ S, 2.0 * w * m * S @ turn
+    first[..., 2:, 2:] = drive.drag * one
+    none[..., :2, :2] = (drive.stiffness - mass * w * w) * one + drive.damping * w * turn
+    none[..., :2, 2:] = none[..., 2:, :2] = -m * w * w * S
+    inverse = np.linalg.inv(second)
+    companion = np.zeros((*np.shape(felt)[:-1], 8, 8))
+    companion[..., :4, 4:] = np.eye(4)
+    companion[..., 4:, :4], companion[..., 4:, 4:] = -inverse @ none, -inverse @ first
+    found: np.ndarray = np.linalg.eigvals(companion).real.max(axis=-1)
+    return found
+
+
+def settle_times(
+    drive: BunchDrive, specification: DriveSpecification, places: BalancedPlaces
+) -> np.ndarray:
+    """Estimates of the time from the running speed until a drive is balanced [s].
+
+    Args:
+        drive: the numbers.
+        specification: has the speed, and what may be left.
+        places: of the rotors.
+
+    Returns:
+        Shape (draws,); infinite where the balanced position is not stable.
+    """
+    speed = specification.speed
+    felt = _felt(drive, places.rhos)
+    rate = -growth_felt(drive, speed, felt)
+    firm = np.maximum(rate, 1e-12)
+    better = np.maximum(-growth_felt(drive, speed, felt[:, [0, 0]]), 1e-12)
+    moment, limit = drive.ball_mass * drive.radius, specification.limit
+    slip = drive.rolling_mass / drive.drag * np.log(np.maximum(speed / firm, 1.0))
+    folds = np.log(np.maximum((places.unbalances + drive.balls * moment) / limit, 1.0)) + LEAVING
+    a_radian = math.sqrt(drive.balls) * moment * felt[:, 1]
+    last = np.log(np.maximum(a_radian / limit, 1.0))
+    return np.where(rate > 0.0, slip + np.maximum(folds / better, last / firm), math.inf)
+
+
+def share_in_time(
+    drive: BunchDrive, specification: DriveSpecification, places: BalancedPlaces
+) -> float:
+    """Share of rotors that are balanced by ``specification.settle``, by ``settle_times``."""
+    return float(np.mean(settle_times(drive, specification, places) <= specification.settle))

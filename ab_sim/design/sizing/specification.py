@@ -1,0 +1,253 @@
+"""What a balancer is to be sized for: the drive, its unbalance and the space for a race."""
+
+import math
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ab_sim.errors import InputError, exact
+from ab_sim.quoting import short
+from ab_sim.scene.units import has_unit, in_si
+
+Given = str | float
+"""A number in SI units, or a text with its unit."""
+DENSITIES = {"steel": 7850.0, "ceramic": 3250.0, "tungsten carbide": 14900.0}
+"""Of balls by name [kg/m^3]: bearing steel, silicon nitride, tungsten carbide with cobalt."""
+BALLS = (2, 6)
+MOST_BALLS = 12
+DAMPING_RATIO, SETTLE, DENSITY, SHARE, LEFT, DRAG_TOLERANCE = 0.05, 3.0, "steel", 0.9, 0.1, 0.2
+"""Unless told."""
+RUN_UP = 1.0
+"""Time in which the running speed is reached unless an acceleration is told [s]."""
+_GRADE = re.compile(r"\s*[Gg]\s*(\d+\.?\d*|\.\d+)\s*")
+
+
+class DriveSpecification(NamedTuple):
+    """What a balancer is sized for, SI units; made by ``specification_of``."""
+
+    mass: float
+    """M0, all that moves on the suspension but for the balls [kg]."""
+    least_unbalance: float
+    largest_unbalance: float
+    """Of U = M0 e [kg m]; rotors lie evenly between."""
+    critical_speed: float
+    """sqrt(k/M0), without balls [rad/s]."""
+    speed: float
+    """At which it runs [rad/s]."""
+    race_radius: float
+    """Of the wall that the balls roll on, inside [m]."""
+    race_width: float
+    """Room for a ball's diameter [m]."""
+    damping_ratio: float
+    """c / (2 sqrt(k M0))."""
+    acceleration: float
+    """Of the run-up [rad/s^2]."""
+    settle: float
+    """Time from the running speed until a drive must be balanced [s]."""
+    density: float
+    """Of the balls [kg/m^3]."""
+    fewest: int
+    most: int
+    """Numbers of balls that are looked at."""
+    share: float
+    """Of drives that must be balanced by then, above 0, below 1."""
+    left: float
+    """Unbalance that may be left, as a share of the largest."""
+    drag_tolerance: float
+    """By which the drag of built drives is off, evenly to either side, as a share."""
+    friction_arm: float = 0.0
+    """Of rolling friction [m]; predictions leave it out, runs have it."""
+
+    @property
+    def limit(self) -> float:
+        """Unbalance that may be left [kg m]."""
+        return self.left * self.largest_unbalance
+
+    @property
+    def stiffness(self) -> float:
+        """k [N/m]."""
+        return self.mass * self.critical_speed**2
+
+    @property
+    def damping(self) -> float:
+        """c [N s/m]."""
+        return 2.0 * self.damping_ratio * self.mass * self.critical_speed
+
+    @property
+    def counts(self) -> range:
+        """Numbers of balls."""
+        return range(self.fewest, self.most + 1)
+
+
+class SpecificationTexts(NamedTuple):
+    """A specification as a user writes it: numbers in SI units, or texts with a unit."""
+
+    mass: Given
+    critical_speed: Given
+    speed: Given
+    race_radius: Given
+    race_width: Given
+    unbalance: Given | Sequence[float] | None = None
+    """The largest, or from least to largest: ``0.1 g cm..0.3 g cm``."""
+    grade: Given | None = None
+    """Instead, the grade that the rotor has: ``G6.3``, or 6.3 [mm/s]."""
+    damping_ratio: float = DAMPING_RATIO
+    acceleration: Given | None = None
+    settle: Given = SETTLE
+    density: Given = DENSITY
+    balls: str | Sequence[int] = BALLS
+    """From how many to how many, ``2..6``, or a number."""
+    share: float = SHARE
+    left: float = LEFT
+    drag_tolerance: float = DRAG_TOLERANCE
+    friction_arm: Given = 0.0
+
+
+def specification_of(given: SpecificationTexts) -> DriveSpecification:
+    """What is written, checked.
+
+    Raises:
+        InputError: a number cannot be, or both or none of unbalance and grade are given; names it,
+            what is allowed and what to do.
+    """
+    mass = _positive("mass", given.mass, "kg")
+    critical = _positive("critical", given.critical_speed, "rad/s")
+    speed = _positive("speed", given.speed, "rad/s")
+    if speed <= critical:
+        raise InputError(
+            f"speed = {exact(speed)} rad/s: must be above critical = {exact(critical)} rad/s; "
+            "below it balls make the unbalance worse: run faster, or mount the drive softer"
+        )
+    radius = _positive("race-radius", given.race_radius, "m")
+    width = _positive("race-width", given.race_width, "m")
+    if width > radius:
+        raise InputError(
+            f"race-width = {exact(width)} m: is a ball's room, must be at most race-radius = "
+            f"{exact(radius)} m"
+        )
+    least, largest = _unbalance(given, mass, speed)
+    if largest > mass * radius:
+        raise InputError(
+            f"unbalance = {exact(largest)} kg m: is more than the mass at the race's radius has, "
+            f"{exact(mass * radius)} kg m; see to its unit"
+        )
+    fewest, most = _counts(given.balls)
+    acceleration = speed / RUN_UP if given.acceleration is None else given.acceleration
+    return DriveSpecification(
+        mass, least, largest, critical, speed, radius, width,
+        _between("damping-ratio", given.damping_ratio, 1e-4, 1.0),
+        _positive("acceleration", acceleration, "rad/s^2"),
+        _positive("settle", given.settle, "s"),
+        _density(given.density),
+        fewest, most,
+        _between("share", given.share, 0.01, 0.999),
+        _between("left", given.left, 1e-3, 0.9),
+        _between("drag-tolerance", given.drag_tolerance, 0.0, 0.9),
+        _between("friction-arm", _number("friction-arm", given.friction_arm, "m"), 0.0, radius),
+    )  # fmt: skip
+
+
+def unbalance_of_grade(grade: float, mass: float, speed: float) -> float:
+    """U = M G / w [kg m], G the mass centre's speed about the shaft: ISO 21940-11.
+
+    Args:
+        grade: G [m/s].
+        mass: of the rotor [kg].
+        speed: at which it has that grade [rad/s].
+    """
+    return mass * grade / speed
+
+
+def _unbalance(given: SpecificationTexts, mass: float, speed: float) -> tuple[float, float]:
+    if (given.unbalance is None) == (given.grade is None):
+        raise InputError("unbalance, grade: give one of them, e.g. unbalance '0.3 g cm'")
+    if given.grade is not None:
+        return 0.0, unbalance_of_grade(_grade(given.grade), mass, speed)
+    parts: Sequence[Given]
+    if isinstance(given.unbalance, str):
+        parts = given.unbalance.split("..")
+        if len(parts) == 2 and has_unit(parts[1]) and not has_unit(parts[0]):
+            # 0.1..0.3 g cm
+            parts = [parts[0] + parts[1].strip().lstrip("+-.0123456789eE"), parts[1]]
+    elif isinstance(given.unbalance, Sequence):
+        parts = given.unbalance
+    else:
+        assert given.unbalance is not None
+        parts = [given.unbalance]
+    if len(parts) not in (1, 2):
+        raise InputError(
+            f"unbalance = {short(given.unbalance)}: must be the largest one, or LEAST..LARGEST"
+        )
+    numbers = [_number("unbalance", part, "kg m") for part in parts]
+    least, largest = (0.0, numbers[0]) if len(numbers) == 1 else (numbers[0], numbers[1])
+    if not 0.0 <= least < largest or largest < 1e-15:
+        raise InputError(
+            f"unbalance = {short(given.unbalance)}: must be above 0, and rise from least to largest"
+        )
+    return least, largest
+
+
+def _grade(given: Given) -> float:
+    """m/s."""
+    if isinstance(given, str):
+        found = _GRADE.fullmatch(given)
+        if found is None:
+            if has_unit(given):
+                return _positive("grade", given, "m/s")
+            raise InputError(f"grade = {short(given)}: must be like G6.3, the number in mm/s")
+        given = float(found[1])
+    if not 0.0 < given <= 1e5:
+        raise InputError(f"grade = {exact(given)}: must be above 0 mm/s, at most 1e5")
+    return 1e-3 * given
+
+
+def _density(given: Given) -> float:
+    if isinstance(given, str) and given.strip().lower() in DENSITIES:
+        return DENSITIES[given.strip().lower()]
+    try:
+        return _between("density", _number("density", given, "kg/m^3"), 100.0, 25000.0)
+    except InputError as error:
+        names = ", ".join(DENSITIES)
+        raise InputError(f"{error}; or one of {names}") from None
+
+
+def _counts(given: str | Sequence[int]) -> tuple[int, int]:
+    parts = given.split("..") if isinstance(given, str) else list(given)
+    try:
+        numbers = [int(part) for part in parts]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (1, 2) or not 2 <= numbers[0] <= numbers[-1] <= MOST_BALLS:
+        raise InputError(
+            f"balls = {short(given)}: must be FROM..TO or a number, from 2 to {MOST_BALLS}; one "
+            "ball balances one unbalance only, and no range"
+        )
+    return numbers[0], numbers[-1]
+
+
+def _number(field: str, given: Given, unit: str) -> float:
+    try:
+        if isinstance(given, str) and has_unit(given):
+            return in_si(given, unit)
+        number = float(given)
+    except ValueError as error:
+        said = (
+            error if isinstance(given, str) and has_unit(given) else f"must be a number in {unit}"
+        )
+        raise InputError(f"{field} = {short(given)}: {said}") from None
+    if not math.isfinite(number):
+        raise InputError(f"{field} = {short(given)}: must be a finite number")
+    return number
+
+
+def _positive(field: str, given: Given, unit: str) -> float:
+    number = _number(field, given, unit)
+    if not 1e-9 <= number <= 1e9:
+        raise InputError(f"{field} = {short(given)}: must be from 1e-9 to 1e9 {unit}")
+    return number
+
+
+def _between(field: str, number: float, low: float, high: float) -> float:
+    if not low <= number <= high:
+        raise InputError(f"{field} = {exact(number)}: must be from {low:g} to {high:g}")
+    return float(number)

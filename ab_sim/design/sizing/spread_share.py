@@ -1,0 +1,95 @@
+"""What share of built drives of a sizing is balanced in time, by running them."""
+
+from contextlib import AbstractContextManager
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.design.draws import DrawnPoints
+from ab_sim.design.intervals import ShareBalanced, share_of
+from ab_sim.design.judged import CIRCULATES, FAILED, FAILURE, OUTCOME, Job
+from ab_sim.design.scores import merit_values
+from ab_sim.design.sizing.specification import DriveSpecification
+from ab_sim.design.spread_runs import Executors
+from ab_sim.design.tolerances import Tolerance, tolerance_of
+from ab_sim.design.work import Executor, Tell, rows_of
+from ab_sim.scene.model import Scene
+
+GRADE, PEAK = "balance_grade", "peak_whirl_over_e"
+GRADE_UNIT = 1e3
+"""The merit is in mm/s."""
+
+
+class SpreadRuns(NamedTuple):
+    """Runs of one design over its spread."""
+
+    share: ShareBalanced
+    """Of drives that leave no more unbalance than may be, and have no ball that circulates."""
+    circulating: int
+    """Runs that end with balls going round the race."""
+    failed: int
+    failure: str | None
+    """Of the first that failed."""
+    peak_whirl: float
+    """Median of the largest whirl on the way up [m]."""
+
+    def report(self) -> dict[str, Any]:
+        """As JSON-able values."""
+        return {**self._asdict(), "share": {**self.share._asdict(), "value": self.share.value}}
+
+
+class Running(NamedTuple):
+    """How drives are run."""
+
+    runs: int
+    seed: int
+    executors: Executors | None
+    """Makes what shares the work; None: this process does it."""
+    tell: Tell | None
+
+    def executor(self) -> AbstractContextManager[Executor] | None:
+        """For one study."""
+        return None if self.executors is None else self.executors()
+
+
+def tolerances_of(specification: DriveSpecification, drag_too: bool = True) -> list[Tolerance]:
+    """How drives differ: unbalance over its range, start angles anywhere, drag by its tolerance."""
+    mass = specification.mass
+    low, high = specification.least_unbalance / mass, specification.largest_unbalance / mass
+    written = [f"rotor.eccentricity=uniform:{low!r},{high!r}", "start.ball_angles=random"]
+    if drag_too and specification.drag_tolerance > 0.0:
+        percent = 100.0 * specification.drag_tolerance
+        written.append(f"effects.viscous_drag.coefficient=uniform:{percent!r}%")
+    return [tolerance_of(each) for each in written]
+
+
+def run_share(
+    scene: Scene, specification: DriveSpecification, running: Running, drag_too: bool = True
+) -> SpreadRuns:
+    """Run a design over its spread.
+
+    Whether the whirl still falls does not matter, as of ``robust`` it does: what counts is how much
+    is left at that time.
+
+    Args:
+        scene: the drawing.
+        specification: has the spread, and what may be left.
+        running: how many, and where.
+        drag_too: whether the drag is spread.
+    """
+    drawn = DrawnPoints(scene, tolerances_of(specification, drag_too), running.runs, running.seed)
+    job = Job(scene, drawn.keys, (GRADE, PEAK))
+    rows = rows_of(job, drawn, running.executor(), running.tell)
+    outcomes = np.array(rows[OUTCOME].to_pylist())
+    limit = GRADE_UNIT * specification.limit / scene.total_mass * specification.speed
+    balanced = (merit_values(rows, GRADE) <= limit) & (outcomes != CIRCULATES)
+    keys = drawn.keys.index("rotor.eccentricity")
+    whirls = merit_values(rows, PEAK) * [drawn.at(run)[keys] for run in range(len(drawn))]
+    failures = [each for each in rows[FAILURE].to_pylist() if each]
+    return SpreadRuns(
+        share_of(balanced),
+        int(np.count_nonzero(outcomes == CIRCULATES)),
+        int(np.count_nonzero(outcomes == FAILED)),
+        failures[0] if failures else None,
+        float(np.nanmedian(whirls)) if np.isfinite(whirls).any() else float("nan"),
+    )

@@ -1,0 +1,102 @@
+"""The scene of a drive with its balls: from rest up to the running speed."""
+
+import math
+from typing import Any, NamedTuple
+
+from ab_sim.design.sizing.race_fit import FittingBalls
+from ab_sim.design.sizing.specification import DriveSpecification
+from ab_sim.scene.load import changed_scene, check_scene
+from ab_sim.scene.model import Scene
+
+TURN_OF_A_STEP = 0.2
+"""rad of the spindle."""
+LAST = 0.1
+"""Share of a run over which merits are of its end."""
+RESTITUTION = 0.5
+"""Of balls that collide, where they do."""
+NAME = "sized"
+
+
+class Hold(NamedTuple):
+    """A variable-speed period that holds the speed."""
+
+    start_speed: float
+    """rad/s."""
+    duration: float
+    """s."""
+
+
+def scene_of(
+    balls: FittingBalls,
+    specification: DriveSpecification,
+    drag: float,
+    hold: Hold | None = None,
+) -> Scene:
+    """A start-up with the largest unbalance, over when the drive must be balanced.
+
+    Its last tenth, over which merits judge it, begins ``specification.settle`` after the running
+    speed is reached.
+
+    Args:
+        balls, specification: what it is of.
+        drag: c_b on a ball [N s/m].
+        hold: None for none.
+    """
+    speed, acceleration = specification.speed, specification.acceleration
+    profile: dict[str, Any] = {
+        "kind": "start_up",
+        "acceleration": acceleration,
+        "target_speed": speed,
+    }
+    reached = speed / acceleration
+    if hold is not None:
+        profile["variable_speed_period"] = hold._asdict()
+        reached += hold.duration
+    count = balls.count
+    friction = [{"rolling_friction": {"arm": specification.friction_arm}}]
+    content = {
+        "name": NAME,
+        "rotor": {
+            "mass": specification.mass,
+            "eccentricity": specification.largest_unbalance / specification.mass,
+        },
+        "race": {"radius": balls.path_radius},
+        "balls": {"count": count, "mass": balls.mass, "radius": balls.radius},
+        "effects": [
+            {
+                "suspension": {
+                    "stiffness": specification.stiffness,
+                    "damping": specification.damping,
+                }
+            },
+            {"viscous_drag": {"coefficient": drag}},
+            "spindle_acceleration",
+            "ball_spin",
+            *(friction if specification.friction_arm > 0.0 else ()),
+        ],
+        # Apart: equal balls at one place never part.
+        "start": {
+            "ball_angles": [round(2.0 * math.pi * (k / count) ** 1.2, 4) for k in range(count)]
+        },
+        "spindle": {"max_speed": 1.2 * speed, "max_acceleration": 1.2 * acceleration},
+        "profile": profile,
+        "solver": {"step": step_at(speed)},
+        "balanced": {"residual_unbalance": specification.left},
+        "duration": (reached + specification.settle) / (1.0 - LAST),
+    }
+    return check_scene(content, NAME)
+
+
+def with_contact(scene: Scene) -> Scene:
+    """The scene with balls that collide instead of passing through each other."""
+    changes = {"effects.ball_contact": {"restitution_coefficient": RESTITUTION}}
+    return changed_scene(scene, changes, NAME)
+
+
+def step_at(speed: float) -> float:
+    """A round step in which the spindle turns by at most ``TURN_OF_A_STEP`` [s]."""
+    most = min(TURN_OF_A_STEP / speed, 1e-3)
+    decade = 10.0 ** math.floor(math.log10(most))
+    return max(
+        round(digit * decade, 12) for digit in (1, 2, 5) if digit * decade <= most * 1.000001
+    )

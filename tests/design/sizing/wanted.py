@@ -1,0 +1,19 @@
+"""What tests size a balancer for."""
+
+from typing import Any
+
+from ab_sim.design.sizing.specification import (
+    DriveSpecification,
+    SpecificationTexts,
+    specification_of,
+)
+
+DRIVE: dict[str, Any] = {
+    "mass": "100 g", "unbalance": "0.3 g cm", "critical_speed": "100 rad/s", "speed": "200 rad/s",
+    "race_radius": "12 mm", "race_width": "4 mm",
+}  # fmt: skip
+
+
+def wanted(**changes: Any) -> DriveSpecification:
+    """That drive, with other numbers."""
+    return specification_of(SpecificationTexts(**{**DRIVE, **changes}))
