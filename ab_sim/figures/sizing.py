@@ -41,6 +41,8 @@ def _windows(found: Sizing, axes: Axes) -> None:
         named.add(text)
         return text if new else "_nolegend_"
 
+    counts = [each.count for each in found.candidates]
+    axes.set_xlim(min(counts) - 0.6, max(counts) + 0.6)
     for each in found.candidates:
         if each.balls is None:
             axes.text(each.count, math.sqrt(low * high), "none fit", ha="center", fontsize=9)
