@@ -28,6 +28,8 @@ from ab_sim.scene.model import Scene
 
 MOST_NUMBERS = 8
 """Numbers of balls that are looked for: of up to so many balls each, of more some."""
+TURNS = 100.0
+"""Of the spindle in a beat, up to which a periodic solution is looked for."""
 NEAR = 0.05
 """Share of its speed that an exact solution may differ by from the closed form it was begun at."""
 
@@ -117,8 +119,9 @@ def _confirmed(scene: Scene, drive: BunchDrive, speed: float, count: int) -> Coe
     bunch = stalled(drive, speed, count, known=False)
     if bunch is None:
         return None
-    # What rests beside a bunch may sit in many ways: it is run instead.
-    exact = _exact(scene, bunch) if count == drive.balls else None
+    # What rests beside a bunch may sit in many ways, and a long beat takes long: it is run instead.
+    short = abs(speed) <= TURNS * abs(speed - bunch.speed)
+    exact = _exact(scene, bunch) if count == drive.balls and short else None
     run_speed = None if exact else lasting_speed(scene, bunch)
     if run_speed is None if exact is None else not exact.stable:
         return None

@@ -18,7 +18,7 @@ STEP = 0.25
 """Of a run, at most; times the spindle's speed [rad]."""
 FEWEST_BEATS = 50.0
 """Of a run that says something."""
-MOST_STEPS = 2e6
+MOST_STEPS = 3e5
 """Of a run."""
 OFF = 1e-3
 """By which balls are moved before it, at random [rad]: a bunch can fall apart."""
