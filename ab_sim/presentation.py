@@ -134,7 +134,9 @@ def _html(columns: Columns, rows: int) -> str:
     count = len(next(iter(columns.values())).values) if columns else 0
     if not count:
         return ""
-    head = "".join(f"<th>{escape(_titled(name, column))}</th>" for name, column in columns.items())
+    head = "".join(
+        f"<th>{escape(titled(name, column.unit))}</th>" for name, column in columns.items()
+    )
     body = "".join(
         "<tr>" + "".join(f"<td>{_cell(c.values[k])}</td>" for c in columns.values()) + "</tr>"
         for k in range(min(rows, count))
@@ -143,8 +145,9 @@ def _html(columns: Columns, rows: int) -> str:
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
 
 
-def _titled(name: str, column: Column) -> str:
-    return name if column.unit in (None, "1") else f"{name} [{column.unit}]"
+def titled(name: str, unit: str | None) -> str:
+    """A name with its unit, if that says something."""
+    return name if unit in (None, "1", "-") else f"{name} [{unit}]"
 
 
 def _cell(value: object) -> str:

@@ -165,7 +165,7 @@ def _quantile_table(found: Spread) -> Table:
     for merit, quantiles in found.quantiles.items():
         count = int((found[merit] == found[merit]).sum())
         cells = [_interval(each) for each in quantiles] or ["-"] * 3
-        table.add_row(_titled(found, merit), str(count), *cells)
+        table.add_row(found.runs.titled(merit), str(count), *cells)
     return table
 
 
@@ -221,10 +221,5 @@ def _against(found: Spread, other: DesignDifference) -> Iterator[Table | str]:
         table.add_column(name, justify="left" if words else "right", no_wrap=words)
     for merit, each in other.merits.items():
         mean = f"{number(each.mean)} ({number(each.low)} to {number(each.high)})"
-        table.add_row(_titled(found, merit), str(each.pairs), mean, _interval(each.median))
+        table.add_row(found.runs.titled(merit), str(each.pairs), mean, _interval(each.median))
     yield table
-
-
-def _titled(found: Spread, name: str) -> str:
-    unit = found.runs.unit(name)
-    return name if unit in (None, "1", "-") else f"{name} [{unit}]"

@@ -77,13 +77,13 @@ def _shown(found: Sweep) -> Iterator[Table | str]:
         values = found[merit][found[OUTCOME] == SETTLED].astype(float)
         values = values[np.isfinite(values)]
         numbers = [float(f(values)) for f in (np.min, np.median, np.max)] if len(values) else []
-        table.add_row(_titled(found, merit), *([number(each) for each in numbers] or ["-"] * 3))
+        table.add_row(found.titled(merit), *([number(each) for each in numbers] or ["-"] * 3))
     yield table
     for judged in merits_named(found.merits):
         best = None if judged.better is Better.NEITHER else found.best(judged.key)
         if best is not None:
             value = number(float(found[judged.key][best]))
-            said = f"best {_titled(found, judged.key)}: {value} in run {best}"
+            said = f"best {found.titled(judged.key)}: {value} in run {best}"
             yield f"{said}: {_where(found, best)}"
     yield ", ".join(f"{name}: {count}" for name, count in found.outcomes.items())
     reasons = [reason for reason in found.table[FAILURE].to_pylist() if reason]
@@ -93,11 +93,6 @@ def _shown(found: Sweep) -> Iterator[Table | str]:
         yield "still changing: a longer duration (--set duration=...) shows where it goes"
     if CIRCULATES in found.outcomes:
         yield "circulates: balls go round the race, and do not balance"
-
-
-def _titled(found: Sweep, name: str) -> str:
-    unit = found.unit(name)
-    return name if unit in (None, "1", "-") else f"{name} [{unit}]"
 
 
 def _where(found: Sweep, run: int) -> str:

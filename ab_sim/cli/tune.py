@@ -147,11 +147,11 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
         table.add_column(name, justify="left" if name == "key" else "right")
     for each in found.task.ranges:
         ends = number(each.low), number(each.high)
-        table.add_row(_titled(found, each.key), number(found.values[each.key]), *ends)
+        table.add_row(found.runs.titled(each.key), number(found.values[each.key]), *ends)
     yield table
     if draws > 1:
         yield f"of {draws} drives each, what {100 * standard.share:g} % of them reach:"
-    yield f"{_titled(found, standard.aim.merit)}: {number(found.best)}"
+    yield f"{found.runs.titled(standard.aim.merit)}: {number(found.best)}"
     if not found.is_better:
         yield "that is no better than the scene as it is"
     for name, merit, inside_ in found.before:
@@ -165,8 +165,3 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
 
 def _aim_text(merit: float | None, inside: bool) -> str:
     return number(merit) if inside else f"{number(merit)}, not settled within all bounds"
-
-
-def _titled(found: Tuning, name: str) -> str:
-    unit = found.runs.unit(name)
-    return name if unit in (None, "1", "-") else f"{name} [{unit}]"

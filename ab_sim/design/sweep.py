@@ -29,7 +29,7 @@ from ab_sim.design.points import Points
 from ab_sim.design.work import Executor, Tell, rows_of
 from ab_sim.errors import InputError, SceneError
 from ab_sim.output_file import replacing
-from ab_sim.presentation import Column, Columns, Presented, number
+from ab_sim.presentation import Column, Columns, Presented, number, titled
 from ab_sim.quoting import short
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.load import check_scene
@@ -95,6 +95,10 @@ class Sweep(Presented):
     def unit(self, name: str) -> str | None:
         """Of a column: SI, e for whirls, 1 of numbers without one; None of words."""
         return self._about(name, UNIT)
+
+    def titled(self, name: str) -> str:
+        """A column's name with its unit."""
+        return titled(name, self.unit(name))
 
     def _about(self, name: str, what: bytes) -> str | None:
         found: bytes | None = (self.table.schema.field(name).metadata or {}).get(what)

@@ -54,7 +54,7 @@ def _lines(found: Sweep) -> ResultFigure:
                 axes.set_yscale("log")
         _mark_others(found, axes, places, values)
         _mark_best(found, merit, axes, places, values)
-        axes.set_ylabel(_titled(found, merit), fontsize=9)
+        axes.set_ylabel(found.titled(merit), fontsize=9)
         axes.grid(alpha=0.25)
     _scale_axis(found, key, panels[-1], names, "x")
     panels[0].set_title(_title(found), fontsize=11)
@@ -75,7 +75,7 @@ def _maps(found: Sweep) -> ResultFigure:
         colours = _draw_map(found, axes, (x, y), values)
         _mark_others(found, axes, x, y)
         _mark_best(found, merit, axes, x, y)
-        axes.set_title(_titled(found, merit), fontsize=10)
+        axes.set_title(found.titled(merit), fontsize=10)
         if colours is not None:
             figure.colorbar(colours, ax=axes, pad=0.02)
     for axes in panels[len(merits) :]:
@@ -139,7 +139,7 @@ def _pairs(found: Sweep) -> ResultFigure:
         _scale_axis(found, keys[column], axes, names_x, "x", row == count - 1)
         _scale_axis(found, keys[row + 1], axes, names_y, "y", column == 0)
     bar = ScalarMappable(norm, "viridis")
-    figure.colorbar(bar, ax=panels, label=_titled(found, merit), shrink=0.6, pad=0.02)
+    figure.colorbar(bar, ax=panels, label=found.titled(merit), shrink=0.6, pad=0.02)
     left_out = (
         f"; {', '.join(found.keys[MOST_KEYS:])} not drawn" if len(found.keys) > len(keys) else ""
     )
@@ -167,7 +167,7 @@ def _scale_axis(
     elif _is_log(found[key].astype(float)):
         (axes.set_xscale if which == "x" else axes.set_yscale)("log")
     if titled:
-        axis.set_label_text(_titled(found, key), fontsize=9)
+        axis.set_label_text(found.titled(key), fontsize=9)
 
 
 def _is_log(values: np.ndarray) -> bool:
@@ -226,11 +226,6 @@ def _is_wide(values: np.ndarray) -> bool:
 def _levels(norm: Normalize) -> np.ndarray:
     shares = np.linspace(0.0, 1.0, 6)[1:-1]
     return np.unique(np.asarray(norm.inverse(shares), float))
-
-
-def _titled(found: Sweep, name: str) -> str:
-    unit = found.unit(name)
-    return name if unit in (None, "1", "-") else f"{name} [{unit}]"
 
 
 def _title(found: Sweep) -> str:

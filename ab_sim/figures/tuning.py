@@ -23,9 +23,9 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
     values, within = found.scores.aims, found.scores.within
     for place, (axes, key) in enumerate(zip(panels, keys, strict=False)):
         _panel(found, axes, place, values, within)
-        axes.set_xlabel(_titled(found, key), fontsize=9)
+        axes.set_xlabel(found.runs.titled(key), fontsize=9)
         if place % columns == 0:
-            axes.set_ylabel(_titled(found, aim), fontsize=9)
+            axes.set_ylabel(found.runs.titled(aim), fontsize=9)
     there = values[np.isfinite(values)]
     if len(there) and there.min() > 0 and there.max() > WIDE * there.min():
         panels[0].set_yscale("log")
@@ -76,8 +76,3 @@ def _legend(found: Tuning) -> list[Line2D]:
     if any(settled for _, _, settled in found.before[:1]):
         handles.append(Line2D([], [], color=BEFORE, ls="--", label="the scene as it is"))
     return handles
-
-
-def _titled(found: Tuning, name: str) -> str:
-    unit = found.runs.unit(name)
-    return name if unit in (None, "1", "-") else f"{name} [{unit}]"
