@@ -1,10 +1,58 @@
 """Commands that decide over many drives."""
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
+from ab_sim.cli.design_options import (
+    RobustAgainstOption,
+    RobustBalancedOption,
+    RobustMeritsOption,
+    RobustParquetOption,
+    RobustPlotOption,
+    RobustRunsOption,
+    RobustSeedOption,
+    RobustSobolOption,
+    RobustSpreadOption,
+    RobustUntilOption,
+    RobustWorstOption,
+    SizeAccelerationOption,
+    SizeBallsOption,
+    SizeCriticalOption,
+    SizeDampingRatioOption,
+    SizeDensityOption,
+    SizeDragToleranceOption,
+    SizeFrictionArmOption,
+    SizeGradeOption,
+    SizeLeftOption,
+    SizeMassOption,
+    SizePlotOption,
+    SizeRaceRadiusOption,
+    SizeRaceWidthOption,
+    SizeRunsOption,
+    SizeSceneOption,
+    SizeSettleOption,
+    SizeShareOption,
+    SizeSpeedOption,
+    SizeUnbalanceOption,
+    SweepCsvOption,
+    SweepDesignOption,
+    SweepMeritsOption,
+    SweepOverOption,
+    SweepParquetOption,
+    SweepPlotOption,
+    SweepSeedOption,
+    TuneBestSceneOption,
+    TuneDrawsOption,
+    TuneMaximiseOption,
+    TuneMinimiseOption,
+    TuneParquetOption,
+    TunePlotOption,
+    TuneRunsOption,
+    TuneSeedOption,
+    TuneShareOption,
+    TuneSpreadOption,
+    TuneSubjectToOption,
+    TuneVaryOption,
+)
 from ab_sim.cli.options import JsonOption, SceneArgument, SchedulerOption, SetOption, WorkersOption
 
 design_commands = typer.Typer()
@@ -13,48 +61,17 @@ design_commands = typer.Typer()
 @design_commands.command()
 def sweep(
     scene: SceneArgument,
-    over: Annotated[
-        list[str],
-        typer.Option(
-            metavar="KEY=VALUES",
-            help="A key that varies: KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT (logarithmic "
-            "steps), KEY=V,V,... or, of a design, KEY=FROM..TO. Any key of the scene, SI. "
-            "Repeatable: runs are all combinations.",
-        ),
-    ],
+    over: SweepOverOption,
     change: SetOption = None,
-    design: Annotated[
-        str | None,
-        typer.Option(
-            metavar="sobol:N|lhs:N",
-            help="N points that fill the ranges, instead of a grid: a scrambled Sobol sequence "
-            "(N a power of 2) or a Latin hypercube.",
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of a design's random numbers.")] = 0,
-    merits: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME,NAME,...",
-            help="What runs are judged by; `ab-sim merits` lists them. Default: final_whirl_over_e,"
-            " in_band_from, peak_whirl_over_e, residual_unbalance.",
-        ),
-    ] = None,
+    design: SweepDesignOption = None,
+    seed: SweepSeedOption = 0,
+    merits: SweepMeritsOption = None,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     json: JsonOption = None,
-    parquet: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a row for each run, with units and the scene."),
-    ] = None,
-    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the rows as CSV.")] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Draw the merits over one key, as maps over two, or runs over pairs of more.",
-        ),
-    ] = None,
+    parquet: SweepParquetOption = None,
+    csv: SweepCsvOption = None,
+    plot: SweepPlotOption = None,
 ) -> None:
     """Run a scene over values of its keys, and judge each run by merits.
 
@@ -80,60 +97,22 @@ def sweep(
 @design_commands.command()
 def tune(
     scene: SceneArgument,
-    vary: Annotated[
-        list[str],
-        typer.Option(
-            metavar="KEY=FROM..TO",
-            help="A key that may be chosen, and its range; KEY=log:FROM..TO over orders of "
-            "magnitude. Keys that take whole numbers, as balls.count, stay whole. Repeatable.",
-        ),
-    ],
+    vary: TuneVaryOption,
     change: SetOption = None,
-    minimise: Annotated[
-        str | None,
-        typer.Option(metavar="MERIT", help="What is to be small; `ab-sim merits` lists merits."),
-    ] = None,
-    maximise: Annotated[
-        str | None, typer.Option(metavar="MERIT", help="What is to be large, instead.")
-    ] = None,
-    subject_to: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="BOUND",
-            help="What else must hold: 'final_whirl_over_e<0.2', balanced, 'not still_changing'. "
-            "Repeatable.",
-        ),
-    ] = None,
-    spread: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="KEY=SPREAD",
-            help="How built drives differ, as of `ab-sim robust`, e.g. balls.mass=5%. Repeatable. "
-            "What counts is then what most drives reach, not what the drawing does.",
-        ),
-    ] = None,
-    draws: Annotated[
-        int, typer.Option(min=2, help="Of spread drives: of each candidate, the same of all.")
-    ] = 32,
-    share: Annotated[
-        str, typer.Option(metavar="90%", help="Of spread drives: that have to be so good.")
-    ] = "90%",
-    runs: Annotated[int, typer.Option(metavar="N", help="At most about so many runs.")] = 1000,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search's random numbers.")] = 0,
+    minimise: TuneMinimiseOption = None,
+    maximise: TuneMaximiseOption = None,
+    subject_to: TuneSubjectToOption = None,
+    spread: TuneSpreadOption = None,
+    draws: TuneDrawsOption = 32,
+    share: TuneShareOption = "90%",
+    runs: TuneRunsOption = 1000,
+    seed: TuneSeedOption = 0,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     json: JsonOption = None,
-    best_scene: Annotated[
-        Path | None,
-        typer.Option("--scene", metavar="FILE", help="Write the best scene, to run: .yaml."),
-    ] = None,
-    parquet: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a row for each run looked at.")
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the landscape that it saw, a panel for each key."),
-    ] = None,
+    best_scene: TuneBestSceneOption = None,
+    parquet: TuneParquetOption = None,
+    plot: TunePlotOption = None,
 ) -> None:
     """Find the values of keys with which a merit is best, within bounds on others.
 
@@ -164,71 +143,22 @@ def tune(
 @design_commands.command()
 def robust(
     scene: SceneArgument,
-    spread: Annotated[
-        list[str],
-        typer.Option(
-            metavar="KEY=SPREAD",
-            help="How a key of built drives differs from the scene: 5% (normal, about the scene's "
-            "value), '0.1 mm' (so, in its unit), normal:MEAN,SD, lognormal:MEDIAN,40%, "
-            "uniform:LOW,HIGH, uniform:5%, discrete:V,V,...; start.ball_angles=random. Behind it: "
-            "low=NUMBER, high=NUMBER (cut off there), 'per ball', group=NAME (one draw for the "
-            "group). Repeatable, also of one key.",
-        ),
-    ],
+    spread: RobustSpreadOption,
     change: SetOption = None,
-    runs: Annotated[int, typer.Option(min=1, help="Drives; with --until, at least.")] = 10_000,
-    until: Annotated[
-        str | None,
-        typer.Option(
-            metavar="0.1%", help="Go on until the interval of the share is +- this, in % of drives."
-        ),
-    ] = None,
-    balanced: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="MERIT<NUMBER",
-            help="What has to hold of a run that settled, e.g. 'residual_unbalance<=0.1'. "
-            "Repeatable: all have to. Default: the merit balanced.",
-        ),
-    ] = None,
-    merits: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME,NAME,...", help="What there are quantiles of; default as of sweep."
-        ),
-    ] = None,
-    against: Annotated[
-        str | None,
-        typer.Option(metavar="SCENE", help="Another design, run with the same draws."),
-    ] = None,
-    sobol: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            min=0,
-            help="Pairs of drives, a power of 2, that Sobol indices follow from; N runs more for "
-            "each spread or group. 0: none. Default: what half as many runs more pay for.",
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the random draws.")] = 0,
-    worst: Annotated[
-        Path | None,
-        typer.Option(metavar="FOLDER", help="Write the ten worst runs there, as scenes."),
-    ] = None,
+    runs: RobustRunsOption = 10_000,
+    until: RobustUntilOption = None,
+    balanced: RobustBalancedOption = None,
+    merits: RobustMeritsOption = None,
+    against: RobustAgainstOption = None,
+    sobol: RobustSobolOption = None,
+    seed: RobustSeedOption = 0,
+    worst: RobustWorstOption = None,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     json: JsonOption = None,
-    parquet: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a row for each run, as `ab-sim sweep` does."),
-    ] = None,
-    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the rows as CSV.")] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Draw distributions of the merits, and the Sobol indices."
-        ),
-    ] = None,
+    parquet: RobustParquetOption = None,
+    csv: SweepCsvOption = None,
+    plot: RobustPlotOption = None,
 ) -> None:
     """Say what share of built drives balances, how good they are, which tolerance is to blame.
 
@@ -254,69 +184,29 @@ def robust(
 
 @design_commands.command()
 def size(
-    mass: Annotated[
-        str,
-        typer.Option(metavar="'100 g'", help="All that moves on the suspension, without balls."),
-    ],
-    critical: Annotated[
-        str, typer.Option(metavar="'100 rad/s'", help="Critical speed, without balls.")
-    ],
-    speed: Annotated[str, typer.Option(metavar="'200 rad/s'", help="Running speed, above it.")],
-    race_radius: Annotated[
-        str, typer.Option(metavar="'12 mm'", help="Of the wall that balls roll on, inside.")
-    ],
-    race_width: Annotated[str, typer.Option(metavar="'4 mm'", help="Room for a ball's diameter.")],
-    unbalance: Annotated[
-        str | None,
-        typer.Option(
-            metavar="'0.3 g cm'",
-            help="Largest unbalance, or LEAST..LARGEST; rotors lie evenly between.",
-        ),
-    ] = None,
-    grade: Annotated[
-        str | None,
-        typer.Option(metavar="G6.3", help="Instead: the grade of unbalanced rotors, ISO 21940-11."),
-    ] = None,
-    damping_ratio: Annotated[
-        float, typer.Option(help="Of the suspension: c / (2 sqrt(k M)).")
-    ] = 0.05,
-    acceleration: Annotated[
-        str | None, typer.Option(metavar="'40 rad/s^2'", help="Default: at speed within 1 s.")
-    ] = None,
-    settle: Annotated[
-        str,
-        typer.Option(metavar="'3 s'", help="From the running speed until it must be balanced."),
-    ] = "3 s",
-    density: Annotated[
-        str, typer.Option(metavar="steel", help="Or ceramic, tungsten carbide, '7.8 g/cm^3'.")
-    ] = "steel",
-    balls: Annotated[
-        str, typer.Option(metavar="2..6", help="Numbers that are looked at.")
-    ] = "2..6",
-    share: Annotated[
-        str, typer.Option(metavar="90%", help="Of drives that must be balanced by then.")
-    ] = "90%",
-    left: Annotated[
-        str, typer.Option(metavar="10%", help="Of the largest unbalance, that may be left.")
-    ] = "10%",
-    drag_tolerance: Annotated[
-        str, typer.Option(metavar="20%", help="By which the drag of built drives is off.")
-    ] = "20%",
-    friction_arm: Annotated[
-        str, typer.Option(metavar="'0.1 um'", help="Of rolling friction, which runs then have.")
-    ] = "0 m",
-    runs: Annotated[int, typer.Option(metavar="N", help="Drives, to check each claim by.")] = 400,
-    seed: Annotated[int, typer.Option(min=0, help="Of the random draws.")] = 0,
+    mass: SizeMassOption,
+    critical: SizeCriticalOption,
+    speed: SizeSpeedOption,
+    race_radius: SizeRaceRadiusOption,
+    race_width: SizeRaceWidthOption,
+    unbalance: SizeUnbalanceOption = None,
+    grade: SizeGradeOption = None,
+    damping_ratio: SizeDampingRatioOption = 0.05,
+    acceleration: SizeAccelerationOption = None,
+    settle: SizeSettleOption = "3 s",
+    density: SizeDensityOption = "steel",
+    balls: SizeBallsOption = "2..6",
+    share: SizeShareOption = "90%",
+    left: SizeLeftOption = "10%",
+    drag_tolerance: SizeDragToleranceOption = "20%",
+    friction_arm: SizeFrictionArmOption = "0 m",
+    runs: SizeRunsOption = 400,
+    seed: RobustSeedOption = 0,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     json: JsonOption = None,
-    scene: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the sized drive, to run: .yaml.")
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw drag windows, and shares predicted and seen."),
-    ] = None,
+    scene: SizeSceneOption = None,
+    plot: SizePlotOption = None,
 ) -> None:
     """Size a balancer: balls, drag and start-up from what the drive must do; each claim is run.
 
