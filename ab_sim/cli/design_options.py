@@ -11,8 +11,8 @@ SweepOverOption = Annotated[
     typer.Option(
         metavar="KEY=VALUES",
         help="A key that varies: KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT (logarithmic "
-        "steps), KEY=V,V,... or, of a design, KEY=FROM..TO. Any key of the scene, in SI or with units. "
-        "Repeatable: runs are all combinations.",
+        "steps), KEY=V,V,... or, of a design, KEY=FROM..TO. Any key of the scene, in SI or with "
+        "units. Repeatable: runs are all combinations.",
     ),
 ]
 SweepDesignOption = Annotated[
