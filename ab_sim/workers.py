@@ -126,6 +126,7 @@ class Workers:
         context = multiprocessing.get_context("spawn")
         with kept_from_children():
             resource_tracker.ensure_running()  # which the first process would start otherwise
+        with kept_from_children():  # anew: it has let the signals through again
             for _ in range(self._count):
                 here, there = context.Pipe()
                 process = context.Process(target=_work, args=(there,), daemon=True)

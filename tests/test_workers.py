@@ -55,6 +55,19 @@ def test_results_come_in_order_and_from_all_processes() -> None:
             os.kill(home, 0)
 
 
+def blocked(_: int) -> tuple[int, set[int]]:
+    return os.getpid(), set(signal.pthread_sigmask(signal.SIG_BLOCK, []))
+
+
+def test_ctrl_c_is_left_to_this_process() -> None:
+    """From their first instruction on: a terminal sends it to all, while they import, too."""
+    with Workers(2) as each:
+        found = dict(each.each(blocked, range(40), chunk=1))
+    assert not found.pop(os.getpid()) & {signal.SIGINT, signal.SIGHUP}
+    assert len(found) == 2
+    assert all({signal.SIGINT, signal.SIGHUP} <= signals for signals in found.values())
+
+
 def test_one_process_is_this_one() -> None:
     with Workers(1) as each:
         assert list(each.each(where, range(5))) == [(n, os.getpid()) for n in range(5)]
