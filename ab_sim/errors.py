@@ -63,6 +63,12 @@ class RecordingError(AbSimError):
     """
 
 
+class NothingFound(AbSimError):
+    """A search has found nothing that serves; what was looked at has been shown."""
+
+    exit_code = 1
+
+
 class Interrupted(AbSimError):
     """Asked to end, by Ctrl-C or otherwise, and what had to be put in order is."""
 

@@ -4,6 +4,7 @@ A few hundred bytes whose aliases stand for one another can stand for billions o
 aliases stand for is counted while a text is read, and reading ends where it is too much.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,11 @@ def read_yaml(text: str) -> Any:
         raise ValueError(f"{error}; write it shorter") from error
     except (yaml.YAMLError, *_MADE_OF_BAD_VALUES) as error:
         raise ValueError(f"is not valid YAML: {_in_a_line(error)}") from error
+
+
+def yaml_text(content: Mapping[str, Any]) -> str:
+    """Plain values as YAML, keys in their order."""
+    return yaml.safe_dump(dict(content), sort_keys=False, allow_unicode=True)
 
 
 def read_yaml_file(path: Path) -> Any:

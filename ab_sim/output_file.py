@@ -16,6 +16,7 @@ PARQUET = (".parquet",)
 CSV = (".csv",)
 PNG = (".png",)
 PAGE = (".html",)
+SCENE = (".yaml", ".yml")
 BAG_FILE = (".mcap", ".db3", ".bag")
 
 

@@ -27,6 +27,9 @@ AHEAD = 3
 WORTH_IT = 20.0
 """Estimated time above which processes are started, which takes some seconds [s]."""
 
+KEPT = "what is done is kept, the same command goes on"
+"""Said where shared work ends early, as what is done of it is on disk."""
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -146,7 +149,7 @@ class Workers:
         except (EOFError, OSError) as ended:
             raise WorkerLost(
                 "a process that shared the work was ended, by a signal or for want of memory; "
-                "what is done is kept, the same command goes on"
+                f"{KEPT}"
             ) from ended
         finally:
             self._idle.put(connection)

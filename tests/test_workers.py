@@ -12,22 +12,13 @@ import pytest
 from ab_sim import workers
 from ab_sim.errors import SceneError
 from ab_sim.workers import WorkerLost, Workers
+from tests.design.calls import picky, where
 
 
 @pytest.fixture(autouse=True)
 def shared_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(workers, "TRIAL", 0.0)
     monkeypatch.setattr(workers, "WORTH_IT", 0.0)
-
-
-def where(number: int) -> tuple[int, int]:
-    return number, os.getpid()
-
-
-def picky(number: int) -> int:
-    if number == 30:
-        raise SceneError("start.time 30: must be less")
-    return number
 
 
 def killed(number: int) -> int:

@@ -75,3 +75,15 @@ def write_json(report: dict[str, Any], file: str) -> None:
         write_whole(Path(file), f"{text}\n".encode())
     except OSError as error:
         raise InputError(f"{file}: cannot be written: {error.strerror}") from error
+
+
+def write_scene(text: str, file: Path) -> None:
+    """Write a scene's text to the file of ``--scene``.
+
+    Raises:
+        InputError: it cannot be written; names it and the reason.
+    """
+    try:
+        write_whole(file, text.encode())
+    except OSError as error:
+        raise InputError(f"--scene {file}: cannot be written: {error.strerror}") from error

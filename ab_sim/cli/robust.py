@@ -7,26 +7,24 @@ from typing import NamedTuple
 
 from rich.table import Table
 
-from ab_sim.analysis.merits.merit import merits_named
 from ab_sim.cli.progress import Tell
-from ab_sim.cli.runner import Command, Outcome, WholeLine, picture
+from ab_sim.cli.runner import Command, Outcome, WholeLine, plotted
 from ab_sim.cli.sharing import executor_of
-from ab_sim.cli.stability import KEPT
+from ab_sim.cli.words import share_of, wanted_merits
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.intervals import QuantileOfMerit
 from ab_sim.design.judged import CHANGING, FAILED, FAILURE
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
 from ab_sim.design.spread_runs import DEFAULT_CRITERION, SpreadQuestion, run_spread
-from ab_sim.design.sweep import DEFAULT_MERITS
 from ab_sim.design.tolerances import tolerance_of
-from ab_sim.errors import InputError
 from ab_sim.output_file import CSV, PARQUET
 from ab_sim.presentation import number
-from ab_sim.quoting import short
 from ab_sim.scene import load_scene
+from ab_sim.workers import KEPT
 
 FINER = (0.01, 0.001)
 """Half widths of which it is said how many runs they take."""
+HALF_WIDTH = "must be the half width of the interval, e.g. 0.1%"
 FEW_PAIRS = 128
 """From which a bootstrap covers what it should, in a linear model of normal factors."""
 
@@ -61,15 +59,14 @@ def robust_command(
     executors()
     scene = load_scene(scene_name, changes)
     tolerances = [tolerance_of(each) for each in spread]
-    merits = DEFAULT_MERITS if given.merits is None else _split(given.merits)
-    merits_named(merits)
+    merits = wanted_merits(given.merits)
     question = SpreadQuestion(
         runs=given.runs,
         merits=merits,
         criterion=tuple(map(bound_of, given.balanced)) or DEFAULT_CRITERION,
         seed=given.seed,
         pairs=given.sobol,
-        until=None if given.until is None else _share(given.until),
+        until=None if given.until is None else share_of("until", given.until, HALF_WIDTH),
         against=None if given.against is None else load_scene(given.against),
     )
     if given.worst is not None:
@@ -86,34 +83,11 @@ def robust_command(
             if given.worst is not None:
                 written.extend(found.write_worst(given.worst))
 
-        draw = picture("ab_sim.cli.robust:draw", found)
+        draw = plotted(found)
         return Outcome(_shown(found, scene_name, changes), found.report, draw, write, written)
 
     outputs = ((given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)
-
-
-def draw(found: Spread, file: Path) -> None:
-    """Draw it into a picture."""
-    from ab_sim.figures.saved import save
-    from ab_sim.figures.spread import drawn_spread
-
-    save(drawn_spread(found), file, 110)
-
-
-def _split(text: str) -> tuple[str, ...]:
-    return tuple(each.strip() for each in text.split(","))
-
-
-def _share(text: str) -> float:
-    """A half width, as a share or in %."""
-    plain = text.strip()
-    try:
-        return float(plain.removesuffix("%")) / (100.0 if plain.endswith("%") else 1.0)
-    except ValueError:
-        raise InputError(
-            f"--until {short(text)}: must be the half width of the interval, e.g. 0.1%"
-        ) from None
 
 
 def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[Table | str]:

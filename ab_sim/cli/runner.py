@@ -11,8 +11,11 @@ from rich.table import Table
 from ab_sim.cli.outputs import PlainConsole, check_files, people, say_written, write_json
 from ab_sim.cli.progress import Tell, interruptible, progress_bar
 from ab_sim.output_file import PICTURE, REPORT
+from ab_sim.presentation import Presented
 
 Draw = Callable[[Path], None]
+DOTS = 110
+"""Per inch, of pictures."""
 
 
 class WholeLine(str):
@@ -83,5 +86,16 @@ def picture(function: str, *shown: Any) -> Draw:
     def draw(file: Path) -> None:
         module, _, name = function.partition(":")
         getattr(import_module(module), name)(*shown, file)
+
+    return draw
+
+
+def plotted(found: Presented) -> Draw:
+    """What draws into a file what the result's ``plot()`` shows."""
+
+    def draw(file: Path) -> None:
+        from ab_sim.figures.saved import save
+
+        save(found.plot(), file, DOTS)
 
     return draw

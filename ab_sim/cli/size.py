@@ -6,19 +6,19 @@ from pathlib import Path
 
 from rich.table import Table
 
+from ab_sim.cli.outputs import write_scene
 from ab_sim.cli.progress import Tell
-from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.cli.sharing import executor_of
-from ab_sim.cli.stability import KEPT
-from ab_sim.cli.tune import SCENE, NothingFound
+from ab_sim.cli.words import share_of
 from ab_sim.design.sizing.drag_window import SizedBalls
 from ab_sim.design.sizing.size import Sizing, run_sizing, sizing_failure
 from ab_sim.design.sizing.specification import SpecificationTexts, specification_of
 from ab_sim.design.sizing.spread_share import Running
-from ab_sim.errors import InputError
-from ab_sim.output_file import write_whole
+from ab_sim.errors import NothingFound
+from ab_sim.output_file import SCENE
 from ab_sim.presentation import number
-from ab_sim.quoting import short
+from ab_sim.workers import KEPT
 
 
 def size_command(
@@ -39,7 +39,9 @@ def size_command(
     """
     executors = functools.partial(executor_of, *shared)
     executors()
-    share, left, tolerance = (_share(option, text) for option, text in shares.items())
+    share, left, tolerance = (
+        share_of(option, text, "must be a share, e.g. 10%") for option, text in shares.items()
+    )
     numbers = given._replace(share=share, left=left, drag_tolerance=tolerance)
     specification = specification_of(numbers)
 
@@ -48,35 +50,12 @@ def size_command(
 
         def write() -> None:
             if file is not None and found.found:
-                _write(found.scene_text(), file)
+                write_scene(found.scene_text(), file)
 
-        draw = picture("ab_sim.cli.size:draw", found)
+        draw = plotted(found)
         return Outcome(_shown(found), found.report, draw, write)
 
     return Command(work, "size", KEPT, ((file, SCENE, "--scene"),))
-
-
-def draw(found: Sizing, file: Path) -> None:
-    """Draw it into a picture."""
-    from ab_sim.figures.saved import save
-    from ab_sim.figures.sizing import drawn_sizing
-
-    save(drawn_sizing(found), file, 110)
-
-
-def _share(option: str, text: str) -> float:
-    plain = text.strip()
-    try:
-        return float(plain.removesuffix("%")) / (100.0 if plain.endswith("%") else 1.0)
-    except ValueError:
-        raise InputError(f"--{option} {short(text)}: must be a share, e.g. 10%") from None
-
-
-def _write(text: str, file: Path) -> None:
-    try:
-        write_whole(file, text.encode())
-    except OSError as error:
-        raise InputError(f"--scene {file}: cannot be written: {error.strerror}") from error
 
 
 def _shown(found: Sizing) -> Iterator[Table | str]:

@@ -21,13 +21,12 @@ from ab_sim.cli.speed import check_speed
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 from ab_sim.studies import basin as basins
+from ab_sim.workers import KEPT
 
 OF_WHICH = {
     ALL: "by all balanced positions of the balls",
     SAMPLED: "by sampled balanced positions of the balls: between them there may be others",
 }
-KEPT = "what is done is kept, the same command goes on"
-"""Said where Ctrl-C ends one of these."""
 
 
 def map_command(

@@ -8,16 +8,17 @@ from rich.table import Table
 
 from ab_sim.analysis.merits.merit import Better, merits_named
 from ab_sim.cli.progress import Tell
-from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.cli.sharing import executor_of
-from ab_sim.cli.stability import KEPT
+from ab_sim.cli.words import wanted_merits
 from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, FAILURE, OUTCOME, SETTLED
 from ab_sim.design.points import points_of
-from ab_sim.design.sweep import DEFAULT_MERITS, Sweep, run_sweep
+from ab_sim.design.sweep import Sweep, run_sweep
 from ab_sim.design.variables import variable_of
 from ab_sim.output_file import CSV, PARQUET
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
+from ab_sim.workers import KEPT
 
 
 def sweep_command(
@@ -42,8 +43,7 @@ def sweep_command(
     executor = executor_of(*shared)
     scene = load_scene(scene_name, changes)
     points = points_of([variable_of(each) for each in over], *design)
-    wanted = DEFAULT_MERITS if merits is None else tuple(each.strip() for each in merits.split(","))
-    merits_named(wanted)
+    wanted = wanted_merits(merits)
     table, comma = files
 
     def work(tell: Tell) -> Outcome:
@@ -54,19 +54,11 @@ def sweep_command(
                 if file is not None:
                     found.write(file)
 
-        draw = picture("ab_sim.cli.sweep:draw", found)
+        draw = plotted(found)
         return Outcome(_shown(found), found.report, draw, write)
 
     outputs = ((table, PARQUET, "--parquet"), (comma, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)
-
-
-def draw(found: Sweep, file: Path) -> None:
-    """Draw it into a picture."""
-    from ab_sim.figures.saved import save
-    from ab_sim.figures.sweep import drawn_sweep
-
-    save(drawn_sweep(found), file, 110)
 
 
 def _shown(found: Sweep) -> Iterator[Table | str]:

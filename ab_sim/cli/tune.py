@@ -4,13 +4,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-import yaml
 from rich.table import Table
 
+from ab_sim.cli.outputs import write_scene
 from ab_sim.cli.progress import Tell
-from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.cli.sharing import executor_of
-from ab_sim.cli.stability import KEPT
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
 from ab_sim.design.scores import Standard
@@ -18,19 +17,12 @@ from ab_sim.design.search import Effort
 from ab_sim.design.tolerances import tolerance_of
 from ab_sim.design.tune import Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, variable_of
-from ab_sim.errors import AbSimError, InputError
-from ab_sim.output_file import PARQUET, write_whole
+from ab_sim.errors import InputError, NothingFound
+from ab_sim.limited_yaml import yaml_text
+from ab_sim.output_file import PARQUET, SCENE
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
-from ab_sim.scene.model import Scene
-
-SCENE = (".yaml", ".yml")
-
-
-class NothingFound(AbSimError):
-    """No run settled within all bounds."""
-
-    exit_code = 1
+from ab_sim.workers import KEPT
 
 
 class Wanted(NamedTuple):
@@ -87,21 +79,13 @@ def tune_command(
             if table is not None:
                 found.runs.write(table)
             if best is not None and found.scene is not None:
-                _write_scene(found.scene, best)
+                write_scene(yaml_text(found.scene.as_mapping()), best)
 
-        draw = picture("ab_sim.cli.tune:draw", found)
+        draw = plotted(found)
         return Outcome(_shown(found), found.report, draw, write)
 
     outputs = ((best, SCENE, "--scene"), (table, PARQUET, "--parquet"))
     return Command(work, scene.name, KEPT, outputs)
-
-
-def draw(found: Tuning, file: Path) -> None:
-    """Draw it into a picture."""
-    from ab_sim.figures.saved import save
-    from ab_sim.figures.tuning import drawn_tuning
-
-    save(drawn_tuning(found), file, 110)
 
 
 def _range(text: str) -> Range:
@@ -109,14 +93,6 @@ def _range(text: str) -> Range:
     if not isinstance(found, Range):
         raise InputError(f"--vary {text}: must be a range, {found.key}=FROM..TO")
     return found
-
-
-def _write_scene(scene: Scene, file: Path) -> None:
-    text = yaml.safe_dump(scene.as_mapping(), sort_keys=False, allow_unicode=True)
-    try:
-        write_whole(file, text.encode())
-    except OSError as error:
-        raise InputError(f"--scene {file}: cannot be written: {error.strerror}") from error
 
 
 def _share(text: str) -> float:

@@ -27,7 +27,7 @@ from ab_sim.design.remote_call import Answer, Differs, Done, Raised, RemoteCall
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.quoting import short, visible
 from ab_sim.sources import NotOfSources
-from ab_sim.workers import WorkerLost
+from ab_sim.workers import KEPT, WorkerLost
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -42,7 +42,6 @@ ARRIVES = 40.0
 """s that a result may take from its worker to here."""
 LEAVES = 3.0
 """s that taking leave of a scheduler may take."""
-KEPT = "what is done is kept, the same command goes on"
 _LOGGERS = ("asyncio", "distributed", "tornado")
 
 Thing = TypeVar("Thing")

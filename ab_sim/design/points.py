@@ -113,10 +113,7 @@ def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) 
     """
     if not variables:
         raise InputError("nothing varies; name a key and its values, e.g. balls.mass=0.001,0.002")
-    keys = [each.key for each in variables]
-    for key in keys:
-        if keys.count(key) > 1:
-            raise InputError(f"{key}: varies twice; name it once")
+    check_keys([each.key for each in variables])
     if design is None:
         return _grid(variables)
     kind, colon, count = design.partition(":")
@@ -134,6 +131,17 @@ def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) 
             )
     _check_count(int(count))
     return DesignPoints(ranges, kind, int(count), seed)
+
+
+def check_keys(keys: Sequence[str]) -> None:
+    """Refuse a key that is named twice.
+
+    Raises:
+        InputError: names it.
+    """
+    for key in keys:
+        if keys.count(key) > 1:
+            raise InputError(f"{key}: varies twice; name it once")
 
 
 def _grid(variables: Sequence[Variable]) -> GridPoints:

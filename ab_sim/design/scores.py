@@ -61,7 +61,7 @@ def scored(table: pyarrow.Table, standard: Standard) -> Scores:
     sign = 1.0 if standard.aim.smallest else -1.0
     shape = (-1, standard.draws)
     values = merit_values(table, standard.aim.merit).reshape(shape)
-    settled = np.array([each == SETTLED for each in table[OUTCOME].to_pylist()], bool)
+    settled = table[OUTCOME].to_numpy(zero_copy_only=False) == SETTLED
     settled = settled.reshape(shape) & np.isfinite(values)
     inside, beyond = settled.copy(), np.zeros(values.shape)
     for bound in standard.bounds:
@@ -90,9 +90,8 @@ def best_of(scores: Scores) -> int | None:
 
 def merit_values(table: pyarrow.Table, merit: str) -> np.ndarray:
     """Of a column, NaN where it is null."""
-    return np.array(
-        [math.nan if value is None else float(value) for value in table[merit].to_pylist()]
-    )
+    found: np.ndarray = table[merit].cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
+    return found
 
 
 def joined(scores: Sequence[Scores]) -> Scores:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 
 import ab_sim
 from ab_sim.design.bounds import Bound
@@ -18,6 +17,7 @@ from ab_sim.design.sensitivity import SobolIndex
 from ab_sim.design.sweep import Sweep
 from ab_sim.design.tolerances import Tolerance
 from ab_sim.errors import InputError, SceneError
+from ab_sim.limited_yaml import yaml_text
 from ab_sim.output_file import write_whole
 from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.quoting import short
@@ -165,7 +165,7 @@ class Spread(Presented):
                     continue
                 content = scene.as_mapping() | {"name": f"{self.scene.name}-run-{each.run}"}
                 file = folder / f"run-{each.run:06d}.yaml"
-                write_whole(file, yaml.safe_dump(content, sort_keys=False).encode())
+                write_whole(file, yaml_text(content).encode())
                 written.append(file)
         except OSError as error:
             raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error

@@ -13,13 +13,14 @@ import ab_sim
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.merits.merit import Better
 from ab_sim.design.candidates import Candidates, Spreading
-from ab_sim.design.judged import Job, Point, judged, merit_columns, varied_scene
+from ab_sim.design.judged import Job, Point, judged, merit_columns
+from ab_sim.design.points import check_keys
 from ab_sim.design.scores import Aim, Scores, Standard, best_of, joined, scored
 from ab_sim.design.search import Effort, search
-from ab_sim.design.sweep import Sweep, table_of
+from ab_sim.design.sweep import Sweep, check_first, table_of
 from ab_sim.design.variables import Range
 from ab_sim.design.work import Executor, StudyRuns, Tell
-from ab_sim.errors import InputError, SceneError
+from ab_sim.errors import InputError
 from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -194,16 +195,17 @@ def run_tuning(
     study: dict[str, object] = {"tune": task.report()}
     candidates = Candidates(scene, task.ranges, task.spreading, study)
     job = Job(scene, candidates.keys, task.merits)
-    tables, scores = list[pyarrow.Table](), list[Scores]()
+    tables, scores, best_yet = list[pyarrow.Table](), list[Scores](), _BestYet(task.standard)
     with StudyRuns(job, study, executor) as runs:
 
         def costs(values: np.ndarray) -> np.ndarray:
             table = runs.rows(candidates, candidates.add(values))
             tables.append(table)
             scores.append(scored(table, task.standard))
+            best_yet.take(scores[-1])
             if tell is not None:
                 done = min(len(candidates.values), task.effort.candidates)
-                tell(_said(task, joined(scores)), done, task.effort.candidates)
+                tell(best_yet.said, done, task.effort.candidates)
             return scores[-1].costs
 
         search(task.ranges, costs, task.effort, _own_values(task))
@@ -226,31 +228,25 @@ def run_tuning(
 def _check(task: Task) -> None:
     if not task.ranges:
         raise InputError("nothing varies; name a key and its range, e.g. balls.mass=0.5g..3g")
-    keys = [each.key for each in task.ranges]
-    for key in keys:
-        if keys.count(key) > 1:
-            raise InputError(f"{key}: varies twice; name it once")
+    check_keys([each.key for each in task.ranges])
     draws, runs = task.spreading.draws, task.effort.candidates * task.spreading.draws
     if not FEWEST <= task.effort.candidates <= MOST // draws:
         raise InputError(f"runs = {runs}: must be from {FEWEST * draws} to {MOST}")
     if not 0.0 < task.standard.share <= 1.0:
         raise InputError(f"share = {task.standard.share:g}: must be above 0, at most 1")
     merit_columns(task.merits)
+    looked_at = _at_shares(task, Spreading((), 1, 0), (0.5, 0.0, 1.0 - 1e-9))
+    check_first(Job(task.scene, looked_at.keys, task.merits), looked_at)
     if task.spreading.tolerances:
-        middle = np.array([[each.at(np.array([0.5]))[0] for each in task.ranges]])
-        candidates = Candidates(task.scene, task.ranges, task.spreading, {})
-        candidates.add(middle)
-        candidates.at(0)  # says what is wrong with the spread
-    job = Job(task.scene, tuple(keys), task.merits)
-    error: SceneError | None = None
-    for share in (0.5, 0.0, 1.0 - 1e-9):
-        try:
-            varied_scene(job, [each.at(np.array([share]))[0].item() for each in task.ranges])
-            return
-        except SceneError as raised:
-            error = error or raised
-    if error is not None:
-        raise error
+        _at_shares(task, task.spreading, (0.5,)).at(0)  # says what is wrong with the spread
+
+
+def _at_shares(task: Task, spreading: Spreading, shares: Sequence[float]) -> Candidates:
+    """Candidates at shares of the way through all ranges."""
+    found = Candidates(task.scene, task.ranges, spreading, {})
+    columns = [each.at(np.array(shares)) for each in task.ranges]
+    found.add(np.column_stack(columns))
+    return found
 
 
 def _own_values(task: Task) -> list[float] | None:
@@ -269,11 +265,19 @@ def _own_values(task: Task) -> list[float] | None:
     return values
 
 
-def _said(task: Task, scores: Scores) -> str:
-    best = best_of(scores)
-    if best is None:
-        return "none within bounds yet"
-    return f"{task.standard.aim}: {number(float(scores.aims[best]))}"
+class _BestYet:
+    """What is said of a search while it goes on."""
+
+    def __init__(self, standard: Standard) -> None:
+        self._standard, self._cost = standard, math.inf
+        self.said = "none within bounds yet"
+
+    def take(self, scores: Scores) -> None:
+        """Further candidates."""
+        best = best_of(scores)
+        if best is not None and scores.costs[best] < self._cost:
+            self._cost = float(scores.costs[best])
+            self.said = f"{self._standard.aim}: {number(float(scores.aims[best]))}"
 
 
 def _judged(task: Task, scene: Scene, values: Sequence[tuple[Any, ...]]) -> Scores:

@@ -101,7 +101,7 @@ class StudyRuns:
             raise
         if isinstance(self._executor, Cluster):
             self._executor.modules = modules_of(self._job)
-        self._done = self._parts.done(schema_of(self._job))
+        self._done = self._parts.done(schema_of(self._job)).sort_by(RUN)
         return self
 
     def __exit__(
@@ -123,8 +123,8 @@ class StudyRuns:
             runs: their numbers, one after the other.
             tell: see ``rows_of``.
         """
-        done = self._done[RUN].to_numpy()
-        chosen = self._done.filter(pyarrow.array((done >= runs.start) & (done < runs.stop)))
+        first, end = np.searchsorted(self._done[RUN].to_numpy(), (runs.start, runs.stop))
+        chosen = self._done.slice(first, end - first)
         missing = np.setdiff1d(np.arange(runs.start, runs.stop), chosen[RUN].to_numpy())
         progress = _Progress(len(runs), len(chosen), tell)
         if isinstance(self._executor, Cluster):

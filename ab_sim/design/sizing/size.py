@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import yaml
 
 import ab_sim
 from ab_sim.design.sizing.claims import (
@@ -25,6 +24,7 @@ from ab_sim.design.sizing.specification import DriveSpecification
 from ab_sim.design.sizing.spread_share import Running, SpreadRuns, run_share
 from ab_sim.design.sizing.start_up_scene import Hold, scene_of, with_contact
 from ab_sim.errors import InputError
+from ab_sim.limited_yaml import yaml_text
 from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.model import Scene
 
@@ -86,7 +86,7 @@ class Sizing(Presented):
         lines += [f"  {key}: {value:.6g}" for key, value in self.specification._asdict().items()]
         lines += [f"{c.claim}: {c.predicted}; runs: {c.seen} ({c.verdict})" for c in self.claims]
         head = "".join(f"# {line}\n" for line in lines)
-        return head + yaml.safe_dump(self.scene.as_mapping(), sort_keys=False, allow_unicode=True)
+        return head + yaml_text(self.scene.as_mapping())
 
     def report(self) -> dict[str, object]:
         """Everything as JSON-able values, SI units: see ``ab-sim size --help``."""
