@@ -1,20 +1,15 @@
 """`ab-sim robust` as its users run it: files, pictures, errors, and an end at any instant."""
 
 import json
-import os
-import random
 import shlex
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pyarrow.parquet
 import pytest
 
 import ab_sim as package
-from tests.cli.test_sweep import kept_runs
+from tests.cli.killed import KeptWork
 from tests.cli.tool import PNG, ab_sim
 
 SHORT = ("--set", "duration=0.4", "--set", "effects.rolling_friction=")
@@ -119,26 +114,22 @@ def test_bad_input_exits_with_2_and_leaves_nothing(
 
 
 def test_killed_at_any_time_nothing_is_lost_or_doubled(tmp_path: Path) -> None:
-    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
-    command = [
-        sys.executable, "-m", "ab_sim", "robust", "no-ball", "--set", "duration=4",
-        "--spread", "rotor.eccentricity=20%, low=-90%", "--runs", "6000", "--workers", "2",
+    work = KeptWork(
+        tmp_path, "robust", "no-ball", "--set", "duration=20", "--spread",
+        "rotor.eccentricity=20%, low=-90%", "--runs", "4000", "--workers", "2",
         "--balanced", "peak_whirl_over_e<10", "--parquet", "s.parquet",
-    ]  # fmt: skip
-    known, rng = 0, random.Random(1)
-    for _ in range(2):
-        program = subprocess.Popen(command, cwd=tmp_path, env=environment, start_new_session=True)
-        time.sleep(rng.uniform(1.5, 4.0))
-        os.killpg(program.pid, signal.SIGKILL)
-        program.wait()
-        kept = len(set(kept_runs(tmp_path)))
-        assert kept >= known
-        known = kept
-    program = subprocess.Popen(command, cwd=tmp_path, env=environment, start_new_session=True)
-    time.sleep(3.0)
-    program.send_signal(signal.SIGINT)
-    assert program.wait() in (0, 130)
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0 and "of 6000 drives balance" in done.stdout, done.stderr
-    assert pyarrow.parquet.read_table(tmp_path / "s.parquet")["run"].to_pylist() == [*range(6000)]
-    assert {*kept_runs(tmp_path)} == {*range(6000)}
+    )  # fmt: skip
+    known = 0
+    for number, code, further in (
+        (signal.SIGKILL, -signal.SIGKILL, 1),
+        (signal.SIGKILL, -signal.SIGKILL, 200),
+        (signal.SIGINT, 130, 200),
+    ):
+        assert work.ended_by(number, further) == code
+        runs = set(work.runs())
+        assert len(runs) >= known + further
+        known = len(runs)
+    done = work.whole()
+    assert done.returncode == 0 and "of 4000 drives balance" in done.stdout, done.stderr
+    assert pyarrow.parquet.read_table(tmp_path / "s.parquet")["run"].to_pylist() == [*range(4000)]
+    assert {*work.runs()} == {*range(4000)}

@@ -1,18 +1,14 @@
 """`ab-sim sweep` as its users run it: files, pictures, errors, and an end at any instant."""
 
 import json
-import os
-import random
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pyarrow.parquet
 import pytest
 
 import ab_sim as package
+from tests.cli.killed import KeptWork
 from tests.cli.tool import PNG, ab_sim
 
 SHORT = ("--set", "duration=0.4", "--set", "effects.rolling_friction=")
@@ -86,26 +82,17 @@ def test_bad_input_exits_with_2_and_leaves_nothing(
 
 def test_killed_at_any_time_nothing_is_lost_or_doubled(tmp_path: Path) -> None:
     """With processes that share the work; `benchmarks/sweep_kills.py` does so fifty times."""
-    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
-    command = [
-        sys.executable, "-m", "ab_sim", "sweep", "no-ball", "--set", "duration=4",
-        "--over", "rotor.eccentricity=1e-5..1e-3:3000", "--workers", "2", "--parquet", "s.parquet",
-    ]  # fmt: skip
-    known, rng = 0, random.Random(1)
-    for _ in range(3):
-        program = subprocess.Popen(command, cwd=tmp_path, env=environment, start_new_session=True)
-        time.sleep(rng.uniform(1.0, 4.0))
-        os.killpg(program.pid, signal.SIGKILL)
-        program.wait()
-        runs = kept_runs(tmp_path)
-        assert len(runs) == len(set(runs)) and len(runs) >= known
+    work = KeptWork(
+        tmp_path, "sweep", "no-ball", "--set", "duration=20", "--over",
+        "rotor.eccentricity=1e-5..1e-3:3000", "--workers", "2", "--parquet", "s.parquet",
+    )  # fmt: skip
+    known = 0
+    for further in (1, 200, 200):
+        assert work.ended_by(signal.SIGKILL, further) == -signal.SIGKILL
+        runs = work.runs()
+        assert len(runs) == len(set(runs)) >= known + further
         known = len(runs)
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    done = work.whole()
     assert done.returncode == 0 and "3000 runs" in done.stdout, done.stderr
     assert pyarrow.parquet.read_table(tmp_path / "s.parquet")["run"].to_pylist() == [*range(3000)]
-    assert sorted(kept_runs(tmp_path)) == [*range(3000)]
-
-
-def kept_runs(folder: Path) -> list[int]:
-    files = folder.glob("cache/ab_sim/results/judged-*/*.parquet")
-    return [run for file in files for run in pyarrow.parquet.read_table(file)["run"].to_pylist()]
+    assert sorted(work.runs()) == [*range(3000)]
