@@ -88,10 +88,11 @@ def sweep(
     `ab_sim.open_sweep("FILE.parquet")` gives the result back; pandas, polars and DuckDB read the
     file as it is.
     """
-    from ab_sim.cli.sweep import sweep_command
+    from ab_sim.cli.sweep import SweepOptions, sweep_command
 
     shared, files = (workers, scheduler), (parquet, csv)
-    sweep_command(scene, change or [], over, (design, seed), merits, shared, files).run(json, plot)
+    given = SweepOptions(over, design, seed, merits)
+    sweep_command(scene, change or [], given, shared, files).run(json, plot)
 
 
 @design_commands.command()

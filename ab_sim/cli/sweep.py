@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from rich.table import Table
@@ -21,12 +22,22 @@ from ab_sim.scene import load_scene
 from ab_sim.workers import KEPT
 
 
+class SweepOptions(NamedTuple):
+    """What `ab-sim sweep` was given, as it is written."""
+
+    over: list[str]
+    """See ``variable_of``."""
+    design: str | None
+    """See ``points_of``."""
+    seed: int
+    merits: str | None
+    """Keys with commas between; None: some."""
+
+
 def sweep_command(
     scene_name: str,
     changes: list[str],
-    over: list[str],
-    design: tuple[str | None, int],
-    merits: str | None,
+    given: SweepOptions,
     shared: tuple[int | None, str | None],
     files: tuple[Path | None, Path | None],
 ) -> Command:
@@ -34,16 +45,14 @@ def sweep_command(
 
     Args:
         scene_name, changes: see ``load_scene``.
-        over: see ``variable_of``.
-        design: see ``points_of``, and the seed.
-        merits: keys with commas between; None: some.
+        given: what varies, and what runs are judged by.
         shared: workers and scheduler, see ``executor_of``.
         files: for Parquet and CSV.
     """
     executor = executor_of(*shared)
     scene = load_scene(scene_name, changes)
-    points = points_of([variable_of(each) for each in over], *design)
-    wanted = wanted_merits(merits)
+    points = points_of([variable_of(each) for each in given.over], given.design, given.seed)
+    wanted = wanted_merits(given.merits)
     table, comma = files
 
     def work(tell: Tell) -> Outcome:
