@@ -5,6 +5,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
+from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
 from ab_sim.scene.segments import KIND, SegmentsProfile
@@ -67,7 +68,7 @@ class SpeedChangeProfile(Section):
     to_speed: Number = quantity("speed after the change", "rad/s", ge=-1e5, le=1e5)
 
 
-AnyProfile = StartUpProfile | SpeedChangeProfile | SegmentsProfile
+AnyProfile = StartUpProfile | SpeedChangeProfile | SegmentsProfile | AdaptiveProfile
 Profile = Annotated[AnyProfile, Field(discriminator="kind")]
 KINDS: tuple[str, ...] = tuple(
     get_args(kind.model_fields["kind"].annotation)[0] for kind in get_args(AnyProfile)
@@ -101,18 +102,26 @@ def check_profile(
             raise ValueError(beyond("profile.to_speed", profile.to_speed, max_speed))
     elif isinstance(profile, StartUpProfile):
         _check_start_up(profile, first, max_speed, max_acceleration)
+    elif isinstance(profile, AdaptiveProfile):
+        _check_target(profile, max_speed, max_acceleration)
+        profile.check_start(first)
     else:
         _check_segments(profile, first, max_speed, max_acceleration)
+
+
+def _check_target(
+    profile: StartUpProfile | AdaptiveProfile, max_speed: float, max_acceleration: float
+) -> None:
+    if profile.target_speed > max_speed:
+        raise ValueError(beyond("profile.target_speed", profile.target_speed, max_speed))
+    _check_acceleration("profile", profile.acceleration, max_acceleration)
 
 
 def _check_start_up(
     profile: StartUpProfile, first: float, max_speed: float, max_acceleration: float
 ) -> None:
-    target = profile.target_speed
-    if target > max_speed:
-        raise ValueError(beyond("profile.target_speed", target, max_speed))
-    _check_acceleration("profile", profile.acceleration, max_acceleration)
-    period = profile.variable_speed_period
+    _check_target(profile, max_speed, max_acceleration)
+    target, period = profile.target_speed, profile.variable_speed_period
     if period is None:
         return
     if (begins := period.start_speed) is not None:
