@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Literal
 
-from ab_sim.errors import exact, nearest
+from ab_sim.control import Sensing, Settings, checked
+from ab_sim.errors import InputError, exact, nearest
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
 from ab_sim.scene.segments import KIND
@@ -14,18 +15,22 @@ LEAST_SAMPLES = 4
 """Samples in a turn at the target speed, below which they do not show how large the whirl is."""
 
 
-class AdaptiveProfile(Section):
+class RunUp(Section):
+    """What kinds of profiles that run up to a speed have in common."""
+
+    acceleration: Number = quantity("of the run-up", "rad/s^2", ge=1e-6, le=1e6)
+    target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
+
+
+class AdaptiveProfile(RunUp):
     """A start-up that finds the critical speed and dwells by itself (``ab_sim.control``).
 
     It knows neither the drive's stiffness nor its unbalance: a sensor's readings, the spindle's
-    angle and its speed tell it, and once per ``command_period`` it commands a speed.
+    angle and its speed tell it, and once per ``command_period`` it commands a speed, which changes
+    by no more than the acceleration.
     """
 
     kind: Literal["adaptive"] = KIND
-    target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
-    acceleration: Number = quantity(
-        "the most at which the commanded speed changes", "rad/s^2", ge=1e-6, le=1e6
-    )
     sensor: SensorName = quantity("which of the scene's sensors it is told of, by its name", "-")
     command_period: Number = quantity(
         "time between two commands; a whole number of steps", "s", ge=1e-4, le=0.1, default=0.005
@@ -48,12 +53,27 @@ class AdaptiveProfile(Section):
             f"steps of solver.step = {step:g} s; the nearest such: {' and '.join(nearby)} s"
         )
 
+    def settings(self, sensing: Sensing, limit: float = math.inf) -> Settings:
+        """What its controller is told.
+
+        Args:
+            sensing: of the sensor.
+            limit: of the sensor's readings, in their unit.
+        """
+        return Settings(
+            self.target_speed, self.acceleration, sensing, self.command_period, limit=limit
+        )
+
     def check_start(self, first: float) -> None:
         """See whether a run may begin at a speed [rad/s].
 
         Raises:
             ValueError: names the key, its value and what is allowed.
         """
+        try:
+            checked(self.settings(Sensing("acceleration", 2)))
+        except InputError as error:
+            raise ValueError(f"profile of kind adaptive: {error}") from error
         if not 0.0 <= first < self.target_speed:
             raise ValueError(
                 f"start.speed = {exact(first)} rad/s: an adaptive start-up begins at standstill or "

@@ -232,8 +232,8 @@ class SpeedSchedule:
         """The profile that a scene asks for; its start speed, held, if it asks for none.
 
         Raises:
-            SceneError: a segment ends on a condition on the measured vibration: there is no speed
-                over time before the run.
+            SceneError: what is measured while it runs decides, in an adaptive start-up or where a
+                segment ends on a condition: there is no speed over time before the run.
         """
         asked = scene.profile
         if asked is None:
@@ -254,7 +254,16 @@ class SpeedSchedule:
             asked: of a scene, or by itself.
             first: speed [rad/s] and
             angle: psi [rad] at t = 0.
+
+        Raises:
+            SceneError: it is an adaptive start-up.
         """
+        if asked.kind == "adaptive":
+            raise SceneError(
+                "profile.kind = adaptive: a controller decides the speed while it runs, and there "
+                "is no speed over time before; use another kind, e.g. start_up with its "
+                "acceleration and target_speed"
+            )
         if asked.kind == "segments":
             return cls.of_segments(asked.segments, first, start_angle=angle)
         if asked.kind == "speed_change":
@@ -269,8 +278,10 @@ class SpeedSchedule:
 def top_speed_of(scene: "Scene") -> float:
     """The largest magnitude that the speed may have along a scene's profile [rad/s].
 
-    Of segments that end on a condition, too.
+    Of segments that end on a condition, and of an adaptive start-up, too.
     """
     if scene.profile is not None and scene.profile.kind == "segments":
         return scene.profile.top_speed(scene.start.speed)
+    if scene.profile is not None and scene.profile.kind == "adaptive":
+        return scene.profile.target_speed
     return SpeedSchedule.of_scene(scene).top_speed
