@@ -228,6 +228,11 @@ class SpeedSchedule:
         return cls(ramps, speed, start, start_angle)
 
     @classmethod
+    def at_start(cls, scene: "Scene") -> "SpeedSchedule":
+        """The start speed of a scene, held."""
+        return cls.constant(scene.start.speed, scene.start.angle)
+
+    @classmethod
     def of_scene(cls, scene: "Scene") -> "SpeedSchedule":
         """The profile that a scene asks for; its start speed, held, if it asks for none.
 
@@ -237,7 +242,7 @@ class SpeedSchedule:
         """
         asked = scene.profile
         if asked is None:
-            return cls.constant(scene.start.speed, scene.start.angle)
+            return cls.at_start(scene)
         if asked.kind == "segments" and (key := asked.condition) is not None:
             raise SceneError(
                 f"{scene.name}: {key}: what is measured while it runs decides when this segment "
