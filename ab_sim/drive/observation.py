@@ -94,6 +94,8 @@ class Snapshot(NamedTuple):
     acceleration: float
     """rad/s^2, with which it is approached."""
     pickups: dict[str, PickupState]
+    start_up: tuple[float, ...] | None = None
+    """State of the adaptive start-up that commands it; None where none does."""
 
     def check_like(self, other: "Snapshot") -> None:
         """Refuse what is not of a drive with the same scene as another one's.

@@ -9,7 +9,7 @@ from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import Trajectory, channels_for
 from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import MASS, System, has_motor
+from ab_sim.dynamics.system import DIRECTION, LOADED, MASS, System, has_friction, has_motor
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
 from ab_sim.stepping.fixed_step import DECK, STEP
@@ -76,13 +76,15 @@ class RowReader:
             sample[:, at] = pickup.reading
         return Trajectory(self.channels, sample)
 
-    def observation(self, present: Trajectory, time: float, stuck: np.ndarray) -> Observation:
+    def observation(
+        self, present: Trajectory, time: float, discrete_state: np.ndarray
+    ) -> Observation:
         """One sample with what follows from it.
 
         Args:
             present: as ``present`` gives it.
             time: s.
-            stuck: whether friction holds a ball on the race, shape (balls,).
+            discrete_state: then.
         """
         row = present.samples[0]
         psi, omega, command = (float(x) for x in row[2:5])
@@ -106,11 +108,17 @@ class RowReader:
             angular_acceleration=present.angular_acceleration[0],
             theta=theta.copy(),
             theta_rate=rate.copy(),
-            stuck=stuck,
+            stuck=self._stuck(discrete_state[: present.balls]),
             driving_force=self._driven.forces(present)[0],
             motor_torque=float(present["motor_torque"][0]) if self._motor else math.nan,
             readings={name: pickup.reading for name, pickup in self.pickups.items()},
         )
+
+    def _stuck(self, discrete_state: np.ndarray) -> np.ndarray:
+        """Whether friction holds a ball on the race, shape (balls,)."""
+        held = (discrete_state[:, DIRECTION] == 0) & (discrete_state[:, LOADED] == 1)
+        stuck: np.ndarray = held & bool(has_friction(self._system.effects))
+        return stuck
 
     def _readings(self) -> list[slice]:
         """Columns of each sensor's readings."""

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
+from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.deck import Deck, Mount, check_deck, inertia_matrix
 from ab_sim.scene.deck_models import check_deck_model
 from ab_sim.scene.profiles import Profile, beyond, check_profile
@@ -294,3 +295,5 @@ def _check_sensors(scene: Scene) -> None:
     step = None if scene.accuracy is not None else scene.solver.step
     for name, sensor in scene.sensors.items():
         sensor.check(f"sensors.{name}", step)
+    if isinstance(scene.profile, AdaptiveProfile):
+        scene.profile.check_sensors(scene.sensors, step)

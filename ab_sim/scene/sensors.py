@@ -174,12 +174,13 @@ def _name(value: Any) -> Any:
     return value
 
 
+SensorName = Annotated[
+    str,
+    BeforeValidator(_name),
+    InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({TAKEN})$"}}]}),
+]
 Sensors = dict[
-    Annotated[
-        str,
-        BeforeValidator(_name),
-        InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({TAKEN})$"}}]}),
-    ],
+    SensorName,
     Annotated[Accelerometer, BeforeValidator(lambda value: {} if value is None else value)],
 ]
 """By names of the scene's own; all are accelerometers."""
