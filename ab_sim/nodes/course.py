@@ -11,6 +11,8 @@ class Hears(NamedTuple):
     vibration: bool = False
     sensor: str | None = None
     """Name of the accelerometer of which it needs every sample, and the spindle's angle to it."""
+    first_sensor: bool = True
+    """Whether that is the drive's first accelerometer."""
 
 
 class Believed(NamedTuple):
@@ -43,6 +45,10 @@ class Course(Protocol):
         """Whether the final speed is held from now on."""
 
     @property
+    def reached(self) -> bool:
+        """Whether it has ended, and come to what it is for."""
+
+    @property
     def failure(self) -> str:
         """Why it has to be aborted; empty while it need not be."""
 
@@ -61,8 +67,8 @@ class Course(Protocol):
     def begin(self, now: float) -> None:
         """It begins now."""
 
-    def command(self, now: float) -> float:
-        """Decide, once a period; the speed that is commanded now [rad/s]."""
+    def command(self, now: float) -> float | None:
+        """Decide, once a period; the speed that is commanded now [rad/s], None: nothing is."""
 
     def state(self) -> dict[str, Any]:
         """All that it needs to go on, as JSON-able values."""

@@ -54,6 +54,8 @@ class ProfileRun:
         """It was aborted, or something did not go well; empty as long as all is well."""
         self.command = 0.0
         """The speed that was commanded last [rad/s]."""
+        self.commanded: float | None = None
+        """What the last call of ``tick`` gave."""
         self._enter(ProfileState.IDLE)
 
     def wait(self, what: str) -> None:
@@ -114,8 +116,9 @@ class ProfileRun:
 
     def tick(self, now: float) -> float | None:
         """What is to be commanded now [rad/s]; None: nothing."""
+        speaks = self.state in COMMANDING
         if self.state is ProfileState.RUNNING and self.course is not None:
-            self._run(self.course, now)
+            speaks = self._run(self.course, now)
         if self.state is ProfileState.ABORTING:
             since, speed = self._falls
             left = abs(speed) - self._deceleration * (now + self._ahead - since)
@@ -123,7 +126,8 @@ class ProfileRun:
             if left <= 0.0:
                 self.command = 0.0
                 self._enter(ProfileState.ABORTED)
-        return self.command if self.state in COMMANDING else None
+        self.commanded = self.command if speaks else None
+        return self.commanded
 
     def state_values(self) -> dict[str, Any]:
         """All that it needs to go on, as JSON-able values."""
@@ -132,6 +136,7 @@ class ProfileRun:
             "status": self.status,
             "why": self.why,
             "command": self.command,
+            "commanded": self.commanded,
             "began": self.began,
             "falls": self._falls,
             "deceleration": self._deceleration,
@@ -153,23 +158,26 @@ class ProfileRun:
         began, command, deceleration = (
             float(kept[name]) for name in ("began", "command", "deceleration")
         )
+        commanded = None if kept["commanded"] is None else float(kept["commanded"])
         since, speed = map(float, kept["falls"])
         if course is not None:
             course.restore(kept["course"])
         self.course, self.state, self.why = course, state, why
         self.began, self.command, self._deceleration = began, command, deceleration
-        self._falls = since, speed
+        self._falls, self.commanded = (since, speed), commanded
         self.status = status
         self._say(status, not why)
 
-    def _run(self, course: Course, now: float) -> None:
+    def _run(self, course: Course, now: float) -> bool:
+        """One period of it; whether it commands anything."""
         speed = course.command(now)
         self.why = course.why
         if course.failure:
             self.abort(now, course.failure)
-            return
-        self.command = speed
+            return True
+        self.command = self.command if speed is None else speed
         self._enter(ProfileState.DONE if course.ended else ProfileState.RUNNING, course.words)
+        return speed is not None
 
     def _enter(self, state: ProfileState, more: str = "") -> None:
         self.state = state

@@ -3,16 +3,16 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ab_sim.nodes.course import Believed, Hears
+from ab_sim.nodes.course import Believed
 from ab_sim.nodes.vibration_watch import VibrationWatch
 from ab_sim.scene.profile_file import AskedProfile
 from ab_sim.spindle.schedule_in_progress import ScheduleInProgress
 
 
-def hears(asked: AskedProfile) -> Hears:
-    """What it needs: the vibration, where a condition is judged by it."""
+def waits_for_vibration(asked: AskedProfile) -> bool:
+    """Whether a condition of a profile is judged by the vibration."""
     course = ScheduleInProgress(asked.profile, asked.first)
-    return Hears(vibration=any(course.until(number) for number in range(course.count)))
+    return any(course.until(number) for number in range(course.count))
 
 
 class SegmentsCourse:
@@ -42,6 +42,11 @@ class SegmentsCourse:
     def ended(self) -> bool:
         """As of ``Course``."""
         return self._number >= self._course.count
+
+    @property
+    def reached(self) -> bool:
+        """As of ``Course``."""
+        return self.ended
 
     @property
     def vibration(self) -> float | None:
