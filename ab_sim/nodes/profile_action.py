@@ -1,5 +1,6 @@
 """The action ``~/run``: one goal at a time runs a profile to its end, and hears of it meanwhile."""
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -37,7 +38,7 @@ class ProfileAction:
         self._start, self._cancel = start, cancel
         self._over: Future[tuple[bool, Outcome]] | None = None
         self._goal: ServerGoalHandle[Any, Any, Any] | None = None
-        self._told = -FEEDBACK_PERIOD
+        self._told = -math.inf
         self._left = threading.Event()
         self._left.set()
         if (kind := actions.run_profile()) is None:
@@ -86,6 +87,7 @@ class ProfileAction:
             return "another goal is being run; cancel it first"
         # Before it is started: it may be over at once.
         self._goal, self._over = goal, Future()
+        self._told = -math.inf
         self._left.clear()
         if refusal := self._start(actions.asked_of(goal.request)):
             self._goal = self._over = None
