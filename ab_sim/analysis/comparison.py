@@ -10,6 +10,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
+from ab_sim.scene.profiles import decided_beforehand
 
 
 def compare(
@@ -37,7 +38,10 @@ def without_period(scene: Scene) -> Scene:
 
 
 def without_balls(scene: Scene) -> Scene:
-    """The scene whose balls, and their mass, have been taken out; the unbalance M0 e remains."""
+    """The scene whose balls, and their mass, have been taken out; the unbalance M0 e remains.
+
+    Of an adaptive start-up, which would wait in vain for balls to move, the plain one is left.
+    """
     what = "without balls"
     changes = {
         "name": f"{scene.name}, {what}",
@@ -47,6 +51,8 @@ def without_balls(scene: Scene) -> Scene:
         "rotor.mass": scene.total_mass - scene.balls.total_mass,
         "rotor.eccentric_mass": scene.eccentric_mass,
     }
+    if (profile := decided_beforehand(scene.profile)) != scene.profile and profile is not None:
+        changes["profile"] = profile.model_dump(mode="json", exclude_none=True)
     if scene.rotor.total_mass is not None:
         changes["rotor.total_mass"] = None
     return changed_scene(scene, changes, what)
