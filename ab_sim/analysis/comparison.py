@@ -10,7 +10,6 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
-from ab_sim.scene.profiles import decided_beforehand
 
 
 def compare(
@@ -51,11 +50,9 @@ def without_balls(scene: Scene) -> Scene:
         "rotor.mass": scene.total_mass - scene.balls.total_mass,
         "rotor.eccentric_mass": scene.eccentric_mass,
     }
-    if (profile := decided_beforehand(scene.profile)) != scene.profile and profile is not None:
-        changes["profile"] = profile.model_dump(mode="json", exclude_none=True)
     if scene.rotor.total_mass is not None:
         changes["rotor.total_mass"] = None
-    return changed_scene(scene, changes, what)
+    return changed_scene(scene.planned, changes, what)
 
 
 def _beside(

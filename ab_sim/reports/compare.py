@@ -16,7 +16,6 @@ from ab_sim.recording import StoredRun
 from ab_sim.reports.envelope import Envelope
 from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
-from ab_sim.scene.profiles import decided_beforehand
 
 ASKED = ("step", "time", "command")
 """Channels that a comparison cannot do without; it needs one more to compare."""
@@ -229,7 +228,7 @@ def _begun_before(run: StoredRun, scene: Scene) -> bool:
 
 def _follows_profile(run: StoredRun, scene: Scene) -> bool:
     """Whether the commands are the scene's profile, to the bit, at the first samples."""
-    if decided_beforehand(scene.profile) != scene.profile:
+    if scene.planned.profile != scene.profile:
         return False  # what was measured has decided
     steps, commands = next(run.blocks(("step", "command"))).T
     replay = ReplayedDrive(Drive(scene), obeys=False)

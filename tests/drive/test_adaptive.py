@@ -79,7 +79,8 @@ def test_pieces_and_looks_between_do_not_matter(adaptive: Scene, pieces: tuple[i
 def test_observing_within_a_step_is_what_the_step_comes_to(adaptive: Scene) -> None:
     drive = led(adaptive, 1000)  # a command is due at this step
     ahead = drive.observe_at(drive.time + drive.step)
-    assert ahead.omega == drive.advance()["speed"][-1]
+    assert ahead.omega == pytest.approx(drive.advance()["speed"][-1], rel=1e-14)
+    assert ahead.command == drive.present()["command"][0]
 
 
 def test_a_snapshot_goes_on_to_the_same_bits(adaptive: Scene, tmp_path: Any) -> None:
