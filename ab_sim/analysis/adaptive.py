@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.control import Belief, State
-from ab_sim.drive.adaptive import AdaptiveRun, Believed, Decided
+from ab_sim.drive.adaptive import AdaptiveRun, BeliefAt, Decided
 from ab_sim.drive.balance import resultant
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
@@ -23,7 +23,7 @@ class AdaptiveOutcome(NamedTuple):
     """At the end."""
     decisions: tuple[Decided, ...]
     """In the order in which it made them."""
-    beliefs: tuple[Believed, ...]
+    beliefs: tuple[BeliefAt, ...]
     """One for each command period, the start included."""
 
     @classmethod

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
 from ab_sim.control import State
-from ab_sim.drive.adaptive import Believed
+from ab_sim.drive.adaptive import BeliefAt
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.figures.curves import draw_curve
 from ab_sim.figures.labels import Label, label_at_right
@@ -32,7 +32,7 @@ class Stretch(NamedTuple):
     """s, both."""
 
 
-def stretches(beliefs: Sequence[Believed]) -> Iterator[Stretch]:
+def stretches(beliefs: Sequence[BeliefAt]) -> Iterator[Stretch]:
     """The states that it went through, one after the other."""
     begin = 0
     for k, believed in enumerate(beliefs):

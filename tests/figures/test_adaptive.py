@@ -9,7 +9,7 @@ import pytest
 from ab_sim.analysis import Comparison, run_scene
 from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
 from ab_sim.control import Belief, State
-from ab_sim.drive.adaptive import Believed, Decided
+from ab_sim.drive.adaptive import BeliefAt, Decided
 from ab_sim.figures.adaptive import Stretch, stretches
 from ab_sim.figures.run import drawn_run
 from ab_sim.scene import load_scene
@@ -19,11 +19,11 @@ STATES = {0.0: State.WAITING, 0.1: State.RUN_UP, 0.8: State.DWELL, 1.4: State.TO
 STATES |= {2.0: State.JUDGING, 2.5: State.RETRY, 2.9: State.DWELL, 3.3: State.DONE}
 
 
-def believed(time: float) -> Believed:
+def believed(time: float) -> BeliefAt:
     state = next(state for begins, state in reversed(STATES.items()) if begins <= time)
     if time < 0.6:
-        return Believed(time, state, *[math.nan] * 4)
-    return Believed(time, state, 99.0, 0.5, 0.9e-4 * math.exp(-time), 5e-6)
+        return BeliefAt(time, state, *[math.nan] * 4)
+    return BeliefAt(time, state, 99.0, 0.5, 0.9e-4 * math.exp(-time), 5e-6)
 
 
 @pytest.fixture(scope="module")
