@@ -8,7 +8,6 @@ from ab_sim.accuracy.trials import Tell, Timed
 from ab_sim.accuracy.work_precision import WorkPrecision
 from ab_sim.drive import Drive
 from ab_sim.scene.model import Scene
-from ab_sim.scene.profiles import decided_beforehand
 
 
 def resolve_accuracy(
@@ -21,7 +20,7 @@ def resolve_accuracy(
 
     That is measured on the scene's own run, from its start over its profile and duration, which
     may take minutes; the commands that a live drive may get instead are not known, and nothing of
-    the profile is decided while it runs: see ``decided_beforehand``.
+    the profile is decided while it runs: see ``Scene.planned``.
 
     Args:
         scene: a scene; if it asks for no accuracy it is returned as it is, with no price.
@@ -39,7 +38,7 @@ def resolve_accuracy(
 
 
 def _timed_run(scene: Scene, steps: int, every: int) -> Timed:
-    drive = Drive(scene.model_copy(update={"profile": decided_beforehand(scene.profile)}))
+    drive = Drive(scene.planned)
     begin = time.thread_time()
     taken = drive.advance(steps, every)
     seconds = time.thread_time() - begin

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import ab_sim
 from ab_sim.accuracy import Tell, WorkPrecision, resolve_accuracy
+from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Comparison
 from ab_sim.analysis.merits import LAST, Merits, merits_of
 from ab_sim.drive import Drive
+from ab_sim.drive.adaptive import is_adaptive
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.errors import InputError, exact
@@ -46,6 +48,8 @@ class OfflineRun(Presented):
     """What it is judged by."""
     work_precision: WorkPrecision | None
     """How the solver was found, if an accuracy was asked for."""
+    adaptive: AdaptiveOutcome | None = None
+    """What the controller of an adaptive start-up decided and believed; None of another profile."""
 
     def plot(self, comparison: Comparison | None = None) -> "Figure":
         """Draw speed, whirl, driving force and ball angles over time.
@@ -86,6 +90,7 @@ class OfflineRun(Presented):
             **self.merits.report(self.scene.rotor.eccentricity),
             "final_stretch": LAST * duration,
             "variable_speed_period": self.variable_speed_period,
+            "adaptive": None if self.adaptive is None else self.adaptive.report(),
             "scene": self.scene.name,
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
             "sensors": {name: sensor.model_dump() for name, sensor in self.scene.sensors.items()},
@@ -123,7 +128,8 @@ def run_scene(
     for time in times:
         if not (math.isfinite(time) and time >= 0):
             raise InputError(f"times: {time} s: must be a finite number, at least 0")
-    SpeedSchedule.of_scene(scene)  # refuses what it cannot know before minutes of measuring
+    if not is_adaptive(scene):
+        SpeedSchedule.of_scene(scene)  # refuses what it cannot know before minutes of measuring
     end = max([scene.duration, *times])
     scene, work_precision = resolve_accuracy(scene, tell=tell)
     drive = Drive(scene)
@@ -160,6 +166,7 @@ def run_scene(
         drive.steps_with_unresolved_events,
         merits_of(whole, drive.scene),
         work_precision,
+        None if drive.start_up is None else AdaptiveOutcome.of(drive.start_up),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.sample_buffer import SampleBuffer
+from ab_sim.drive.adaptive import is_adaptive
 from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
@@ -63,15 +64,18 @@ class PreparedRun:
         self.system = system_of(self.scene)
         choice = choose_stepper(self.scene, self.system)
         self.stepper, self.steps = choice.stepper, steps_of(self.scene)
-        scheduled_segments = SpeedSchedule.of_scene(self.scene).segments
+        self._adaptive = is_adaptive(self.scene)
+        schedule = SpeedSchedule.at_start if self._adaptive else SpeedSchedule.of_scene
+        scheduled_segments = schedule(self.scene).segments
         # Step ranges of ramps do not depend on the cycle, which differs with mass and stiffness.
         curved = any(not isinstance(scheduled.segment, Ramp) for scheduled in scheduled_segments)
         self.step_plan_key = StepPlanKey(
             scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
         )
-        smooth = not has_events(self.system.effects)
-        self.fits_lane = self.stepper.takes_lanes and smooth
-        self.takes_collocation_steps = self.stepper.collocation_steps and smooth
+        # A controller commands each drive for itself.
+        alike = not self._adaptive and not has_events(self.system.effects)
+        self.fits_lane = self.stepper.takes_lanes and alike
+        self.takes_collocation_steps = self.stepper.collocation_steps and alike
 
     @property
     def group_key(self) -> Any:
@@ -79,7 +83,7 @@ class PreparedRun:
         names = tuple(self.scene.effects), tuple(self.scene.sensors)
         constants = pattern(self.system)
         solver = self.stepper, self.scene.solver.step
-        return names, constants, self.scene.balls.count, solver, self.steps
+        return names, constants, self.scene.balls.count, solver, self.steps, self._adaptive
 
     @property
     def channels(self) -> tuple[str, ...]:

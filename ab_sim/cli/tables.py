@@ -104,6 +104,9 @@ def _profile(scene: Scene) -> str:
     profile, first = scene.profile, scene.start.speed
     if profile is None:
         return "none"
+    if profile.kind == "adaptive":
+        period = f"a command every {profile.command_period:g} s"
+        return f"adaptive, told of {profile.sensor}, {period}"
     if profile.kind != "start_up" or profile.variable_speed_period is None:
         return profile.kind
     if profile.period_begins(first) is None:

@@ -52,7 +52,7 @@ class Decided(NamedTuple):
     """For people: what it does from now on, and why."""
 
 
-class Believed(NamedTuple):
+class BeliefAt(NamedTuple):
     """What the controller did and believed after a command; NaN while it does not know."""
 
     time: float
@@ -84,7 +84,7 @@ class AdaptiveRun:
         assert isinstance(profile, AdaptiveProfile)
         self.decisions: list[Decided] = []
         """Since it was made."""
-        self.beliefs: list[Believed] = []
+        self.beliefs: list[BeliefAt] = []
         """One for each command, since it was made."""
         self._decided = 0
         self._sensor, self._heard = profile.sensor, {profile.sensor, SPINDLE}
@@ -141,7 +141,7 @@ class AdaptiveRun:
             self.decisions.append(Decided(time, controller.decision.text))
         believed = controller.belief
         self.beliefs.append(
-            Believed(
+            BeliefAt(
                 time,
                 controller.state,
                 *believed[:2],

@@ -10,7 +10,7 @@ from ab_sim.errors import exact
 from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.deck import Deck, Mount, check_deck, inertia_matrix
 from ab_sim.scene.deck_models import check_deck_model
-from ab_sim.scene.profiles import Profile, beyond, check_profile
+from ab_sim.scene.profiles import Profile, beyond, check_profile, planned
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.section import Section
@@ -128,6 +128,11 @@ class Scene(Section):
         """
         e = self.rotor.eccentricity
         return (e, "e") if e > 0 else (self.race.radius, "R")
+
+    @property
+    def planned(self) -> "Scene":
+        """The scene without what is decided while it runs: see ``profiles.planned``."""
+        return self.model_copy(update={"profile": planned(self.profile)})
 
     def __repr__(self) -> str:
         effects = " ".join(self.effects) or "none"

@@ -73,7 +73,7 @@ KINDS: tuple[str, ...] = tuple(
 )
 
 
-def decided_beforehand(profile: AnyProfile | None) -> AnyProfile | None:
+def planned(profile: AnyProfile | None) -> AnyProfile | None:
     """The profile without what is decided while it runs, from what is measured.
 
     Segments that end on a condition last as long as they may, and an adaptive start-up accelerates

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from ab_sim.errors import SceneError
-from ab_sim.scene.profiles import StartUpProfile, decided_beforehand
+from ab_sim.scene.profiles import StartUpProfile, planned
 from ab_sim.spindle import SpeedSchedule, top_speed_of
 from tests.conftest import SceneMaker
 
@@ -18,7 +18,7 @@ def test_it_is_read(scene: SceneMaker) -> None:
     assert made.profile is not None and made.profile.kind == "adaptive"
     assert made.profile.steps_per_command(made.solver.step) == 5
     assert top_speed_of(made) == 400.0
-    assert decided_beforehand(made.profile) == StartUpProfile(
+    assert planned(made.profile) == StartUpProfile(
         kind="start_up", acceleration=40.0, target_speed=400.0
     )
 
