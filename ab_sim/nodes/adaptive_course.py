@@ -8,6 +8,9 @@ from ab_sim.control import Settings, StartUp, State
 from ab_sim.nodes.course import Believed
 from ab_sim.nodes.paired_samples import PairedSamples, Reading, SpindleSample
 
+SAID_TWICE = State.DONE, State.ABORTING, State.ABORTED
+"""States that the controller's own status begins with."""
+
 
 class AdaptiveCourse:
     """One start-up under way.
@@ -26,9 +29,8 @@ class AdaptiveCourse:
     @property
     def words(self) -> str:
         """As of ``Course``."""
-        state = self._start_up.state
-        text = self._start_up.words
-        return text if state is State.GAVE_UP else text.removeprefix(f"{state.text}: ")
+        state, words = self._start_up.state, self._start_up.words
+        return words.removeprefix(f"{state.text}: ") if state in SAID_TWICE else words
 
     @property
     def ended(self) -> bool:
