@@ -23,20 +23,21 @@ class LockStep:
     Args:
         fleet: runs it.
         scene: name or file.
-        more: parameters of the profile controller.
+        profile: the controller's; default: the scene's.
     """
 
-    def __init__(self, fleet: Fleet, scene: str | Path, **more: Any) -> None:
+    def __init__(self, fleet: Fleet, scene: str | Path, profile: str = "") -> None:
         self.fleet = fleet
         self.blocks = fleet.listen(topics.BLOCK)
         self._status = fleet.listen(topics.PROFILE_STATUS)
         self._commands = fleet.listen(topics.COMMAND)
         self._clients: dict[str, Any] = {}
+        self._awaited = 0
         fleet.start(
             "drive_sim", scene=scene, time_mode="lock_step", wake_rate=1000.0, block_rate=200.0,
             steps=PERIOD, error_checks=0.0,
         )  # fmt: skip
-        fleet.start("profile_controller", profile=scene, use_sim_time=True, **more)
+        fleet.start("profile_controller", profile=f'"{profile or scene}"', use_sim_time=True)
         fleet.until(lambda: fleet.value("profile_controller", "listeners") == "2", "it is heard")
 
     @property
@@ -66,7 +67,7 @@ class LockStep:
 
         A machine that is busy may take longer than the drive waits for them.
         """
-        if commands != getattr(self, "_awaited", 0):
+        if commands != self._awaited:
             self._awaited = commands
             assert self.fleet.set("drive_sim", await_commands=commands)[0]
         before = len(self._commands)
