@@ -2,11 +2,10 @@
 
 import enum
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
+from typing import Any
 
-from ab_sim.nodes.vibration_watch import VibrationWatch
-from ab_sim.scene.profile_file import AskedProfile
-from ab_sim.spindle.schedule_in_progress import ScheduleInProgress
+from ab_sim.nodes.course import Course
 
 
 class ProfileState(enum.Enum):
@@ -23,94 +22,85 @@ class ProfileState(enum.Enum):
     ABORTED = "aborted"
     """And standstill is commanded."""
 
+    @property
+    def under_way(self) -> bool:
+        """Whether it has been started and is not over."""
+        return self in (ProfileState.RUNNING, ProfileState.ABORTING)
+
 
 COMMANDING = (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING, ProfileState.ABORTED)
 
 
 class ProfileRun:
-    """One profile and what becomes of it; times are of any clock that goes on.
+    """One profile after the other and what becomes of it; times are of any clock that goes on.
 
     Args:
-        asked: the profile.
-        deceleration: of an abort [rad/s^2].
-        ahead: how far ahead of time commands are [s]: a drive goes there until the next one comes.
-        silence: s for which vibration may be missing where a condition needs it.
+        ahead: how far ahead of time commands of a ramp down are [s]: a drive goes there until the
+            next one comes.
         say: told the status whenever it changes: the state's word, and often more behind a colon;
             and whether all is well.
     """
 
-    def __init__(
-        self,
-        asked: AskedProfile,
-        deceleration: float,
-        ahead: float,
-        silence: float,
-        say: Callable[[str, bool], None],
-    ) -> None:
-        self._next = asked, deceleration
-        self._deceleration = deceleration
-        self._ahead, self._silence, self._say = ahead, silence, say
-        self._course = ScheduleInProgress(*asked)
-        self._began = 0.0
-        self._number = -1
-        self._watch: VibrationWatch | None = None
+    def __init__(self, ahead: float, say: Callable[[str, bool], None]) -> None:
+        self._ahead, self._say = ahead, say
+        self.course: Course | None = None
+        """The profile that was started last; None before the first."""
+        self._deceleration = math.inf
         self._falls = (0.0, 0.0)
+        self.began = 0.0
         self.state = ProfileState.IDLE
         self.status = ""
         self.why = ""
-        """It was aborted, or a condition was not met; empty as long as all is well."""
-        self.command = asked.first
+        """It was aborted, or something did not go well; empty as long as all is well."""
+        self.command = 0.0
         """The speed that was commanded last [rad/s]."""
+        self.commanded: float | None = None
+        """What the last call of ``tick`` gave."""
         self._enter(ProfileState.IDLE)
-
-    @property
-    def needs_vibration(self) -> bool:
-        """Whether a condition of what the next start takes is judged by it."""
-        course = ScheduleInProgress(*self._next[0])
-        return any(course.until(number) for number in range(course.count))
-
-    @property
-    def vibration(self) -> float | None:
-        """As it is judged at present [m/s^2]."""
-        return None if self._watch is None else self._watch.rms
-
-    def take(self, asked: AskedProfile, deceleration: float) -> None:
-        """Another profile, and the deceleration of its abort, from the next start on."""
-        self._next = asked, deceleration
 
     def wait(self, what: str) -> None:
         """Wait for something."""
         self._enter(ProfileState.WAITING, what)
 
-    def start(self, now: float) -> str:
-        """Run from the beginning, at a time [s]; why not, if it may not be."""
+    def start(self, now: float, course: Course, deceleration: float) -> str:
+        """Run a profile from its beginning.
+
+        Args:
+            now: the time [s].
+            course: the profile, which nobody has begun.
+            deceleration: of an abort [rad/s^2].
+
+        Returns:
+            Why not, if it may not be; else nothing.
+        """
         if self.state is ProfileState.RUNNING:
             return "running already; abort first"
         if self.state is ProfileState.ABORTING:
             return "ramping down; wait for standstill"
-        asked, deceleration = self._next
-        if self.state is ProfileState.DONE and self.command != asked.first:
+        if self.state is ProfileState.DONE and self.command != course.first:
             return (
                 f"{self.command:g} rad/s is commanded, and the profile begins at "
-                f"{asked.first:g} rad/s; abort first"
+                f"{course.first:g} rad/s; abort first"
             )
-        self._course, self._deceleration = ScheduleInProgress(*asked), deceleration
-        self._began, self._number, self._watch, self.why = now, -1, None, ""
+        self.course, self._deceleration = course, deceleration
+        self.command, self.why = course.first, ""
         self.state = ProfileState.RUNNING
+        self.shift(now)
         self.tick(now)
         return ""
 
     def shift(self, now: float) -> None:
         """It began just now, and not at the time that was said."""
-        self._began = now
-        self._number = -1
+        self.began = now
+        if self.course is not None:
+            self.course.begin(now)
 
     def abort(self, now: float, why: str) -> str:
         """Ramp down to standstill; why not, if that makes no sense."""
         if self.state is ProfileState.WAITING:
             self._enter(ProfileState.IDLE)
         elif self.state in (ProfileState.RUNNING, ProfileState.DONE):
-            self.why, self._watch = why, None
+            self.why = why
             self._falls = now, self.command
             self._enter(ProfileState.ABORTING, why)
             self.tick(now)
@@ -120,19 +110,15 @@ class ProfileRun:
 
     def drop(self, why: str) -> None:
         """Command standstill at once: there is nothing any more that could be ramped down."""
-        self.why, self._watch = why, None
+        self.why = why
         self.command = 0.0
         self._enter(ProfileState.ABORTED)
 
-    def receive(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
-        """A sample of the vibration: see ``VibrationWatch.receive``."""
-        if self._watch is not None:
-            self._watch.receive(now, sensor, stamp, vector)
-
     def tick(self, now: float) -> float | None:
         """What is to be commanded now [rad/s]; None: nothing."""
-        if self.state is ProfileState.RUNNING:
-            self._run(now)
+        speaks = self.state in COMMANDING
+        if self.state is ProfileState.RUNNING and self.course is not None:
+            speaks = self._run(self.course, now)
         if self.state is ProfileState.ABORTING:
             since, speed = self._falls
             left = abs(speed) - self._deceleration * (now + self._ahead - since)
@@ -140,37 +126,58 @@ class ProfileRun:
             if left <= 0.0:
                 self.command = 0.0
                 self._enter(ProfileState.ABORTED)
-        return self.command if self.state in COMMANDING else None
+        self.commanded = self.command if speaks else None
+        return self.commanded
 
-    def _run(self, now: float) -> None:
-        course, elapsed, passed = self._course, now - self._began, max(self._number, 0)
-        watch, still = self._watch, course.number(elapsed) == self._number
-        if watch is not None and watch.met:
-            if still:
-                course.leave(elapsed)
-            passed += 1
-        elif watch is not None and still and (silent := watch.silence(now)) > self._silence:
-            where = f"segment {self._number + 1} waits for the vibration"
-            self.abort(now, f"{where}, and no good sample of it has come for {silent:.3g} s")
-            return
-        number, missed = course.number(elapsed), ""
-        for unmet in range(passed, number):
-            if (until := course.until(unmet)) is None:
-                continue
-            self.why = f"segment {unmet + 1}: no {until.words} within {until.at_most:g} s"
-            missed = f"; {self.why}"
-            if until.otherwise == "abort":
-                self.abort(now, self.why)
-                return
-        if number != self._number:
-            self._number, until = number, course.until(number)
-            self._watch = None if until is None else VibrationWatch(until, now)
-            if number < course.count:
-                words = f"segment {number + 1} of {course.count}, {course.words(number)}"
-                self._enter(ProfileState.RUNNING, words + missed)
-        self.command = float(course.profile.speed(elapsed + self._ahead))
-        if number >= course.count:
-            self._enter(ProfileState.DONE, missed.removeprefix("; "))
+    def state_values(self) -> dict[str, Any]:
+        """All that it needs to go on, as JSON-able values."""
+        return {
+            "state": self.state.value,
+            "status": self.status,
+            "why": self.why,
+            "command": self.command,
+            "commanded": self.commanded,
+            "began": self.began,
+            "falls": self._falls,
+            "deceleration": self._deceleration,
+            "course": None if self.course is None else self.course.state(),
+        }
+
+    def restore(self, kept: Mapping[str, Any], course: Course | None) -> None:
+        """Go on from what ``state_values`` gave.
+
+        Args:
+            kept: the values.
+            course: the profile that they are of, which nobody has begun; None if there was none.
+
+        Raises:
+            ArithmeticError, AttributeError, LookupError, TypeError, ValueError: they are none; then
+                nothing has changed.
+        """
+        state, status, why = ProfileState(kept["state"]), str(kept["status"]), str(kept["why"])
+        began, command, deceleration = (
+            float(kept[name]) for name in ("began", "command", "deceleration")
+        )
+        commanded = None if kept["commanded"] is None else float(kept["commanded"])
+        since, speed = map(float, kept["falls"])
+        if course is not None:
+            course.restore(kept["course"])
+        self.course, self.state, self.why = course, state, why
+        self.began, self.command, self._deceleration = began, command, deceleration
+        self._falls, self.commanded = (since, speed), commanded
+        self.status = status
+        self._say(status, not why)
+
+    def _run(self, course: Course, now: float) -> bool:
+        """One period of it; whether it commands anything."""
+        speed = course.command(now)
+        self.why = course.why
+        if course.failure:
+            self.abort(now, course.failure)
+            return True
+        self.command = self.command if speed is None else speed
+        self._enter(ProfileState.DONE if course.ended else ProfileState.RUNNING, course.words)
+        return speed is not None
 
     def _enter(self, state: ProfileState, more: str = "") -> None:
         self.state = state
