@@ -29,8 +29,8 @@ def led(scene: Scene, steps: int = STEPS, faults: tuple[str, ...] = ()) -> Drive
 
 
 def run_of(drive: Drive) -> AdaptiveRun:
-    assert drive.start_up is not None
-    return drive.start_up
+    assert isinstance(drive.leader, AdaptiveRun)
+    return drive.leader
 
 
 def by_hand(scene: Scene, steps: int) -> tuple[np.ndarray, StartUp]:
@@ -99,10 +99,10 @@ def test_a_snapshot_of_no_such_start_up_is_refused(adaptive: Scene, scene: Scene
     drive = led(adaptive, 50)
     for numbers, words in (((1.0,), "numbers"), ((float("nan"),) * 500, "numbers")):
         with pytest.raises(ValueError, match=words):
-            drive.restore(drive.snapshot()._replace(start_up=numbers))
+            drive.restore(drive.snapshot()._replace(leader=numbers))
     plain = Drive(scene())
-    with pytest.raises(ValueError, match="of a drive with an adaptive start-up"):
-        plain.restore(plain.snapshot()._replace(start_up=drive.snapshot().start_up))
+    with pytest.raises(ValueError, match="of a drive whose profile decides while it runs"):
+        plain.restore(plain.snapshot()._replace(leader=drive.snapshot().leader))
     assert plain.steps == 0 and drive.steps == 50
 
 
@@ -110,11 +110,11 @@ def test_a_command_takes_over_and_one_that_is_refused_does_not(adaptive: Scene) 
     drive = led(adaptive, 500)
     with pytest.raises(CommandError):
         drive.command(1000.0)
-    assert drive.start_up is not None
+    assert drive.leader is not None
     drive.command(20.0)
-    assert drive.start_up is None and drive.advance(1000)["speed"][-1] == 20.0
+    assert drive.leader is None and drive.advance(1000)["speed"][-1] == 20.0
     held = Drive(adaptive, commanded=True)
-    assert held.start_up is None and held.advance(100)["speed"][-1] == 0.0
+    assert held.leader is None and held.advance(100)["speed"][-1] == 0.0
 
 
 def test_it_begins_at_the_speed_that_there_is(adaptive: Scene) -> None:
