@@ -1,0 +1,107 @@
+"""What cannot be true of a sensor: reasons for ending the start-up."""
+
+import enum
+import math
+
+from ab_sim.control import tuning
+
+TURN = 6.283185307179586
+
+
+class Reason(enum.IntEnum):
+    """Why it was aborted; the same numbers in C."""
+
+    NONE = 0
+    ASKED = 1
+    SILENT = 2
+    TIME_BACK = 3
+    LIMIT = 4
+    REPEATING = 5
+    AXES = 6
+    ANGLE = 7
+    NOT_FOLLOWING = 8
+
+
+TEXTS = {
+    Reason.ASKED: "asked to",
+    Reason.SILENT: "no good sample for too long: the sensor dropped out",
+    Reason.TIME_BACK: "the sensor's time went back: the drive was reset",
+    Reason.LIMIT: "a reading beyond the limit",
+    Reason.REPEATING: "the sensor reads the same again and again: it is stuck or saturated",
+    Reason.AXES: "the two axes contradict each other: one has the wrong sign or is turned, or the "
+    "spindle turns the other way",
+    Reason.ANGLE: "the spindle's angle does not go on with its speed: wrong sign, or slipped",
+    Reason.NOT_FOLLOWING: "the spindle does not follow: caught at the critical speed, or no torque",
+}
+
+
+class Watch:
+    """Follows the readings of a sensor with one or two axes.
+
+    Parameters
+    ----------
+    axes : int
+        1 or 2.
+    unit : float
+        s; the unit of time of ``tuning``.
+    limit : float
+        Largest magnitude of a reading.
+    """
+
+    __slots__ = ("_axes", "_last", "_limit", "_peak", "_run", "_unit", "agreement", "slip", "stuck")
+
+    def __init__(self, axes: int, unit: float, limit: float) -> None:
+        self._axes, self._unit, self._limit = axes, unit, limit
+        self._last, self._peak, self._run = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
+        self.stuck = [0.0, 0.0]
+        """Time for which readings repeated each other [s], of each axis."""
+        self.agreement = 1.0
+        """Cosine of the angle between what the axes see, averaged."""
+        self.slip = 0.0
+        """Share of samples whose angle contradicts the speed."""
+
+    def readings(self, readings: tuple[float, float], dt: float, turning: bool) -> Reason:
+        """Look at a sample, ``dt`` after the last."""
+        for i in range(self._axes):
+            reading = readings[i]
+            size = abs(reading)
+            if size > self._limit:
+                return Reason.LIMIT
+            self._peak[i] = max(self._peak[i], size)
+            if reading == self._last[i]:
+                self._run[i] += 1.0
+            else:
+                self._run[i] = 0.0
+            self._last[i] = reading
+            if self._run[i] >= tuning.REPEATS and turning and size >= 0.5 * self._peak[i]:
+                self.stuck[i] += dt
+            else:
+                self.stuck[i] = max(self.stuck[i] - 0.2 * dt, 0.0)
+            if self.stuck[i] > tuning.REPEATED * self._unit:
+                return Reason.REPEATING
+        return Reason.NONE
+
+    def angle(self, change: float, expected: float) -> Reason:
+        """Look at a change of the spindle's angle and the one that its speed makes [rad]."""
+        if abs(expected) > 1.0:
+            return Reason.NONE
+        off = change - expected
+        off -= TURN * math.floor(off / TURN + 0.5)
+        slipped = 1.0 if abs(off) > tuning.CONTRADICTING * max(abs(expected), 0.1) else 0.0
+        self.slip += (slipped - self.slip) * 0.02
+        return Reason.ANGLE if self.slip > 0.5 else Reason.NONE
+
+    def axes(self, cosine: float, dt: float) -> Reason:
+        """Look at the cosine of the angle between what both axes see of the net unbalance."""
+        time = tuning.AXES_AVERAGE * self._unit
+        self.agreement += (cosine - self.agreement) * (dt / (dt + time))
+        return Reason.AXES if self.agreement < tuning.AGREEING else Reason.NONE
+
+    def numbers(self) -> list[float]:
+        """Its state, for ``restore``."""
+        return [*self._last, *self._peak, *self._run, *self.stuck, self.agreement, self.slip]
+
+    def restore(self, numbers: list[float]) -> None:
+        """Go on from there."""
+        self._last, self._peak, self._run = numbers[0:2], numbers[2:4], numbers[4:6]
+        self.stuck, (self.agreement, self.slip) = numbers[6:8], numbers[8:]
