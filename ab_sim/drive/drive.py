@@ -254,7 +254,7 @@ class Drive:
     def _obey(self, newest: Trajectory) -> None:
         """Follow what leads it, if its profile decides, which hears of the newest steps."""
         speed = None if self.leader is None else self.leader.command(newest, self.steps)
-        if speed is not None:
+        if speed is not None and self.servo.accepts(speed):  # as a live drive does
             self._approach(speed, self.servo.max_acceleration)
 
     def present(self) -> Trajectory:
