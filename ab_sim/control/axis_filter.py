@@ -83,9 +83,8 @@ class AxisFilter:
     def _begin(self, speed: float) -> None:
         count, mean = self._count, self._sum / self._count
         spread = math.sqrt(max(self._squares / count - mean * mean, 0.0))
-        noise = self._noise
-        if noise == 0.0:
-            noise = math.sqrt(self._rough / (6.0 * (count - 2.0)))
+        # What is told may be too little.
+        noise = max(self._noise, math.sqrt(self._rough / (6.0 * (count - 2.0))))
         noise = max(noise, 1e-3 * spread)
         if not noise > 0.0:
             return

@@ -158,7 +158,8 @@ class Observer:
         self.slow += (size - self.slow) * slow
         self.average_re += (self.re - self.average_re) * slow
         self.average_im += (self.im - self.average_im) * slow
-        if self.deviation < tuning.CERTAIN * size and self.fast > self.scale:
+        certain = self.critical_deviation < tuning.KNOWN_CRITICAL * self.critical
+        if certain and self.deviation < tuning.CERTAIN * size and self.fast > self.scale:
             self.scale = self.fast
         return self._compare(dt)
 

@@ -32,9 +32,9 @@ class Settings(NamedTuple):
     sensing: Sensing
     period: float
     """s between two calls of ``StartUp.command``."""
-    most_retries: int = 6
+    most_retries: int = 8
     """After the first passage of the critical speed; then it gives up, at the final speed."""
-    patience: float = 14.0
+    patience: float = 14.5
     """s after the start, after which no further retry begins."""
     silence: float = 0.5
     """s without a good sample after which the start-up is aborted."""

@@ -215,7 +215,7 @@ class StartUp:
             known = seen.known == 1.0 and (
                 seen.critical_deviation < tuning.KNOWN_CRITICAL * seen.critical
             )
-            late = goal < self._command - 0.025 * settings.final_speed
+            late = goal < seen.speed - 0.025 * settings.final_speed
             if not known or late or self._command < 0.3 * settings.final_speed:
                 goal = settings.final_speed
         there = self._ramp(goal, settings.acceleration)

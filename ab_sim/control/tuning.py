@@ -37,7 +37,7 @@ SLOW = 0.38
 """Time constants of two averages of |q|: their difference is its rate of change."""
 CERTAIN = 0.25
 """Deviation over magnitude, below which a net unbalance may become the scale."""
-KNOWN_CRITICAL = 0.04
+KNOWN_CRITICAL = 0.025
 """Relative deviation of the critical speed, below which a dwell is aimed at."""
 
 # --- dwells
