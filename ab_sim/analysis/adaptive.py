@@ -1,4 +1,4 @@
-"""What an adaptive start-up came to: what its controller decided and believed, and what is true."""
+"""What an adaptive start-up came to: what its controller believed, and what is true."""
 
 import math
 from typing import NamedTuple
@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.control import Belief, State
-from ab_sim.drive.adaptive import AdaptiveRun, BeliefAt, Decided
+from ab_sim.drive.adaptive import AdaptiveRun, BeliefAt
 from ab_sim.drive.balance import resultant
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
@@ -21,8 +21,6 @@ class AdaptiveOutcome(NamedTuple):
     """For people: what it does at the end, and why."""
     belief: Belief
     """At the end."""
-    decisions: tuple[Decided, ...]
-    """In the order in which it made them."""
     beliefs: tuple[BeliefAt, ...]
     """One for each command period, the start included."""
 
@@ -34,7 +32,6 @@ class AdaptiveOutcome(NamedTuple):
             controller.state,
             controller.words,
             controller.belief,
-            tuple(start_up.decisions),
             tuple(start_up.beliefs),
         )
 
@@ -51,7 +48,6 @@ class AdaptiveOutcome(NamedTuple):
             "net_unbalance_before": _known(belief.without_balls),
             "dwells": belief.dwells,
             "retries": belief.retries,
-            "decisions": [{"t": decided.time, "text": decided.text} for decided in self.decisions],
         }
 
 

@@ -43,7 +43,8 @@ def simulate(
     OfflineRun
         ``trajectory`` with every step, the start included; ``samples``, one Observation for each of
         ``times``; ``merits``: final and peak whirl [m], residual unbalance, settling;
-        ``adaptive``: what the controller of an adaptive start-up decided and believed.
+        ``decisions`` of a profile that decides while it runs; ``adaptive``: what the controller of
+        an adaptive start-up believed.
 
     Raises
     ------
@@ -214,7 +215,7 @@ def resolve_accuracy(
 def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None:
     """Record a finished run into a Rerun file: ``ab-sim run --rrd``.
 
-    What the controller of an adaptive start-up decided is in it as events.
+    What a profile decided while it ran is in it as events.
 
     Parameters
     ----------
@@ -248,9 +249,8 @@ def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None
     if every < 1:
         raise InputError(f"every = {every}: must be at least 1")
     found = None if run.work_precision is None else run.work_precision.report()
-    decisions = () if run.adaptive is None else run.adaptive.decisions
     with Recording(path, description=describe(run.scene, found), every=every) as recording:
-        for decided in decisions:  # as a recorder writes what a profile controller says
+        for decided in run.decisions:  # as a recorder writes what a profile controller says
             recording.state("profile", decided.time, decided.text.partition(":")[0])
             recording.event(decided.time, f"profile: {decided.text}", "INFO", "profile")
         samples = run.trajectory.samples

@@ -9,7 +9,7 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.sample_buffer import SampleBuffer
-from ab_sim.drive.adaptive import is_adaptive
+from ab_sim.drive.leaders import is_led
 from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
@@ -64,16 +64,16 @@ class PreparedRun:
         self.system = system_of(self.scene)
         choice = choose_stepper(self.scene, self.system)
         self.stepper, self.steps = choice.stepper, steps_of(self.scene)
-        self._adaptive = is_adaptive(self.scene)
-        schedule = SpeedSchedule.at_start if self._adaptive else SpeedSchedule.of_scene
+        self._led = is_led(self.scene)
+        schedule = SpeedSchedule.at_start if self._led else SpeedSchedule.of_scene
         scheduled_segments = schedule(self.scene).segments
         # Step ranges of ramps do not depend on the cycle, which differs with mass and stiffness.
         curved = any(not isinstance(scheduled.segment, Ramp) for scheduled in scheduled_segments)
         self.step_plan_key = StepPlanKey(
             scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
         )
-        # A controller commands each drive for itself.
-        alike = not self._adaptive and not has_events(self.system.effects)
+        # Where the profile decides while it runs, each drive is commanded for itself.
+        alike = not self._led and not has_events(self.system.effects)
         self.fits_lane = self.stepper.takes_lanes and alike
         self.takes_collocation_steps = self.stepper.collocation_steps and alike
 
@@ -83,7 +83,7 @@ class PreparedRun:
         names = tuple(self.scene.effects), tuple(self.scene.sensors)
         constants = pattern(self.system)
         solver = self.stepper, self.scene.solver.step
-        return names, constants, self.scene.balls.count, solver, self.steps, self._adaptive
+        return names, constants, self.scene.balls.count, solver, self.steps, self._led
 
     @property
     def channels(self) -> tuple[str, ...]:

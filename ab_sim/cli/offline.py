@@ -107,9 +107,9 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
         crowded = result.steps_with_unresolved_events
         lost = f"; too many to locate them all in {crowded} steps" if crowded else ""
         table.add_row("events", f"{result.events} located{lost}")
+    for decided in result.decisions:
+        table.add_row(f"at {decided.time:.3f} s", decided.text)
     if result.adaptive is not None:
-        for decided in result.adaptive.decisions:
-            table.add_row(f"at {decided.time:.3f} s", decided.text)
         table.add_row("believed at the end", _believed(result))
     table.add_row("effects", ", ".join(report["effects"]) or "none")
     if report["sensors"]:

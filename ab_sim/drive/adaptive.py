@@ -2,25 +2,20 @@
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ab_sim.control import Sensing, Settings, StartUp, State
 from ab_sim.drive.faults.fault import SPINDLE, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
-from ab_sim.drive.observation import Snapshot
+from ab_sim.drive.leader import Decided, stamp
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import SceneError
 from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sensors import steps_per_sample
 from ab_sim.sensing import digits, noise_variance
-
-
-def is_adaptive(scene: Scene) -> bool:
-    """Whether a controller leads a scene's start-up."""
-    return isinstance(scene.profile, AdaptiveProfile)
 
 
 def settings_of(scene: Scene) -> Settings:
@@ -43,15 +38,6 @@ def settings_of(scene: Scene) -> Settings:
     return profile.settings(Sensing("acceleration", 2, turned, noise), math.nextafter(most, 0.0))
 
 
-class Decided(NamedTuple):
-    """What the controller decided, and when."""
-
-    time: float
-    """s."""
-    text: str
-    """For people: what it does from now on, and why."""
-
-
 class BeliefAt(NamedTuple):
     """What the controller did and believed after a command; NaN while it does not know."""
 
@@ -67,11 +53,10 @@ class BeliefAt(NamedTuple):
 
 
 class AdaptiveRun:
-    """The controller of a drive's adaptive start-up, as it hears the drive and commands it.
+    """The controller of a drive's adaptive start-up, hearing and commanding it; see ``Leader``.
 
-    At every ``command_period``, from t = 0 on, it is asked for a speed, after it has heard all
-    samples up to then, that one included; the first of them is that of the sensor's first period.
-    While it waits for a sample it commands nothing. Live in lock step it is the same.
+    The first sample that it hears is that of the sensor's first period; until then it commands
+    nothing. Live in lock step it is the same.
 
     Args:
         scene: with an adaptive profile.
@@ -83,7 +68,6 @@ class AdaptiveRun:
         self.controller = StartUp(settings_of(scene))
         assert isinstance(profile, AdaptiveProfile)
         self.decisions: list[Decided] = []
-        """Since it was made."""
         self.beliefs: list[BeliefAt] = []
         """One for each command, since it was made."""
         self._decided = 0
@@ -95,32 +79,26 @@ class AdaptiveRun:
 
     @property
     def state(self) -> tuple[float, ...]:
-        """To go on from."""
+        """As of ``Leader``."""
         return self.controller.state_numbers()
 
-    def restore(self, state: tuple[float, ...]) -> None:
-        """Go on from a state of one of the same scene.
-
-        Raises:
-            ValueError: it is none.
-        """
-        self.controller.restore(state)
+    def restore(self, state: Any) -> None:
+        """As of ``Leader``."""
+        try:
+            self.controller.restore(tuple(map(float, state)))
+        except TypeError as error:
+            raise ValueError(f"no state of an adaptive start-up: {error}") from error
         self._decided = self.controller.decision.number
 
     def next(self, step: int) -> int:
-        """The first step after this one at which a command is due."""
+        """As of ``Leader``."""
         return step - step % self._per_command + self._per_command
 
     def command(self, newest: Trajectory, step: int) -> float | None:
-        """The speed [rad/s] to be commanded at a step; None: none is due, or it waits.
-
-        Args:
-            newest: every step since it was last asked, this one included; none at the start.
-            step: the present one.
-        """
+        """As of ``Leader``."""
         if len(newest):
             self._hear(newest)
-        return None if step % self._per_command else self._decide(self._time(step))
+        return None if step % self._per_command else self._decide(stamp(step, self._step_ns))
 
     def _hear(self, run: Trajectory) -> None:
         taken = run.samples[-int(run.samples[0, 0]) % self._per_sample :: self._per_sample]
@@ -131,7 +109,7 @@ class AdaptiveRun:
         shown = np.column_stack((taken[:, at("angle")], speed, said.T))
         for step, row in zip(steps.tolist(), shown.tolist(), strict=True):
             if not self._faults.silent(step) & self._heard:
-                self.controller.sample(self._time(step), *row)
+                self.controller.sample(stamp(step, self._step_ns), *row)
 
     def _decide(self, time: float) -> float | None:
         controller = self.controller
@@ -150,24 +128,3 @@ class AdaptiveRun:
             )
         )
         return None if controller.state is State.WAITING else speed
-
-    def _time(self, step: int) -> float:
-        # As a message's stamp says it, in whole nanoseconds, so that live runs have the same bits.
-        return step * self._step_ns * 1e-9
-
-
-def restored_start_up(
-    scene: Scene, faults: Iterable[Fault], snapshot: Snapshot
-) -> AdaptiveRun | None:
-    """What commands a drive of a scene from a snapshot on; None: nothing does.
-
-    Raises:
-        ValueError: the snapshot is of another scene's start-up.
-    """
-    if snapshot.start_up is None:
-        return None
-    if not is_adaptive(scene):
-        raise ValueError("the snapshot is of a drive with an adaptive start-up")
-    start_up = AdaptiveRun(scene, faults)
-    start_up.restore(snapshot.start_up)
-    return start_up

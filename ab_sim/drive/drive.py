@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from ab_sim.drive.adaptive import AdaptiveRun, is_adaptive, restored_start_up
 from ab_sim.drive.divergence import diverged
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
+from ab_sim.drive.leaders import is_led, leader_of, restored_leader
 from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
 from ab_sim.drive.step_plan import StepPlan
@@ -98,8 +98,8 @@ class Drive:
         self.layout = layout_of(self.system)
         self._reader = RowReader(scene, self.system)
         self.channels = self._reader.channels
-        self._adapts = not commanded and is_adaptive(scene)
-        held = commanded or self._adapts
+        self._led = not commanded and is_led(scene)
+        held = commanded or self._led
         self._first_profile = (
             SpeedSchedule.at_start(scene) if held else SpeedSchedule.of_scene(scene)
         )
@@ -152,8 +152,8 @@ class Drive:
     def _to_start(self) -> None:
         self.steps = 0
         self._profile, self._step_plan = self._first_profile, self._first_step_plan
-        self.start_up = AdaptiveRun(self.scene, self.faults) if self._adapts else None
-        """What commands it, in an adaptive start-up; None once a command has taken over."""
+        self.leader = leader_of(self.scene, self.faults) if self._led else None
+        """What commands it, if its profile decides while it runs; None once a command has."""
         self._command: float | None = None
         self._acceleration = self.servo.max_acceleration
         self._state[:] = start_state(self.scene, self.system)
@@ -184,7 +184,7 @@ class Drive:
             for it; nothing has changed.
         """
         self._approach(speed, self.servo.max_acceleration if acceleration is None else acceleration)
-        self.start_up = None
+        self.leader = None
 
     def _approach(self, speed: float, slope: float) -> None:
         self._check_stable(self.servo.check(speed))
@@ -244,7 +244,7 @@ class Drive:
     def _advance(self, steps: int) -> Trajectory:
         samples, first, end = self._room_for(steps), self.steps, self.steps + steps
         while self.steps < end:
-            until = end if self.start_up is None else min(self.start_up.next(self.steps), end)
+            until = end if self.leader is None else min(self.leader.next(self.steps), end)
             part = samples[self.steps - first : until - first]
             self._take(self._step_plan, len(part), part)
             self.steps = until
@@ -252,9 +252,9 @@ class Drive:
         return Trajectory(self.channels, samples)
 
     def _obey(self, newest: Trajectory) -> None:
-        """Follow the adaptive start-up, if one commands, which hears of the newest steps."""
-        speed = None if self.start_up is None else self.start_up.command(newest, self.steps)
-        if speed is not None:
+        """Follow what leads it, if its profile decides, which hears of the newest steps."""
+        speed = None if self.leader is None else self.leader.command(newest, self.steps)
+        if speed is not None and self.servo.accepts(speed):  # as a live drive does
             self._approach(speed, self.servo.max_acceleration)
 
     def present(self) -> Trajectory:
@@ -328,7 +328,7 @@ class Drive:
             self._command,
             self._acceleration,
             {name: pickup.state for name, pickup in self._reader.pickups.items()},
-            None if self.start_up is None else self.start_up.state,
+            None if self.leader is None else self.leader.state,
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -340,7 +340,7 @@ class Drive:
             It does not fit; nothing has changed.
         """
         self.check(snapshot)
-        self.start_up = restored_start_up(self.scene, self.faults, snapshot)
+        self.leader = restored_leader(self.scene, self.faults, snapshot)
         self.steps, self.profile = snapshot.steps, snapshot.profile
         self._command, self._acceleration = snapshot.command, snapshot.acceleration
         self._state[:] = snapshot.state

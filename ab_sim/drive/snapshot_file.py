@@ -166,7 +166,7 @@ def _as_values(snapshot: Snapshot) -> dict[str, Any]:
             name: [[[z.real, z.imag] for z in mode.tolist()], force.tolist(), reading.tolist()]
             for name, (mode, force, reading) in snapshot.pickups.items()
         },
-        "start_up": snapshot.start_up,
+        "leader": snapshot.leader,
     }
 
 
@@ -209,5 +209,5 @@ def _from_values(kept: dict[str, Any]) -> Snapshot:
             )
             for name, (mode, force, reading) in kept["pickups"].items()
         },
-        start_up=None if (numbers := kept["start_up"]) is None else tuple(map(float, numbers)),
+        leader=kept["leader"],
     )

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from ab_sim.control import Settings, StartUp, State
-from ab_sim.nodes.course import Believed
 from ab_sim.nodes.paired_samples import PairedSamples, Reading, SpindleSample
+from ab_sim.spindle.course import Believed
 
 SAID_TWICE = State.DONE, State.ABORTING, State.ABORTED
 """States that the controller's own status begins with."""

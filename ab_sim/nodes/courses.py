@@ -8,11 +8,11 @@ from ab_sim.control import Sensing, Settings
 from ab_sim.drive.adaptive import settings_of
 from ab_sim.errors import InputError, exact
 from ab_sim.nodes.adaptive_course import AdaptiveCourse
-from ab_sim.nodes.course import Course, Hears
-from ab_sim.nodes.segments_course import SegmentsCourse, waits_for_vibration
 from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.profile_file import AskedProfile
 from ab_sim.spindle import SpeedSchedule
+from ab_sim.spindle.course import Course, Hears
+from ab_sim.spindle.segments_course import SegmentsCourse, waits_for_vibration
 
 PERIODS_AGREE = 1e-9
 """By how much of itself the period of an adaptive start-up may differ from that of the commands."""

@@ -19,11 +19,11 @@ from ab_sim.nodes.parameters import ParameterSpec, close_parameters, declare, pa
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.profile_action import ProfileAction
 from ab_sim.nodes.profile_ears import ProfileEars
-from ab_sim.nodes.profile_run import ProfileState
 from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
 from ab_sim.nodes.settings import Settings, Values
 from ab_sim.nodes.timed_run import TimedRun
 from ab_sim.scene.profile_file import load_profile
+from ab_sim.spindle.profile_run import ProfileState
 
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""

@@ -2,7 +2,7 @@
 
 from ab_msgs_py import Level
 from ab_msgs_py.actions import Outcome, Progress
-from ab_sim.nodes.profile_run import ProfileRun, ProfileState
+from ab_sim.spindle.profile_run import ProfileRun, ProfileState
 
 HEALTH = {
     ProfileState.IDLE: "waiting for ~/start",

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 
 from ab_sim.errors import InputError
-from ab_sim.nodes.course import Course
 from ab_sim.nodes.courses import PlannedCourse
-from ab_sim.nodes.profile_run import ProfileRun, ProfileState
 from ab_sim.nodes.profile_snapshot import ProfileSnapshot
 from ab_sim.quoting import short
+from ab_sim.spindle.course import Course
+from ab_sim.spindle.profile_run import ProfileRun, ProfileState
 
 LEAP = 2_000_000_000
 """ns; a clock that goes on by more than this between two commands has leapt."""

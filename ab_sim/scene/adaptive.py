@@ -74,10 +74,11 @@ class AdaptiveProfile(RunUp):
             checked(self.settings(Sensing("acceleration", 2)))
         except InputError as error:
             raise ValueError(f"profile of kind adaptive: {error}") from error
-        if not 0.0 <= first < self.target_speed:
+        # A state that was recorded at the target speed has it but for rounding.
+        if not 0.0 <= first <= self.target_speed * (1.0 + RATE_TOLERANCE):
             raise ValueError(
-                f"start.speed = {exact(first)} rad/s: an adaptive start-up begins at standstill or "
-                f"above, and below profile.target_speed = {exact(self.target_speed)} rad/s"
+                f"start.speed = {exact(first)} rad/s: an adaptive start-up begins between 0 and "
+                f"profile.target_speed = {exact(self.target_speed)} rad/s"
             )
 
     def check_sensors(self, sensors: Mapping[str, Accelerometer], step: float | None) -> None:

@@ -246,8 +246,8 @@ class SpeedSchedule:
         if asked.kind == "segments" and (key := asked.condition) is not None:
             raise SceneError(
                 f"{scene.name}: {key}: what is measured while it runs decides when this segment "
-                "ends, and only profile_controller measures; run it by `ab-sim live`, or say how "
-                "long it lasts (hold or duration instead of until)"
+                "ends, and there is no speed over time before; say how long it lasts (hold or "
+                "duration instead of until)"
             )
         return cls.asked(asked, scene.start.speed, scene.start.angle)
 

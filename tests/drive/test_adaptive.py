@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim import Drive, Scene, load_scene
+from ab_sim.analysis.adaptive import net_unbalance
 from ab_sim.control import StartUp, State
 from ab_sim.drive.adaptive import AdaptiveRun, settings_of
 from ab_sim.drive.faults.fault import faults_of
@@ -13,7 +14,7 @@ from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
 from ab_sim.errors import CommandError
 from tests.conftest import SceneMaker
 
-STEPS = 4000
+STEPS = 2500
 """Past the run-up and some decisions."""
 
 
@@ -29,8 +30,8 @@ def led(scene: Scene, steps: int = STEPS, faults: tuple[str, ...] = ()) -> Drive
 
 
 def run_of(drive: Drive) -> AdaptiveRun:
-    assert drive.start_up is not None
-    return drive.start_up
+    assert isinstance(drive.leader, AdaptiveRun)
+    return drive.leader
 
 
 def by_hand(scene: Scene, steps: int) -> tuple[np.ndarray, StartUp]:
@@ -86,23 +87,23 @@ def test_observing_within_a_step_is_what_the_step_comes_to(adaptive: Scene) -> N
 def test_a_snapshot_goes_on_to_the_same_bits(adaptive: Scene, tmp_path: Any) -> None:
     drive = led(adaptive, 1503)
     write_snapshot(tmp_path / "kept.json", adaptive, kept := drive.snapshot(), {})
-    after = drive.advance(STEPS).samples.tobytes()
+    after = drive.advance(1000).samples.tobytes()
     for snapshot in (kept, read_snapshot(tmp_path / "kept.json", adaptive)[0]):
-        for other in (drive, Drive(adaptive), Drive(adaptive, commanded=True)):
+        for other in (drive, Drive(adaptive, commanded=True)):
             other.restore(snapshot)
-            assert other.advance(STEPS).samples.tobytes() == after
+            assert other.advance(1000).samples.tobytes() == after
     drive.reset()
-    assert drive.advance(1503).samples.tobytes() == Drive(adaptive).advance(1503).samples.tobytes()
+    assert drive.advance(200).samples.tobytes() == Drive(adaptive).advance(200).samples.tobytes()
 
 
 def test_a_snapshot_of_no_such_start_up_is_refused(adaptive: Scene, scene: SceneMaker) -> None:
     drive = led(adaptive, 50)
     for numbers, words in (((1.0,), "numbers"), ((float("nan"),) * 500, "numbers")):
         with pytest.raises(ValueError, match=words):
-            drive.restore(drive.snapshot()._replace(start_up=numbers))
+            drive.restore(drive.snapshot()._replace(leader=numbers))
     plain = Drive(scene())
-    with pytest.raises(ValueError, match="of a drive with an adaptive start-up"):
-        plain.restore(plain.snapshot()._replace(start_up=drive.snapshot().start_up))
+    with pytest.raises(ValueError, match="of a drive whose profile decides while it runs"):
+        plain.restore(plain.snapshot()._replace(leader=drive.snapshot().leader))
     assert plain.steps == 0 and drive.steps == 50
 
 
@@ -110,11 +111,11 @@ def test_a_command_takes_over_and_one_that_is_refused_does_not(adaptive: Scene) 
     drive = led(adaptive, 500)
     with pytest.raises(CommandError):
         drive.command(1000.0)
-    assert drive.start_up is not None
+    assert drive.leader is not None
     drive.command(20.0)
-    assert drive.start_up is None and drive.advance(1000)["speed"][-1] == 20.0
+    assert drive.leader is None and drive.advance(1000)["speed"][-1] == 20.0
     held = Drive(adaptive, commanded=True)
-    assert held.start_up is None and held.advance(100)["speed"][-1] == 0.0
+    assert held.leader is None and held.advance(100)["speed"][-1] == 0.0
 
 
 def test_it_begins_at_the_speed_that_there_is(adaptive: Scene) -> None:
@@ -139,10 +140,57 @@ def test_sensors_are_heard_at_their_own_rate(adaptive: Scene) -> None:
 
 
 @pytest.mark.parametrize("fault", ["pick_up drops", "spindle drops"])
-def test_a_sensor_that_drops_out_leaves_it_waiting(adaptive: Scene, fault: str) -> None:
+def test_a_sensor_that_is_never_heard_leaves_it_waiting(adaptive: Scene, fault: str) -> None:
     drive = led(adaptive, 2000, (fault,))
     assert run_of(drive).controller.state is State.WAITING
     assert drive.observe().omega == 0.0
+
+
+def judged(drive: Drive, steps: int = 6000) -> State:
+    """How a start-up ends: aborted and standing still, or safely at its final speed."""
+    run, controller = drive.advance(steps), run_of(drive).controller
+    assert run.whirl.max() < 30.0 * drive.scene.rotor.eccentricity
+    if controller.state is State.ABORTED:
+        assert run["speed"][-1] == 0.0 and len(controller.reason.split()) > 3
+        assert controller.reason in run_of(drive).decisions[-2].text
+    else:
+        assert controller.state is State.DONE and run["speed"][-1] == pytest.approx(200.0)
+        own = drive.scene.eccentric_mass * drive.scene.rotor.eccentricity / drive.scene.total_mass
+        assert net_unbalance(run, drive.scene)[-1] < 0.7 * own
+    return controller.state
+
+
+@pytest.mark.parametrize(
+    "fault",
+    ["pick_up drops 0.5", "pick_up saturates 2", "pick_up drifts 5", "pick_up turned 2",
+     "spindle saturates 30"],
+)  # fmt: skip
+def test_a_faulty_sensor_ends_in_a_clear_abort_or_a_safe_start_up(
+    adaptive: Scene, fault: str
+) -> None:
+    state = judged(Drive(adaptive, faults=faults_of([fault])), 5000)
+    assert state is State.ABORTED or fault.startswith("pick_up")
+
+
+@pytest.mark.parametrize(
+    ("fault", "aborts"),
+    [("pick_up drops", True), ("pick_up turned 1.6", False)],
+)
+def test_a_sensor_that_fails_while_it_dwells(adaptive: Scene, fault: str, aborts: bool) -> None:
+    sound = led(adaptive, 900)
+    assert run_of(sound).controller.state is State.DWELL
+    drive = Drive(adaptive, faults=faults_of([fault]))
+    drive.restore(sound.snapshot())
+    assert judged(drive) is (State.ABORTED if aborts else State.DONE)
+
+
+def test_what_the_spindle_may_not_do_is_not_followed(adaptive: Scene) -> None:
+    """As live: the drive refuses a command beyond its limits, and stays as it was."""
+    drive = led(adaptive, 400)
+    before = drive.snapshot().command
+    run_of(drive).controller._command = 1e4
+    drive.advance(5)
+    assert drive.snapshot().command == before and drive.leader is not None
 
 
 def test_faults_change_what_it_hears_and_not_what_there_is(adaptive: Scene) -> None:

@@ -9,7 +9,7 @@ import pytest
 from ab_sim.analysis import Comparison, run_scene
 from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
 from ab_sim.control import Belief, State
-from ab_sim.drive.adaptive import BeliefAt, Decided
+from ab_sim.drive.adaptive import BeliefAt
 from ab_sim.figures.adaptive import Stretch, stretches
 from ab_sim.figures.run import drawn_run
 from ab_sim.scene import load_scene
@@ -30,7 +30,7 @@ def believed(time: float) -> BeliefAt:
 def outcome() -> AdaptiveOutcome:
     beliefs = tuple(believed(float(time)) for time in np.arange(0, 801) * 0.005)
     belief = Belief(99.0, 0.5, complex(2e-6, 0.0), 1e-6, 0.9e-4, 2, 1)
-    return AdaptiveOutcome(State.DONE, "done", belief, (Decided(0.1, "run up"),), beliefs)
+    return AdaptiveOutcome(State.DONE, "done", belief, beliefs)
 
 
 def test_stretches_follow_each_other(outcome: AdaptiveOutcome) -> None:

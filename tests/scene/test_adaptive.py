@@ -35,8 +35,8 @@ def test_it_is_read(scene: SceneMaker) -> None:
         ({"command_period": 0.0052}, {}, "profile.command_period = 0.0052 s: .*0.005 and 0.006 s"),
         ({"command_period": 0.0005}, {}, "profile.command_period = 0.0005 s: .*such: 0.001 s"),
         ({"command_period": float("nan")}, {}, "profile.command_period = nan"),
-        ({}, {"start": {"speed": -1.0}}, "start.speed = -1 rad/s: .*standstill"),
-        ({}, {"start": {"speed": 400.0}}, "start.speed = 400 rad/s: .*below profile.target_speed"),
+        ({}, {"start": {"speed": -1.0}}, "start.speed = -1 rad/s: .*between 0 and"),
+        ({}, {"start": {"speed": 401.0}}, "start.speed = 401 rad/s: .* profile.target_speed = 400"),
         (
             {},
             {"sensors": {"pick_up": {"sample_rate": 250.0}}},

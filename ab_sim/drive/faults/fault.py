@@ -67,6 +67,10 @@ def sensors_of(scene: Scene) -> list[str]:
     return [*(scene.sensors or [VIBRATION]), SPINDLE]
 
 
+def _accelerometers_of(scene: Scene) -> list[str]:
+    return [name for name in sensors_of(scene) if name != SPINDLE]
+
+
 def _disc(_: Scene) -> list[str]:
     return ["disc"]
 
@@ -110,12 +114,19 @@ KINDS = {
         lambda rate: 0.0 < abs(rate) <= 1e9,
         "not 0, from -1e9 to 1e9",
     ),
+    "turned": FaultKind(
+        "sits turned about the shaft, so that its axes are not where they are said to be",
+        _accelerometers_of,
+        "rad",
+        lambda angle: 0.0 < abs(angle) <= math.pi,
+        "not 0, from -pi to pi",
+    ),
 }
 """By what is said of the thing."""
 OF_BALLS = ("sticks", "lost")
 OF_THE_PLANT = (*OF_BALLS, "softens")
 """What changes constants of the equations of motion."""
-SENSED = ("drifts", "saturates", "drops")
+SENSED = ("turned", "drifts", "saturates", "drops")
 """What ails sensors, in the order in which it acts on a reading."""
 
 

@@ -1,5 +1,6 @@
 """What ails a drive's sensors: what they say instead of what there is, and when nothing."""
 
+import math
 import random
 from collections.abc import Iterable, Set
 
@@ -65,14 +66,17 @@ class SensedFaults:
         for fault in self._faults:
             if fault.thing != name or fault.size is None:
                 continue
-            if fault.ails == "drifts":
+            if fault.ails == "turned":
+                c, s = math.cos(fault.size), math.sin(fault.size)
+                said = np.array([c * said[0] + s * said[1], c * said[1] - s * said[0], *said[2:]])
+            elif fault.ails == "drifts":
                 every = 1 if sensor is None else steps_per_sample(sensor.sample_rate, self._step)
                 age = np.maximum(steps - steps % every - self._since[fault], 0)
                 said = said + fault.size * self._step * age
-                if sensor is not None:
-                    said = digits(sensor, said)
             elif fault.ails == "saturates":
                 said = np.clip(said, -fault.size, fault.size)
+            if sensor is not None and fault.ails in ("turned", "drifts"):
+                said = digits(sensor, said)
         return said
 
 

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ab_sim.nodes.course import Course
+from ab_sim.spindle.course import Course
 
 
 class ProfileState(enum.Enum):

@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ab_sim.nodes.course import Believed
-from ab_sim.nodes.vibration_watch import VibrationWatch
 from ab_sim.scene.profile_file import AskedProfile
+from ab_sim.spindle.course import Believed
 from ab_sim.spindle.schedule_in_progress import ScheduleInProgress
+from ab_sim.spindle.vibration_watch import VibrationWatch
 
 
 def waits_for_vibration(asked: AskedProfile) -> bool:
