@@ -41,9 +41,14 @@ class LockStep:
         fleet.until(lambda: fleet.value("profile_controller", "listeners") == "2", "it is heard")
 
     @property
+    def statuses(self) -> list[str]:
+        """The controller's, each once."""
+        return [text_of(message) for message in self._status]
+
+    @property
     def status(self) -> str:
-        """The controller's."""
-        return text_of(self._status[-1]) if self._status else ""
+        """The newest of them."""
+        return self.statuses[-1]
 
     def call(self, service: str) -> Answer:
         """Ask a Trigger service by one client for all times: there are hundreds."""

@@ -5,9 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ab_sim.nodes.courses import PlannedCourse
-from ab_sim.nodes.timed_run import TimedRun
-from ab_sim.scene.profile_file import load_profile
 from tests.nodes.fleet import Fleet
 from tests.nodes.lock_step import PERIOD, LockStep
 
@@ -19,9 +16,7 @@ BRISK = (
 
 
 @pytest.mark.parametrize("profile", ["", BRISK], ids=["adaptive", "segments"])
-def test_both_put_back_go_on_to_the_same_bits(
-    fleet: Fleet, tmp_path: Path, profile: str
-) -> None:
+def test_both_put_back_go_on_to_the_same_bits(fleet: Fleet, tmp_path: Path, profile: str) -> None:
     live = LockStep(fleet, "adaptive-start-up", profile)
     kept = {name: tmp_path / f"{name}.json" for name in ("drive_sim", "profile_controller")}
     for node, path in kept.items():
