@@ -8,6 +8,9 @@ from ab_sim.control import Settings, StartUp, State
 from ab_sim.nodes.paired_samples import PairedSamples, Reading, SpindleSample
 from ab_sim.spindle.course import Believed
 
+SAID_TWICE = State.DONE, State.ABORTING, State.ABORTED
+"""States that the controller's own status begins with."""
+
 
 class AdaptiveCourse:
     """One start-up under way.
@@ -22,13 +25,13 @@ class AdaptiveCourse:
         self.segment = 0, 0
         self._start_up = StartUp(settings)
         self._samples = PairedSamples(self._start_up.sample)
+        self._said, self._text = 0, self._start_up.words
 
     @property
     def words(self) -> str:
         """As of ``Course``."""
-        state = self._start_up.state
-        text = self._start_up.words
-        return text if state is State.GAVE_UP else text.removeprefix(f"{state.text}: ")
+        state, text = self._start_up.state, self._text
+        return text.removeprefix(f"{state.text}: ") if state in SAID_TWICE else text
 
     @property
     def ended(self) -> bool:
@@ -93,16 +96,24 @@ class AdaptiveCourse:
     def command(self, now: float) -> float | None:
         """As of ``Course``; nothing before the first sample."""
         speed = self._start_up.command(now)
+        # What it decides is said once; what it believes goes on changing.
+        if self._start_up.decision.number != self._said:
+            self._said, self._text = self._start_up.decision
         return None if self._start_up.state is State.WAITING else speed
 
     def state(self) -> dict[str, Any]:
         """As of ``Course``."""
-        return {"numbers": self._start_up.state_numbers(), "samples": self._samples.state()}
+        return {
+            "numbers": self._start_up.state_numbers(),
+            "samples": self._samples.state(),
+            "text": self._text,
+        }
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """As of ``Course``."""
         self._start_up.restore(tuple(float(number) for number in state["numbers"]))
         self._samples.restore(state["samples"])
+        self._said, self._text = self._start_up.decision.number, str(state["text"])
 
 
 def _text(number: float) -> str:
