@@ -59,7 +59,8 @@ class Observer:
     def circulating(self) -> bool:
         """Whether the net unbalance turns against the rotor: balls that go round."""
         square = self.average_re * self.average_re + self.average_im * self.average_im
-        return math.sqrt(square) < tuning.CIRCULATING * self.slow
+        certain = self.deviation < tuning.CERTAIN * self.slow
+        return certain and math.sqrt(square) < tuning.CIRCULATING * self.slow
 
     def take(
         self, time: float, angle: float, speed: float, first: float, second: float
@@ -170,10 +171,10 @@ class Observer:
         (first, second) = self._axes
         a, b, c, d = first.state[2], first.state[3], second.state[2], second.state[3]
         one, other = a * a + b * b, c * c + d * d
-        limit = tuning.CERTAIN * tuning.CERTAIN
         P, Q = first.covariance, second.covariance
-        if P[2][2] + P[3][3] < limit * one and Q[2][2] + Q[3][3] < limit * other:
-            return self._watch.axes((a * c + b * d) / math.sqrt(one * other), dt)
+        variance = P[2][2] + P[3][3] + Q[2][2] + Q[3][3]
+        if variance < tuning.CERTAIN * tuning.CERTAIN * (one + other):
+            return self._watch.axes(2.0 * (a * c + b * d) / (one + other), dt)
         return Reason.NONE
 
     def numbers(self) -> list[float]:

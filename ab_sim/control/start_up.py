@@ -81,7 +81,7 @@ class StartUp:
         -------
         float
             The speed to command now [rad/s]; it changes by at most the acceleration times the
-            period.
+            period, unless the drive was reset and stands still already: then it is 0 at once.
         """
         settings = self.settings
         passed = time - self._time
@@ -100,7 +100,8 @@ class StartUp:
         self._elapsed += passed
         if state is State.ABORTING:
             # A drive that was reset stands still: a ramp down would first set it going.
-            if self.observer.speed < 0.01 * settings.final_speed and self._heard < settings.silence:
+            stands = self.observer.speed < 0.01 * settings.final_speed
+            if self._reason is Reason.TIME_BACK and stands:
                 self._command = 0.0
             if self._ramp(0.0, settings.acceleration):
                 self._enter(State.ABORTED)
@@ -272,7 +273,9 @@ class StartUp:
         size = 0.5 * (seen.fast + seen.slow)
         net = self._net(size)
         good = net < tuning.BALANCED
-        if good or (net < tuning.ACCEPTED and net > tuning.GAIN * self._before):
+        if not good and self._retries > 0.0:
+            good = net < tuning.ACCEPTED and net > tuning.GAIN * self._before
+        if good:
             if self._in_state > 2.0 * settle:
                 self._enter(State.DONE)
             return

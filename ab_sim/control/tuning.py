@@ -18,7 +18,7 @@ NET_WALK = 0.5
 STIFFNESS_WALK = 0.001
 DAMPING_WALK = 0.02
 """Relative random walk of q, K and D, per square root of a second."""
-OFFSET_WALK = 1.0
+OFFSET_WALK = 10.0
 """Random walk of the sensor's offset, in deviations of a reading per square root of a second."""
 SCALE_ERROR = 0.002
 """Error of a reading that grows with the reading."""
@@ -65,7 +65,7 @@ STAGNANT = 0.38
 STAGNANT_PER_NET = 5.5
 """How long it may be: the larger q, the longer. Balls on opposite sides stay there for a while."""
 LONGEST_DWELL = 10.0
-SMALL = 0.11
+SMALL = 0.145
 """A dwell is over when |q| is that small."""
 LATE = 1.5
 """s after ``patience``, when any dwell is over."""
@@ -76,7 +76,7 @@ free whirl behind, which would take seconds to die away."""
 # --- judging
 SETTLE = 0.45
 """At the final speed before it is judged; twice that before it is called balanced."""
-BALANCED = 0.13
+BALANCED = 0.16
 """|q| that is called balanced."""
 ACCEPTED = 0.25
 GAIN = 0.85
@@ -97,7 +97,7 @@ REPEATED = 0.4
 CONTRADICTING = 0.5
 """rad by which angle and speed may contradict each other from one sample to the next."""
 AGREEING = 0.3
-"""Cosine of the angle between what two axes see of q."""
+"""How alike two axes must see q: 2 Re(q1 q2*) / (|q1|^2 + |q2|^2)."""
 AXES_AVERAGE = 0.3
 LEAD = 0.15
 """Of the final speed: so far the command goes ahead of the spindle."""

@@ -56,7 +56,7 @@ class Watch:
         self.stuck = [0.0, 0.0]
         """Time for which readings repeated each other [s], of each axis."""
         self.agreement = 1.0
-        """Cosine of the angle between what the axes see, averaged."""
+        """How alike the axes see the net unbalance, averaged: 1 the same, 0 across, -1 opposite."""
         self.slip = 0.0
         """Share of samples whose angle contradicts the speed."""
 
@@ -91,10 +91,10 @@ class Watch:
         self.slip += (slipped - self.slip) * 0.02
         return Reason.ANGLE if self.slip > 0.5 else Reason.NONE
 
-    def axes(self, cosine: float, dt: float) -> Reason:
-        """Look at the cosine of the angle between what both axes see of the net unbalance."""
+    def axes(self, likeness: float, dt: float) -> Reason:
+        """Look at how alike both axes see the net unbalance: 1 the same, 0 across, -1 opposite."""
         time = tuning.AXES_AVERAGE * self._unit
-        self.agreement += (cosine - self.agreement) * (dt / (dt + time))
+        self.agreement += (likeness - self.agreement) * (dt / (dt + time))
         return Reason.AXES if self.agreement < tuning.AGREEING else Reason.NONE
 
     def numbers(self) -> list[float]:

@@ -11,15 +11,15 @@ typedef adaptive_real real;
 static const real UNIT = R(200.0);
 static const real FIRST_RATIO = R(0.5), FIRST_STIFFNESS_DEVIATION = R(0.6), FIRST_DAMPING = R(0.03);
 static const real NET_WALK = R(0.5), STIFFNESS_WALK = R(0.001), DAMPING_WALK = R(0.02);
-static const real OFFSET_WALK = R(1.0), SCALE_ERROR = R(0.002), NOISE_GAIN = R(0.002);
+static const real OFFSET_WALK = R(10.0), SCALE_ERROR = R(0.002), NOISE_GAIN = R(0.002);
 static const real WILD = R(9.0), LONGEST_GAP = R(0.25), STEP_ANGLE = R(0.3);
 static const real FAST = R(0.075), SLOW = R(0.38), CERTAIN = R(0.25), KNOWN_CRITICAL = R(0.025);
 static const real FIRST_WHIRL = R(16.0), LATER_WHIRL = R(20.0), LARGEST_LAG = R(0.7);
 static const real LAG_STEP = R(0.25), LEAST_DISTANCE = R(0.06), MOST_DISTANCE = R(0.3);
 static const real RISING = R(0.09), UP = R(0.55), DOWN = R(0.1), AWAY = R(0.3), FALLING = R(0.13);
 static const real STAGNANT = R(0.38), STAGNANT_PER_NET = R(5.5), LONGEST_DWELL = R(10.0);
-static const real SMALL = R(0.11), LATE = R(1.5), LEAVING = R(0.55), SETTLE = R(0.45);
-static const real BALANCED = R(0.13), ACCEPTED = R(0.25), GAIN = R(0.85), WAIT = R(8.0);
+static const real SMALL = R(0.145), LATE = R(1.5), LEAVING = R(0.55), SETTLE = R(0.45);
+static const real BALANCED = R(0.16), ACCEPTED = R(0.25), GAIN = R(0.85), WAIT = R(8.0);
 static const real UNSURE = R(0.5), CIRCULATING = R(0.7), REPEATED = R(0.4), CONTRADICTING = R(0.5);
 static const real AGREEING = R(0.3), AXES_AVERAGE = R(0.3), LEAD = R(0.15), NOT_FOLLOWING = R(3.0);
 static const double BACK = 0.1;
@@ -276,11 +276,11 @@ static enum adaptive_reason watch_axes(struct adaptive *a, real dt)
     const real *s = a->axis[0].state, *t = a->axis[1].state;
     real(*P)[ADAPTIVE_SIZE] = a->axis[0].covariance, (*Q)[ADAPTIVE_SIZE] = a->axis[1].covariance;
     real one = s[2] * s[2] + s[3] * s[3], other = t[2] * t[2] + t[3] * t[3];
-    real limit = CERTAIN * CERTAIN, cosine;
-    if (!(P[2][2] + P[3][3] < limit * one && Q[2][2] + Q[3][3] < limit * other))
+    real limit = CERTAIN * CERTAIN, likeness;
+    if (!(P[2][2] + P[3][3] + Q[2][2] + Q[3][3] < limit * (one + other)))
         return ADAPTIVE_NONE;
-    cosine = (s[2] * t[2] + s[3] * t[3]) / sqrt(one * other);
-    a->agreement += (cosine - a->agreement) * (dt / (dt + AXES_AVERAGE * a->unit));
+    likeness = R(2.0) * (s[2] * t[2] + s[3] * t[3]) / (one + other);
+    a->agreement += (likeness - a->agreement) * (dt / (dt + AXES_AVERAGE * a->unit));
     return a->agreement < AGREEING ? ADAPTIVE_AXES : ADAPTIVE_NONE;
 }
 
@@ -428,8 +428,9 @@ static real rate_of(const struct adaptive *a)
 
 bool adaptive_circulating(const struct adaptive *a)
 {
-    return sqrt(a->average_re * a->average_re + a->average_im * a->average_im) <
-           CIRCULATING * a->slow;
+    return a->deviation < CERTAIN * a->slow &&
+           sqrt(a->average_re * a->average_re + a->average_im * a->average_im) <
+               CIRCULATING * a->slow;
 }
 
 /* --- What it does. ------------------------------------------------------------------------------ */
@@ -562,7 +563,7 @@ static void judge(struct adaptive *a)
     real settle = SETTLE * a->unit, size = R(0.5) * (a->fast + a->slow), net = net_of(a, size), rate;
     if (a->in_state <= settle)
         return;
-    if (net < BALANCED || (net < ACCEPTED && net > GAIN * a->before)) {
+    if (net < BALANCED || (a->retries > 0 && net < ACCEPTED && net > GAIN * a->before)) {
         if (a->in_state > R(2.0) * settle)
             enter(a, ADAPTIVE_DONE);
         return;
@@ -640,7 +641,7 @@ adaptive_real adaptive_command(struct adaptive *a, double time)
     a->elapsed += passed;
     if (a->state == ADAPTIVE_ABORTING) {
         /* A drive that was reset stands still: a ramp down would first set it going. */
-        if (a->speed < R(0.01) * settings->final_speed && a->heard < settings->silence)
+        if (a->reason == ADAPTIVE_TIME_BACK && a->speed < R(0.01) * settings->final_speed)
             a->command = 0;
         if (ramp(a, R(0.0), settings->acceleration))
             enter(a, ADAPTIVE_ABORTED);
