@@ -62,6 +62,8 @@ def _draw_distribution(found: Spread, axes: Axes, merit: str) -> None:
         values = np.concatenate(everything)
         if values.min() > 0.0 and values.max() > WIDE * values.min():
             axes.set_xscale("log")
+        else:
+            axes.locator_params(axis="x", nbins=5)
     count = int(np.isfinite(found[merit]).sum())
     axes.set_xlabel(found.runs.titled(merit), fontsize=9)
     axes.set_ylabel(f"share of {count} runs", fontsize=9)
