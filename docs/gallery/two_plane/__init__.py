@@ -18,7 +18,7 @@ SOURCE = (
     "Automatic two-plane balancing for rigid rotors, Int. J. Non-Linear Mechanics 43 (2008), "
     "527-541; A consideration of support asymmetry in an automatic ball balancing system, "
     "ENOC-2008; Experimental investigation of a single-plane automatic balancing mechanism for a "
-    "rigid rotor, J. Sound and Vibration 330 (2011). Read from the preprints that the first author "
+    "rigid rotor, 2010 (hdl.handle.net/1983/1588). Read from the preprints that the first author "
     "has published with his thesis (github.com/djr41/thesis)."
 )
 
@@ -47,6 +47,9 @@ def _assumed() -> PageSection:
             "list, and `balls.race` says where each ball runs. All parameters are printed. The "
             "papers of 2008 have none with dimensions: here M = 1 kg, R = 1 m, k11 = 1 N/m, so "
             "that Omega_1 = 1 rad/s.",
+            "Where the papers give values in figures only, printed values are read from the figures' "
+            "curves and markers, which are vectors in the preprints: to some 2 in the last digit "
+            "that is given.",
             "Our deck moves along the shaft and turns about it, too. That is held by springs which "
             "nothing excites, along the shaft as stiffly as across it, about it twice as stiffly "
             "as the tilt. And some of what moves must not turn: 1 % of the mass and J_t - J_p of "

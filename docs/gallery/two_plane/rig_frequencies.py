@@ -70,9 +70,9 @@ def rig_frequency_section() -> PageSection:
         "measured.",
         "Table 3 gives 10 750 and 7900 N/m as the stiffness of a bearing along X and Y. With "
         "these the critical speeds are too low by sqrt 2. With twice as much the paper's own "
-        "simulated peaks come out, within .2 %; what was measured lies within 3 %. So the printed "
-        "values are of one spring of two, or of half a bearing. The damping, 2.5e-4 s times the "
-        "stiffness, goes with it: the peaks' heights below say so.",
+        "simulated peaks come out, within .2 %; what was measured lies within 3.1 %. Perhaps "
+        "what is printed is the stiffness of one of a bearing's springs. The damping, 2.5e-4 s "
+        "times the stiffness, goes with it: the peaks' heights below say so.",
         "Where the washers lie along the shaft is not printed. Table 2 says it: the couple grows "
         f"with their number as that of an unbalance at z = {1e3 * plane:.1f} mm, "
         f"{1e3 * abs(plane - BALLS_AT):.0f} mm beyond the balls' plane. From that, and what the "

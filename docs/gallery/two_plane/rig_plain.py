@@ -17,7 +17,7 @@ PRINTED = {
     1860: 0.198, 2000: 0.130, 2060: 0.1215, 2100: 0.131, 2200: 0.206, 2400: 0.145,
     2500: 0.0882, 3000: 0.0513, 4000: 0.0390, 5000: 0.0353,
 }  # fmt: skip
-"""The paper's simulated curve, by rpm [mm]; it is drawn as a vector, and read from there."""
+"""The paper's simulated curve, by rpm [mm]."""
 OVER = np.arange(600.0, 5201.0, 20.0)
 
 
@@ -26,7 +26,7 @@ def plain_section(folder: Path, tell: Tell) -> PageSection:
     rows = []
     for rpm, printed in PRINTED.items():
         found = plain(TABLE_2[WASHERS], rpm)
-        rows.append((rpm, printed, 1e3 * found.of_mean, 1e3 * found.of_maxima))
+        rows.append((f"{rpm}", printed, 1e3 * found.of_mean, 1e3 * found.of_maxima))
     names = "speed [rpm]", "printed", "ours, largest mean", "ours, mean of largest (3)"
     table = Table(f"Vibration with {WASHERS} washers, without balls [mm]", names, tuple(rows), 3)
     tell("the rig without balls", 0, 1)
@@ -39,8 +39,8 @@ def plain_section(folder: Path, tell: Tell) -> PageSection:
         label="ours, (3)",
     )  # fmt: skip
     axes.semilogy([*PRINTED], [*PRINTED.values()], "x", color="tab:red", label="printed simulation")
-    for rpm in MEASURED:
-        axes.axvline(rpm, color="0.6", lw=0.8, ls="--", zorder=0)
+    for measured in MEASURED:
+        axes.axvline(measured, color="0.6", lw=0.8, ls="--", zorder=0)
     axes.set_xlabel("spindle speed [rpm]")
     axes.set_ylabel("vibration [mm]")
     axes.grid(alpha=0.3)

@@ -147,6 +147,21 @@ def alphas(p: RigidRotor, run: Trajectory) -> np.ndarray:
     return np.asarray(run.ball_angles + p.phase)
 
 
+def balanced_alphas(p: RigidRotor) -> np.ndarray:
+    """(16): where two balls in each of two planes at +-z balance, rising in each [rad]."""
+    static, couple = cmath.rect(p.mass * p.eccentricity, p.phase), p.couple / p.planes[0]
+    found: list[float] = []
+    for need in (-(static + couple) / 2.0, -(static - couple) / 2.0):
+        aside = math.acos(abs(need) / (2.0 * p.ball_mass * p.radius))
+        found += [cmath.phase(need) - aside, cmath.phase(need) + aside]
+    return sorted_in_planes(np.angle(np.exp(1j * np.array(found))))
+
+
+def sorted_in_planes(angles: np.ndarray) -> np.ndarray:
+    """Two angles in each of two planes, rising there."""
+    return np.concatenate([np.sort(angles[:2]), np.sort(angles[2:])])
+
+
 def shaft_at(states: np.ndarray, height: float) -> np.ndarray:
     """X + i Y of the shaft at a height from C [m], shape (samples,).
 

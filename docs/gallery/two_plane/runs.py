@@ -1,6 +1,5 @@
 """Figures 11 and 12 of 2008: runs at a held speed from rest, with balls and without."""
 
-import cmath
 import math
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +13,15 @@ from ab_sim.analysis import run_scene
 from ab_sim.figures.curves import draw_curve
 from gallery.page import PageSection, Table
 from gallery.two_plane.long_rotor import DYNAMIC, MEASURED_AT, OPPOSITE, long_rotor, long_scene
-from gallery.two_plane.rotor import RigidRotor, Tell, alphas, vibration, written
+from gallery.two_plane.rotor import (
+    RigidRotor,
+    Tell,
+    alphas,
+    balanced_alphas,
+    sorted_in_planes,
+    vibration,
+    written,
+)
 
 APART = 1e-9
 """By how much balls that start at one place are moved apart [rad]: else they stay together."""
@@ -90,7 +97,9 @@ def run_section(folder: Path, tell: Tell) -> PageSection:
         ("ball", "balanced, (16)", "at the end of our run"),
         tuple(
             (k + 1, float(a), float(b))
-            for k, (a, b) in enumerate(zip(balanced_alphas(_DYNAMIC), _sorted(last), strict=True))
+            for k, (a, b) in enumerate(
+                zip(balanced_alphas(_DYNAMIC), sorted_in_planes(last), strict=True)
+            )
         ),
         4,
     )
@@ -100,9 +109,8 @@ def run_section(folder: Path, tell: Tell) -> PageSection:
         f"In 12 (c) balls start in pairs, moved apart by {APART:g} rad here, as equal balls that "
         "start together stay together in our integration, for ever.",
         "So how 12 (b) and (c) end is a matter of chance: the last table moves their starts a "
-        "little. A ball that does not balance is left behind at half the spindle's speed, and of "
-        "them there may be any number; with one the level is the printed one of 12 (b). The start "
-        "of 12 (a) balances always.",
+        "little. A ball that does not balance is left behind, at half the spindle's speed, and there "
+        "may be several; with one the level is the printed one of 12 (b).",
         "Of 12 (b) the paper says that a ball lags with alpha' = -Omega, and that it makes one "
         "revolution for every two of the rotor. Only the second is so, -Omega/2, as the slope of "
         "its curve in the figure is.",
@@ -154,21 +162,6 @@ def _moved(tell: Tell) -> Table:
             rows.append((each.name, number, len(levels), min(levels), max(levels)))
     title = f"{MOVED_RUNS} starts moved by at most {MOVED:g} rad, to t = {MOVED_LAST:g}"
     return Table(title, ("start", "balls that lag", "runs", "least A", "largest A"), tuple(rows), 3)
-
-
-def balanced_alphas(p: RigidRotor) -> np.ndarray:
-    """(16): in each plane two balls, rising [rad]."""
-    static, couple = cmath.rect(p.mass * p.eccentricity, p.phase), p.couple / p.planes[0]
-    found: list[float] = []
-    for need in (-(static + couple) / 2.0, -(static - couple) / 2.0):
-        aside = math.acos(abs(need) / (2.0 * p.ball_mass * p.radius))
-        found += [cmath.phase(need) - aside, cmath.phase(need) + aside]
-    return _sorted(np.angle(np.exp(1j * np.array(found))))
-
-
-def _sorted(angles: np.ndarray) -> np.ndarray:
-    """Rising in each plane."""
-    return np.concatenate([np.sort(angles[:2]), np.sort(angles[2:])])
 
 
 def _end(each: LongRun, run: Trajectory) -> np.ndarray:
