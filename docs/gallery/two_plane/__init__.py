@@ -47,9 +47,8 @@ def _assumed() -> PageSection:
             "list, and `balls.race` says where each ball runs. All parameters are printed. The "
             "papers of 2008 have none with dimensions: here M = 1 kg, R = 1 m, k11 = 1 N/m, so "
             "that Omega_1 = 1 rad/s.",
-            "Where the papers give values in figures only, printed values are read from the figures' "
-            "curves and markers, which are vectors in the preprints: to some 2 in the last digit "
-            "that is given.",
+            "What the papers give in figures only is read from their curves and markers, which are "
+            "vectors in the preprints: to some 2 in the last digit that is given.",
             "Our deck moves along the shaft and turns about it, too. That is held by springs which "
             "nothing excites, along the shaft as stiffly as across it, about it twice as stiffly "
             "as the tilt. And some of what moves must not turn: 1 % of the mass and J_t - J_p of "

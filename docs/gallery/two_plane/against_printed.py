@@ -10,7 +10,7 @@ from gallery.two_plane.rotor import displacement
 
 SCALES = (1e-1, 1e-2, 1e-3)
 """Of unbalance and ball mass."""
-SPEED, DURATION = 3.5, 40.0
+SPEED, DURATION = 3.5, 12.0
 
 
 def difference(scale: float, starts: tuple[float, ...]) -> float:

@@ -52,8 +52,9 @@ def printed_run(
     """
     n = len(starts)
     start = np.concatenate([np.zeros(8), starts, np.zeros(n)])
+    rates = _rates(p if starts else p._replace(planes=()), speed)
     found = solve_ivp(
-        _rates(p if starts else p._replace(planes=()), speed), (0.0, times[-1]), start, "DOP853", times,
+        rates, (0.0, times[-1]), start, "DOP853", times,
         rtol=TOLERANCE, atol=TOLERANCE * p.radius * 1e-3,
     )  # fmt: skip
     return PrintedRun(found.t, found.y[:4].T, found.y[8 : 8 + n].T)

@@ -92,15 +92,11 @@ def run_section(folder: Path, tell: Tell) -> PageSection:
         "balls that lag, alpha'/Omega",
     )
     table = Table(f"The last {LAST:g} time units", names, tuple(rows), 3)
+    at_end = balanced_alphas(_DYNAMIC), sorted_in_planes(last)
     beside = Table(
         "Figure 12 (a): balls [rad]",
         ("ball", "balanced, (16)", "at the end of our run"),
-        tuple(
-            (k + 1, float(a), float(b))
-            for k, (a, b) in enumerate(
-                zip(balanced_alphas(_DYNAMIC), sorted_in_planes(last), strict=True)
-            )
-        ),
+        tuple((k + 1, float(a), float(b)) for k, (a, b) in enumerate(zip(*at_end, strict=True))),
         4,
     )
     text = (
@@ -109,8 +105,8 @@ def run_section(folder: Path, tell: Tell) -> PageSection:
         f"In 12 (c) balls start in pairs, moved apart by {APART:g} rad here, as equal balls that "
         "start together stay together in our integration, for ever.",
         "So how 12 (b) and (c) end is a matter of chance: the last table moves their starts a "
-        "little. A ball that does not balance is left behind, at half the spindle's speed, and there "
-        "may be several; with one the level is the printed one of 12 (b).",
+        "little. A ball that does not balance is left behind, at half the spindle's speed, and "
+        "there may be several; with one the level is the printed one of 12 (b).",
         "Of 12 (b) the paper says that a ball lags with alpha' = -Omega, and that it makes one "
         "revolution for every two of the rotor. Only the second is so, -Omega/2, as the slope of "
         "its curve in the figure is.",
