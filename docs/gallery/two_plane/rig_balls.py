@@ -87,7 +87,7 @@ def ball_section(folder: Path, tell: Tell) -> PageSection:
         "The curve without balls in figure 14 is not that of table 2. A fit of the three numbers "
         "of the unbalance to it gives another couple, and with that the balls' printed angles come "
         "out to .3 deg above 1000 rpm, which the fit has not seen; by table 2 one of them is off "
-        "by 3 to 5 deg. The printed levels with balls, however, are those of table 2, within 3.5 "
+        "by 3 to 5 deg. The printed levels with balls, however, are those of table 2, within 2.5 "
         "%. So the figure seems to be of two sets of parameters.",
         "In figure 12 the printed levels with balls are flat, as if the washers lay in the balls' "
         "plane; by table 2 they do not, and ours fall with the number of washers. The speed that "
