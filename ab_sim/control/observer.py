@@ -82,7 +82,7 @@ class Observer:
                 self.speed = speed
             return False, back
         turning = speed >= 0.3 * settings.final_speed
-        wrong = self._watch.readings((first, second), dt, turning)
+        wrong = self._watch.readings((first, second), dt, turning, self.samples == 1.0)
         if not wrong:
             expected = 0.5 * (speed + self.speed) * dt
             wrong = self._watch.angle(angle - self._angle, expected)
@@ -194,6 +194,6 @@ class Observer:
         self.re, self.im, self.deviation, self.fast, self.slow, self.average_re = numbers[9:15]
         self.average_im, self.scale, self.critical, self.critical_deviation = numbers[15:19]
         self.damping, self.known = numbers[19:21]
-        self._watch.restore(numbers[21:31])
+        self._watch.restore(numbers[21:37])
         for i, axis in enumerate(self._axes):
-            axis.restore(numbers[31 + i * NUMBERS : 31 + (i + 1) * NUMBERS])
+            axis.restore(numbers[37 + i * NUMBERS : 37 + (i + 1) * NUMBERS])

@@ -91,9 +91,13 @@ CIRCULATING = 0.7
 # --- what ends it
 BACK = 0.1
 """s by which time may go back; such samples are passed over."""
-REPEATS = 8
-REPEATED = 0.4
+REPEATS = 5
+REPEATED = 0.3
 """So many equal readings in a row count, and so much time of them is too much."""
+MEAN = 0.25
+DRIFTED = 2.0
+"""Time constant of a reading's mean; so many times the largest distance of a reading from it, it
+may go away from where it began."""
 CONTRADICTING = 0.5
 """rad by which angle and speed may contradict each other from one sample to the next."""
 AGREEING = 0.3

@@ -17,9 +17,10 @@ class Reason(enum.IntEnum):
     TIME_BACK = 3
     LIMIT = 4
     REPEATING = 5
-    AXES = 6
-    ANGLE = 7
-    NOT_FOLLOWING = 8
+    DRIFTING = 6
+    AXES = 7
+    ANGLE = 8
+    NOT_FOLLOWING = 9
 
 
 TEXTS = {
@@ -28,6 +29,7 @@ TEXTS = {
     Reason.TIME_BACK: "the sensor's time went back: the drive was reset",
     Reason.LIMIT: "a reading beyond the limit",
     Reason.REPEATING: "the sensor reads the same again and again: it is stuck or saturated",
+    Reason.DRIFTING: "the sensor's offset drifts away",
     Reason.AXES: "the two axes contradict each other: one has the wrong sign or is turned, or the "
     "spindle turns the other way",
     Reason.ANGLE: "the spindle's angle does not go on with its speed: wrong sign, or slipped",
@@ -48,11 +50,15 @@ class Watch:
         Largest magnitude of a reading.
     """
 
-    __slots__ = ("_axes", "_last", "_limit", "_peak", "_run", "_unit", "agreement", "slip", "stuck")
+    __slots__ = (
+        "_axes", "_last", "_limit", "_mean", "_origin", "_peak", "_run", "_swing", "_unit",
+        "agreement", "slip", "stuck",
+    )  # fmt: skip
 
     def __init__(self, axes: int, unit: float, limit: float) -> None:
         self._axes, self._unit, self._limit = axes, unit, limit
         self._last, self._peak, self._run = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
+        self._mean, self._origin, self._swing = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
         self.stuck = [0.0, 0.0]
         """Time for which readings repeated each other [s], of each axis."""
         self.agreement = 1.0
@@ -60,8 +66,10 @@ class Watch:
         self.slip = 0.0
         """Share of samples whose angle contradicts the speed."""
 
-    def readings(self, readings: tuple[float, float], dt: float, turning: bool) -> Reason:
-        """Look at a sample, ``dt`` after the last."""
+    def readings(
+        self, readings: tuple[float, float], dt: float, turning: bool, first: bool
+    ) -> Reason:
+        """Look at a sample, ``dt`` after the last; ``first``: there is nothing to compare with."""
         for i in range(self._axes):
             reading = readings[i]
             size = abs(reading)
@@ -76,9 +84,16 @@ class Watch:
             if self._run[i] >= tuning.REPEATS and turning and size >= 0.5 * self._peak[i]:
                 self.stuck[i] += dt
             else:
-                self.stuck[i] = max(self.stuck[i] - 0.2 * dt, 0.0)
+                self.stuck[i] = max(self.stuck[i] - 0.1 * dt, 0.0)
             if self.stuck[i] > tuning.REPEATED * self._unit:
                 return Reason.REPEATING
+            if first:
+                self._mean[i] = self._origin[i] = reading
+            self._mean[i] += (reading - self._mean[i]) * (dt / (dt + tuning.MEAN * self._unit))
+            self._swing[i] = max(self._swing[i], abs(reading - self._mean[i]))
+            drifted = abs(self._mean[i] - self._origin[i])
+            if turning and drifted > tuning.DRIFTED * self._swing[i]:
+                return Reason.DRIFTING
         return Reason.NONE
 
     def angle(self, change: float, expected: float) -> Reason:
@@ -99,9 +114,11 @@ class Watch:
 
     def numbers(self) -> list[float]:
         """Its state, for ``restore``."""
-        return [*self._last, *self._peak, *self._run, *self.stuck, self.agreement, self.slip]
+        own = [*self._last, *self._peak, *self._run, *self._mean, *self._origin, *self._swing]
+        return [*own, *self.stuck, self.agreement, self.slip]
 
     def restore(self, numbers: list[float]) -> None:
         """Go on from there."""
         self._last, self._peak, self._run = numbers[0:2], numbers[2:4], numbers[4:6]
-        self.stuck, (self.agreement, self.slip) = numbers[6:8], numbers[8:]
+        self._mean, self._origin, self._swing = numbers[6:8], numbers[8:10], numbers[10:12]
+        self.stuck, (self.agreement, self.slip) = numbers[12:14], numbers[14:]

@@ -14,8 +14,8 @@ FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic
 def compiled(folder: Path, real: str) -> ctypes.CDLL:
     """It as a library; ``real`` is double or float."""
     library = folder / f"adaptive_{real}.so"
-    command = ["cc", *FLAGS, f"-DADAPTIVE_REAL={real}", "-shared", "-fPIC", "-o", library]
-    subprocess.run([*command, SOURCE, "-lm"], check=True)
+    flags = [*FLAGS, f"-DADAPTIVE_REAL={real}", "-shared", "-fPIC"]
+    subprocess.run(["cc", *flags, "-o", library, SOURCE, "-lm"], check=True)
     return ctypes.CDLL(str(library))
 
 

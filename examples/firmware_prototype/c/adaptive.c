@@ -20,10 +20,11 @@ static const real RISING = R(0.09), UP = R(0.55), DOWN = R(0.1), AWAY = R(0.3), 
 static const real STAGNANT = R(0.38), STAGNANT_PER_NET = R(5.5), LONGEST_DWELL = R(10.0);
 static const real SMALL = R(0.145), LATE = R(1.5), LEAVING = R(0.55), SETTLE = R(0.45);
 static const real BALANCED = R(0.16), ACCEPTED = R(0.25), GAIN = R(0.85), WAIT = R(8.0);
-static const real UNSURE = R(0.5), CIRCULATING = R(0.7), REPEATED = R(0.4), CONTRADICTING = R(0.5);
-static const real AGREEING = R(0.3), AXES_AVERAGE = R(0.3), LEAD = R(0.15), NOT_FOLLOWING = R(3.0);
+static const real UNSURE = R(0.5), CIRCULATING = R(0.7), REPEATED = R(0.3), CONTRADICTING = R(0.5);
+static const real MEAN = R(0.25), DRIFTED = R(2.0), AGREEING = R(0.3), AXES_AVERAGE = R(0.3);
+static const real LEAD = R(0.15), NOT_FOLLOWING = R(3.0);
 static const double BACK = 0.1;
-static const long REPEATS = 8;
+static const long REPEATS = 5;
 static const real LAGS[4] = {R(0.0), R(1.0), R(-1.0), R(2.0)};
 static const real TURN = R(6.283185307179586), LARGEST = R(1e9);
 
@@ -252,9 +253,15 @@ static enum adaptive_reason watch_readings(struct adaptive *a, const real *readi
         if (a->run[i] >= REPEATS && turning && size >= R(0.5) * a->peak[i])
             a->stuck[i] += dt;
         else
-            a->stuck[i] = larger(a->stuck[i] - R(0.2) * dt, R(0.0));
+            a->stuck[i] = larger(a->stuck[i] - R(0.1) * dt, R(0.0));
         if (a->stuck[i] > REPEATED * a->unit)
             return ADAPTIVE_REPEATING;
+        if (a->samples == 1)
+            a->mean[i] = a->origin[i] = readings[i];
+        a->mean[i] += (readings[i] - a->mean[i]) * (dt / (dt + MEAN * a->unit));
+        a->swing[i] = larger(a->swing[i], fabs(readings[i] - a->mean[i]));
+        if (turning && fabs(a->mean[i] - a->origin[i]) > DRIFTED * a->swing[i])
+            return ADAPTIVE_DRIFTING;
     }
     return ADAPTIVE_NONE;
 }
@@ -694,6 +701,7 @@ const char *adaptive_reason_text(enum adaptive_reason reason)
         "the sensor's time went back: the drive was reset",
         "a reading beyond the limit",
         "the sensor reads the same again and again: it is stuck or saturated",
+        "the sensor's offset drifts away",
         "the two axes contradict each other: one has the wrong sign or is turned, or the spindle "
         "turns the other way",
         "the spindle's angle does not go on with its speed: wrong sign, or slipped",
@@ -798,6 +806,12 @@ static void walk(struct walk *w, struct adaptive *a)
     number(w, &a->peak[1]);
     whole(w, &a->run[0]);
     whole(w, &a->run[1]);
+    for (i = 0; i < 2; i++)
+        number(w, &a->mean[i]);
+    for (i = 0; i < 2; i++)
+        number(w, &a->origin[i]);
+    for (i = 0; i < 2; i++)
+        number(w, &a->swing[i]);
     for (i = 0; i < (int)(sizeof watch / sizeof *watch); i++)
         number(w, watch[i]);
     for (i = 0; i < a->settings.axes; i++)

@@ -48,12 +48,13 @@ enum adaptive_reason {
     ADAPTIVE_TIME_BACK,
     ADAPTIVE_LIMIT,
     ADAPTIVE_REPEATING,
+    ADAPTIVE_DRIFTING,
     ADAPTIVE_AXES,
     ADAPTIVE_ANGLE,
     ADAPTIVE_NOT_FOLLOWING
 };
 
-enum { ADAPTIVE_SIZE = 7, ADAPTIVE_NUMBERS = 47, ADAPTIVE_AXIS_NUMBERS = 66 };
+enum { ADAPTIVE_SIZE = 7, ADAPTIVE_NUMBERS = 53, ADAPTIVE_AXIS_NUMBERS = 66 };
 
 /* One axis: x, x', Re q, Im q, K, D, offset; their covariance. */
 struct adaptive_axis {
@@ -86,7 +87,7 @@ struct adaptive {
     adaptive_real critical, critical_deviation, damping;
     bool known;
     /* What the sensor is watched by. */
-    adaptive_real last[2], peak[2], stuck[2], agreement, slip;
+    adaptive_real last[2], peak[2], mean[2], origin[2], swing[2], stuck[2], agreement, slip;
     long run[2];
     struct adaptive_axis axis[2];
 };
