@@ -7,6 +7,7 @@ code here. That takes a compiler for C and C++, and the headers of Python (pytho
 
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy
 from rosidl_adapter.action import convert_action_to_idl
@@ -106,11 +107,12 @@ def built(name: str, sources: list[Path], *beside: str) -> Extension:
 
 
 first, second = f"{NAME}__{FAST}", f"{NAME}__{INTROSPECTION}"
+ros = ElementTree.parse("package.xml")
 setup(
     name=NAME,
-    version="0.1.0",
-    description="The action by which a start-up profile is run on a drive of ab_sim",
-    license="Apache-2.0",
+    version=ros.findtext("version"),
+    description=ros.findtext("description"),
+    license=ros.findtext("license"),
     packages=[NAME, f"{NAME}.action"],
     package_dir={NAME: str(package)},
     cmdclass={"build_ext": Build},
