@@ -47,7 +47,7 @@ def run_profile() -> Any:
     """The action's class; None where it is not built."""
     try:
         return importlib.import_module("ab_interfaces.action").RunProfile
-    except ImportError:
+    except (ImportError, AttributeError):  # of a checkout there is the folder of its sources
         return None
 
 

@@ -97,6 +97,7 @@ class OfflineRun(Presented):
             "scene": self.scene.name,
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
             "sensors": {name: sensor.model_dump() for name, sensor in self.scene.sensors.items()},
+            "probes": {name: probe.model_dump() for name, probe in self.scene.probes.items()},
             "stepper": self.stepper,
             "step": self.scene.solver.step,
             "accuracy": None if self.work_precision is None else self.work_precision.report(),

@@ -80,7 +80,7 @@ class PreparedRun:
     @property
     def group_key(self) -> Any:
         """Runs with equal keys run on the same machine code, in one group."""
-        names = tuple(self.scene.effects), tuple(self.scene.sensors)
+        names = tuple(self.scene.effects), tuple(self.scene.pickups)
         constants = pattern(self.system)
         solver = self.stepper, self.scene.solver.step
         return names, constants, self.scene.balls.count, solver, self.steps, self._led
@@ -106,7 +106,7 @@ class PreparedRun:
 
     def trajectory(self, samples: np.ndarray, stride: int) -> Trajectory:
         """Every ``stride``-th sample. Sensors are computed from all samples, before thinning."""
-        if not self.scene.sensors:
+        if not self.scene.pickups:
             return Trajectory(self.channels, samples).thinned(stride)
         return RowReader(self.scene, self.system).trajectory(samples).thinned(stride)
 
@@ -135,4 +135,4 @@ def sample_buffer_for(members: Sequence[PreparedRun], every: int) -> SampleBuffe
 
 def kernel_stride(scene: Scene, every: int) -> int:
     """Stride of the samples that the kernel writes; with sensors 1: filters need every step."""
-    return 1 if scene.sensors else every
+    return 1 if scene.pickups else every

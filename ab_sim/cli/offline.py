@@ -112,8 +112,9 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
     if result.adaptive is not None:
         table.add_row("believed at the end", _believed(result))
     table.add_row("effects", ", ".join(report["effects"]) or "none")
-    if report["sensors"]:
-        table.add_row("sensors", ", ".join(report["sensors"]))
+    for section in ("sensors", "probes"):
+        if report[section]:
+            table.add_row(section, ", ".join(report[section]))
     return table
 
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.control import Sensing, Settings, StartUp, State
+from ab_sim.control.settings import Quantity
 from ab_sim.drive.faults.fault import SPINDLE, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.leader import Decided, stamp
@@ -28,14 +29,15 @@ def settings_of(scene: Scene) -> Settings:
     if not isinstance(profile, AdaptiveProfile):
         has = "none" if profile is None else profile.kind
         raise SceneError(f"{scene.name}: profile.kind = {has}: must be adaptive")
-    sensor = scene.sensors[profile.sensor]
+    sensor = scene.pickups[profile.sensor]
     # While an accuracy is asked for there is no step; the noise hardly depends on it.
     step = scene.solver.step if scene.accuracy is None else 1.0 / sensor.sample_rate
     noise = math.sqrt(noise_variance(sensor, step))
     turned = math.remainder(sensor.axis_angle, 2.0 * math.pi)
     most = float(digits(sensor, np.array(sensor.range)))
     # A reading that is clipped does not say how large the vibration is.
-    return profile.settings(Sensing("acceleration", 2, turned, noise), math.nextafter(most, 0.0))
+    quantity: Quantity = "displacement" if profile.sensor in scene.probes else "acceleration"
+    return profile.settings(Sensing(quantity, 2, turned, noise), math.nextafter(most, 0.0))
 
 
 class BeliefAt(NamedTuple):
@@ -74,7 +76,7 @@ class AdaptiveRun:
         self._sensor, self._heard = profile.sensor, {profile.sensor, SPINDLE}
         self._step_ns = round(step * 1e9)
         self._per_command = profile.steps_per_command(step)
-        self._per_sample = steps_per_sample(scene.sensors[profile.sensor].sample_rate, step)
+        self._per_sample = steps_per_sample(scene.pickups[profile.sensor].sample_rate, step)
         self._faults = SensedFaults(faults, scene)
 
     @property

@@ -58,8 +58,10 @@ class PlannedCourse:
         """What it needs to hear."""
         profile, scene = self._asked.profile, self._asked.scene
         if isinstance(profile, AdaptiveProfile):
-            sensors = [profile.sensor] if scene is None else [*scene.sensors]
-            return Hears(sensor=profile.sensor, first_sensor=sensors[0] == profile.sensor)
+            name = profile.sensor
+            probe = scene is not None and name in scene.probes
+            alike = () if scene is None else scene.probes if probe else scene.sensors
+            return Hears(sensor=name, first_sensor=name == next(iter(alike), name), probe=probe)
         return Hears(vibration=waits_for_vibration(self._asked))
 
     @property

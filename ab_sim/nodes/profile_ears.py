@@ -42,7 +42,8 @@ class ProfileEars:
         if hears.vibration:
             self._subscribe(VIBRATION, self._vibration)
         if hears.sensor is not None:
-            self._subscribe(_imu(hears), self._reading)
+            heard = self._displacement if hears.probe else self._reading
+            self._subscribe(_samples_of(hears), heard)
             self._subscribe(SPINDLE, self._spindle)
 
     def missing(self, hears: Hears) -> str:
@@ -50,7 +51,7 @@ class ProfileEars:
         needed = {
             "a segment of the profile waits for the vibration": [VIBRATION] * hears.vibration,
             "an adaptive start-up needs every sample of its sensor, and the spindle's angle": [
-                _imu(hears),
+                _samples_of(hears),
                 SPINDLE,
             ]
             * (hears.sensor is not None),
@@ -85,7 +86,14 @@ class ProfileEars:
             sample = topics.IMU.sample(message)
             course.reading(Reading(sample.time, *sample.force[:2]))
 
+    def _displacement(self, message: Any) -> None:
+        course = self._course()
+        if isinstance(course, AdaptiveCourse):
+            sample = topics.PROBE.sample(message)
+            course.reading(Reading(sample.time, *sample.place[:2]))
 
-def _imu(hears: Hears) -> Topic:
-    topic = topics.imu_of(hears.sensor or "", first=hears.first_sensor)
-    return _as_boards_have_it(topic, topics.IMU.qos.depth)
+
+def _samples_of(hears: Hears) -> Topic:
+    topic_of = topics.probe_of if hears.probe else topics.imu_of
+    topic = topic_of(hears.sensor or "", first=hears.first_sensor)
+    return _as_boards_have_it(topic, topic.qos.depth)

@@ -9,7 +9,7 @@ from ab_sim.errors import InputError, exact, nearest
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
 from ab_sim.scene.segments import KIND
-from ab_sim.scene.sensors import RATE_TOLERANCE, Accelerometer, SensorName
+from ab_sim.scene.sensors import RATE_TOLERANCE, Sampled, SensorName
 
 LEAST_SAMPLES = 4
 """Samples in a turn at the target speed, below which they do not show how large the whirl is."""
@@ -31,7 +31,9 @@ class AdaptiveProfile(RunUp):
     """
 
     kind: Literal["adaptive"] = KIND
-    sensor: SensorName = quantity("which of the scene's sensors it is told of, by its name", "-")
+    sensor: SensorName = quantity(
+        "which of the scene's sensors or probes it is told of, by its name", "-"
+    )
     command_period: Number = quantity(
         "time between two commands; a whole number of steps", "s", ge=1e-4, le=0.1, default=0.005
     )
@@ -81,11 +83,11 @@ class AdaptiveProfile(RunUp):
                 f"profile.target_speed = {exact(self.target_speed)} rad/s"
             )
 
-    def check_sensors(self, sensors: Mapping[str, Accelerometer], step: float | None) -> None:
+    def check_sensors(self, sensors: Mapping[str, Sampled], step: float | None) -> None:
         """See whether a scene's sensors and step tell it what it needs.
 
         Args:
-            sensors: by name.
+            sensors: by name, probes among them.
             step: integration step [s]; None while it is not chosen yet, and then only those are
                 that suit.
 
@@ -103,7 +105,7 @@ class AdaptiveProfile(RunUp):
         least = LEAST_SAMPLES * self.target_speed / (2.0 * math.pi)
         if sensor.sample_rate < least:
             raise ValueError(
-                f"sensors.{self.sensor}.sample_rate = {sensor.sample_rate:.10g} Hz: an adaptive "
+                f"sample_rate of {self.sensor} = {sensor.sample_rate:.10g} Hz: an adaptive "
                 f"start-up needs at least {LEAST_SAMPLES} samples in a turn, {least:.4g} Hz at "
                 f"profile.target_speed = {exact(self.target_speed)} rad/s"
             )

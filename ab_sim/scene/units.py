@@ -56,6 +56,7 @@ KINDS = {
     "m/s": Kind("a speed", "10 mm/s"),
     "m/s^2": Kind("an acceleration", "16 g_0"),
     "(m/s^2)/sqrt(Hz)": Kind("a noise density", "70 ug_0/sqrt(Hz)"),
+    "m/sqrt(Hz)": Kind("a noise density", "10 nm/sqrt(Hz)"),
     "kg m": Kind("an unbalance", "0.3 g cm"),
     "kg m^2": Kind("a moment of inertia", "25 g cm^2"),
     "N": Kind("a force", "1 N"),
@@ -132,6 +133,26 @@ def in_si(text: str, unit: str) -> float:
     if not math.isfinite(value):
         raise ValueError(f"is beyond all numbers; {_must_be(unit)}")
     return value
+
+
+def si_unit(written: str) -> str | None:
+    """The SI unit of keys that measures what a unit does; None: there is none.
+
+    Args:
+        written: such as ``rpm``, ``g mm``.
+
+    Raises:
+        ImportError: there is no pint.
+    """
+    if len(written) > MOST:
+        return None
+    with _many_digits():
+        with _MAKING:
+            _registry()
+        given = _units(written)
+        if given is None:
+            return None
+        return next((known for known in KINDS if _root(_units(known)) == _root(given)), None)
 
 
 def _must_be(unit: str) -> str:

@@ -10,9 +10,11 @@ class Hears(NamedTuple):
 
     vibration: bool = False
     sensor: str | None = None
-    """Name of the accelerometer of which it needs every sample, and the spindle's angle to it."""
+    """Name of that of which it needs every sample, and the spindle's angle to it."""
     first_sensor: bool = True
-    """Whether that is the drive's first accelerometer."""
+    """Whether that is the drive's first accelerometer, or its first probe."""
+    probe: bool = False
+    """Whether it is a proximity probe."""
 
 
 class Believed(NamedTuple):

@@ -1,16 +1,19 @@
 """An adaptive start-up live, with real nodes: what it says, does, and does with bad sensors."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from ab_msgs_py import JointSample, Level, WhirlSample, topics
 from ab_msgs_py.samples import text_of
 from ab_sim.drive import Drive
 from ab_sim.drive.adaptive import AdaptiveRun
 from ab_sim.scene import load_scene
+from ab_sim.scene.load import changed_scene
 from tests.domains import own_domain
 from tests.nodes.fleet import Fleet
 from tests.nodes.lock_step import PERIOD, LockStep
@@ -45,6 +48,23 @@ def test_in_lock_step_it_is_the_offline_start_up(fleet: Fleet) -> None:
         fleet.until(
             lambda key=key, value=value: fleet.value("profile_controller", key) == value, key
         )
+
+
+def test_told_of_a_probe_it_is_offline_s_too(fleet: Fleet, tmp_path: Path) -> None:
+    """Of the second of two, whose samples have a topic of their own."""
+    probes = {"other": {"seed": 1}, "probe": {"bandwidth": 400.0, "range": "3 mm"}}
+    changes = {"probes": probes, "profile.sensor": "probe", "sensors": {}}
+    scene = changed_scene(load_scene(SCENE), changes, "probes")
+    file = tmp_path / "told.yaml"
+    file.write_text(yaml.safe_dump(scene.as_mapping()))
+    live = LockStep(fleet, file)
+    live.done("profile_controller/start")
+    live.step(commands=0)
+    for _ in range(159):
+        live.step(commands=1)
+    offline, heard = Drive(scene).advance(160 * PERIOD), live.samples()
+    np.testing.assert_array_equal(heard.samples[1:], offline.samples)
+    assert np.ptp(offline["probe_1"]) > 1e-4 and offline["speed"].max() > 90.0
 
 
 @pytest.fixture(scope="module")

@@ -40,7 +40,7 @@ def test_it_is_read(scene: SceneMaker) -> None:
         (
             {},
             {"sensors": {"pick_up": {"sample_rate": 250.0}}},
-            "sensors.pick_up.sample_rate = 250 Hz: .*at least 4 samples in a turn, 254.6 Hz",
+            "sample_rate of pick_up = 250 Hz: .*at least 4 samples in a turn, 254.6 Hz",
         ),
     ],
 )

@@ -74,8 +74,9 @@ def surroundings(key: str) -> dict[str, Any]:
         return {"effects": {**others, inner[0]: inside(effect.key)}}
     if top in ("deck", "mounts") or key in ("rotor.height", "rotor.inertia", "race.height"):
         return merge(IN_SPACE, {"effects": {"suspension": None}})
-    if key == "balls.race" or "tilt" in key or key == "sensors.NAME.position":
-        return merge(IN_SPACE, {"effects": {"suspension": None}, "sensors": {"other": {}}})
+    if key == "balls.race" or "tilt" in key or key.endswith(".NAME.position"):
+        section = "probes" if key.startswith("probes") else "sensors"
+        return merge(IN_SPACE, {"effects": {"suspension": None}, section: {"other": {}}})
     if key.startswith("profile.segments.N.until."):
         return {"profile": {"kind": "segments", "segments": [{"until": UNTIL}]}}
     if key.startswith("profile.segments."):
@@ -212,8 +213,8 @@ def test_defaults_are_what_a_scene_without_the_key_gets() -> None:
         if row.key.startswith("solver.parameters."):
             continue
         raw = merge(THESIS, {"solver": None, **surroundings(row.key)})
-        if row.key.startswith("sensors."):
-            raw["sensors"] = {"other": {}}
+        if row.key.startswith(("sensors.", "probes.")):
+            raw[row.key.partition(".")[0]] = {"other": {}}
         value: Any = check_scene(raw, "test")
         for part in row.key.split("."):
             value = _part(value, part)

@@ -46,7 +46,8 @@ class ActiveFaults:
         self._channels = {SPINDLE: ("speed",), VIBRATION: ("ax", "ay", "az")}
         if self._scene.sensors:
             del self._channels[VIBRATION]
-            self._channels |= {n: (f"{n}_1", f"{n}_2", f"{n}_3") for n in self._scene.sensors}
+        own = self._scene.pickups
+        self._channels |= {name: (f"{name}_1", f"{name}_2", f"{name}_3") for name in own}
         self._every = max(1, round(JERK / self._step))
         self.slipped = 0.0
         """By what the disc has fallen behind the hub [rad]."""

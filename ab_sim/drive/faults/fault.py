@@ -63,11 +63,11 @@ def _mounts_of(scene: Scene) -> list[str]:
 
 
 def sensors_of(scene: Scene) -> list[str]:
-    """What a firmware hears: the readings of accelerometers and of the spindle's speed."""
-    return [*(scene.sensors or [VIBRATION]), SPINDLE]
+    """What a firmware hears: accelerometers, probes, and the spindle's speed."""
+    return [*(scene.sensors or [VIBRATION]), *scene.probes, SPINDLE]
 
 
-def _accelerometers_of(scene: Scene) -> list[str]:
+def _on_axes(scene: Scene) -> list[str]:
     return [name for name in sensors_of(scene) if name != SPINDLE]
 
 
@@ -116,7 +116,7 @@ KINDS = {
     ),
     "turned": FaultKind(
         "sits turned about the shaft, so that its axes are not where they are said to be",
-        _accelerometers_of,
+        _on_axes,
         "rad",
         lambda angle: 0.0 < abs(angle) <= math.pi,
         "not 0, from -pi to pi",

@@ -62,7 +62,7 @@ class SensedFaults:
 
     def said(self, name: str, true: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """What one sensor says instead of readings of shape (axes,) or (axes, samples)."""
-        said, sensor = true, self._scene.sensors.get(name)
+        said, sensor = true, self._scene.pickups.get(name)
         for fault in self._faults:
             if fault.thing != name or fault.size is None:
                 continue
