@@ -134,7 +134,7 @@ def best(outcomes: list[Outcome]) -> Outcome:
 
 
 def run_drive(task: tuple[int, Drawn, int]) -> tuple[int, dict[str, Outcome]]:
-    """All strategies on one drive, and on the first of them the best of many holds and the variations."""
+    """All strategies on one drive; on the first of them also many holds and the variations."""
     index, drawn, varied = task
     scene, seed = scene_of(drawn, MAIN), SEED + 1 + index
     rows = {
@@ -201,7 +201,8 @@ def demo() -> dict[str, Any]:
     rows: list[list[float]] = []
     decisions: list[tuple[float, str]] = []
     scene = course.drive.scene
-    balls, total = scene.balls.masses, scene.rotor.total_mass
+    balls = scene.balls.masses
+    total: Any = scene.rotor.total_mass
 
     def watch(run: Any) -> None:
         belief, decision = controller.belief, controller.decision
