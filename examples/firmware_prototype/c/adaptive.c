@@ -14,7 +14,7 @@ static const real NET_WALK = R(0.5), STIFFNESS_WALK = R(0.001), DAMPING_WALK = R
 static const real OFFSET_WALK = R(10.0), SCALE_ERROR = R(0.002), NOISE_GAIN = R(0.002);
 static const real WILD = R(9.0), LONGEST_GAP = R(0.25), STEP_ANGLE = R(0.3);
 static const real FAST = R(0.075), SLOW = R(0.38), CERTAIN = R(0.25), KNOWN_CRITICAL = R(0.025);
-static const real FIRST_WHIRL = R(16.0), LATER_WHIRL = R(20.0), LARGEST_LAG = R(0.7);
+static const real FIRST_WHIRL = R(16.0), LATER_WHIRL = R(20.0), LARGEST_LAG = R(1.0);
 static const real LAG_STEP = R(0.25), LEAST_DISTANCE = R(0.06), MOST_DISTANCE = R(0.3);
 static const real RISING = R(0.09), UP = R(0.55), DOWN = R(0.1), AWAY = R(0.3), FALLING = R(0.13);
 static const real STAGNANT = R(0.38), STAGNANT_PER_NET = R(5.5), LONGEST_DWELL = R(10.0);
@@ -58,11 +58,14 @@ static void axis_begin(struct adaptive_axis *x, const struct adaptive_settings *
 {
     real mean = x->sum / x->count;
     real spread = sqrt(larger(x->squares / x->count - mean * mean, R(0.0)));
-    real noise = settings->noise;
+    real noise = settings->noise, found;
     real stiffness = x->state[4], damping = x->state[5], motion, net, least, rate, offset;
     real off4 = x->covariance[4][4], off5 = x->covariance[5][5];
-    /* What is told may be too little. */
-    noise = larger(noise, sqrt(x->rough / (R(6.0) * (x->count - R(2.0)))));
+    /* What is told may be too little; what is seen has spikes in it. */
+    found = sqrt(x->rough / (R(6.0) * (x->count - R(2.0))));
+    if (noise > R(0.0))
+        found = smaller(found, R(10.0) * noise);
+    noise = larger(noise, found);
     noise = larger(noise, R(1e-3) * spread);
     if (!(noise > R(0.0)))
         return;
@@ -190,7 +193,7 @@ static void axis_update(struct adaptive_axis *axis, const struct adaptive_settin
     real *s = axis->state;
     real(*P)[ADAPTIVE_SIZE] = axis->covariance;
     real noise = axis->variance + SCALE_ERROR * SCALE_ERROR * axis->size;
-    real g[ADAPTIVE_SIZE], S, innovation, root, surprise, square, total;
+    real g[ADAPTIVE_SIZE], S, innovation, root, surprise, square, change, total;
     const real final = settings->final_speed;
     int i, j;
     if (settings->quantity == ADAPTIVE_ACCELERATION) {
@@ -229,7 +232,8 @@ static void axis_update(struct adaptive_axis *axis, const struct adaptive_settin
         P[i][i] = larger(P[i][i], R(1e-6) * before);
     }
     axis->variance *= R(1.0) + NOISE_GAIN * (square - R(1.0));
-    axis->size += R(0.01) * (reading * reading - axis->size);
+    change = reading - s[6];
+    axis->size += R(0.01) * (change * change - axis->size);
     s[4] = smaller(larger(s[4], R(0.01) * final * final), R(0.9) * final * final);
     s[5] = smaller(larger(s[5], R(0.002) * final), R(0.3) * final);
     total = s[0] + s[1] + s[2] + s[3] + s[6] + P[0][0] + P[1][1];
