@@ -4,19 +4,21 @@ The drive's own snapshot knows nothing of who commands it, and a board cannot be
 the controller has a file of its own, of the same instant.
 """
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import ab_sim
+from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
 from ab_sim.errors import InputError
-from ab_sim.output_file import REPORT, check_ending, check_writable, write_whole
-from ab_sim.quoting import short, shortened
+from ab_sim.quoting import short
 
 FORMAT = "ab_sim profile snapshot"
-MOST_BYTES = 1 << 22
-"""Of a file; a profile of a thousand segments takes some 100 kB."""
+OTHERWISE = (
+    "no snapshot of a profile controller; that of a drive is another one, which its own "
+    "~/restore_snapshot reads"
+)
+WHO = "ab_sim.nodes.timed_run"
+"""The module that goes on from one."""
 
 
 class ProfileSnapshot(NamedTuple):
@@ -45,41 +47,17 @@ def write_profile_snapshot(path: Path, snapshot: ProfileSnapshot) -> None:
     Raises:
         InputError: the file cannot be written.
     """
-    check_ending(path, REPORT, "snapshot")
-    check_writable(path, "snapshot")
-    content = {"format": FORMAT, "ab_sim": ab_sim.__version__, **snapshot._asdict()}
-    try:
-        write_whole(path, json.dumps(content, indent=1).encode())
-    except OSError as error:
-        raise InputError(f"snapshot {path}: cannot be written: {error.strerror}") from error
+    write_content(path, {"format": FORMAT, **origin(WHO), **snapshot._asdict()})
 
 
 def read_profile_snapshot(path: Path) -> ProfileSnapshot:
     """Read one.
 
     Raises:
-        InputError: there is none, it is damaged, or another ab_sim has written it.
+        InputError: there is none, it is damaged, or it is of another ab_sim.
     """
-    try:
-        with path.open("rb") as file:
-            text = file.read(MOST_BYTES + 1)
-        if len(text) > MOST_BYTES:
-            raise InputError(f"snapshot {path}: is none: it has more than {MOST_BYTES} bytes")
-        content = json.loads(text)
-    except OSError as error:
-        raise InputError(f"snapshot {path}: cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"snapshot {path}: is damaged, or none: {error}") from error
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise InputError(
-            f"snapshot {path}: is a JSON file, but no snapshot of a profile controller (the "
-            "drive's is another file, which ~/restore_snapshot of the drive reads)"
-        )
-    if (version := content.get("ab_sim")) != ab_sim.__version__:
-        raise InputError(
-            f"snapshot {path}: is of ab_sim {shortened(str(version))}, and this is "
-            f"{ab_sim.__version__}; save it again"
-        )
+    content = read_content(path, FORMAT, OTHERWISE)
+    check_origin(path, content, WHO)
     try:
         return ProfileSnapshot(
             int(content["time"]),
