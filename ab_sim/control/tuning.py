@@ -44,7 +44,7 @@ KNOWN_CRITICAL = 0.025
 FIRST_WHIRL = 16.0
 LATER_WHIRL = 20.0
 """Largest whirl that is aimed at, over the scale; in the first dwell, in later ones."""
-LARGEST_LAG = 0.7
+LARGEST_LAG = 1.0
 """Tangent of the whirl's phase lag behind 180 degrees: nearer to the critical speed it drives balls
 astray."""
 LAG_STEP = 0.25

@@ -14,7 +14,7 @@ static const real NET_WALK = R(0.5), STIFFNESS_WALK = R(0.001), DAMPING_WALK = R
 static const real OFFSET_WALK = R(10.0), SCALE_ERROR = R(0.002), NOISE_GAIN = R(0.002);
 static const real WILD = R(9.0), LONGEST_GAP = R(0.25), STEP_ANGLE = R(0.3);
 static const real FAST = R(0.075), SLOW = R(0.38), CERTAIN = R(0.25), KNOWN_CRITICAL = R(0.025);
-static const real FIRST_WHIRL = R(16.0), LATER_WHIRL = R(20.0), LARGEST_LAG = R(0.7);
+static const real FIRST_WHIRL = R(16.0), LATER_WHIRL = R(20.0), LARGEST_LAG = R(1.0);
 static const real LAG_STEP = R(0.25), LEAST_DISTANCE = R(0.06), MOST_DISTANCE = R(0.3);
 static const real RISING = R(0.09), UP = R(0.55), DOWN = R(0.1), AWAY = R(0.3), FALLING = R(0.13);
 static const real STAGNANT = R(0.38), STAGNANT_PER_NET = R(5.5), LONGEST_DWELL = R(10.0);
