@@ -93,8 +93,9 @@ def scene_of(drawn: Drawn, variation: Variation) -> ab_sim.Scene:
 def without_balls(scene: ab_sim.Scene, speed: float) -> float:
     """Whirl of the rotor if its balls added mass only [m]."""
     suspension: Any = scene.effects["suspension"]
-    total = scene.rotor.total_mass
-    unbalance = (total - sum(scene.balls.masses)) * scene.rotor.eccentricity
+    rotor: Any = scene.rotor
+    total = rotor.total_mass
+    unbalance = (total - sum(scene.balls.masses)) * rotor.eccentricity
     stiff = suspension.stiffness - total * speed * speed
     return unbalance * speed * speed / math.hypot(stiff, suspension.damping * speed)
 
@@ -105,7 +106,7 @@ class Course:
     def __init__(self, scene: ab_sim.Scene) -> None:
         self.drive = ab_sim.Drive(scene, commanded=True)
         self.reference = without_balls(scene, FINAL)
-        self._eccentricity = scene.rotor.eccentricity
+        self._eccentricity: Any = scene.rotor.eccentricity
         self._whirl: list[np.ndarray] = []
         self._speed: list[np.ndarray] = []
 

@@ -31,7 +31,7 @@ def demo_picture(shown: dict[str, Any], path: Path) -> None:
     above.fill_between(
         time, critical - 2 * deviation, critical + 2 * deviation, color=VERMILION, alpha=0.25, lw=0
     )
-    above.set(ylabel="rad/s", ylim=(0, 215))
+    above.set(ylabel="rad/s", ylim=(0, 260))
     above.legend(loc="lower right")
     middle.plot(time, 1e6 * true, color=GREY, lw=2.5, label="net unbalance, true")
     middle.plot(time, 1e6 * net, color=GREEN, lw=1.0, label="believed, +- 2 deviations")
@@ -46,7 +46,7 @@ def demo_picture(shown: dict[str, Any], path: Path) -> None:
     for when, text in shown["decisions"]:
         above.axvline(when, color=GREY, lw=0.7, ls=":")
         word = text.partition(":")[0]
-        above.text(when, 8, f" {word}", rotation=90, fontsize=8, va="bottom", color="0.25")
+        above.text(when, 212, f"{word} ", rotation=90, fontsize=8, va="top", color="0.25")
     figure.savefig(path, dpi=110)
 
 
@@ -65,7 +65,7 @@ def strategies_picture(report: dict[str, Any], path: Path) -> None:
                 label=f"whirl below {limit:g} of that without balls" if not place else None,
             )  # fmt: skip
     axes.set_yticks(range(len(names)), [NAMES[n].replace("*", "").replace("`", "") for n in names])
-    axes.set(xlabel=f"share of {report['drives']} random drives, 95 % intervals", xlim=(0, 1))
+    axes.set(xlabel=f"share of {report['drives']} random drives, 95 % intervals", xlim=(0, 1.02))
     axes.grid(alpha=0.3)
     axes.legend(loc="lower left")
     figure.savefig(path, dpi=110)

@@ -55,7 +55,7 @@ class AxisFilter:
         self.known = 0.0
         """1 once there is an estimate; else readings are collected, for their noise."""
         self.variance = self.size = 0.0
-        """Of a reading, as the innovations say; mean square of readings, forgetting."""
+        """Of a reading, as the innovations say; mean square without the offset, forgetting."""
         self._first = self._sum = self._squares = self._rough = self._last = self._before = 0.0
         self._count = 0.0
 
@@ -83,9 +83,11 @@ class AxisFilter:
     def _begin(self, speed: float) -> None:
         count, mean = self._count, self._sum / self._count
         spread = math.sqrt(max(self._squares / count - mean * mean, 0.0))
-        # What is told may be too little.
-        noise = max(self._noise, math.sqrt(self._rough / (6.0 * (count - 2.0))))
-        noise = max(noise, 1e-3 * spread)
+        # What is told may be too little; what is seen has spikes in it.
+        found = math.sqrt(self._rough / (6.0 * (count - 2.0)))
+        if self._noise > 0.0:
+            found = min(found, 10.0 * self._noise)
+        noise = max(max(self._noise, found), 1e-3 * spread)
         if not noise > 0.0:
             return
         stiffness, damping = self.state[4], self.state[5]
@@ -201,7 +203,8 @@ class AxisFilter:
             # Rounding must not make a variance negative.
             row[i] = max(row[i], 1e-6 * before)
         self.variance *= 1.0 + tuning.NOISE_GAIN * (square - 1.0)
-        self.size += 0.01 * (reading * reading - self.size)
+        change = reading - state[6]
+        self.size += 0.01 * (change * change - self.size)
         final = self._final
         state[4] = min(max(state[4], 0.01 * final * final), 0.9 * final * final)
         state[5] = min(max(state[5], 0.002 * final), 0.3 * final)

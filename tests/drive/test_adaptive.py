@@ -190,6 +190,14 @@ def test_a_sensor_that_fails_while_it_dwells(adaptive: Scene, fault: str, aborts
     assert (judged(drive) is State.ABORTED) is aborts
 
 
+def test_a_speed_that_drifts_leads_it_nowhere(adaptive: Scene) -> None:
+    """Neither backwards nor beyond the final speed, whatever the speed is said to be."""
+    for fault in ("spindle drifts -5", "spindle drifts 5"):
+        run = Drive(adaptive, faults=faults_of([fault])).advance(12_000)
+        assert run["command"].min() >= 0.0 and run["command"].max() <= 200.0
+        assert run["speed"].min() >= 0.0
+
+
 def test_what_the_spindle_may_not_do_is_not_followed(adaptive: Scene) -> None:
     """As live: the drive refuses a command beyond its limits, and stays as it was."""
     drive = led(adaptive, 400)

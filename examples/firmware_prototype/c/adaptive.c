@@ -58,11 +58,14 @@ static void axis_begin(struct adaptive_axis *x, const struct adaptive_settings *
 {
     real mean = x->sum / x->count;
     real spread = sqrt(larger(x->squares / x->count - mean * mean, R(0.0)));
-    real noise = settings->noise;
+    real noise = settings->noise, found;
     real stiffness = x->state[4], damping = x->state[5], motion, net, least, rate, offset;
     real off4 = x->covariance[4][4], off5 = x->covariance[5][5];
-    /* What is told may be too little. */
-    noise = larger(noise, sqrt(x->rough / (R(6.0) * (x->count - R(2.0)))));
+    /* What is told may be too little; what is seen has spikes in it. */
+    found = sqrt(x->rough / (R(6.0) * (x->count - R(2.0))));
+    if (noise > R(0.0))
+        found = smaller(found, R(10.0) * noise);
+    noise = larger(noise, found);
     noise = larger(noise, R(1e-3) * spread);
     if (!(noise > R(0.0)))
         return;
@@ -190,7 +193,7 @@ static void axis_update(struct adaptive_axis *axis, const struct adaptive_settin
     real *s = axis->state;
     real(*P)[ADAPTIVE_SIZE] = axis->covariance;
     real noise = axis->variance + SCALE_ERROR * SCALE_ERROR * axis->size;
-    real g[ADAPTIVE_SIZE], S, innovation, root, surprise, square, total;
+    real g[ADAPTIVE_SIZE], S, innovation, root, surprise, square, change, total;
     const real final = settings->final_speed;
     int i, j;
     if (settings->quantity == ADAPTIVE_ACCELERATION) {
@@ -229,7 +232,8 @@ static void axis_update(struct adaptive_axis *axis, const struct adaptive_settin
         P[i][i] = larger(P[i][i], R(1e-6) * before);
     }
     axis->variance *= R(1.0) + NOISE_GAIN * (square - R(1.0));
-    axis->size += R(0.01) * (reading * reading - axis->size);
+    change = reading - s[6];
+    axis->size += R(0.01) * (change * change - axis->size);
     s[4] = smaller(larger(s[4], R(0.01) * final * final), R(0.9) * final * final);
     s[5] = smaller(larger(s[5], R(0.002) * final), R(0.3) * final);
     total = s[0] + s[1] + s[2] + s[3] + s[6] + P[0][0] + P[1][1];
@@ -491,7 +495,8 @@ static bool ramp(struct adaptive *a, real goal, real slope)
 {
     real change = slope * a->settings.period, lead = LEAD * a->settings.final_speed, wanted = goal;
     if (!over(a) && a->state != ADAPTIVE_ABORTING)
-        wanted = smaller(larger(goal, a->speed - lead), a->speed + lead);
+        wanted = smaller(larger(smaller(larger(goal, a->speed - lead), a->speed + lead), 0),
+                         a->settings.final_speed);
     a->command += smaller(larger(wanted - a->command, -change), change);
     return a->command == goal;
 }
