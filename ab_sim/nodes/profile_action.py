@@ -9,15 +9,15 @@ from typing import Any
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
-from rclpy.task import Future
 
 from ab_msgs_py import actions
 from ab_msgs_py.actions import Asked, Outcome, Progress
 
 FEEDBACK_PERIOD = 0.1
 """s between two feedbacks while nothing else happens."""
-GOODBYE = 0.5
+GOODBYE = 1.0
 """s for the last result to leave when the node ends."""
+Goal = ServerGoalHandle[Any, Any, Any]
 
 
 class ProfileAction:
@@ -25,6 +25,10 @@ class ProfileAction:
 
     A goal that cannot be run is accepted and aborted at once: ROS's refusal of a goal carries no
     text, a result does. A goal whose client has vanished is run to its end.
+
+    rclpy would have a goal executed by a coroutine, which waits by running again and again: its
+    ``EventsExecutor`` then takes a whole core. So a goal counts as accepted while its profile runs,
+    and is executed when that is over, which takes no time.
 
     Args:
         node: offers it.
@@ -35,9 +39,8 @@ class ProfileAction:
     def __init__(
         self, node: Node, start: Callable[[Asked], str], cancel: Callable[[], bool]
     ) -> None:
-        self._start, self._cancel = start, cancel
-        self._over: Future[tuple[bool, Outcome]] | None = None
-        self._goal: ServerGoalHandle[Any, Any, Any] | None = None
+        self._node, self._start, self._cancel = node, start, cancel
+        self._goal: Goal | None = None
         self._told = -math.inf
         self._left = threading.Event()
         self._left.set()
@@ -45,7 +48,12 @@ class ProfileAction:
             node.get_logger().info(actions.NOT_BUILT)
             return
         self._server: ActionServer[Any, Any, Any] = ActionServer(
-            node, kind, actions.RUN, self._execute, cancel_callback=self._asked_to_cancel
+            node,
+            kind,
+            actions.RUN,
+            lambda goal: None,  # each goal is executed by a callback of its own
+            handle_accepted_callback=self._accepted,
+            cancel_callback=self._asked_to_cancel,
         )
 
     def tell(self, progress: Callable[[], Progress], anew: bool) -> None:
@@ -57,23 +65,33 @@ class ProfileAction:
 
     def finish(self, well: bool, outcome: Callable[[], Outcome]) -> None:
         """The profile is over; nothing to do unless it was run for a goal."""
-        if self._over is not None and not self._over.done():
-            self._over.set_result((well, outcome()))
+        goal, self._goal = self._goal, None
+        if goal is not None:
+            self._left.clear()
+            _end(goal, well, outcome())
+            if (executor := self._node.executor) is not None:
+                executor.create_task(self._left.set)  # after the result has been sent
 
     def end(self) -> None:
         """Let the last result leave: for the thread that does not answer callbacks."""
         self._left.wait(GOODBYE)
 
-    async def _execute(self, goal: ServerGoalHandle[Any, Any, Any]) -> Any:
-        if refusal := self._start_for(goal):
-            goal.abort()
-            return actions.result_of(Outcome(f"refused: {refusal}", 0.0, 0.0))
-        assert self._over is not None
-        how = await self._over
-        assert how is not None
-        well, outcome = how
-        self._over = self._goal = None
-        self._left.set()
+    def _accepted(self, goal: Goal) -> None:
+        refusal = "another goal is being run; cancel it first" if self._goal is not None else ""
+        if not refusal:
+            self._goal, self._told = goal, -math.inf  # before it is started: it may be over at once
+            if refusal := self._start(actions.asked_of(goal.request)):
+                self._goal = None
+        if refusal:
+            _end(goal, False, Outcome(f"refused: {refusal}", 0.0, 0.0))
+
+    def _asked_to_cancel(self, goal: Goal) -> CancelResponse:
+        asked = self._goal is not None and goal.goal_id == self._goal.goal_id
+        return CancelResponse.ACCEPT if asked and self._cancel() else CancelResponse.REJECT
+
+
+def _end(goal: Goal, well: bool, outcome: Outcome) -> None:
+    def result(goal: Goal) -> Any:
         if goal.is_cancel_requested:
             goal.canceled()
         elif well:
@@ -82,17 +100,4 @@ class ProfileAction:
             goal.abort()
         return actions.result_of(outcome)
 
-    def _start_for(self, goal: ServerGoalHandle[Any, Any, Any]) -> str:
-        if self._goal is not None:
-            return "another goal is being run; cancel it first"
-        # Before it is started: it may be over at once.
-        self._goal, self._over = goal, Future()
-        self._told = -math.inf
-        self._left.clear()
-        if refusal := self._start(actions.asked_of(goal.request)):
-            self._goal = self._over = None
-            self._left.set()
-        return refusal
-
-    def _asked_to_cancel(self, goal: ServerGoalHandle[Any, Any, Any]) -> CancelResponse:
-        return CancelResponse.ACCEPT if self._cancel() else CancelResponse.REJECT
+    goal.execute(result)
