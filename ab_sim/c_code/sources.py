@@ -1,0 +1,263 @@
+"""Header and source of a scene's drive, an example and a check, from templates."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import ab_sim
+from ab_sim.c_code.declarations import (
+    FIELDS,
+    declared,
+    field,
+    indented,
+    initialised,
+    number_text,
+    outputs,
+    segments,
+    sensor_rows,
+    value_text,
+)
+from ab_sim.c_code.equations import Equations, equations_of, step_of
+from ab_sim.c_code.parameters import Parameter, parameters_of
+from ab_sim.c_code.suitable import suitable
+from ab_sim.drive import Drive
+from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
+from ab_sim.dynamics.layout import layout_of
+from ab_sim.dynamics.system import TURNS, System
+from ab_sim.equations.race import BallConstants
+from ab_sim.integrate.choose import Choice
+from ab_sim.scene.model import Scene
+from ab_sim.sensing import Pickup
+from ab_sim.spindle import RaisedCosine, Ramp, SpeedSchedule
+from ab_sim.tracing.c_text import REPEATED, SUMS, c_literal
+
+MARK = "Made by `ab-sim c`"
+"""In the first line of every file: only such a file is replaced."""
+TEMPLATES = files("ab_sim.c_code") / "templates"
+CHECKED = (500, 300, 200)
+"""Steps after which states are compared: along the profile, and after two commands."""
+
+
+class DriveSources(NamedTuple):
+    """A drive in C, and what it was made of."""
+
+    files: dict[str, str]
+    """Texts by file name."""
+    scene: Scene
+    parameters: tuple[Parameter, ...]
+    """Those that the code uses."""
+    channels: tuple[str, ...]
+    """Of the deck."""
+    choice: Choice
+    """Its stepper."""
+
+
+class _Made(NamedTuple):
+    """What the texts are made from."""
+
+    scene: Scene
+    system: System
+    choice: Choice
+    schedule: SpeedSchedule
+    parameters: Sequence[Parameter]
+    equations: Equations
+    channels: Sequence[str]
+
+    @property
+    def kinds(self) -> list[type[Any]]:
+        return kinds_of(self.schedule)
+
+
+def kinds_of(schedule: SpeedSchedule) -> list[type[Any]]:
+    """Of its segments: ramps, as commands make them, and raised cosines if there are some."""
+    found = {type(scheduled.segment) for scheduled in schedule.segments}
+    return [kind for kind in (Ramp, RaisedCosine) if kind is Ramp or kind in found]
+
+
+def sources_of(scene: Scene) -> DriveSources:
+    """A scene's drive as C99 files.
+
+    Raises:
+        SceneError: see ``suitable``; or its profile has segments that end on what is measured.
+    """
+    system, choice = suitable(scene)
+    schedule = SpeedSchedule.of_scene(scene)
+    channels = type(system.deck_model).CHANNELS
+    known = parameters_of(scene, system)
+    equations = equations_of(system, known, kinds_of(schedule), channels, scene.sensors)
+    used = [each for each in known if equations.used & set(each.inputs)]
+    made = _Made(scene, system, choice, schedule, used, equations, channels)
+    values = _values(made)
+    flags = _flags(made)
+    texts = {
+        name: filled(name, values, flags)
+        for name in (
+            *("drive.h", "drive.c", "main.c", "drive_check.c", "CMakeLists.txt", "README.md"),
+        )
+    }
+    return DriveSources(texts, scene, tuple(used), tuple(channels), choice)
+
+
+def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> str:
+    """A template with its values in place.
+
+    Lines between ``@if FLAG`` and ``@end`` are left out where the flag is not set; ``@NAME@`` is
+    a value, which may be of several lines.
+    """
+    lines, keep = [], True
+    for line in (TEMPLATES / name).read_text(encoding="utf-8").splitlines():
+        if line.startswith("@if "):
+            keep = flags[line.removeprefix("@if ")]
+        elif line == "@end":
+            keep = True
+        elif keep:
+            lines.append(line)
+    text = re.sub(r"@([A-Z_]+)@\n?", lambda found: _placed(found, values), "\n".join(lines) + "\n")
+    return re.sub(r"\n{3,}", "\n\n", text)
+
+
+def _placed(found: re.Match[str], values: Mapping[str, str]) -> str:
+    value = values[found[1]]
+    if not found[0].endswith("\n"):
+        return value
+    # A block brings the end of its last line along.
+    return value if value.endswith("\n") or not value else f"{value}\n"
+
+
+def _flags(made: _Made) -> dict[str, bool]:
+    equations = made.equations
+    return {
+        "balls": len(made.system.balls) > 0,
+        "columns": bool(equations.columns),
+        "derived": equations.derived > 0,
+        "ball_derived": equations.ball_derived > 0,
+        "sensors": bool(made.scene.sensors),
+        "quaternion": type(made.system.deck_model).UNIT_AT >= 0,
+        "cosine": RaisedCosine in made.kinds,
+    }
+
+
+def _values(made: _Made) -> dict[str, str]:
+    scene, system, choice, schedule, parameters, equations, channels = made
+    deck, layout, step = type(system.deck_model), layout_of(system), scene.solver.step
+    n, start = len(system.balls), SpeedSchedule.constant(scene.start.speed, scene.start.angle)
+    columns, about = [], BallConstants
+    for name in equations.columns:
+        columns.append(field(name, "", "", ["DRIVE_BALLS"]))
+    weights, stepper = choice.stepper.weights, choice.stepper
+    repeated = REPEATED if "repeated(" in equations.text else ""
+    segment_fields = [
+        field(name, *FIELDS[name])
+        for name in dict.fromkeys(name for kind in made.kinds for name in kind._fields)
+    ]
+    turns = start_discrete_state(scene, system)[:n, TURNS]
+    names = [f"DRIVE_{name.upper()}" for name in scene.sensors]
+    sensor_names = f"enum {{ {', '.join([*names, 'DRIVE_SENSORS'])} }}; /* accelerometers */\n"
+    assert about and weights is not None
+    return {
+        "MADE_BY": f"{MARK} of ab_sim {ab_sim.__version__}, of the scene {scene.name}.",
+        "TITLE": _comment(f"A drive with {n} ball{'s' * (n != 1)}: {scene.description}"),
+        "ABOUT": "".join(f" * {line}\n" for line in _about(scene, choice)),
+        "STEP": number_text(step),
+        "MAX_SPEED": number_text(scene.spindle.max_speed),
+        "MAX_ACCELERATION": number_text(scene.spindle.max_acceleration),
+        "BALLS": str(n),
+        "STATES": str(layout.size),
+        "AXES": str(deck.AXES),
+        "SEGMENTS": str(max(2, len(schedule.segments))),
+        "SENSOR_NAMES": sensor_names if scene.sensors else "",
+        "PARAMETERS": indented(declared(parameters)),
+        "OUTPUTS": indented(outputs(channels, n, scene.sensors)),
+        "SEGMENT_FIELDS": indented(segment_fields),
+        "COLUMNS": indented(columns),
+        "STATE_NAMES": ", ".join(layout.names),
+        "DERIVED": str(equations.derived),
+        "BALL_DERIVED": str(equations.ball_derived),
+        "PARAMETER_VALUES": indented(initialised(parameters)),
+        "START": _rows(start_state(scene, system), layout.names),
+        "BOUNDS": _rows(state_bounds(system, step / stepper.parts), layout.names),
+        "PROFILE": indented(segments(schedule.segments)),
+        "SUMS": SUMS + repeated if n else "",
+        "SOURCES": _module_of(deck),
+        "EFFECTS": _effects(scene),
+        "EQUATIONS": equations.text,
+        "STEPPER": f"{stepper.name}, order {stepper.order}",
+        "STEPPER_SOURCE": stepper.source,
+        "RUNGE_KUTTA": step_of(weights),
+        "CYCLE": c_literal(choice.cycle),
+        "SENSORS": indented(sensor_rows(scene.sensors, step, _felt_at_start(made))),
+        "ANGLES": str(layout.angles.start),
+        "QUATERNION": str(deck.UNIT_AT),
+        "TURNS": ", ".join(str(int(each)) for each in turns),
+        "START_ANGLE": c_literal(float(start.segments[0].start_angle)),
+        "START_SPEED": c_literal(scene.start.speed),
+        "EXPECTED": _expected(scene),
+        "SECONDS": f"{scene.duration:g}",
+        "EVERY": str(max(1, round(0.01 / step))),
+    }
+
+
+def _rows(numbers: np.ndarray, names: Sequence[str]) -> str:
+    return indented(
+        f"{c_literal(float(x))}, /* {name} */" for x, name in zip(numbers, names, strict=True)
+    )
+
+
+def _comment(text: str) -> str:
+    return " ".join(text.replace("*/", "* /").split())
+
+
+def _about(scene: Scene, choice: Choice) -> list[str]:
+    lines = [f"Source: {_comment(scene.source)}"] if scene.source else []
+    lines.append(f"Stepper: {choice.stepper.name}, {choice.reason}.")
+    if scene.sensors:
+        lines.append("Accelerometers have their low-pass, range, resolution and rate, but no noise.")
+    return lines
+
+
+def _module_of(deck: type[Any]) -> str:
+    return deck.__module__.replace(".", "/") + ".py"
+
+
+def _effects(scene: Scene) -> str:
+    lines = []
+    for name, effect in scene.effects.items():
+        lines.append(f" * {name}: {_comment(effect.equation)} ({_comment(effect.source)})")
+    return "\n".join(lines)
+
+
+def _felt_at_start(made: _Made) -> dict[str, np.ndarray]:
+    """What sensors feel at the start, on their own axes [m/s^2]."""
+    scene, system = made.scene, made.system
+    deck, found = system.deck_model, {}
+    shown = deck.at_rest(start_state(scene, system)[layout_of(system).deck])[0].tolist()
+    for name, sensor in scene.sensors.items():
+        pickup = Pickup(sensor, scene.solver.step, type(deck).AXES)
+        pickup.reset(np.array(deck.specific_force(system.effects, shown, sensor.position)))
+        found[name] = pickup.state.force
+    return found
+
+
+def _expected(scene: Scene) -> str:
+    """Rows of the check's table: ab_sim's own states."""
+    drive, rows = Drive(scene), []
+    top = scene.spindle.max_speed
+    for steps, command in zip(CHECKED, (math.nan, 0.5 * top, 0.25 * top), strict=True):
+        if not math.isnan(command):
+            drive.command(command)
+        drive.advance(steps)
+        state = value_text_exact(drive.snapshot().state)
+        rows.append(f"{{{steps}, {c_literal(command)}, {state}}},")
+    return indented(rows)
+
+
+def value_text_exact(values: np.ndarray) -> str:
+    """Numbers in braces, to the last bit."""
+    return "{" + ", ".join(float(x).hex() for x in values) + "}"
+
+
+assert value_text
