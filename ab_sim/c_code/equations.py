@@ -103,9 +103,9 @@ class _Kind:
     ) -> None:
         model = Model(system, kind)
         own = Emission(model, layout_of_constants(system, kind), kind._fields)
-        self._model, self._roots, self._name = model, own.roots, KINDS[kind]
-        self._channels, self._derived = channels, own.derived
+        self._model, self._name = model, KINDS[kind]
         n, states = model.count, model.states
+        self._derived = [x for x in own.derived if n or not x.each]
         self._inputs = places | {f"segment.{name}": f"s->{name}" for name in kind._fields}
         self._inputs |= {"phase": "s->phase", "angle": "s->start_angle"}
         self._inputs |= {"time": "time", "profile_time": "profile_time"}
@@ -113,7 +113,7 @@ class _Kind:
         self._inputs |= {"theta": "theta[i]", "rate": "rate[i]"}
         self._known: dict[int, str] = {}
         self.numbers = self.columns = 0
-        for x in own.derived:
+        for x in self._derived:
             if x.each:
                 self._known[x.number] = f"d->ball_derived[{self.columns}][i]"
                 self.columns += 1
@@ -188,8 +188,8 @@ def function(head: str, arguments: str, lines: Sequence[str], balls: tuple[int, 
         for word, line in (
             ("p->", "const struct drive_parameters *p = &d->p;"),
             ("b->", "const struct drive_balls *b = &d->balls;"),
-            ("theta[[]", f"const double *theta = y + {balls[0]};"),
-            ("rate[[]", f"const double *rate = y + {balls[1]};"),
+            ("theta\\[", f"const double *theta = y + {balls[0]};"),
+            ("rate\\[", f"const double *rate = y + {balls[1]};"),
         )
         if re.search(rf"(?<![\w>.]){word}", body)
     ]

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,6 @@ from ab_sim.c_code.declarations import (
     outputs,
     segments,
     sensor_rows,
-    value_text,
 )
 from ab_sim.c_code.equations import Equations, equations_of, step_of
 from ab_sim.c_code.parameters import Parameter, parameters_of
@@ -28,8 +28,8 @@ from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import TURNS, System
-from ab_sim.equations.race import BallConstants
 from ab_sim.integrate.choose import Choice
+from ab_sim.quoting import visible
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
 from ab_sim.spindle import RaisedCosine, Ramp, SpeedSchedule
@@ -38,6 +38,8 @@ from ab_sim.tracing.c_text import REPEATED, SUMS, c_literal
 MARK = "Made by `ab-sim c`"
 """In the first line of every file: only such a file is replaced."""
 TEMPLATES = files("ab_sim.c_code") / "templates"
+WIDTH = 96
+"""Of lines of comments."""
 CHECKED = (500, 300, 200)
 """Steps after which states are compared: along the profile, and after two commands."""
 
@@ -54,6 +56,9 @@ class DriveSources(NamedTuple):
     """Of the deck."""
     choice: Choice
     """Its stepper."""
+    made_by: str
+    """The first line of each file."""
+    title: str
 
 
 class _Made(NamedTuple):
@@ -99,7 +104,7 @@ def sources_of(scene: Scene) -> DriveSources:
             *("drive.h", "drive.c", "main.c", "drive_check.c", "CMakeLists.txt", "README.md"),
         )
     }
-    return DriveSources(texts, scene, tuple(used), tuple(channels), choice)
+    return DriveSources(texts, scene, tuple(used), tuple(channels), choice, values["MADE_BY"], values["TITLE"])
 
 
 def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> str:
@@ -145,9 +150,7 @@ def _values(made: _Made) -> dict[str, str]:
     scene, system, choice, schedule, parameters, equations, channels = made
     deck, layout, step = type(system.deck_model), layout_of(system), scene.solver.step
     n, start = len(system.balls), SpeedSchedule.constant(scene.start.speed, scene.start.angle)
-    columns, about = [], BallConstants
-    for name in equations.columns:
-        columns.append(field(name, "", "", ["DRIVE_BALLS"]))
+    columns = [field(name, "", "", ["DRIVE_BALLS"]) for name in equations.columns]
     weights, stepper = choice.stepper.weights, choice.stepper
     repeated = REPEATED if "repeated(" in equations.text else ""
     segment_fields = [
@@ -157,11 +160,10 @@ def _values(made: _Made) -> dict[str, str]:
     turns = start_discrete_state(scene, system)[:n, TURNS]
     names = [f"DRIVE_{name.upper()}" for name in scene.sensors]
     sensor_names = f"enum {{ {', '.join([*names, 'DRIVE_SENSORS'])} }}; /* accelerometers */\n"
-    assert about and weights is not None
     return {
-        "MADE_BY": f"{MARK} of ab_sim {ab_sim.__version__}, of the scene {scene.name}.",
-        "TITLE": _comment(f"A drive with {n} ball{'s' * (n != 1)}: {scene.description}"),
-        "ABOUT": "".join(f" * {line}\n" for line in _about(scene, choice)),
+        "MADE_BY": f"{MARK} of ab_sim {ab_sim.__version__}, of the scene {_plain(scene.name)}.",
+        "TITLE": _title(scene),
+        "ABOUT": _comment(*_about(scene, choice)),
         "STEP": number_text(step),
         "MAX_SPEED": number_text(scene.spindle.max_speed),
         "MAX_ACCELERATION": number_text(scene.spindle.max_acceleration),
@@ -196,6 +198,9 @@ def _values(made: _Made) -> dict[str, str]:
         "START_ANGLE": c_literal(float(start.segments[0].start_angle)),
         "START_SPEED": c_literal(scene.start.speed),
         "EXPECTED": _expected(scene),
+        "SCENE": visible(scene.name),
+        "STEP_SHORT": f"{step:g}",
+        "LIMITS": "Accelerometers read without noise; add your own." if scene.sensors else "",
         "SECONDS": f"{scene.duration:g}",
         "EVERY": str(max(1, round(0.01 / step))),
     }
@@ -207,12 +212,25 @@ def _rows(numbers: np.ndarray, names: Sequence[str]) -> str:
     )
 
 
-def _comment(text: str) -> str:
-    return " ".join(text.replace("*/", "* /").split())
+def _comment(*paragraphs: str) -> str:
+    """Lines within a comment."""
+    lines = [line for text in paragraphs for line in wrap(_plain(text), WIDTH)]
+    return "".join(f" * {line}\n" for line in lines)
+
+
+def _plain(text: str) -> str:
+    """Text from outside, such that it ends no comment."""
+    return visible(" ".join(text.split())).replace("*/", "* /").replace("/*", "/ *")
+
+
+def _title(scene: Scene) -> str:
+    n = scene.balls.count
+    return f"A drive with {n or 'no'} ball{'s' * (n != 1)}."
 
 
 def _about(scene: Scene, choice: Choice) -> list[str]:
-    lines = [f"Source: {_comment(scene.source)}"] if scene.source else []
+    lines = [scene.description] if scene.description else []
+    lines += [f"Source: {scene.source}"] if scene.source else []
     lines.append(f"Stepper: {choice.stepper.name}, {choice.reason}.")
     if scene.sensors:
         lines.append("Accelerometers have their low-pass, range, resolution and rate, but no noise.")
@@ -224,10 +242,10 @@ def _module_of(deck: type[Any]) -> str:
 
 
 def _effects(scene: Scene) -> str:
-    lines = []
-    for name, effect in scene.effects.items():
-        lines.append(f" * {name}: {_comment(effect.equation)} ({_comment(effect.source)})")
-    return "\n".join(lines)
+    about = (
+        f"{name}: {effect.equation} ({effect.source})" for name, effect in scene.effects.items()
+    )
+    return _comment(*about)
 
 
 def _felt_at_start(made: _Made) -> dict[str, np.ndarray]:
@@ -259,5 +277,3 @@ def value_text_exact(values: np.ndarray) -> str:
     """Numbers in braces, to the last bit."""
     return "{" + ", ".join(float(x).hex() for x in values) + "}"
 
-
-assert value_text

@@ -140,6 +140,7 @@ class _Statements:
         self._uses.update(store.root.number for store in stores)
         self._columns = self._kept()
         self._text: dict[int, str] = {}
+        """Of a node, as it stands in another expression."""
 
     def _args(self, x: Expression) -> tuple[Expression, ...]:
         return () if x.number in self._known else x.args
@@ -182,14 +183,19 @@ class _Statements:
                     loop += self._computed(x)
             for store in self._stores:
                 if (store.each or store.root.each) and self._round[store.root.number] == turn:
-                    loop.append(f"{store.target} = {self._of(store.root)};")
+                    loop.append(self._stored(store))
             if loop:
                 body = [f"    {line}" for line in loop]
                 found += [f"for (int i = 0; i < {BALLS}; i++) {{", *body, "}"]
         for store in self._stores:
             if not (store.each or store.root.each):
-                found.append(f"{store.target} = {self._of(store.root)};")
+                found.append(self._stored(store))
         return found
+
+    def _stored(self, store: Store) -> str:
+        text = self._of(store.root)
+        inlined = text.startswith("(") and store.root.op != "const"
+        return f"{store.target} = {text[1:-1] if inlined else text};"
 
     def _at_hand(self, x: Expression) -> bool:
         return x.number in self._known or x.op in ("const", "input")

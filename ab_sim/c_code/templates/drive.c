@@ -19,6 +19,8 @@
 #pragma fp_contract(off)
 #elif defined(__clang__) || !defined(__GNUC__)
 #pragma STDC FP_CONTRACT OFF
+#else
+#pragma GCC optimize("fp-contract=off") /* it does not know the standard's pragma */
 #endif
 
 enum { BALLS = DRIVE_BALLS, STATES = DRIVE_STATES, AXES = DRIVE_AXES };
@@ -44,8 +46,11 @@ static const struct drive_segment profile[] = {
 @SUMS@
 @end
 
-/* ---- The equations of motion: @SOURCES@.
-@EFFECTS@ */
+/* ---- The equations of motion, as docs/equations.md and @SOURCES@ of ab_sim have them, with
+ * the effects
+@EFFECTS@
+ * Traced, and written out: t1, t2 ... are what is used more than once. Cosine and sine of an angle
+ * are reduced by quarter turns, 0x1.45f306dc9c883p-1 being 2/pi; polynomials as in fdlibm. */
 
 @EQUATIONS@
 /* A step of @STEPPER@.

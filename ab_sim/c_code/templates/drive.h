@@ -1,7 +1,8 @@
 /* @MADE_BY@
  *
  * @TITLE@
-@ABOUT@ *
+@ABOUT@
+ *
  * Simulates the drive in steps of a fixed length. C99, no allocation, no globals that change; needs
  * <math.h> only. Compile without -ffast-math and with -ffp-contract=off (CMakeLists.txt does): then
  * results have the same bits as ab_sim's (drive_check.c tries it).
