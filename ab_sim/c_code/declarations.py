@@ -1,12 +1,14 @@
 """What of a scene stands in header and source beside the equations: declarations and tables."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
 
 from ab_sim.c_code.equations import KINDS
 from ab_sim.c_code.parameters import Parameter
+from ab_sim.c_code.templates import WIDTH
 from ab_sim.drive.units import unit_of
 from ab_sim.dynamics.assemble import place_on
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
@@ -22,6 +24,14 @@ FIELDS = {
 }
 """Of segments: units and meanings."""
 
+CHANNELS = {
+    "q": "of the quaternion that turns the deck's axes to the ground's",
+    "_rate": "rate of that",
+    "w": "the deck's angular velocity on its own axes",
+    "": "of the deck, on axes fixed in space",
+}
+"""What a deck's channels are, by what is in their names."""
+
 
 def indented(lines: Iterable[str]) -> str:
     """Lines of a block, each with its end."""
@@ -29,11 +39,16 @@ def indented(lines: Iterable[str]) -> str:
 
 
 def field(name: str, unit: str, about: str = "", shape: Sequence[str | int] = ()) -> str:
-    """A field of a struct."""
+    """A field of a struct, behind its comment where that is long."""
     size = "".join(f"[{each}]" for each in shape)
     words = ": ".join(part for part in (unit if unit != "1" else "", about) if part)
-    comment = f" /* {words} */" if words else ""
-    return f"double {name}{size};{comment}"
+    line = f"double {name}{size};"
+    if not words:
+        return line
+    if len(line) + len(words) < WIDTH - 10:
+        return f"{line} /* {words} */"
+    lines = wrap(words, WIDTH - 10)
+    return "/* " + "\n     * ".join(lines) + f" */\n    {line}"
 
 
 def declared(parameters: Sequence[Parameter]) -> Iterator[str]:
@@ -42,7 +57,7 @@ def declared(parameters: Sequence[Parameter]) -> Iterator[str]:
         shape: list[str | int] = list(each.values.shape)
         if each.is_of_balls:
             shape = ["DRIVE_BALLS"]
-        yield field(each.name, each.unit or ", ".join(each.units), each.meaning, shape)
+        yield field(each.name, each.unit, each.meaning, shape)
 
 
 def initialised(parameters: Sequence[Parameter]) -> Iterator[str]:
@@ -72,7 +87,7 @@ def outputs(
     yield field("speed", "rad/s", "of the spindle")
     yield field("command", "rad/s", "asked for")
     for name in channels:
-        yield field(name, unit_of(name) or "1")
+        yield field(name, unit_of(name) or "1", next(CHANNELS[k] for k in CHANNELS if k in name))
     if balls:
         yield field("ball_angle", "rad", "from the unbalance, unwrapped", ["DRIVE_BALLS"])
         yield field("ball_rate", "rad/s", "relative to the race", ["DRIVE_BALLS"])

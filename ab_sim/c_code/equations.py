@@ -1,4 +1,4 @@
-"""Functions of a model's expressions as C: derive, slope, finish, a step; speeds; what sensors feel.
+"""Functions of a model's expressions as C: slopes, a step, speeds, what sensors feel.
 
 Lowered as for machine code, so that they have the same bits.
 """
@@ -18,9 +18,9 @@ from ab_sim.kernels.emission import Emission
 from ab_sim.kernels.model import Model
 from ab_sim.scene.sensors import Accelerometer
 from ab_sim.spindle import RaisedCosine, Ramp
-from ab_sim.tracing import Expression, Graph, Level
+from ab_sim.tracing import Graph, Level
 from ab_sim.tracing.c_text import Store, c_literal, c_statements
-from ab_sim.tracing.expression import reached
+from ab_sim.tracing.expression import lifted, reached
 from ab_sim.tracing.lowering import without_cosines
 
 KINDS: dict[type[Any], str] = {Ramp: "ramp", RaisedCosine: "raised_cosine"}
@@ -209,7 +209,7 @@ def _of_balls(system: System, columns: Sequence[str]) -> _Part:
     _, effects = traced_bodies(system, lambda name: graph.input(name, Level.PARAMETER))
     numbers = of_ball(Ball(m, a), radius, effects)  # type: ignore[arg-type]
     by_name = dict(zip(COLUMNS, (numbers[k] for k in _OF_BALL), strict=True))
-    roots = [graph_number(graph, by_name[name]) for name in columns]
+    roots = [lifted(graph, by_name[name]) for name in columns]
     stores = [
         Store(x, f"d->balls.{name}[i]", True)
         for x, name in zip(without_cosines(roots), columns, strict=True)
@@ -225,31 +225,19 @@ _OF_BALL = [*FORMULA_COLUMNS[:-1], 0]
 """Where in ``of_ball`` each column is; the height is none of it."""
 
 
-def graph_number(graph: Graph, x: Any) -> Expression:
-    """An expression as it is, a number as a constant."""
-    return x if isinstance(x, Expression) else graph.constant(x)
-
-
 def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:
     """Functions that ask for a segment's kind."""
     names = [KINDS[kind] for kind in kinds]
     begin = ["derive_balls(d);"] if columns else []
+    segment = "const struct drive_segment *s"
+    state = f"const struct drive *d, {segment}, double time, const double *y, double *k"
+    more = "double profile_time, struct drive_outputs *out"
     forms = (
-        ("static void derive", "struct drive *d, const struct drive_segment *s", "derive_{}(d, s)"),
-        (
-            "static void slope",
-            "const struct drive *d, const struct drive_segment *s, double time, const double *y, "
-            "double *k",
-            "slope_{}(d, s, time, y, k)",
-        ),
-        (
-            "static void finish",
-            "const struct drive *d, const struct drive_segment *s, double time, const double *y, "
-            "double *k, double profile_time, struct drive_outputs *out",
-            "finish_{}(d, s, time, y, k, profile_time, out)",
-        ),
-        ("static double speed_of", "const struct drive_segment *s, double time", "speed_{}(s, time)"),
-        ("static double angle_of", "const struct drive_segment *s, double time", "angle_{}(s, time)"),
+        ("static void derive", f"struct drive *d, {segment}", "derive_{}(d, s)"),
+        ("static void slope", state, "slope_{}(d, s, time, y, k)"),
+        ("static void finish", f"{state}, {more}", "finish_{}(d, s, time, y, k, profile_time, out)"),
+        ("static double speed_of", f"{segment}, double time", "speed_{}(s, time)"),
+        ("static double angle_of", f"{segment}, double time", "angle_{}(s, time)"),
     )
     found = [_of_segments(kind) for kind in kinds]
     for head, arguments, form in forms:
@@ -296,7 +284,7 @@ def _felt(
     stores = []
     for k, sensor in enumerate(sensors.values()):
         force = deck.specific_force(effects, shown, sensor.position)
-        roots = without_cosines([graph_number(graph, x) for x in force])
+        roots = without_cosines([lifted(graph, x) for x in force])
         stores += [Store(x, f"force[{k}][{axis}]") for axis, x in enumerate(roots)]
     used = frozenset(
         x.payload
@@ -340,5 +328,3 @@ def step_of(tableau: Tableau) -> str:
         "const double *y, const double *k0, double *trial"
     )
     return function("static void runge_kutta", arguments, lines, (0, 0))
-
-

@@ -19,7 +19,8 @@ from ab_sim.c_code.model_description import (
     model_description,
     variables_of,
 )
-from ab_sim.c_code.sources import DriveSources, filled
+from ab_sim.c_code.sources import DriveSources
+from ab_sim.c_code.templates import filled
 from ab_sim.errors import InputError
 
 HEADERS = files("ab_sim.c_code") / "fmi_headers"

@@ -48,7 +48,7 @@ def _given(sources: DriveSources) -> Iterator[Variable]:
         *("speed_command", "speed_command", ALWAYS),
         {
             "causality": "input",
-            "description": "speed that the spindle goes to, at the acceleration; see follow_profile",
+            "description": "speed that the spindle goes to, unless it follows its profile",
             **{"min": repr(-top), "max": repr(top), "start": repr(scene.start.speed)},
         },
         "rad/s",
@@ -145,8 +145,8 @@ def model_description(
         if each.attributes["causality"] == "output":
             outputs.append(str(reference))
     for what in ("Output", "InitialUnknown"):
-        for reference in outputs:
-            Xml.SubElement(structure, what, valueReference=reference)
+        for each_output in outputs:
+            Xml.SubElement(structure, what, valueReference=each_output)
     return _text(root)
 
 

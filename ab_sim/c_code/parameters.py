@@ -81,8 +81,11 @@ def _of_deck(deck: Any, at: int, name: str) -> Parameter:
     unit = re.search(r"\[([^]]+)\]", about)
     inputs = tuple(each for each, _ in flattened(deck[at], f".0.{name}"))
     if name == "mounts":
-        meaning = "place on deck axes, stiffness and damping along its axes, these on the ground's"
-        return Parameter(name, "", f"of each mount: {meaning}", value, inputs, MOUNT_UNITS)
+        meaning = (
+            "of each mount: place on deck axes [m], stiffness [N/m] and damping [N s/m] along its "
+            "three axes, and these on the ground's axes, one after the other"
+        )
+        return Parameter(name, "", meaning, value, inputs, MOUNT_UNITS)
     meaning = re.sub(r"\s*\[[^]]+\]", "", about).strip(" ,.")
     return Parameter(name, unit[1] if unit else "1", meaning, value, inputs)
 

@@ -1,10 +1,7 @@
 """Header and source of a scene's drive, an example and a check, from templates."""
 
 import math
-import re
-from collections.abc import Mapping, Sequence
-from importlib.resources import files
-from textwrap import wrap
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,22 +21,21 @@ from ab_sim.c_code.declarations import (
 from ab_sim.c_code.equations import Equations, equations_of, step_of
 from ab_sim.c_code.parameters import Parameter, parameters_of
 from ab_sim.c_code.suitable import suitable
+from ab_sim.c_code.templates import comment, filled, plain
 from ab_sim.drive import Drive
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import TURNS, System
 from ab_sim.integrate.choose import Choice
-from ab_sim.quoting import visible
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
 from ab_sim.spindle import RaisedCosine, Ramp, SpeedSchedule
 from ab_sim.tracing.c_text import REPEATED, SUMS, c_literal
 
+NAMES = ("drive.h", "drive.c", "main.c", "drive_check.c", "CMakeLists.txt", "README.md")
+"""Of the files."""
 MARK = "Made by `ab-sim c`"
 """In the first line of every file: only such a file is replaced."""
-TEMPLATES = files("ab_sim.c_code") / "templates"
-WIDTH = 96
-"""Of lines of comments."""
 CHECKED = (500, 300, 200)
 """Steps after which states are compared: along the profile, and after two commands."""
 
@@ -98,39 +94,10 @@ def sources_of(scene: Scene) -> DriveSources:
     made = _Made(scene, system, choice, schedule, used, equations, channels)
     values = _values(made)
     flags = _flags(made)
-    texts = {
-        name: filled(name, values, flags)
-        for name in (
-            *("drive.h", "drive.c", "main.c", "drive_check.c", "CMakeLists.txt", "README.md"),
-        )
-    }
-    return DriveSources(texts, scene, tuple(used), tuple(channels), choice, values["MADE_BY"], values["TITLE"])
-
-
-def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> str:
-    """A template with its values in place.
-
-    Lines between ``@if FLAG`` and ``@end`` are left out where the flag is not set; ``@NAME@`` is
-    a value, which may be of several lines.
-    """
-    lines, keep = [], True
-    for line in (TEMPLATES / name).read_text(encoding="utf-8").splitlines():
-        if line.startswith("@if "):
-            keep = flags[line.removeprefix("@if ")]
-        elif line == "@end":
-            keep = True
-        elif keep:
-            lines.append(line)
-    text = re.sub(r"@([A-Z_]+)@\n?", lambda found: _placed(found, values), "\n".join(lines) + "\n")
-    return re.sub(r"\n{3,}", "\n\n", text)
-
-
-def _placed(found: re.Match[str], values: Mapping[str, str]) -> str:
-    value = values[found[1]]
-    if not found[0].endswith("\n"):
-        return value
-    # A block brings the end of its last line along.
-    return value if value.endswith("\n") or not value else f"{value}\n"
+    texts = {name: filled(name, values, flags) for name in NAMES}
+    return DriveSources(
+        texts, scene, tuple(used), tuple(channels), choice, values["MADE_BY"], values["TITLE"]
+    )
 
 
 def _flags(made: _Made) -> dict[str, bool]:
@@ -147,62 +114,71 @@ def _flags(made: _Made) -> dict[str, bool]:
 
 
 def _values(made: _Made) -> dict[str, str]:
-    scene, system, choice, schedule, parameters, equations, channels = made
-    deck, layout, step = type(system.deck_model), layout_of(system), scene.solver.step
-    n, start = len(system.balls), SpeedSchedule.constant(scene.start.speed, scene.start.angle)
-    columns = [field(name, "", "", ["DRIVE_BALLS"]) for name in equations.columns]
-    weights, stepper = choice.stepper.weights, choice.stepper
-    repeated = REPEATED if "repeated(" in equations.text else ""
-    segment_fields = [
-        field(name, *FIELDS[name])
-        for name in dict.fromkeys(name for kind in made.kinds for name in kind._fields)
-    ]
-    turns = start_discrete_state(scene, system)[:n, TURNS]
+    """What stands in templates, by name."""
+    scene, step = made.scene, made.scene.solver.step
+    about = {
+        "MADE_BY": f"{MARK} of ab_sim {ab_sim.__version__}, of the scene {plain(scene.name)}.",
+        "TITLE": _title(scene),
+        "SCENE": plain(scene.name),
+        "STEP_SHORT": f"{step:g}",
+        "STEPPER": f"{made.choice.stepper.name}, order {made.choice.stepper.order}",
+        "LIMITS": "Accelerometers read without noise; add your own." if scene.sensors else "",
+        "SECONDS": f"{scene.duration:g}",
+        "EVERY": str(max(1, round(0.01 / step))),
+        "EXPECTED": _expected(scene),
+    }
+    return about | _in_header(made) | _in_source(made)
+
+
+def _in_header(made: _Made) -> dict[str, str]:
+    scene, equations, layout = made.scene, made.equations, layout_of(made.system)
+    segment_fields = dict.fromkeys(name for kind in made.kinds for name in kind._fields)
     names = [f"DRIVE_{name.upper()}" for name in scene.sensors]
     sensor_names = f"enum {{ {', '.join([*names, 'DRIVE_SENSORS'])} }}; /* accelerometers */\n"
     return {
-        "MADE_BY": f"{MARK} of ab_sim {ab_sim.__version__}, of the scene {_plain(scene.name)}.",
-        "TITLE": _title(scene),
-        "ABOUT": _comment(*_about(scene, choice)),
-        "STEP": number_text(step),
+        "ABOUT": comment(*_about(scene, made.choice)),
+        "STEP": number_text(scene.solver.step),
         "MAX_SPEED": number_text(scene.spindle.max_speed),
         "MAX_ACCELERATION": number_text(scene.spindle.max_acceleration),
-        "BALLS": str(n),
+        "BALLS": str(len(made.system.balls)),
         "STATES": str(layout.size),
-        "AXES": str(deck.AXES),
-        "SEGMENTS": str(max(2, len(schedule.segments))),
+        "AXES": str(type(made.system.deck_model).AXES),
+        "SEGMENTS": str(max(2, len(made.schedule.segments))),
         "SENSOR_NAMES": sensor_names if scene.sensors else "",
-        "PARAMETERS": indented(declared(parameters)),
-        "OUTPUTS": indented(outputs(channels, n, scene.sensors)),
-        "SEGMENT_FIELDS": indented(segment_fields),
-        "COLUMNS": indented(columns),
+        "PARAMETERS": indented(declared(made.parameters)),
+        "OUTPUTS": indented(outputs(made.channels, scene.balls.count, scene.sensors)),
+        "SEGMENT_FIELDS": indented(field(name, *FIELDS[name]) for name in segment_fields),
+        "COLUMNS": indented(field(name, "", "", ["DRIVE_BALLS"]) for name in equations.columns),
         "STATE_NAMES": ", ".join(layout.names),
         "DERIVED": str(equations.derived),
         "BALL_DERIVED": str(equations.ball_derived),
-        "PARAMETER_VALUES": indented(initialised(parameters)),
+    }
+
+
+def _in_source(made: _Made) -> dict[str, str]:
+    scene, system, text = made.scene, made.system, made.equations.text
+    deck, layout, stepper = type(system.deck_model), layout_of(system), made.choice.stepper
+    n, step = len(system.balls), scene.solver.step
+    sums = SUMS + (REPEATED if "repeated(" in text else "")
+    turns = start_discrete_state(scene, system)[:n, TURNS]
+    return {
+        "PARAMETER_VALUES": indented(initialised(made.parameters)),
         "START": _rows(start_state(scene, system), layout.names),
         "BOUNDS": _rows(state_bounds(system, step / stepper.parts), layout.names),
-        "PROFILE": indented(segments(schedule.segments)),
-        "SUMS": SUMS + repeated if n else "",
-        "SOURCES": _module_of(deck),
+        "PROFILE": indented(segments(made.schedule.segments)),
+        "SUMS": sums if n else "",
+        "SOURCES": deck.__module__.replace(".", "/") + ".py",
         "EFFECTS": _effects(scene),
-        "EQUATIONS": equations.text,
-        "STEPPER": f"{stepper.name}, order {stepper.order}",
+        "EQUATIONS": text,
         "STEPPER_SOURCE": stepper.source,
-        "RUNGE_KUTTA": step_of(weights),
-        "CYCLE": c_literal(choice.cycle),
+        "RUNGE_KUTTA": step_of(stepper.weights),
+        "CYCLE": c_literal(made.choice.cycle),
         "SENSORS": indented(sensor_rows(scene.sensors, step, _felt_at_start(made))),
         "ANGLES": str(layout.angles.start),
         "QUATERNION": str(deck.UNIT_AT),
         "TURNS": ", ".join(str(int(each)) for each in turns),
-        "START_ANGLE": c_literal(float(start.segments[0].start_angle)),
+        "START_ANGLE": c_literal(scene.start.angle),
         "START_SPEED": c_literal(scene.start.speed),
-        "EXPECTED": _expected(scene),
-        "SCENE": visible(scene.name),
-        "STEP_SHORT": f"{step:g}",
-        "LIMITS": "Accelerometers read without noise; add your own." if scene.sensors else "",
-        "SECONDS": f"{scene.duration:g}",
-        "EVERY": str(max(1, round(0.01 / step))),
     }
 
 
@@ -210,17 +186,6 @@ def _rows(numbers: np.ndarray, names: Sequence[str]) -> str:
     return indented(
         f"{c_literal(float(x))}, /* {name} */" for x, name in zip(numbers, names, strict=True)
     )
-
-
-def _comment(*paragraphs: str) -> str:
-    """Lines within a comment."""
-    lines = [line for text in paragraphs for line in wrap(_plain(text), WIDTH)]
-    return "".join(f" * {line}\n" for line in lines)
-
-
-def _plain(text: str) -> str:
-    """Text from outside, such that it ends no comment."""
-    return visible(" ".join(text.split())).replace("*/", "* /").replace("/*", "/ *")
 
 
 def _title(scene: Scene) -> str:
@@ -233,19 +198,15 @@ def _about(scene: Scene, choice: Choice) -> list[str]:
     lines += [f"Source: {scene.source}"] if scene.source else []
     lines.append(f"Stepper: {choice.stepper.name}, {choice.reason}.")
     if scene.sensors:
-        lines.append("Accelerometers have their low-pass, range, resolution and rate, but no noise.")
+        lines.append("Accelerometers have low-pass, range, resolution and rate, but no noise.")
     return lines
-
-
-def _module_of(deck: type[Any]) -> str:
-    return deck.__module__.replace(".", "/") + ".py"
 
 
 def _effects(scene: Scene) -> str:
     about = (
         f"{name}: {effect.equation} ({effect.source})" for name, effect in scene.effects.items()
     )
-    return _comment(*about)
+    return comment(*about)
 
 
 def _felt_at_start(made: _Made) -> dict[str, np.ndarray]:
@@ -268,12 +229,6 @@ def _expected(scene: Scene) -> str:
         if not math.isnan(command):
             drive.command(command)
         drive.advance(steps)
-        state = value_text_exact(drive.snapshot().state)
-        rows.append(f"{{{steps}, {c_literal(command)}, {state}}},")
+        state = ", ".join(c_literal(x) for x in drive.snapshot().state.tolist())
+        rows.append(f"{{{steps}, {c_literal(command)}, {{{state}}}}},")
     return indented(rows)
-
-
-def value_text_exact(values: np.ndarray) -> str:
-    """Numbers in braces, to the last bit."""
-    return "{" + ", ".join(float(x).hex() for x in values) + "}"
-

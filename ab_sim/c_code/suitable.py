@@ -1,14 +1,14 @@
 """Which scenes C can be made of: smooth ones, with an explicit method's steps of a fixed length."""
 
-from ab_sim.dynamics.assemble import system_of
+import math
+
+from ab_sim.dynamics.assemble import linear_rates, system_of
 from ab_sim.dynamics.system import System
 from ab_sim.errors import SceneError, exact
-from ab_sim.integrate.choose import choose_stepper, top_speed
+from ab_sim.integrate.choose import Choice, choose_stepper, limiting, top_speed
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.limits import largest_step
-from ab_sim.integrate.choose import Choice, limiting
 from ab_sim.integrate.registry import stepper_named
-from ab_sim.dynamics.assemble import linear_rates
 from ab_sim.scene.model import Scene
 
 EVENTFUL = {
@@ -73,7 +73,9 @@ def _check_explicit(scene: Scene, system: System, choice: Choice) -> None:
     usual = stepper_named("rk8")
     rates = limiting(usual, linear_rates(system, scene.spindle.max_speed))
     longest, what = largest_step(usual, rates)
-    step = min(scene.solver.step, float(f"{0.9 * longest:.1g}"))
+    # One digit, downwards.
+    step = min(scene.solver.step, 10.0 ** math.floor(math.log10(min(longest, 1.0))))
+    step *= max(1.0, math.floor(min(longest, scene.solver.step) / step))
     raise SceneError(
         f"solver.stepper = {scene.solver.stepper!r}: is {choice.stepper.name} here "
         f"({choice.reason}), and C takes steps of an explicit method; rk8 takes steps of at most "

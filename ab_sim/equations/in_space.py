@@ -167,9 +167,7 @@ class InSpace(NamedTuple):
         """Of C on the ground's axes [m], shape (samples, 3)."""
         return states[:, :3]
 
-    def specific_force(
-        self, effects: Any, channels: State, point: Sequence[float]
-    ) -> list[Number]:
+    def specific_force(self, effects: Any, channels: State, point: Sequence[float]) -> list[Number]:
         """Specific force at a point of the deck, on its axes [m/s^2]."""
         # No matrix product: how those round depends on the processor.
         fall = [a - g for a, g in zip(channels[6:9], self.gravity, strict=True)]

@@ -16,9 +16,9 @@ from ab_sim.tracing.functions import GROUP
 BALLS = "BALLS"
 """What the number of balls is called in C."""
 SUMS = f"""\
-/* The sum of the numbers of all balls, in the one order that ab_sim has: whole groups of {GROUP} are
- * added to each other, then the second half to the first until one is left; the last group, if it
- * is not whole, for itself. */
+/* The sum of the numbers of all balls, in the one order that ab_sim has: whole groups of {GROUP}
+ * are added to each other, then the second half to the first until one is left; the last group, if
+ * it is not whole, for itself. */
 static double halved(double *x, int n)
 {{
     while (n > 1) {{
