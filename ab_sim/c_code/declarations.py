@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.c_code.equations import KINDS
-from ab_sim.c_code.parameters import Parameter
+from ab_sim.c_code.parameters import DriveParameter
 from ab_sim.c_code.templates import WIDTH
 from ab_sim.drive.units import unit_of
 from ab_sim.dynamics.assemble import place_on
@@ -51,7 +51,7 @@ def field(name: str, unit: str, about: str = "", shape: Sequence[str | int] = ()
     return "/* " + "\n     * ".join(lines) + f" */\n    {line}"
 
 
-def declared(parameters: Sequence[Parameter]) -> Iterator[str]:
+def declared(parameters: Sequence[DriveParameter]) -> Iterator[str]:
     """Fields of ``struct drive_parameters``."""
     for each in parameters:
         shape: list[str | int] = list(each.values.shape)
@@ -60,7 +60,7 @@ def declared(parameters: Sequence[Parameter]) -> Iterator[str]:
         yield field(each.name, each.unit, each.meaning, shape)
 
 
-def initialised(parameters: Sequence[Parameter]) -> Iterator[str]:
+def initialised(parameters: Sequence[DriveParameter]) -> Iterator[str]:
     """Their values."""
     for each in parameters:
         yield f".{each.name} = {value_text(each.values)},"

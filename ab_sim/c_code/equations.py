@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ab_sim.c_code.parameters import GIVEN, Parameter
+from ab_sim.c_code.parameters import GIVEN, DriveParameter
 from ab_sim.dynamics.assemble import of_ball
 from ab_sim.dynamics.system import FORMULA_COLUMNS, System
 from ab_sim.equations.motion import Ball
@@ -46,7 +46,7 @@ class Equations(NamedTuple):
 
 def equations_of(
     system: System,
-    parameters: Sequence[Parameter],
+    parameters: Sequence[DriveParameter],
     kinds: Sequence[type[Any]],
     channels: Sequence[str],
     sensors: Mapping[str, Accelerometer],
@@ -83,7 +83,7 @@ class _Part(NamedTuple):
 _NOTHING = _Part("", frozenset())
 
 
-def _places(parameters: Sequence[Parameter]) -> dict[str, str]:
+def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
     """By the model's inputs, the C text of where each is."""
     found = {name: f"b->{name}[i]" for name in COLUMNS}
     for each in parameters:
@@ -235,7 +235,11 @@ def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:
     forms = (
         ("static void derive", f"struct drive *d, {segment}", "derive_{}(d, s)"),
         ("static void slope", state, "slope_{}(d, s, time, y, k)"),
-        ("static void finish", f"{state}, {more}", "finish_{}(d, s, time, y, k, profile_time, out)"),
+        (
+            "static void finish",
+            f"{state}, {more}",
+            "finish_{}(d, s, time, y, k, profile_time, out)",
+        ),
         ("static double speed_of", f"{segment}, double time", "speed_{}(s, time)"),
         ("static double angle_of", f"{segment}, double time", "angle_{}(s, time)"),
     )

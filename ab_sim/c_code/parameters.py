@@ -25,7 +25,7 @@ GIVEN = {
 column of ``System.balls``, unit, meaning."""
 
 
-class Parameter(NamedTuple):
+class DriveParameter(NamedTuple):
     """A field of ``struct drive_parameters``."""
 
     name: str
@@ -53,7 +53,7 @@ class Parameter(NamedTuple):
             yield place, float(self.values[index]), unit
 
 
-def parameters_of(scene: Scene, system: System) -> list[Parameter]:
+def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
     """All fields that a scene's struct may have: those of the deck, of effects, of balls."""
     found = [
         _of_deck(system.deck_model, k, name) for k, name in enumerate(system.deck_model._fields)
@@ -65,17 +65,17 @@ def parameters_of(scene: Scene, system: System) -> list[Parameter]:
             if inputs:
                 about = known[field]
                 found.append(
-                    Parameter(
+                    DriveParameter(
                         *(f"{name}_{field}", about.get("unit", "1"), about.get("description", "")),
                         *(np.asarray(value, float), inputs),
                     )
                 )
     for own, (name, column, unit, meaning) in GIVEN.items():
-        found.append(Parameter(name, unit, meaning, system.balls[:, column], (own,)))
+        found.append(DriveParameter(name, unit, meaning, system.balls[:, column], (own,)))
     return found
 
 
-def _of_deck(deck: Any, at: int, name: str) -> Parameter:
+def _of_deck(deck: Any, at: int, name: str) -> DriveParameter:
     value = np.asarray(deck[at], float)
     about = docstrings_of(type(deck))[name]
     unit = re.search(r"\[([^]]+)\]", about)
@@ -85,9 +85,9 @@ def _of_deck(deck: Any, at: int, name: str) -> Parameter:
             "of each mount: place on deck axes [m], stiffness [N/m] and damping [N s/m] along its "
             "three axes, and these on the ground's axes, one after the other"
         )
-        return Parameter(name, "", meaning, value, inputs, MOUNT_UNITS)
+        return DriveParameter(name, "", meaning, value, inputs, MOUNT_UNITS)
     meaning = re.sub(r"\s*\[[^]]+\]", "", about).strip(" ,.")
-    return Parameter(name, unit[1] if unit else "1", meaning, value, inputs)
+    return DriveParameter(name, unit[1] if unit else "1", meaning, value, inputs)
 
 
 def docstrings_of(kind: type[Any]) -> dict[str, str]:

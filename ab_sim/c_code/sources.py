@@ -19,7 +19,7 @@ from ab_sim.c_code.declarations import (
     sensor_rows,
 )
 from ab_sim.c_code.equations import Equations, equations_of, step_of
-from ab_sim.c_code.parameters import Parameter, parameters_of
+from ab_sim.c_code.parameters import DriveParameter, parameters_of
 from ab_sim.c_code.suitable import suitable
 from ab_sim.c_code.templates import comment, filled, plain
 from ab_sim.drive import Drive
@@ -46,7 +46,7 @@ class DriveSources(NamedTuple):
     files: dict[str, str]
     """Texts by file name."""
     scene: Scene
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[DriveParameter, ...]
     """Those that the code uses."""
     channels: tuple[str, ...]
     """Of the deck."""
@@ -64,7 +64,7 @@ class _Made(NamedTuple):
     system: System
     choice: Choice
     schedule: SpeedSchedule
-    parameters: Sequence[Parameter]
+    parameters: Sequence[DriveParameter]
     equations: Equations
     channels: Sequence[str]
 

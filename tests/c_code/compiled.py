@@ -94,4 +94,3 @@ class InC:
                     return
                 at += 8
         raise KeyError(place)
-

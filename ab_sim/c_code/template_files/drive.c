@@ -166,7 +166,7 @@ static void look(struct drive *d, int segment, double time, double profile_time)
         d->out.command = d->command;
 }
 
-/* Keep angles small and the quaternion one of unit length, so that they keep their digits. */
+/* Take whole turns out of angles, so that they keep their digits. */
 static void unwind(struct drive *d)
 {
 @if balls
@@ -180,6 +180,7 @@ static void unwind(struct drive *d)
     }
 @end
 @if quaternion
+    /* Nothing depends on the quaternion's length but its digits. */
     double square = 0.0;
     for (int j = @QUATERNION@; j < @QUATERNION@ + 4; j++)
         square += d->y[j] * d->y[j];
