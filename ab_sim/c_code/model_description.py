@@ -66,16 +66,19 @@ def _given(sources: DriveSources) -> Iterator[Variable]:
     yield Variable(
         *("follow_profile", "follow_profile", EARLY),
         {
-            **{"causality": "parameter", "variability": "fixed"},
+            **tunable,
+            "variability": "fixed",
             "description": "follow the scene's own speed profile, and no speed_command",
             "start": "false",
         },
         kind="Boolean",
     )
     for parameter in sources.parameters:
+        kind = {**tunable, "variability": "fixed"} if parameter.is_start else tunable
+        when = EARLY if parameter.is_start else ALWAYS
         for place, value, unit in parameter.places:
             about = {"description": parameter.meaning, "start": repr(value)}
-            yield Variable(place, f"drive.p.{place}", ALWAYS, tunable | about, unit)
+            yield Variable(place, f"drive.p.{place}", when, kind | about, unit)
 
 
 def _seen(sources: DriveSources) -> Iterator[Variable]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ab_sim.dynamics.system import MASS, RACE_HEIGHT, RACE_RADIUS, RADIUS, System
 from ab_sim.equations.mounts import MOUNT_UNITS
+from ab_sim.equations.neighbours import start_angles
 from ab_sim.kernels.constants import flattened
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_parameters
@@ -38,11 +39,13 @@ class DriveParameter(NamedTuple):
     """Of the model, for each number; of a ball's constant one for all."""
     units: tuple[str, ...] = ()
     """Of the numbers of its last axis, where they differ."""
+    is_start: bool = False
+    """Whether it counts at the start only."""
 
     @property
     def is_of_balls(self) -> bool:
         """Whether each ball has one."""
-        return self.inputs[0] in GIVEN
+        return self.is_start or self.inputs[0] in GIVEN
 
     @property
     def places(self) -> Iterator[tuple[str, float, str]]:
@@ -73,6 +76,13 @@ def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
     for own, (name, column, unit, meaning) in GIVEN.items():
         found.append(DriveParameter(name, unit, meaning, system.balls[:, column], (own,)))
     return found
+
+
+def start_of_balls(scene: Scene) -> DriveParameter:
+    """Where the balls start, which is no constant of the equations."""
+    meaning = "where each ball starts, from the unbalance; put there by drive_reset"
+    values = np.array(start_angles(scene), float)
+    return DriveParameter("start_ball_angle", "rad", meaning, values, (), is_start=True)
 
 
 def _of_deck(deck: Any, at: int, name: str) -> DriveParameter:

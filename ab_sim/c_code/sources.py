@@ -19,13 +19,13 @@ from ab_sim.c_code.declarations import (
     sensor_rows,
 )
 from ab_sim.c_code.equations import Equations, equations_of, step_of
-from ab_sim.c_code.parameters import DriveParameter, parameters_of
+from ab_sim.c_code.parameters import DriveParameter, parameters_of, start_of_balls
 from ab_sim.c_code.suitable import suitable
 from ab_sim.c_code.templates import comment, filled, plain
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
+from ab_sim.dynamics.assemble import start_state, state_bounds
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import TURNS, System
+from ab_sim.dynamics.system import System
 from ab_sim.integrate.choose import Choice
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
@@ -91,6 +91,8 @@ def sources_of(scene: Scene) -> DriveSources:
     known = parameters_of(scene, system)
     equations = equations_of(system, known, kinds_of(schedule), channels, scene.sensors)
     used = [each for each in known if equations.used & set(each.inputs)]
+    if scene.balls.count:
+        used.append(start_of_balls(scene))
     made = _Made(scene, system, choice, schedule, used, equations, channels)
     values = _values(made)
     flags = _flags(made)
@@ -160,7 +162,6 @@ def _in_source(made: _Made) -> dict[str, str]:
     deck, layout, stepper = type(system.deck_model), layout_of(system), made.choice.stepper
     n, step = len(system.balls), scene.solver.step
     sums = SUMS + (REPEATED if "repeated(" in text else "")
-    turns = start_discrete_state(scene, system)[:n, TURNS]
     return {
         "PARAMETER_VALUES": indented(initialised(made.parameters)),
         "START": _rows(start_state(scene, system), layout.names),
@@ -176,7 +177,6 @@ def _in_source(made: _Made) -> dict[str, str]:
         "SENSORS": indented(sensor_rows(scene.sensors, step, _felt_at_start(made))),
         "ANGLES": str(layout.angles.start),
         "QUATERNION": str(deck.UNIT_AT),
-        "TURNS": ", ".join(str(int(each)) for each in turns),
         "START_ANGLE": c_literal(scene.start.angle),
         "START_SPEED": c_literal(scene.start.speed),
     }

@@ -5,7 +5,7 @@
  * Every fused multiply-add is written as fma(); no other product may be fused with a sum
  * (-ffp-contract=off). Cosines and sines of the motion are polynomials, written out. Of <math.h> it
  * takes fma, fabs, sqrt, ceil, rint, copysign, nextafter, which IEEE 754 and C99 fix to the bit, and
- * where a command is given sin, cos, atan2 to take whole turns out of the spindle's angle.
+ * to take whole turns out of angles beyond pi, at the start and at a command, sin, cos, atan2.
  */
 #include "drive.h"
 
@@ -261,12 +261,15 @@ void drive_init(struct drive *d)
 
 void drive_reset(struct drive *d)
 {
-@if balls
-    static const int64_t turns[BALLS] = {@TURNS@};
-    memcpy(d->turns, turns, sizeof turns);
-@end
     d->steps = 0;
     memcpy(d->y, start_state, sizeof start_state);
+@if balls
+    for (int i = 0; i < BALLS; i++) {
+        const double angle = d->p.start_ball_angle[i], within = without_turns(angle);
+        d->y[@ANGLES@ + i] = within;
+        d->turns[i] = (int64_t)rint((angle - within) / (2.0 * PI));
+    }
+@end
     d->commanded = 0;
     d->segments = 1;
     d->segment[0] = (struct drive_segment){
