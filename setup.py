@@ -121,6 +121,7 @@ setup(
             "scipy-stubs; python_version >= '3.11'",
             "types-PyYAML",
             "xarray; python_version >= '3.11'",  # what sweeps become, where it is there
+            "xmlschema",  # says whether an FMU's descriptions fit the schemas of FMI
         ],
     },
     entry_points={"console_scripts": ["ab-sim = ab_sim.cli:main"]},
