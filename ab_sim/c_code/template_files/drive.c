@@ -9,11 +9,14 @@
  */
 #include "drive.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #if defined(__FAST_MATH__)
 #error "drive.c: compile it without -ffast-math"
+#elif FLT_EVAL_METHOD != 0
+#error "drive.c: doubles are computed with more digits; for 32-bit x86 use -msse2 -mfpmath=sse"
 #endif
 #if defined(_MSC_VER)
 #pragma fp_contract(off)
