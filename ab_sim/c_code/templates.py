@@ -26,15 +26,14 @@ def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> s
             keep = True
         elif keep:
             lines.append(line)
-    text = re.sub(r"@([A-Z_]+)@\n?", lambda found: _placed(found, values), "\n".join(lines) + "\n")
+    text = "\n".join(lines) + "\n"
+    text = re.sub(r"^@([A-Z_]+)@\n", lambda found: _block(values[found[1]]), text, flags=re.M)
+    text = re.sub(r"@([A-Z_]+)@", lambda found: values[found[1]], text)
     return re.sub(r"\n{3,}", "\n\n", text)
 
 
-def _placed(found: re.Match[str], values: Mapping[str, str]) -> str:
-    value = values[found[1]]
-    if not found[0].endswith("\n"):
-        return value
-    # A block brings the end of its last line along.
+def _block(value: str) -> str:
+    """What stands on lines of its own, with the end of the last one."""
     return value if value.endswith("\n") or not value else f"{value}\n"
 
 

@@ -49,9 +49,10 @@ static const struct drive_segment profile[] = {
 @SUMS@
 @end
 
-/* ---- The equations of motion, as docs/equations.md and @SOURCES@ of ab_sim have them, with
- * the effects
+/* ---- The equations of motion, as docs/equations.md of ab_sim has them, and @SOURCES@,
+ * with the effects
 @EFFECTS@
+ *
  * Traced, and written out: t1, t2 ... are what is used more than once. Cosine and sine of an angle
  * are reduced by quarter turns, 0x1.45f306dc9c883p-1 being 2/pi; polynomials as in fdlibm. */
 
