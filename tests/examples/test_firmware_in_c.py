@@ -14,7 +14,7 @@ pytestmark = needs_compiler
 
 
 def make(build: Path, drive: Path, *more: str) -> "subprocess.CompletedProcess[str]":
-    """What its README says, but for where things are built."""
+    """What its README says, but for where things are built: of one of its tests, or a file."""
     places = f"BUILD={build}", f"DRIVE={drive}"
     return subprocess.run(["make", "-C", HERE, *places, *more], capture_output=True, text=True)
 
@@ -30,10 +30,17 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_firmware_balances_each_drive(drive: Path, tmp_path: Path) -> None:
     strict = "CFLAGS=-O2 -Wall -Wextra -Wpedantic -Werror"
-    made = make(tmp_path, drive, "AB_SIM=false", strict)
+    made = make(tmp_path, drive, "TESTS=start_up", "AB_SIM=false", strict)
     assert made.returncode == 0, made.stdout + made.stderr
     trials = [line for line in made.stdout.splitlines() if line.startswith("passed: ")]
     assert len(trials) == 5
+
+
+@pytest.mark.skipif(not (FOLDER / "c" / "adaptive.c").exists(), reason="no adaptive start-up in C")
+def test_the_adaptive_one_balances_most_drives(drive: Path, tmp_path: Path) -> None:
+    made = make(tmp_path, drive, "TESTS=adaptive", "AB_SIM=false", "CFLAGS=-O2 -Wall -Werror")
+    assert made.returncode == 0, made.stdout + made.stderr
+    assert "of 100 drives balanced to 0.3 of their whirl" in made.stdout
 
 
 def test_a_firmware_that_does_not_balance_is_noticed(drive: Path, tmp_path: Path) -> None:
@@ -43,5 +50,5 @@ def test_a_firmware_that_does_not_balance_is_noticed(drive: Path, tmp_path: Path
     ).replace("hold_speed = 110.0", "hold_speed = 60.0")  # fmt: skip
     (tmp_path / "start_up.c").write_text(source)
     (tmp_path / "start_up.h").write_text((FOLDER / "c" / "start_up.h").read_text())
-    made = make(tmp_path, drive, f"FIRMWARE={tmp_path}")
+    made = make(tmp_path, drive, "TESTS=start_up", f"FIRMWARE={tmp_path}")
     assert made.returncode != 0 and "FAILED: " in made.stdout
