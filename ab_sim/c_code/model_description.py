@@ -1,6 +1,5 @@
 """What the XML files of an FMU say: its variables with units, and how its sources are built."""
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -166,15 +165,19 @@ def build_description(identifier: str, files: Sequence[str]) -> bytes:
 def _units(root: Xml.Element, variables: Sequence[Variable]) -> None:
     defined = Xml.SubElement(root, "UnitDefinitions")
     for unit in sorted({each.unit for each in variables if each.unit}):
-        exponents = {name: str(power) for name, power in base_units(unit).items()}
-        Xml.SubElement(Xml.SubElement(defined, "Unit", name=unit), "BaseUnit", exponents)
+        own, exponents = Xml.SubElement(defined, "Unit", name=unit), base_units(unit)
+        if exponents is not None:
+            Xml.SubElement(own, "BaseUnit", {base: str(n) for base, n in exponents.items()})
 
 
-def base_units(unit: str) -> dict[str, int]:
-    """Exponents of FMI's base units in a unit such as ``N s/m^2``."""
+def base_units(unit: str) -> dict[str, int] | None:
+    """Exponents of FMI's base units in a unit such as ``N s/m^2``; None of one of other parts."""
     found: Counter[str] = Counter()
-    for sign, part in zip((1, -1), unit.split("/"), strict=False):
-        for name, power in re.findall(r"([A-Za-z]+|1)(?:\^(\d+))?", part):
+    for sign, part in zip((1, -1, 0), unit.split("/"), strict=False):
+        for word in part.split():
+            name, _, power = word.partition("^")
+            if name not in BASE_UNITS or sign == 0 or not (power or "1").isdigit():
+                return None
             for base, exponent in BASE_UNITS[name].items():
                 found[base] += sign * exponent * int(power or 1)
     return {name: power for name, power in found.items() if power}

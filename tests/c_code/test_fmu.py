@@ -77,6 +77,7 @@ def test_units_in_base_units() -> None:
     assert base_units("rad/s^2") == {"rad": 1, "s": -2}
     assert base_units("kg m^2") == {"kg": 1, "m": 2}
     assert base_units("1") == {}
+    assert base_units("Pa") is base_units("(m/s^2)/sqrt(Hz)") is base_units("m/s/s") is None
 
 
 @needs_compiler

@@ -2,12 +2,15 @@
 
 import math
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
+import ab_sim.tracing
 from ab_sim.drive import Drive
 from ab_sim.scene import Scene, load_scene
+from ab_sim.scene import registry as effects
 from ab_sim.stepping.fixed_step import ANGLE
 from tests.c_code.compiled import DIVERGED, OK, REFUSED, InC, needs_compiler
 
@@ -118,6 +121,26 @@ def test_parameters_change_while_it_runs(tmp_path: Path) -> None:
     )
     softer.restore(snapshot)
     assert same(in_c.rows(100), softer.advance(100).samples[:, ANGLE:])
+
+
+def test_an_effect_of_one_s_own_comes_along(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(effects, "_effects", effects.effect_classes())
+
+    @ab_sim.register_effect("air_drag", equation="f = -c |v| v", source="this test")
+    class AirDrag(NamedTuple):
+        coefficient: float
+
+        def deck_force(self, deck: Any) -> tuple[Any, Any]:
+            size = self.coefficient * ab_sim.tracing.sqrt(deck.vx * deck.vx + deck.vy * deck.vy)
+            return -size * deck.vx, -size * deck.vy
+
+    changes = [SMOOTH, "effects.air_drag.coefficient=20.0", "start.deck.velocity=[0.1, 0.0]"]
+    scene = load_scene("thesis-hold", changes)
+    drive, in_c = Drive(scene), InC(scene, tmp_path)
+    assert "air_drag: f = -c |v| v (this test)" in in_c.sources.files["drive.c"]
+    assert same(in_c.rows(200), drive.advance(200).samples[:, ANGLE:])
 
 
 def test_a_copy_goes_on_from_there(tmp_path: Path) -> None:
