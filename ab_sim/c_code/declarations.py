@@ -92,7 +92,7 @@ def outputs(
         yield field("ball_angle", "rad", "from the unbalance, unwrapped", ["DRIVE_BALLS"])
         yield field("ball_rate", "rad/s", "relative to the race", ["DRIVE_BALLS"])
     if sensors:
-        about = "of the accelerometers, without noise"
+        about = "of the accelerometers, by DRIVE_SENSOR_NAME, without noise"
         yield field("readings", "m/s^2", about, ["DRIVE_SENSORS", "DRIVE_AXES"])
 
 

@@ -58,18 +58,20 @@ class DriveParameter(NamedTuple):
 
 def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
     """All fields that a scene's struct may have: those of the deck, of effects, of balls."""
-    found = [
-        _of_deck(system.deck_model, k, name) for k, name in enumerate(system.deck_model._fields)
-    ]
+    deck, found = system.deck_model, list[DriveParameter]()
+    for name, value in zip(deck._fields, deck, strict=True):
+        inputs = tuple(each for each, _ in flattened(value, f".0.{name}"))
+        if inputs:  # a count, or a choice, is none
+            found.append(_of_deck(docstrings_of(type(deck))[name], name, value, inputs))
     for k, (name, effect) in enumerate(scene.effects.items()):
         known = effect_parameters(type(effect))
         for field, value in zip(effect._fields, effect, strict=True):
             inputs = tuple(each for each, _ in flattened(value, f".1.{k}.{field}"))
             if inputs:
-                about = known[field]
+                about, of = known[field], re.sub(r"\W", "_", name)
                 found.append(
                     DriveParameter(
-                        *(f"{name}_{field}", about.get("unit", "1"), about.get("description", "")),
+                        *(f"{of}_{field}", about.get("unit", "1"), about.get("description", "")),
                         *(np.asarray(value, float), inputs),
                     )
                 )
@@ -85,19 +87,16 @@ def start_of_balls(scene: Scene) -> DriveParameter:
     return DriveParameter("start_ball_angle", "rad", meaning, values, (), is_start=True)
 
 
-def _of_deck(deck: Any, at: int, name: str) -> DriveParameter:
-    value = np.asarray(deck[at], float)
-    about = docstrings_of(type(deck))[name]
-    unit = re.search(r"\[([^]]+)\]", about)
-    inputs = tuple(each for each, _ in flattened(deck[at], f".0.{name}"))
+def _of_deck(about: str, name: str, value: Any, inputs: tuple[str, ...]) -> DriveParameter:
+    values, unit = np.asarray(value, float), re.search(r"\[([^]]+)\]", about)
     if name == "mounts":
         meaning = (
             "of each mount: place on deck axes [m], stiffness [N/m] and damping [N s/m] along its "
             "three axes, and these on the ground's axes, one after the other"
         )
-        return DriveParameter(name, "", meaning, value, inputs, MOUNT_UNITS)
+        return DriveParameter(name, "", meaning, values, inputs, MOUNT_UNITS)
     meaning = re.sub(r"\s*\[[^]]+\]", "", about).strip(" ,.")
-    return DriveParameter(name, unit[1] if unit else "1", meaning, value, inputs)
+    return DriveParameter(name, unit[1] if unit else "1", meaning, values, inputs)
 
 
 def docstrings_of(kind: type[Any]) -> dict[str, str]:

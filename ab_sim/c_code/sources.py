@@ -135,7 +135,7 @@ def _values(made: _Made) -> dict[str, str]:
 def _in_header(made: _Made) -> dict[str, str]:
     scene, equations, layout = made.scene, made.equations, layout_of(made.system)
     segment_fields = dict.fromkeys(name for kind in made.kinds for name in kind._fields)
-    names = [f"DRIVE_{name.upper()}" for name in scene.sensors]
+    names = [f"DRIVE_SENSOR_{name.upper()}" for name in scene.sensors]
     sensor_names = f"enum {{ {', '.join([*names, 'DRIVE_SENSORS'])} }}; /* accelerometers */\n"
     return {
         "ABOUT": comment(*_about(scene, made.choice)),

@@ -167,6 +167,9 @@ def test_it_follows_the_profile_tilts_and_goes_back(space: Fmu, tmp_path: Path) 
 @needs_compiler
 def test_parameters_are_set_before_and_while_it_runs(plane: Fmu, tmp_path: Path) -> None:
     fmu = Importer(plane.content, tmp_path)
+    starts = {name: float(each["start"]) for name, each in fmu.variables.items()
+              if "start" in each and name != "follow_profile"}  # fmt: skip
+    assert fmu.get(*starts).tolist() == list(starts.values())
     stiffer = load_scene("thesis-hold", ["effects.rolling_friction=", "sensors.front={}",
                                          "effects.suspension.stiffness=1500"])  # fmt: skip
     drive = Drive(stiffer)

@@ -128,7 +128,7 @@ def test_an_effect_of_one_s_own_comes_along(
 ) -> None:
     monkeypatch.setattr(effects, "_effects", effects.effect_classes())
 
-    @ab_sim.register_effect("air_drag", equation="f = -c |v| v", source="this test")
+    @ab_sim.register_effect("air-drag", equation="f = -c |v| v", source="this test")
     class AirDrag(NamedTuple):
         coefficient: float
 
@@ -136,10 +136,10 @@ def test_an_effect_of_one_s_own_comes_along(
             size = self.coefficient * ab_sim.tracing.sqrt(deck.vx * deck.vx + deck.vy * deck.vy)
             return -size * deck.vx, -size * deck.vy
 
-    changes = [SMOOTH, "effects.air_drag.coefficient=20.0", "start.deck.velocity=[0.1, 0.0]"]
+    changes = [SMOOTH, "effects.air-drag.coefficient=20.0", "start.deck.velocity=[0.1, 0.0]"]
     scene = load_scene("thesis-hold", changes)
     drive, in_c = Drive(scene), InC(scene, tmp_path)
-    assert "air_drag: f = -c |v| v (this test)" in in_c.sources.files["drive.c"]
+    assert "air-drag: f = -c |v| v (this test)" in in_c.sources.files["drive.c"]
     assert same(in_c.rows(200), drive.advance(200).samples[:, ANGLE:])
 
 
