@@ -46,8 +46,8 @@ class Compared:
 def test_same_bits(quantity: str, axes: int, double: ctypes.CDLL) -> None:
     told = settings(quantity, axes)
     both = Compared(told, double)
-    Course(told).on(6.0, both)
-    assert both.python.dwells and both.python.state >= State.TO_FINAL and both.periods == 1200
+    Course(told).on(4.0, both)
+    assert both.python.dwells and both.python.state >= State.TO_FINAL and both.periods == 800
 
 
 def test_same_bits_of_a_sensor_that_is_slow_and_fails(double: ctypes.CDLL) -> None:
@@ -77,7 +77,7 @@ def test_single_precision_believes_the_same(quantity: str, axes: int, single: ct
     told = settings(quantity, axes)
     python, c = StartUp(told), InC(single, "float", told)
     course = Course(told, lambda s: [(s[0], s[1] % 6.283185307179586, *s[2:])])
-    course.on(9.0, python, c)
+    course.on(5.0, python, c)
     other = StartUp(told)
     other.restore(c.state_numbers())
     assert other.state is python.state
