@@ -323,7 +323,8 @@ class StartUp:
     def _ramp(self, goal: float, slope: float) -> bool:
         """A step of the command towards a speed; whether it is there.
 
-        It does not run away from a spindle that is slower.
+        It does not run away from a spindle that is slower, nor follow what its speed is said to be
+        backwards or beyond the final speed.
         """
         settings = self.settings
         change = slope * settings.period
@@ -331,6 +332,7 @@ class StartUp:
         wanted = goal
         if not self.state.over and self.state is not State.ABORTING:
             wanted = min(max(goal, self.observer.speed - lead), self.observer.speed + lead)
+            wanted = min(max(wanted, 0.0), settings.final_speed)
         self._command += min(max(wanted - self._command, -change), change)
         return self._command == goal
 

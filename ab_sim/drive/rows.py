@@ -131,11 +131,10 @@ class RowReader:
 
         That is specific force on the deck's axes [m/s^2], or a probe's displacement [m].
         """
-        point = np.array(self._scene.pickups[name].position)
+        point, effects = self._scene.pickups[name].position, self._system.effects
         if name in self._scene.probes:
-            return self._displaced(shown, point)
-        force: np.ndarray = self._deck_model.specific_force(self._system.effects, shown, point)
-        return force
+            return self._displaced(shown, np.array(point))
+        return np.stack(self._deck_model.specific_force(effects, shown.T, point), axis=1)
 
     def _displaced(self, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
         """How far a point of the deck has moved, on inertial axes [m], shape (samples, ways)."""

@@ -96,6 +96,13 @@ def _chain(sensor: Sampled, step: float) -> tuple[complex, complex, float]:
     return turn, complex(np.expm1(turn) / turn), size
 
 
+def low_pass_of(sensor: Sampled, step: float) -> LowPass:
+    """A sensor's low-pass over an integration step [s]."""
+    turn, drive, _ = _chain(sensor, step)
+    decay = complex(np.exp(turn))
+    return LowPass(decay.real, decay.imag, drive.real, drive.imag)
+
+
 class Pickup:
     """Turns specific force into an accelerometer's readings, or displacement into a probe's.
 
@@ -117,9 +124,8 @@ class Pickup:
         self.axes = axes
         self.step = step
         self.steps_per_sample = steps_per_sample(sensor.sample_rate, step)
-        turn, drive, self._noise_size = _chain(sensor, step)
-        decay = complex(np.exp(turn))
-        self._filter = LowPass(decay.real, decay.imag, drive.real, drive.imag)
+        self._noise_size = _chain(sensor, step)[2]
+        self._filter = low_pass_of(sensor, step)
         self._block = -1
         self._block_noise = np.empty((0, self.axes))
         self.reset(np.zeros(self.axes))

@@ -267,7 +267,7 @@ class SpeedSchedule:
             raise SceneError(
                 "profile.kind = adaptive: a controller decides the speed while it runs, and there "
                 "is no speed over time before; use another kind, e.g. start_up with its "
-                "acceleration and target_speed"
+                "acceleration and target_speed, or leave it out (--set profile=)"
             )
         if asked.kind == "segments":
             return cls.of_segments(asked.segments, first, start_angle=angle)

@@ -495,7 +495,8 @@ static bool ramp(struct adaptive *a, real goal, real slope)
 {
     real change = slope * a->settings.period, lead = LEAD * a->settings.final_speed, wanted = goal;
     if (!over(a) && a->state != ADAPTIVE_ABORTING)
-        wanted = smaller(larger(goal, a->speed - lead), a->speed + lead);
+        wanted = smaller(larger(smaller(larger(goal, a->speed - lead), a->speed + lead), 0),
+                         a->settings.final_speed);
     a->command += smaller(larger(wanted - a->command, -change), change);
     return a->command == goal;
 }
