@@ -16,7 +16,9 @@ from ab_msgs_py.actions import Asked, Outcome, Progress
 FEEDBACK_PERIOD = 0.1
 """s between two feedbacks while nothing else happens."""
 GOODBYE = 1.0
-"""s for the last result to leave when the node ends."""
+"""s for the last result to leave when the node ends, and"""
+LINGER = 0.3
+"""s for it to come where it is awaited."""
 Goal = ServerGoalHandle[Any, Any, Any]
 
 
@@ -43,7 +45,6 @@ class ProfileAction:
         self._goal: Goal | None = None
         self._told = -math.inf
         self._left = threading.Event()
-        self._left.set()
         if (kind := actions.run_profile()) is None:
             node.get_logger().info(actions.NOT_BUILT)
             return
@@ -67,14 +68,18 @@ class ProfileAction:
         """The profile is over; nothing to do unless it was run for a goal."""
         goal, self._goal = self._goal, None
         if goal is not None:
-            self._left.clear()
             _end(goal, well, outcome())
             if (executor := self._node.executor) is not None:
                 executor.create_task(self._left.set)  # after the result has been sent
 
-    def end(self) -> None:
-        """Let the last result leave: for the thread that does not answer callbacks."""
-        self._left.wait(GOODBYE)
+    def end(self, outcome: Callable[[], Outcome]) -> None:
+        """The node ends: for the thread that does not answer callbacks."""
+        if self._goal is not None:
+            self._left.clear()
+            self.finish(False, outcome)
+            self._left.wait(GOODBYE)
+            # No one says whether an answer has come, and it is lost with what has sent it.
+            time.sleep(LINGER)
 
     def _accepted(self, goal: Goal) -> None:
         refusal = "another goal is being run; cancel it first" if self._goal is not None else ""

@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.clock import Clock, ClockType
 
 from ab_msgs_py import ENDED, Health, Task, services, topics
-from ab_msgs_py.actions import Asked
+from ab_msgs_py.actions import Asked, Outcome
 from ab_msgs_py.services import Answer, serve_trigger
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.nodes import profile_words
@@ -204,8 +204,7 @@ class ProfileController(PlainLog):
         with self._lock:
             self._ended = True
             self.report(ended=True)
-            self._finish(False, "the profile controller has ended; ")
-        self._action.end()
+        self._action.end(lambda: self._outcome("the profile controller has ended; "))
 
     def _judge(self, values: Values) -> None:
         """Read the profile of these; kept, for its file may be another one in a moment.
@@ -317,12 +316,12 @@ class ProfileController(PlainLog):
             else:
                 self._finish(run.course is not None and run.course.reached)
 
-    def _finish(self, well: bool, first: str = "") -> None:
+    def _finish(self, well: bool) -> None:
         """Tell who has asked for the run that it is over; nobody, if nobody has."""
-        self._action.finish(
-            well and self._timed.run.state is ProfileState.DONE,
-            lambda: profile_words.outcome(self._timed.run, self._timed.elapsed, first),
-        )
+        self._action.finish(well and self._timed.run.state is ProfileState.DONE, self._outcome)
+
+    def _outcome(self, first: str = "") -> Outcome:
+        return profile_words.outcome(self._timed.run, self._timed.elapsed, first)
 
     def _send(self, speed: float | None) -> None:
         if speed is not None:
