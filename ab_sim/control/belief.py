@@ -41,7 +41,9 @@ class Belief(NamedTuple):
     net_unbalance_deviation: float
     """m; a standard deviation."""
     without_balls: float
-    """Its magnitude before the balls moved [m]."""
+    """The largest its magnitude has been since the critical speed was known [m]: the scale that it
+    is compared with. It stands for the unbalance before balls moved, and is rarely below that of
+    the rotor alone, or above twice that."""
     dwells: int
     retries: int
     """How many so far."""

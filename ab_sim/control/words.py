@@ -25,10 +25,14 @@ def words_of(state: State, reason: str, settings: Settings, belief: Belief, seen
         State.JUDGING: f"at {settings.final_speed:g} rad/s; {net if known else where}{circulating}",
         State.RETRY: f"retry {belief.retries}: {net}, and it does not fall{circulating}; back to "
         f"just above the critical speed",
-        State.DONE: f"{net}; after {belief.dwells} dwells, {critical}",
+        State.DONE: f"{net}; after {_count(belief.dwells, 'dwell', 'dwells')}, {critical}",
         State.GAVE_UP: f"{net if known else 'the sensor tells too little'}{circulating}; stays at "
-        f"{settings.final_speed:g} rad/s after {belief.retries} retries",
+        f"{settings.final_speed:g} rad/s after {_count(belief.retries, 'retry', 'retries')}",
         State.ABORTING: f"{reason}; runs down",
         State.ABORTED: f"{reason}; stands still",
     }
     return f"{state.text}: {texts[state]}"
+
+
+def _count(number: int, one: str, several: str) -> str:
+    return f"{number} {one if number == 1 else several}"

@@ -14,7 +14,7 @@ from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
 from ab_sim.errors import CommandError
 from tests.conftest import SceneMaker
 
-STEPS = 2500
+STEPS = 2000
 """Past the run-up and some decisions."""
 
 
@@ -64,7 +64,7 @@ def test_it_is_the_controller_and_the_drive_by_hand(adaptive: Scene) -> None:
     assert len(run_of(drive).beliefs) == STEPS // 5 + 1
 
 
-@pytest.mark.parametrize("pieces", [(1, 3, 7, 989), (5,), (999, 1)])
+@pytest.mark.parametrize("pieces", [(1, 3, 7, 989), (999, 1)])
 def test_pieces_and_looks_between_do_not_matter(adaptive: Scene, pieces: tuple[int, ...]) -> None:
     whole, drive, taken = Drive(adaptive).advance(STEPS + 1000), Drive(adaptive), []
     while drive.steps < STEPS:
@@ -193,7 +193,7 @@ def test_a_sensor_that_fails_while_it_dwells(adaptive: Scene, fault: str, aborts
 def test_a_speed_that_drifts_leads_it_nowhere(adaptive: Scene) -> None:
     """Neither backwards nor beyond the final speed, whatever the speed is said to be."""
     for fault in ("spindle drifts -5", "spindle drifts 5"):
-        run = Drive(adaptive, faults=faults_of([fault])).advance(12_000)
+        run = Drive(adaptive, faults=faults_of([fault])).advance(6000)
         assert run["command"].min() >= 0.0 and run["command"].max() <= 200.0
         assert run["speed"].min() >= 0.0
 
