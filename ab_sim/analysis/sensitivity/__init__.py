@@ -1,0 +1,14 @@
+"""What a small change of a scene's numbers makes of a run: exact derivatives.
+
+keys         numbers of a scene by their dotted keys, as they may change
+changes      what such a change makes of a system's constants, its start and its profile
+plan         and of the steps along the profile
+tangents     arrays for the driver that carries changes along with the state
+run          the run itself
+of_merits    and of what a run is judged by
+"""
+
+from ab_sim.analysis.sensitivity.keys import real_keys
+from ab_sim.analysis.sensitivity.run import Sensitivities, sensitivities
+
+__all__ = ["Sensitivities", "real_keys", "sensitivities"]

@@ -1,0 +1,217 @@
+"""A run with its derivatives by numbers of the scene."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+import numpy as np
+
+from ab_sim.analysis.sensitivity.changes import SceneChange, changes_by, without_contact
+from ab_sim.analysis.sensitivity.keys import RealKey, real_key
+from ab_sim.analysis.sensitivity.plan import plan_of
+from ab_sim.analysis.sensitivity.tangents import TangentSteps
+from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory, check_room, column_of
+from ab_sim.drive.units import unit_of
+from ab_sim.dynamics.assemble import system_of
+from ab_sim.dynamics.layout import layout_of
+from ab_sim.errors import InputError, SceneError, exact, nearest
+from ab_sim.integrate.explicit import Tableau
+from ab_sim.presentation import Column, Columns, Presented, ends
+from ab_sim.scene.model import Scene
+from ab_sim.spindle import SpeedSchedule
+from ab_sim.spindle.step_ranges import StepGrid
+from ab_sim.stepping.tangent_events import CONTACT, GRAZED, TOGETHER, UNRESOLVED
+
+EXPLICIT = "rk8"
+"""What runs scenes whose stepper is no explicit Runge-Kutta method."""
+AT_ONCE = 1000
+"""Steps between two looks at Ctrl-C."""
+
+
+@dataclass(frozen=True, repr=False)
+class Sensitivities(Presented):
+    """Derivatives of a run's channels by numbers of its scene; see ``ab_sim.sensitivities``."""
+
+    _rows = 0
+
+    scene: Scene
+    """With the stepper that ran it."""
+    trajectory: Trajectory
+    """The run: every integration step, the start included."""
+    keys: tuple[str, ...]
+    """Of the scene."""
+    values: np.ndarray
+    """Of the keys, shape (keys,)."""
+    key_units: tuple[str, ...]
+    """SI."""
+    channels: tuple[str, ...]
+    """Of the trajectory."""
+    steps: np.ndarray
+    """Numbers of the samples, shape (samples,)."""
+    derivatives: np.ndarray
+    """d channel / d key at each sample, SI, shape (channels, keys, samples)."""
+
+    @property
+    def times(self) -> np.ndarray:
+        """Of the samples [s]."""
+        return np.asarray(self.trajectory["time"][self.steps])
+
+    def of(self, channel: str, key: str) -> np.ndarray:
+        """d channel / d key, shape (samples,).
+
+        Raises:
+            InputError: there is no such channel, or no such key; names those there are.
+        """
+        if channel not in self.channels:
+            raise _not_among("channel", channel, self.channels)
+        if key not in self.keys:
+            raise _not_among("key", key, self.keys)
+        found: np.ndarray = self.derivatives[self.channels.index(channel), self.keys.index(key)]
+        return found
+
+    def _facts(self) -> dict[str, str]:
+        return {
+            "scene": self.scene.name,
+            "keys": ", ".join(self.keys),
+            "channels": str(len(self.channels)),
+            "samples": str(len(self.steps)),
+            "time": ends(self.times[0], self.times[-1], "s"),
+        }
+
+    def _columns(self) -> Columns:
+        found = {"time": Column("s", self.times)}
+        for i, channel in enumerate(self.channels):
+            for k, key in enumerate(self.keys):
+                unit = f"({unit_of(channel)})/({self.key_units[k]})"
+                found[f"{channel} by {key}"] = Column(unit, self.derivatives[i, k])
+        return found
+
+
+def sensitivities(
+    scene: Scene,
+    keys: Sequence[str],
+    channels: Sequence[str] | None = None,
+    times: Sequence[float] | None = None,
+    progress: Callable[[float, float], None] | None = None,
+) -> Sensitivities:
+    """Run a scene, with its derivatives; see ``ab_sim.sensitivities``."""
+    if isinstance(keys, str) or not keys:
+        raise InputError(f"keys = {keys!r}: must be a list of the scene's keys, at least one")
+    real = [real_key(scene, key) for key in keys]
+    scene = with_explicit_stepper(scene)
+    drive = Drive(scene)
+    tableau = drive.stepper.weights
+    assert isinstance(tableau, Tableau)
+    named = _channels(drive, channels)
+    wanted, steps = _wanted(drive, times)
+    check_room(len(wanted) * len(keys), 1, named)
+    taken = [drive.present()]
+    own = _tangents(scene, drive, tableau, real, wanted)
+    for first in range(0, max(steps, 1), AT_ONCE):
+        count = min(AT_ONCE, steps - first)
+        taken.append(drive.advance(count))
+        done = own.advance(first, count)
+        if own.trouble[0]:
+            _refuse(scene, own.trouble)
+        assert done == count
+        if progress is not None:
+            progress(drive.time, steps * drive.step)
+    row = own.row_changes
+    at = [column_of(name, drive.channels) - 2 for name in named]
+    derivatives = np.zeros((len(named), len(real), len(wanted)))
+    for i, column in enumerate(at):
+        if column >= 0:
+            derivatives[i] = row[:, column].T
+    return Sensitivities(
+        scene,
+        Trajectory.join(taken),
+        tuple(keys),
+        np.array([each.value for each in real]),
+        tuple(each.unit for each in real),
+        tuple(named),
+        np.array(wanted),
+        derivatives,
+    )
+
+
+def with_explicit_stepper(scene: Scene) -> Scene:
+    """The scene as it is run: by its stepper if that is an explicit Runge-Kutta method, else rk8."""
+    from ab_sim.integrate.choose import choose_stepper
+
+    choice = choose_stepper(scene, system_of(scene))
+    if isinstance(choice.stepper.weights, Tableau):
+        return scene
+    solver = scene.solver.model_copy(update={"stepper": EXPLICIT, "parameters": {}})
+    return scene.model_copy(update={"solver": solver})
+
+
+def _tangents(
+    scene: Scene, drive: Drive, tableau: Tableau, keys: Sequence[RealKey], wanted: Sequence[int]
+) -> TangentSteps:
+    system, layout = drive.system, layout_of(drive.system)
+    changes: list[SceneChange] = [changes_by(scene, key, layout) for key in keys]
+    profile = SpeedSchedule.of_scene(scene)
+    count = len(profile.segments)
+    by_segment = [np.array([change.segments[k] for change in changes]).T for k in range(count)]
+    plan = plan_of(profile, StepGrid(drive.step, drive.choice.cycle), by_segment)
+    return TangentSteps(scene, system, tableau, changes, plan, wanted)
+
+
+def _channels(drive: Drive, channels: Sequence[str] | None) -> list[str]:
+    """Names, checked; default all but sensors' and the count of steps."""
+    last = len(drive.channels) - sum(
+        len([name for name in drive.channels if name.startswith(f"{sensor}_")])
+        for sensor in drive.scene.sensors
+    )
+    known = drive.channels[2:last]
+    if channels is None:
+        return list(known)
+    for name in channels:
+        if name not in known:
+            raise _not_among("channel", name, known)
+    return list(channels)
+
+
+def _wanted(drive: Drive, times: Sequence[float] | None) -> tuple[list[int], int]:
+    """Numbers of the samples that are wanted, and how many steps there are to be."""
+    if times is None:
+        steps = math.ceil(drive.scene.duration / drive.step - 1e-9)
+        return list(range(steps + 1)), steps
+    found = []
+    for time in times:
+        number = round(time / drive.step) if math.isfinite(time) else -1
+        if number < 0 or abs(number * drive.step - time) > 1e-6 * drive.step:
+            raise InputError(
+                f"times: {exact(time)} s: must be a whole number of steps of {drive.step:g} s, "
+                "from 0 on"
+            )
+        found.append(number)
+    if not found or any(b <= a for a, b in zip(found, found[1:], strict=False)):
+        raise InputError("times: must rise, and be at least one")
+    return found, found[-1]
+
+
+def _refuse(scene: Scene, trouble: tuple[int, int, int]) -> NoReturn:
+    kind, which, steps = trouble
+    when = f"between {steps * scene.solver.step:g} and {(steps + 1) * scene.solver.step:g} s"
+    said = {
+        CONTACT: f"effects.ball_contact: balls touch {when}, and derivatives across impacts and of "
+        "balls in a row are not built; end the run before (duration), start the balls apart, or "
+        "let them pass each other (--set effects.ball_contact=)",
+        TOGETHER: f"ball {which} comes to rest together with another one {when}; one of these keys "
+        "would take them apart, and there is no derivative: start the balls apart, or take keys "
+        "that act on all balls alike",
+        GRAZED: f"an event is only just reached {when}, and with a little change would not be: "
+        "there is no derivative; change the scene a little, or end the run before (duration)",
+        UNRESOLVED: f"too many events to locate {when}: there is no derivative; take a shorter "
+        "solver.step",
+    }
+    raise SceneError(f"{scene.name}: {said[kind]}")
+
+
+def _not_among(what: str, name: str, known: Sequence[str]) -> InputError:
+    return InputError(
+        f"{what} {name!r}: there is none{nearest(name, known)}; there are: {', '.join(known)}"
+    )

@@ -1,0 +1,154 @@
+"""The exact derivative of the equations along states, time and constants at once, emitted.
+
+A *direction* changes the state, the time, the time on the profile, raw constants (those in memory
+before ``place`` of ``constants``, and the place itself) and how the balls yield. As many directions
+lie side by side as ``tangent.lanes_for`` says. Only constants that are named are looked at: code
+for three parameters is not that for a hundred.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+from ab_sim.kernels.code import Code
+from ab_sim.kernels.constants import PLACE_FIELDS
+from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES
+from ab_sim.kernels.tangent import lanes_for
+from ab_sim.tracing import Expression, Level, derivatives
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, module_text
+
+DIRECTION, OF_CONSTANTS, OF_YIELDING = "d", "dc", "db"
+"""Pointers: changes of state, time and time on the profile, one behind the other; of constants, as
+they lie in ``c``; of the balls' mobility, a number for each."""
+
+
+class TangentAddresses(NamedTuple):
+    """Functions ``(c, b, t, y, d, dc, db, out)``; t holds time and time on the profile."""
+
+    slope: int
+    """Changes of the slope, shape (states, lanes)."""
+    row: int
+    """Of a sample's row, shape (channels from the spindle's angle on, lanes)."""
+    table: int
+    """Of the accelerations (K), what is asked of the motor (3), and the table for events, line by
+    line, shape (K + 3 + lines * n, lanes); 0 without events."""
+
+
+def raw_constants(code: Code, segment_fields: Sequence[str]) -> list[tuple[str, int]]:
+    """Names of raw constants and where they lie; of the balls' columns the first ball's."""
+    layout, n = code.layout, code.model.count
+    found = [(name, k) for k, name in enumerate(layout.scalars)]
+    columns = code.model.balls._fields[1:]
+    found += [(name, layout.balls + k * n) for k, name in enumerate(columns)] if n else []
+    fields = [*(f"segment.{name}" for name in segment_fields), *PLACE_FIELDS]
+    return found + [(name, layout.place + k) for k, name in enumerate(fields)]
+
+
+def parameter_tangents(code: Code, segment: type, names: frozenset[str]) -> TangentAddresses:
+    """The functions for directions that change these raw constants, made if need be.
+
+    Args:
+        code: of the kind of scene.
+        segment: class of its profile's segments.
+        names: of ``raw_constants``; others are taken not to change.
+    """
+    key = tuple(sorted(names))
+
+    def address(name: str) -> int:
+        make = partial(_text, code, segment, names, name)
+        return code.made(("parameter tangent", name, key), name, make)
+
+    has_events = code.model.has_events
+    return TangentAddresses(address("slope"), address("row"), address("table") if has_events else 0)
+
+
+def _text(code: Code, segment: type, names: frozenset[str], name: str) -> str:
+    emission, model = code.emission, code.model
+    at = model.motion()
+    found = model.evaluated(at)
+    roots = {
+        "slope": lambda: model.slope(at, found),
+        "row": lambda: [*model.sample(at, found), model.lifted(found.spindle.torque)],
+        "table": lambda: [
+            *(model.lifted(x) for x in found.solved.x),
+            *emission.motor(found),
+            *model.table(at, found),
+        ],
+    }[name]()
+    directions, places = _directions(code, segment._fields, names)
+    changes = emission.lowered({name: derivatives(roots, directions)})[name]
+    into, body = emission.function(
+        name,
+        ["y", DIRECTION, OF_CONSTANTS, OF_YIELDING, "out"],
+        ["time", "profile_time"],
+        state="y",
+        lanes=lanes_for(model.count),
+        uniform=[CONSTANTS, BRANCHES, TIMES, "y"],
+        times=True,
+    )
+    body.places.update(places)
+    {"slope": _store_slope, "row": _store_row, "table": _store_table}[name](code, body, changes)
+    return _module(into)
+
+
+def _directions(
+    code: Code, fields: Sequence[str], names: frozenset[str]
+) -> tuple[dict[Expression, Expression], dict[str, MemorySlot]]:
+    """By input its change, an input too; and where these are."""
+    model, emission = code.model, code.emission
+    graph, given = model.graph, emission.state_places(DIRECTION)
+    states = model.states + 2 * model.count + len(emission.roots["slope"]) - model.states - 2
+    if not model.has_motor:
+        given = {name: place for name, place in given.items() if name not in MOTOR}
+    kinds = {name: Level.STATE for name in given}
+    given |= {
+        "time": MemorySlot(DIRECTION, states),
+        "profile_time": MemorySlot(DIRECTION, states + 1),
+    }
+    kinds |= {"time": Level.TIME, "profile_time": Level.TIME}
+    for name, where in raw_constants(code, fields):
+        if name in names:
+            given[name], kinds[name] = MemorySlot(OF_CONSTANTS, where), Level.PARAMETER
+    if model.has_friction and not model.has_contact:
+        given["mobility_now"] = MemorySlot(OF_YIELDING, 0)
+        kinds["mobility_now"] = Level.TIME
+    each = {"theta", "rate", "mobility_now", *model.balls._fields[1:]}
+    along, places = {}, {}
+    for name, place in given.items():
+        source = graph.input(name, kinds[name], each=name in each)
+        along[source] = graph.input(f"d {name}", each=name in each)
+        places[f"d {name}"] = place
+    return along, places
+
+
+MOTOR = ("psi", "omega", "integral")
+
+
+def _store_slope(code: Code, body: Body, changes: Sequence[Expression]) -> None:
+    code.emission.store_slope(body, changes, "out")
+
+
+def _store_row(code: Code, body: Body, changes: Sequence[Expression]) -> None:
+    model, torque = code.model, changes[-1]
+    for k, x in enumerate(changes[:-1]):
+        body.store(x, MemorySlot("out", k))
+    first = len(changes) - 1
+    if model.count:
+        for k, name in enumerate(("theta", "rate")):
+            each = model.graph.input(f"d {name}", each=True)
+            body.store(each, MemorySlot("out", first + k, stride=2))
+    if model.has_motor:
+        body.store(torque, MemorySlot("out", first + 2 * model.count))
+
+
+def _store_table(code: Code, body: Body, changes: Sequence[Expression]) -> None:
+    model, n = code.model, code.model.count
+    single = model.unknowns + 3
+    for k, x in enumerate(changes[:single]):
+        body.store(x, MemorySlot("out", k))
+    for k, x in enumerate(changes[single:] if n else ()):
+        body.store(x, MemorySlot("out", single + k * n), each=True)
+
+
+def _module(into: Function) -> str:
+    return module_text([into])
