@@ -8,14 +8,14 @@ for three parameters is not that for a hundred.
 
 from collections.abc import Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ab_sim.kernels.code import Code
 from ab_sim.kernels.constants import PLACE_FIELDS
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES
 from ab_sim.kernels.tangent import lanes_for
 from ab_sim.tracing import Expression, Level, derivatives
-from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, module_text
+from ab_sim.tracing.llvm_text import Body, MemorySlot, module_text
 
 DIRECTION, OF_CONSTANTS, OF_YIELDING = "d", "dc", "db"
 """Pointers: changes of state, time and time on the profile, one behind the other; of constants, as
@@ -44,7 +44,7 @@ def raw_constants(code: Code, segment_fields: Sequence[str]) -> list[tuple[str, 
     return found + [(name, layout.place + k) for k, name in enumerate(fields)]
 
 
-def parameter_tangents(code: Code, segment: type, names: frozenset[str]) -> TangentAddresses:
+def parameter_tangents(code: Code, segment: type[Any], names: frozenset[str]) -> TangentAddresses:
     """The functions for directions that change these raw constants, made if need be.
 
     Args:
@@ -62,7 +62,7 @@ def parameter_tangents(code: Code, segment: type, names: frozenset[str]) -> Tang
     return TangentAddresses(address("slope"), address("row"), address("table") if has_events else 0)
 
 
-def _text(code: Code, segment: type, names: frozenset[str], name: str) -> str:
+def _text(code: Code, segment: type[Any], names: frozenset[str], name: str) -> str:
     emission, model = code.emission, code.model
     at = model.motion()
     found = model.evaluated(at)
@@ -88,7 +88,7 @@ def _text(code: Code, segment: type, names: frozenset[str], name: str) -> str:
     )
     body.places.update(places)
     {"slope": _store_slope, "row": _store_row, "table": _store_table}[name](code, body, changes)
-    return _module(into)
+    return module_text([into])
 
 
 def _directions(
@@ -148,7 +148,3 @@ def _store_table(code: Code, body: Body, changes: Sequence[Expression]) -> None:
         body.store(x, MemorySlot("out", k))
     for k, x in enumerate(changes[single:] if n else ()):
         body.store(x, MemorySlot("out", single + k * n), each=True)
-
-
-def _module(into: Function) -> str:
-    return module_text([into])

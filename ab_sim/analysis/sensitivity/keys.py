@@ -4,7 +4,7 @@ Entries of lists are counted from 0: ``balls.mass.1``, ``mounts.0.stiffness.2``.
 stands for all, an entry is that number, and changing it makes a list.
 """
 
-import math
+import functools
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -15,9 +15,14 @@ from ab_sim.errors import InputError, nearest
 from ab_sim.quoting import short
 from ab_sim.scene.keys import SceneKey, begins, scene_keys
 from ab_sim.scene.model import Scene
+from ab_sim.scene.registry import effect_classes
 
 MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profile")
 """Sections whose numbers act on the motion."""
+
+
+IN_SPACE = ("rotor.height", "race.height")
+"""Have no meaning for a deck that moves in the plane of the disc."""
 
 
 class RealKey(NamedTuple):
@@ -78,7 +83,9 @@ def moved(scene: Scene, key: str, value: float) -> Scene:
 
 def _numbers(scene: Scene) -> Iterator[tuple[str, float]]:
     for section in MOVING:
-        yield from _inside(section, getattr(scene, section))
+        for key, value in _inside(section, getattr(scene, section)):
+            if scene.deck is not None or key not in IN_SPACE:
+                yield key, value
 
 
 def _inside(key: str, value: Any) -> Iterator[tuple[str, float]]:
@@ -160,8 +167,14 @@ def _unit(parts: Sequence[str]) -> str:
 
 
 def _row(parts: Sequence[str]) -> SceneKey | None:
-    rows = (row for row in scene_keys(parts[0]) if begins(row.key.split("."), parts))
+    rows = (row for row in _rows(tuple(effect_classes())) if begins(row.key.split("."), parts))
     return next((row for row in rows if row.key.count(".") == len(parts) - 1), None)
+
+
+@functools.lru_cache(maxsize=1)
+def _rows(effects: tuple[str, ...]) -> list[SceneKey]:
+    """All keys while these effects are known; reading them from the schema takes long."""
+    return scene_keys()
 
 
 def _unknown(scene: Scene, key: str) -> InputError:
@@ -182,8 +195,3 @@ def scale_of(real: RealKey) -> float:
 
 ZERO = {"m": 1e-6, "kg": 1e-6, "kg m^2": 1e-9}
 """By unit, how far from 0."""
-
-
-def is_finite(values: Sequence[float]) -> bool:
-    """Whether all are numbers."""
-    return all(map(math.isfinite, values))

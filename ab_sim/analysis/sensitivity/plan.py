@@ -88,6 +88,6 @@ def _changes(
 def _group(
     ranges: Sequence[StepRange], segments: Sequence[int], k: int
 ) -> tuple[int, int, bool, int]:
-    """Parts of one step along one segment belong together; whole steps are a range for themselves."""
+    """What belongs together: parts of one step along one segment; whole steps are by themselves."""
     own = ranges[k]
     return (own.first, segments[k], own.steps == 0, 0 if own.steps == 0 else k)

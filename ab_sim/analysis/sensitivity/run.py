@@ -7,7 +7,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from ab_sim.analysis.sensitivity.changes import SceneChange, changes_by, without_contact
+from ab_sim.analysis.sensitivity.changes import SceneChange, changes_by
 from ab_sim.analysis.sensitivity.keys import RealKey, real_key
 from ab_sim.analysis.sensitivity.plan import plan_of
 from ab_sim.analysis.sensitivity.tangents import TangentSteps
@@ -17,6 +17,7 @@ from ab_sim.drive.units import unit_of
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.errors import InputError, SceneError, exact, nearest
+from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.presentation import Column, Columns, Presented, ends
 from ab_sim.scene.model import Scene
@@ -137,9 +138,7 @@ def sensitivities(
 
 
 def with_explicit_stepper(scene: Scene) -> Scene:
-    """The scene as it is run: by its stepper if that is an explicit Runge-Kutta method, else rk8."""
-    from ab_sim.integrate.choose import choose_stepper
-
+    """The scene as it is run: by its own stepper if that is explicit Runge-Kutta, else by rk8."""
     choice = choose_stepper(scene, system_of(scene))
     if isinstance(choice.stepper.weights, Tableau):
         return scene
