@@ -9,6 +9,7 @@ import numpy as np
 
 from ab_sim.analysis.sensitivity.changes import SceneChange, changes_by
 from ab_sim.analysis.sensitivity.keys import RealKey, real_key
+from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities, of_merits
 from ab_sim.analysis.sensitivity.plan import plan_of
 from ab_sim.analysis.sensitivity.tangents import TangentSteps
 from ab_sim.drive import Drive
@@ -23,6 +24,7 @@ from ab_sim.presentation import Column, Columns, Presented, ends
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
 from ab_sim.spindle.step_ranges import StepGrid
+from ab_sim.stepping.fixed_step import ANGLE
 from ab_sim.stepping.tangent_events import CONTACT, GRAZED, TOGETHER, UNRESOLVED
 
 EXPLICIT = "rk8"
@@ -72,6 +74,36 @@ class Sensitivities(Presented):
         found: np.ndarray = self.derivatives[self.channels.index(channel), self.keys.index(key)]
         return found
 
+    def of_merits(self, names: Sequence[str]) -> MeritSensitivities:
+        """Derivatives of what the run is judged by.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Of merits that are numbers: `ab-sim merits` lists them.
+
+        Returns
+        -------
+        MeritSensitivities
+            ``derivatives``, shape (merits, keys), and ``elasticities``, percent per percent.
+
+        Raises
+        ------
+        InputError
+            There is no such merit, it has no value in this run, or jumps from sample to sample; or
+            not all channels and steps have been asked for.
+        SceneError
+            It has a kink just here.
+        """
+        every = _moving(self.scene, self.trajectory.channels)
+        if list(self.channels) != every or len(self.steps) != len(self.trajectory):
+            raise InputError(
+                "merits need derivatives of all channels at all steps: leave out channels and times"
+            )
+        each = zip(self.keys, self.values.tolist(), self.key_units, strict=True)
+        keys = [RealKey(*key) for key in each]
+        return of_merits(self.scene, self.trajectory, keys, self.derivatives, names)
+
     def _facts(self) -> dict[str, str]:
         return {
             "scene": self.scene.name,
@@ -120,11 +152,10 @@ def sensitivities(
         if progress is not None:
             progress(drive.time, steps * drive.step)
     row = own.row_changes
-    at = [column_of(name, drive.channels) - 2 for name in named]
+    at = [column_of(name, drive.channels) - ANGLE for name in named]
     derivatives = np.zeros((len(named), len(real), len(wanted)))
     for i, column in enumerate(at):
-        if column >= 0:
-            derivatives[i] = row[:, column].T
+        derivatives[i] = row[:, column].T
     return Sensitivities(
         scene,
         Trajectory.join(taken),
@@ -160,17 +191,19 @@ def _tangents(
 
 def _channels(drive: Drive, channels: Sequence[str] | None) -> list[str]:
     """Names, checked; default all but sensors' and the count of steps."""
-    last = len(drive.channels) - sum(
-        len([name for name in drive.channels if name.startswith(f"{sensor}_")])
-        for sensor in drive.scene.sensors
-    )
-    known = drive.channels[2:last]
+    known = _moving(drive.scene, drive.channels)
     if channels is None:
-        return list(known)
+        return known
     for name in channels:
         if name not in known:
             raise _not_among("channel", name, known)
     return list(channels)
+
+
+def _moving(scene: Scene, channels: Sequence[str]) -> list[str]:
+    """Channels from the spindle's angle on but for sensors', which are the last ones."""
+    axes = 2 if scene.deck is None else 3
+    return list(channels[ANGLE : len(channels) - axes * len(scene.sensors)])
 
 
 def _wanted(drive: Drive, times: Sequence[float] | None) -> tuple[list[int], int]:
