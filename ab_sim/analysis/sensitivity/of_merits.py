@@ -7,6 +7,7 @@ near that they are exact to some 1e-10. What has a jump or a kink there is seen,
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -64,7 +65,6 @@ class MeritSensitivities(Presented):
         """As JSON-able values, SI units but for the merits' own."""
         return {
             "scene": self.scene.name,
-            "stepper": self.scene.solver.stepper,
             "merits": {
                 name: {
                     "value": float(self.merit_values[i]),
@@ -116,7 +116,7 @@ def of_merits(
             all samples; shape (channels, keys, samples).
         names: of the merits.
     """
-    asked = [_differentiable(merit) for merit in merits_named(names)]
+    asked = differentiable_merits(names)
     values = _values(run, scene, asked)
     found = np.empty((len(asked), len(keys)))
     for k, key in enumerate(keys):
@@ -133,16 +133,26 @@ def of_merits(
     )
 
 
-def _differentiable(merit: Merit[object]) -> Merit[object]:
-    if merit.kind is not MeritKind.NUMBER:
-        raise InputError(f"merit {merit.key!r}: is no number, and has no derivative")
-    if merit.stepwise:
-        raise InputError(f"merit {merit.key!r}: jumps from sample to sample, and has no derivative")
-    return merit
+def differentiable_merits(names: Sequence[str]) -> list[Merit[Any]]:
+    """Merits of these names.
+
+    Raises:
+        InputError: there is no such merit, it is no number, or jumps from sample to sample.
+    """
+    found = merits_named(names)
+    for merit in found:
+        if merit.kind is not MeritKind.NUMBER:
+            raise InputError(f"merit {merit.key!r}: is no number, and has no derivative")
+        if merit.stepwise:
+            raise InputError(
+                f"merit {merit.key!r}: is the time of a sample, jumps from one to the next, and "
+                "has no derivative"
+            )
+    return found
 
 
 def _by_key(
-    scene: Scene, run: Trajectory, key: RealKey, way: np.ndarray, merits: Sequence[Merit[object]]
+    scene: Scene, run: Trajectory, key: RealKey, way: np.ndarray, merits: Sequence[Merit[Any]]
 ) -> np.ndarray:
     """Of each merit, along the samples' way, shape (samples, channels)."""
     samples, own = run.samples, slice(ANGLE, ANGLE + way.shape[1])
@@ -170,7 +180,7 @@ def _by_key(
     return whole
 
 
-def _values(run: Trajectory, scene: Scene, merits: Sequence[Merit[object]]) -> np.ndarray:
+def _values(run: Trajectory, scene: Scene, merits: Sequence[Merit[Any]]) -> np.ndarray:
     judged = merits_of(run, scene, [merit.key for merit in merits])
     found = []
     for merit in merits:

@@ -40,7 +40,9 @@ class Sensitivities(Presented):
     _rows = 0
 
     scene: Scene
-    """With the stepper that ran it."""
+    """As it was run."""
+    stepper: str
+    """That ran it."""
     trajectory: Trajectory
     """The run: every integration step, the start included."""
     keys: tuple[str, ...]
@@ -158,6 +160,7 @@ def sensitivities(
         derivatives[i] = row[:, column].T
     return Sensitivities(
         scene,
+        drive.stepper.name,
         Trajectory.join(taken),
         tuple(keys),
         np.array([each.value for each in real]),
