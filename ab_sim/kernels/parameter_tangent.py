@@ -1,7 +1,7 @@
 """The exact derivative of the equations along states, time and constants at once, emitted.
 
 A *direction* changes the state, the time, the time on the profile, raw constants (those in memory
-before ``place`` of ``constants``, and the place itself) and how the balls yield. As many directions
+before what follows from them, see ``constants``) and how the balls yield. As many directions
 lie side by side as ``tangent.lanes_for`` says. Only constants that are named are looked at: code
 for three parameters is not that for a hundred.
 """
@@ -10,16 +10,19 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
+from ab_sim.equations.arrowhead import solve
 from ab_sim.kernels.code import Code
 from ab_sim.kernels.constants import PLACE_FIELDS
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES
 from ab_sim.kernels.tangent import lanes_for
-from ab_sim.tracing import Expression, Level, derivatives
+from ab_sim.tracing import Expression, Level, derivatives, total
 from ab_sim.tracing.llvm_text import Body, MemorySlot, module_text
 
 DIRECTION, OF_CONSTANTS, OF_YIELDING = "d", "dc", "db"
 """Pointers: changes of state, time and time on the profile, one behind the other; of constants, as
-they lie in ``c``; of the balls' mobility, a number for each."""
+they lie in ``c``; of how each ball, or its row, yields to forces, as a share of itself."""
+SHIFT, OF_SHIFT = "shift", "dshift"
+"""At impacts: how much faster each ball parts than those it would move with, and its change."""
 
 
 class TangentAddresses(NamedTuple):
@@ -32,6 +35,11 @@ class TangentAddresses(NamedTuple):
     table: int
     """Of the accelerations (K), what is asked of the motor (3), and the table for events, line by
     line, shape (K + 3 + lines * n, lanes); 0 without events."""
+    impact: int
+    """``(.., db, shift, dshift, out)``: of the state just after an impact, shape (states, lanes);
+    0 without contact."""
+    restitution: int
+    """``(c, b, t, dc, approach, dapproach, out)``: shape (1, lanes); 0 without contact."""
 
 
 def raw_constants(code: Code, segment_fields: Sequence[str]) -> list[tuple[str, int]]:
@@ -58,37 +66,95 @@ def parameter_tangents(code: Code, segment: type[Any], names: frozenset[str]) ->
         make = partial(_text, code, segment, names, name)
         return code.made(("parameter tangent", name, key), name, make)
 
-    has_events = code.model.has_events
-    return TangentAddresses(address("slope"), address("row"), address("table") if has_events else 0)
+    model = code.model
+    return TangentAddresses(
+        address("slope"),
+        address("row"),
+        address("table") if model.has_events else 0,
+        address("impact") if model.has_contact else 0,
+        address("restitution") if model.has_contact else 0,
+    )
 
 
 def _text(code: Code, segment: type[Any], names: frozenset[str], name: str) -> str:
     emission, model = code.emission, code.model
-    at = model.motion()
-    found = model.evaluated(at)
     roots = {
-        "slope": lambda: model.slope(at, found),
-        "row": lambda: [*model.sample(at, found), model.lifted(found.spindle.torque)],
-        "table": lambda: [
-            *(model.lifted(x) for x in found.solved.x),
-            *emission.motor(found),
-            *model.table(at, found),
-        ],
-    }[name]()
+        "slope": _slope,
+        "row": _row,
+        "table": _table,
+        "impact": _impact,
+        "restitution": _restitution,
+    }[name](code)
     directions, places = _directions(code, segment._fields, names)
-    changes = emission.lowered({name: derivatives(roots, directions)})[name]
+    yields = model.graph.input("d yields", Level.TIME, each=True) if model.has_contact else None
+    changes = emission.lowered({name: derivatives(roots, directions, yields)})[name]
+    pointers, fixed = ["y", DIRECTION, OF_CONSTANTS, OF_YIELDING], ["y"]
+    if name == "impact":
+        pointers, fixed = [*pointers, SHIFT, OF_SHIFT], ["y", SHIFT]
+    if name == "restitution":
+        pointers, fixed = [OF_CONSTANTS, "approach", "dapproach"], ["approach"]
     into, body = emission.function(
         name,
-        ["y", DIRECTION, OF_CONSTANTS, OF_YIELDING, "out"],
+        [*pointers, "out"],
         ["time", "profile_time"],
         state="y",
         lanes=lanes_for(model.count),
-        uniform=[CONSTANTS, BRANCHES, TIMES, "y"],
+        uniform=[CONSTANTS, BRANCHES, TIMES, *fixed],
         times=True,
     )
     body.places.update(places)
-    {"slope": _store_slope, "row": _store_row, "table": _store_table}[name](code, body, changes)
+    if name in ("slope", "impact"):
+        emission.store_slope(body, changes, "out")
+    elif name == "row":
+        _store_row(code, body, changes)
+    elif name == "table":
+        _store_table(code, body, changes)
+    else:
+        body.store(changes[0], MemorySlot("out", 0))
     return module_text([into])
+
+
+def _slope(code: Code) -> list[Expression]:
+    model, at = code.model, code.model.motion()
+    return model.slope(at, model.evaluated(at))
+
+
+def _row(code: Code) -> list[Expression]:
+    model, at = code.model, code.model.motion()
+    found = model.evaluated(at)
+    return [*model.sample(at, found), model.lifted(found.spindle.torque)]
+
+
+def _table(code: Code) -> list[Expression]:
+    model, at = code.model, code.model.motion()
+    found = model.evaluated(at)
+    accelerations = [model.lifted(x) for x in found.solved.x]
+    return [*accelerations, *code.emission.motor(found), *model.table(at, found)]
+
+
+def _impact(code: Code) -> list[Expression]:
+    """The state after an impact whose rows are known: see ``events.impact``."""
+    model, at = code.model, code.model.motion()
+    shift = model.graph.input(SHIFT, Level.TIME, each=True)
+    _, _, on, arrow = model.arrow(at)
+    before = on.path - shift
+    held = arrow._replace(
+        force=[-total(coupling * before) for coupling in arrow.coupling],
+        path_force=model.balls.rolling_mass * before,
+    )
+    prescribed = None if model.has_motor else 0.0
+    found = solve(held, model.count, model.mobility, None, prescribed)
+    gain = found.path + shift - on.path
+    added = model.deck.jump(at.deck, found.x)
+    after = [x + more for x, more in zip(at.deck, added, strict=True)]
+    after += [at.theta, at.rate + gain * on.curvature]
+    if at.spindle is not None:
+        after += [at.spindle.psi, at.spindle.speed + found.x[-1], at.spindle.integral]
+    return [model.lifted(x) for x in after]
+
+
+def _restitution(code: Code) -> list[Expression]:
+    return [code.model.restitution()]
 
 
 def _directions(
@@ -109,23 +175,23 @@ def _directions(
     for name, where in raw_constants(code, fields):
         if name in names:
             given[name], kinds[name] = MemorySlot(OF_CONSTANTS, where), Level.PARAMETER
-    if model.has_friction and not model.has_contact:
-        given["mobility_now"] = MemorySlot(OF_YIELDING, 0)
-        kinds["mobility_now"] = Level.TIME
-    each = {"theta", "rate", "mobility_now", *model.balls._fields[1:]}
-    along, places = {}, {}
+    given |= {SHIFT: MemorySlot(OF_SHIFT, 0), "approach": MemorySlot("dapproach", 0)}
+    kinds |= {SHIFT: Level.TIME, "approach": Level.STATE}
+    each = {"theta", "rate", SHIFT, *model.balls._fields[1:]}
+    along: dict[Expression, Expression] = {}
+    places = {"d yields": MemorySlot(OF_YIELDING, 0), SHIFT: MemorySlot(SHIFT, 0)}
+    places["approach"] = MemorySlot("approach", 0)
     for name, place in given.items():
         source = graph.input(name, kinds[name], each=name in each)
         along[source] = graph.input(f"d {name}", each=name in each)
         places[f"d {name}"] = place
+    if model.has_friction and not model.has_contact:
+        now = graph.input("mobility_now", Level.TIME, each=True)
+        along[now] = graph.input("d yields", Level.TIME, each=True) * now
     return along, places
 
 
 MOTOR = ("psi", "omega", "integral")
-
-
-def _store_slope(code: Code, body: Body, changes: Sequence[Expression]) -> None:
-    code.emission.store_slope(body, changes, "out")
 
 
 def _store_row(code: Code, body: Body, changes: Sequence[Expression]) -> None:

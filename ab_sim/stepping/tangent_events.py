@@ -7,9 +7,9 @@ much shorter; that is all, and is what a saltation matrix says of a field that j
 Nijmeijer (2004), Dynamics and Bifurcations of Non-Smooth Mechanical Systems, ch. 7).
 """
 
-from ab_sim.compiling.kinds import Table, call
+from ab_sim.compiling.kinds import Table
 from ab_sim.events.complementarity import solve_complementarity
-from ab_sim.events.event_functions import LOAD, MOTOR, SLIDE, TOUCH
+from ab_sim.events.event_functions import MOTOR, TOUCH
 from ab_sim.events.location import (
     BOUNCES,
     CLOSE,
@@ -18,21 +18,15 @@ from ab_sim.events.location import (
     trial_step,
     within_bounds,
 )
-from ab_sim.events.run import (
-    COUPLING,
-    DIRECTION,
-    FRICTION,
-    GRIP,
-    LOADED,
-    PATH_FORCE,
-)
-from ab_sim.events.run import LOAD as LOAD_LINE
+from ab_sim.events.run import JOINED
+from ab_sim.stepping.tangent_functions import function_change, put_table_change
+from ab_sim.stepping.tangent_impacts import carry_over_impact
 from ab_sim.stepping.tangents import Tangents, carry, hold_stuck
 
-CONTACT, TOGETHER, GRAZED, UNRESOLVED = 1, 2, 3, 4
-"""Kinds of ``Tangents.trouble``: balls touch; several come to rest at once, and each of them at a
-time of its own if a parameter changes; an event function only touches zero; events too many to
-locate, or no branches found."""
+TOGETHER, GRAZED, UNRESOLVED = 1, 2, 3
+"""Kinds of ``Tangents.trouble``: several balls come to rest at once, and each of them at a time of
+its own if a parameter changes; an event function only touches zero; events too many to locate, or
+no branches found. Another one is ``tangent_functions.OVERLAP``."""
 AT_ONCE = 1e-6
 """Share of a rate's change that may be left where a ball comes to rest with another."""
 
@@ -71,10 +65,13 @@ def step_over_events_with_tangents(own: Tangents, begin: float, length: float, e
         now += taken
         rest -= taken
         unresolved = work.counts[1]
+        met = is_impact(own, slot)
+        if met and not carry_over_impact(own, now, slot - TOUCH * run.balls.number):
+            break
         solve_complementarity(run, now, slot, False)
         if work.counts[1] != unresolved:
             break
-        if not come_to_rest_alone(own, slot):
+        if not come_to_rest_alone(own, -1 if met else slot, met):
             return False
         hold_stuck(own)
         if rest <= CLOSE * length:
@@ -107,26 +104,13 @@ def carry_to_event(own: Tangents, now: float, taken: float, slot: int) -> bool:
     Returns:
         Whether there are any; else ``trouble`` says why not.
     """
-    size, lanes, n = own.run.state.size, own.lanes, own.run.balls.number
-    if TOUCH * n <= slot < MOTOR * n:
-        own.trouble[0], own.trouble[1] = CONTACT, slot - TOUCH * n
-        return False
+    size, lanes = own.run.state.size, own.lanes
     for block in range(own.blocks):
         for lane in range(lanes):
             own.length[block, lane] = 0.0
     carry(own, now, taken)
-    raw = own.constants.shape[0] // own.blocks
-    own.time[0], own.time[1] = now + taken, now + taken
     for block in range(own.blocks):
-        for j in range(size):
-            for lane in range(lanes):
-                own.along[j, lane] = own.change[block * size + j, lane]
-        for lane in range(lanes):
-            own.along[size, lane] = own.begin[block, lane] + own.length[block, lane]
-        constants = own.constants[block * raw : (block + 1) * raw]
-        yields = own.yields[block * n : (block + 1) * n]
-        c, b, time, there = own.c, own.b, own.time, own.run.work.trial
-        call(own.change_table, c, b, time, there, own.along, constants, yields, own.at_event)
+        put_table_change(own, own.run.work.trial, now + taken, block)
         for lane in range(lanes):
             own.event_rate[block, lane] = function_change(own, slot, block, lane)
     clock_block, clock_lane = own.clock // lanes, own.clock % lanes
@@ -148,50 +132,13 @@ def carry_to_event(own: Tangents, now: float, taken: float, slot: int) -> bool:
     return True
 
 
-def function_change(own: Tangents, slot: int, block: int, lane: int) -> float:
-    """Of the event function ``slot`` of ``event_functions``, in a column; after its table."""
-    balls, n, size = own.run.balls, own.run.balls.number, own.run.state.size
-    every = balls.accelerations
-    if slot >= MOTOR * n:
-        asked, most = own.at_event[every, lane], own.at_event[every + 1, lane]
-        limited = balls.discrete[n, DIRECTION]
-        if limited != 0:
-            return limited * asked - most
-        return most + asked if slot == MOTOR * n else most - asked
-    kind, i = slot // n, slot % n
-    direction = balls.discrete[i, DIRECTION]
-    if kind == SLIDE and direction != 0:
-        return direction * own.change[block * size + balls.first_rate + i, lane]
-    force = normal_force_change(own, i, lane)
-    if kind == LOAD:
-        return force if balls.discrete[i, LOADED] == 1 else -force
-    first = every + 3
-    grip = own.at_event[first + GRIP * n + i, lane] * max(balls.force[i], 0.0)
-    if balls.force[i] > 0.0:
-        grip += balls.table[GRIP, i] * force
-    pull = own.at_event[first + PATH_FORCE * n + i, lane]
-    pull -= own.at_event[first + FRICTION * n + i, lane] * balls.force[i]
-    pull -= balls.table[FRICTION, i] * force
-    for r in range(every):
-        line = COUPLING + r
-        pull += own.at_event[first + line * n + i, lane] * balls.x[r]
-        pull += balls.table[line, i] * own.at_event[r, lane]
-    return grip + pull if kind == SLIDE else grip - pull
-
-
-def normal_force_change(own: Tangents, i: int, lane: int) -> float:
-    """Of the race's force on ball i [N], see ``reactions.put_normal_forces``."""
+def is_impact(own: Tangents, slot: int) -> bool:
+    """Whether a slot is that of two balls apart."""
     balls, n = own.run.balls, own.run.balls.number
-    every, first = balls.accelerations, balls.accelerations + 3
-    force = own.at_event[first + LOAD_LINE * n + i, lane]
-    for r in range(every):
-        line = COUPLING + every + r
-        force += own.at_event[first + line * n + i, lane] * balls.x[r]
-        force += balls.table[line, i] * own.at_event[r, lane]
-    return force
+    return TOUCH * n <= slot < MOTOR * n and balls.discrete[slot - TOUCH * n, JOINED] == 0
 
 
-def come_to_rest_alone(own: Tangents, slot: int) -> bool:
+def come_to_rest_alone(own: Tangents, slot: int, met: bool) -> bool:
     """Whether each ball that an event has brought to rest would come to rest just then.
 
     Balls may do so together, as far as rounding can tell; if a parameter takes them apart, each has
@@ -200,20 +147,24 @@ def come_to_rest_alone(own: Tangents, slot: int) -> bool:
     Args:
         own: what steps; ``trial`` holds the state just before.
         slot: of the event; of a ball's coming to rest, the ball.
+        met: whether it was an impact, after which nothing may rest but what anyhow does.
     """
     run, size = own.run, own.run.state.size
+    clock_block, clock_lane = own.clock // own.lanes, own.clock % own.lanes
     for i in range(run.balls.number):
         j = run.balls.first_rate + i
-        if i != slot and run.state[j] == 0.0 and run.work.trial[j] != 0.0:
-            speed = abs(own.change[own.clock // own.lanes * size + j, own.clock % own.lanes])
-            for block in range(own.blocks):
-                for lane in range(own.lanes):
-                    if block * own.lanes + lane == own.clock:
-                        continue
-                    left = abs(own.change[block * size + j, lane])
-                    moved = abs(own.begin[block, lane]) * speed
-                    if left > AT_ONCE * moved:
-                        own.trouble[0], own.trouble[1] = TOGETHER, i
-                        return False
-                    own.change[block * size + j, lane] = 0.0
+        if i == slot or run.state[j] != 0.0 or (run.work.trial[j] == 0.0 and not met):
+            continue
+        speed = abs(own.change[clock_block * size + j, clock_lane])
+        for block in range(own.blocks):
+            for lane in range(own.lanes):
+                if block == clock_block and lane == clock_lane:
+                    continue
+                left = abs(own.change[block * size + j, lane])
+                moved = 0.0 if met else abs(own.begin[block, lane]) * speed
+                if left > AT_ONCE * moved:
+                    own.trouble[0], own.trouble[1] = TOGETHER, i
+                    own.trouble[3] = block * own.lanes + lane
+                    return False
+                own.change[block * size + j, lane] = 0.0
     return True

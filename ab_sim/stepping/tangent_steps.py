@@ -6,7 +6,7 @@ to the bit.
 
 import math
 
-from ab_sim.compiling.kinds import Floats, Table, call
+from ab_sim.compiling.kinds import Table, call
 from ab_sim.events.balls import put_branches
 from ab_sim.events.location import check_branches, within_bounds
 from ab_sim.events.run import evaluate, take_step
@@ -14,7 +14,6 @@ from ab_sim.stepping.fixed_step import (
     DRIFT,
     END,
     FIRST,
-    PLACE,
     EqualSteps,
     enter_step_range,
     local_time,
@@ -24,7 +23,8 @@ from ab_sim.stepping.fixed_step import (
     unwind,
 )
 from ab_sim.stepping.tangent_events import step_over_events_with_tangents
-from ab_sim.stepping.tangents import Tangents, carry, hold_stuck, put_apart
+from ab_sim.stepping.tangent_functions import touch_anyhow
+from ab_sim.stepping.tangents import Tangents, carry, hold_stuck, put_yields
 
 BEGIN, LENGTH, LATER, LEAVE, PLACE_CHANGE = range(5)
 """Lines of a step range's changes: of the local time at which its first step begins, and of that
@@ -60,7 +60,7 @@ def advance_with_tangents(
         step_range = enter_step_range(run, step_plan[at], number, False)
         block_lines = own.blocks * fields
         changes = plan_changes[at * block_lines : (at + 1) * block_lines]
-        enter(own, step_plan[at], changes)
+        enter(own, changes)
         here = int(min(step_plan[at, END] - number, float(steps - done)))
         ends = here > 0
         fresh = step_plan[at, FIRST] == number
@@ -81,17 +81,14 @@ def advance_with_tangents(
     return done if sound else -1 - done
 
 
-def enter(own: Tangents, line: Floats, changes: Table) -> None:
-    """Begin a step range: its place on the profile, and how that changes."""
-    count, raw = line.size - PLACE, own.constants.shape[0] // own.blocks
-    fields = changes.shape[0] // own.blocks
-    for j in range(count):
-        own.c[own.place + j] = line[PLACE + j]
-        for block in range(own.blocks):
+def enter(own: Tangents, changes: Table) -> None:
+    """Begin a step range: how its place on the profile changes."""
+    raw, fields = own.constants.shape[0] // own.blocks, changes.shape[0] // own.blocks
+    for block in range(own.blocks):
+        for j in range(fields - PLACE_CHANGE):
             for lane in range(own.lanes):
                 value = changes[block * fields + PLACE_CHANGE + j, lane]
-                own.constants[block * raw + own.place + j, lane] = value
-    call(own.prepare, own.c)
+                own.constants[block * raw + own.run.place + j, lane] = value
 
 
 def leave(own: Tangents, changes: Table) -> None:
@@ -103,8 +100,8 @@ def leave(own: Tangents, changes: Table) -> None:
                 moves = True
     if not moves:
         return
-    put_apart(own)
-    call(own.slope, own.c, own.b, own.run.state, own.slopes[0], own.time[0])
+    c, b = own.run.scene.c, own.run.balls.branches
+    call(own.slope, c, b, own.run.state, own.slopes[0], own.time[0])
     for block in range(own.blocks):
         for j in range(size):
             for lane in range(own.lanes):
@@ -136,6 +133,10 @@ def steps_with_tangents(
     work, state, length = run.work, run.state, step_range.length
     known = False
     put_branches(run.balls)
+    if fresh and step_range.first == 0 and run.balls.has_contact:
+        evaluate(run, local_time(run, step_range, 0), state, work.slope)
+        if not touch_anyhow(own, local_time(run, step_range, 0)):
+            return 0
     for k in range(steps + 1):
         begin = local_time(run, step_range, k)
         if k > 0 and length != run.step:
@@ -194,7 +195,7 @@ def put_row_change(own: Tangents, changes: Table, number: int, begin: float, end
     run, size, lanes = own.run, own.run.state.size, own.lanes
     n, raw = run.balls.number, own.constants.shape[0] // own.blocks
     fields = changes.shape[0] // own.blocks
-    put_apart(own)
+    put_yields(own)
     own.time[0], own.time[1] = begin, end
     for block in range(own.blocks):
         for j in range(size):
@@ -207,7 +208,7 @@ def put_row_change(own: Tangents, changes: Table, number: int, begin: float, end
         constants = own.constants[block * raw : (block + 1) * raw]
         yields = own.yields[block * n : (block + 1) * n]
         row = own.row_change[first : first + own.channels]
-        c, b, time = own.c, own.b, own.time
+        c, b, time = run.scene.c, run.balls.branches, own.time
         call(own.change_row, c, b, time, run.state, own.along, constants, yields, row)
     own.cursor[0] += 1
 

@@ -8,9 +8,9 @@ where these move (Griewank and Walther, Evaluating Derivatives (2008), ch. 3).
 
 from typing import NamedTuple
 
-from ab_sim.compiling.kinds import Floats, Integers, Table, call, fma
+from ab_sim.compiling.kinds import Floats, Integers, IntegerTable, Table, call, fma
 from ab_sim.events.balls import is_stuck
-from ab_sim.events.run import DIRECTION, LOADED, MOBILITY, Run
+from ab_sim.events.run import Run
 
 
 class Tangents(NamedTuple):
@@ -21,20 +21,18 @@ class Tangents(NamedTuple):
     """
 
     run: Run
-    prepare: int
     slope: int
+    """Emitted: slope(c, b, y, k, time)."""
     change_slope: int
     change_row: int
     change_table: int
-    """Emitted functions of the equations without contact: see ``kernels.parameter_tangent``."""
-    c: Floats
-    """Their constants."""
-    b: Floats
-    """And branches: n signs of friction, n mobilities, the motor's limit."""
-    place: int
-    """Where in c the place on the profile begins."""
-    mobility: int
-    """Where in c, among the raw constants, the balls' mobilities begin."""
+    change_impact: int
+    change_restitution: int
+    """Emitted: see ``kernels.parameter_tangent``."""
+    rolling: int
+    """Where in c the balls' rolling masses begin, and"""
+    race_radius: int
+    """R of their races."""
     blocks: int
     lanes: int
     clock: int
@@ -54,7 +52,9 @@ class Tangents(NamedTuple):
     constants: Table
     """Of the raw constants and the place, shape (blocks * constants, lanes)."""
     yields: Table
-    """Of the balls' mobility, shape (blocks * n, lanes)."""
+    """Of how each ball, or its row, yields to forces, as a share; shape (blocks * n, lanes)."""
+    spacing: Table
+    """Of ``BallEvents.contacts``' distances, shape (blocks * contacts, lanes)."""
     begin: Table
     """Of the local time at which a step begins, shape (blocks, lanes)."""
     length: Table
@@ -71,6 +71,18 @@ class Tangents(NamedTuple):
     """What ``change_table`` writes, shape (.., lanes)."""
     event_rate: Table
     """Of the event function, shape (blocks, lanes)."""
+    shift: Floats
+    """Of each ball at an impact, see ``events.impact``; shape (n,)."""
+    shift_change: Table
+    """Shape (blocks * n, lanes)."""
+    approach: Table
+    """Of the speed at which two balls meet, shape (1, lanes)."""
+    parting: Table
+    """Of the coefficient of restitution, likewise."""
+    kept: Floats
+    """A state, shape (states,)."""
+    kept_discrete: IntegerTable
+    """``BallEvents.discrete``, likewise."""
     wanted: Integers
     """Numbers of the samples whose changes are wanted, rising; one more that never comes."""
     row_change: Table
@@ -80,22 +92,34 @@ class Tangents(NamedTuple):
     cursor: Integers
     """How many have been written; shape (1,)."""
     trouble: Integers
-    """Why there is no derivative (0: there is), which ball or slot, after how many steps; (3,)."""
+    """Why there is no derivative (0: there is), of which ball or contact, after how many steps, in
+    which column; shape (4,)."""
 
 
-def put_apart(own: Tangents) -> None:
-    """Branches as the equations without contact read them, and how the mobilities change."""
-    balls, b, n = own.run.balls, own.b, own.run.balls.number
+def put_yields(own: Tangents) -> None:
+    """How mobilities change, in the branches that are in force: 1 over the inertia of a row."""
+    balls, n = own.run.balls, own.run.balls.number
     raw = own.constants.shape[0] // own.blocks
-    for i in range(n):
-        stuck = is_stuck(balls, i)
-        b[i] = float(balls.discrete[i, DIRECTION] * balls.discrete[i, LOADED])
-        b[n + i] = 0.0 if stuck else balls.constants[i, MOBILITY]
-        for block in range(own.blocks):
+    if not (balls.has_friction or balls.has_contact):
+        return
+    for block in range(own.blocks):
+        for i in range(n):
             for lane in range(own.lanes):
-                moved = own.constants[block * raw + own.mobility + i, lane]
-                own.yields[block * n + i, lane] = 0.0 if stuck else moved
-    b[2 * n] = float(balls.discrete[n, DIRECTION])
+                own.yields[block * n + i, lane] = 0.0
+            for j in range(n):
+                share = row_share(own, i, j)
+                if share != 0.0:
+                    for lane in range(own.lanes):
+                        mass = own.constants[block * raw + own.rolling + j, lane]
+                        own.yields[block * n + i, lane] -= share * mass
+
+
+def row_share(own: Tangents, i: int, j: int) -> float:
+    """1 over the inertia of a row that moves as one, if both balls are in it; else 0 [1/kg]."""
+    balls, n = own.run.balls, own.run.balls.number
+    if balls.has_contact:
+        return balls.branches[n + n * i + j]
+    return balls.branches[n + i] if i == j else 0.0
 
 
 def hold_stuck(own: Tangents) -> None:
@@ -112,8 +136,9 @@ def carry(own: Tangents, begin: float, length: float) -> None:
     """What one step from the run's state makes of its changes."""
     run, size, lanes = own.run, own.run.state.size, own.lanes
     stages, state, time = own.weights.size, own.run.state, own.time
+    c, b = run.scene.c, run.balls.branches
     n, raw = run.balls.number, own.constants.shape[0] // own.blocks
-    put_apart(own)
+    put_yields(own)
     for i in range(stages + 1):
         for j in range(size):
             total = 0.0
@@ -126,7 +151,7 @@ def carry(own: Tangents, begin: float, length: float) -> None:
                 own.at[i, j] = fma(length, total, state[j])
         if i < stages:
             when = fma(own.nodes[i], length, begin)
-            call(own.slope, own.c, own.b, own.at[i], own.slopes[i], when)
+            call(own.slope, c, b, own.at[i], own.slopes[i], when)
     if own.clock >= 0:
         block, lane = own.clock // lanes, own.clock % lanes
         own.begin[block, lane], own.length[block, lane] = 0.0, 1.0
@@ -143,8 +168,8 @@ def carry(own: Tangents, begin: float, length: float) -> None:
                 own.along[size, lane] = fma(own.nodes[i], lasts[lane], starts[lane])
             time[0] = fma(own.nodes[i], length, begin)
             rates = own.rates[i * size : (i + 1) * size]
-            c, b, at = own.c, own.b, own.at[i]
-            call(own.change_slope, c, b, time, at, own.along, constants, yields, rates)
+            at, along = own.at[i], own.along
+            call(own.change_slope, c, b, time, at, along, constants, yields, rates)
         add_stages(own, change, lasts, stages, length)
         for j in range(size):
             for lane in range(lanes):

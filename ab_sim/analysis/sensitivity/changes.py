@@ -70,12 +70,6 @@ def changes_by(scene: Scene, key: RealKey, layout: StateLayout) -> SceneChange:
     return SceneChange(constants, start, spacing, tuple(segments))
 
 
-def without_contact(system: System) -> System:
-    """The system as it moves between impacts, while no balls touch."""
-    effects = tuple(each for each in system.effects if not hasattr(each, "restitution"))
-    return system._replace(effects=effects)
-
-
 class _Numbers(NamedTuple):
     """All that follows from a scene."""
 
@@ -94,7 +88,7 @@ class _Numbers(NamedTuple):
         start[angles] -= 2.0 * math.pi * np.round(start[angles] / (2.0 * math.pi))
         pairs = zip(self.profile.segments, other.profile.segments, strict=True)
         return [
-            numbers_of(without_contact(self.system)) - numbers_of(without_contact(other.system)),
+            numbers_of(self.system) - numbers_of(other.system),
             start,
             self.system.contacts[:, 1] - other.system.contacts[:, 1],
             *(_of_segment(one) - _of_segment(two) for one, two in pairs),

@@ -30,8 +30,9 @@ class Columns(NamedTuple):
         *first, lines, keys = values.shape
         wide = np.zeros((*first, lines, self.blocks * self.lanes))
         wide[..., :keys] = values
-        found = self.room(lines, math.prod(first))
-        parted = wide.reshape(-1, lines, self.blocks, self.lanes)
+        count = math.prod(first)
+        found = self.room(lines, count)
+        parted = wide.reshape(count, lines, self.blocks, self.lanes)
         found[:] = parted.transpose(0, 2, 1, 3).reshape(found.shape)
         return found
 

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NoReturn
 
 import numpy as np
 
@@ -25,7 +24,8 @@ from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
 from ab_sim.spindle.step_ranges import StepGrid
 from ab_sim.stepping.fixed_step import ANGLE
-from ab_sim.stepping.tangent_events import CONTACT, GRAZED, TOGETHER, UNRESOLVED
+from ab_sim.stepping.tangent_events import GRAZED, TOGETHER, UNRESOLVED
+from ab_sim.stepping.tangent_functions import OVERLAP
 
 EXPLICIT = "rk8"
 """What runs scenes whose stepper is no explicit Runge-Kutta method."""
@@ -149,7 +149,7 @@ def sensitivities(
         taken.append(drive.advance(count))
         done = own.advance(first, count)
         if own.trouble[0]:
-            _refuse(scene, own.trouble)
+            raise _refused(scene, own.trouble, keys)
         assert done == count
         if progress is not None:
             progress(drive.time, steps * drive.step)
@@ -228,22 +228,39 @@ def _wanted(drive: Drive, times: Sequence[float] | None) -> tuple[list[int], int
     return found, found[-1]
 
 
-def _refuse(scene: Scene, trouble: tuple[int, int, int]) -> NoReturn:
-    kind, which, steps = trouble
+class NoDerivative(SceneError):
+    """A run has no derivative: says why.
+
+    Args:
+        text: for people.
+        key: by which it has none; None: by any.
+    """
+
+    def __init__(self, text: str, key: str | None) -> None:
+        super().__init__(text)
+        self.key = key
+
+
+def _refused(scene: Scene, trouble: tuple[int, int, int, int], keys: Sequence[str]) -> NoDerivative:
+    kind, which, steps, column = trouble
     when = f"between {steps * scene.solver.step:g} and {(steps + 1) * scene.solver.step:g} s"
+    if kind in (TOGETHER, OVERLAP):
+        key = keys[column]
+        said = {
+            TOGETHER: f"ball {which} comes to rest together with another one {when}; a change of "
+            f"{key} alone would take them apart, and what follows has no derivative by it: leave "
+            "it out, or start the balls apart (start.ball_angles)",
+            OVERLAP: f"balls touch at the start, and a change of {key} alone would part them, or "
+            "make them overlap: leave it out, or start the balls apart (start.ball_angles)",
+        }[kind]
+        return NoDerivative(f"{scene.name}: {said}", key)
     said = {
-        CONTACT: f"effects.ball_contact: balls touch {when}, and derivatives across impacts and of "
-        "balls in a row are not built; end the run before (duration), start the balls apart, or "
-        "let them pass each other (--set effects.ball_contact=)",
-        TOGETHER: f"ball {which} comes to rest together with another one {when}; one of these keys "
-        "would take them apart, and there is no derivative: start the balls apart, or take keys "
-        "that act on all balls alike",
         GRAZED: f"an event is only just reached {when}, and with a little change would not be: "
         "there is no derivative; change the scene a little, or end the run before (duration)",
         UNRESOLVED: f"too many events to locate {when}: there is no derivative; take a shorter "
         "solver.step",
-    }
-    raise SceneError(f"{scene.name}: {said[kind]}")
+    }[kind]
+    return NoDerivative(f"{scene.name}: {said}", None)
 
 
 def _not_among(what: str, name: str, known: Sequence[str]) -> InputError:

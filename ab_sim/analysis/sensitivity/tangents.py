@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.analysis.sensitivity.changes import SceneChange, without_contact
+from ab_sim.analysis.sensitivity.changes import SceneChange
 from ab_sim.analysis.sensitivity.columns import Columns
 from ab_sim.analysis.sensitivity.plan import PlanPart
 from ab_sim.compiling import compiled
@@ -50,14 +50,14 @@ class TangentSteps:
         wanted: Sequence[int],
     ) -> None:
         self._scene, self._system, self._tableau = scene, system, tableau
-        self._apart, self._changes = without_contact(system), changes
+        self._changes = changes
         self._plan, self._parts = plan
         self._codes: list[Code] = []
         """Kept, as their addresses are."""
         kinds = [each.part.kind for each in self._parts]
-        code = code_of(self._apart, kinds[0])
-        has_clock = code_of(system, kinds[0]).model.has_events
-        self._columns = Columns(len(changes), lanes_for(len(system.balls)), has_clock)
+        code = code_of(system, kinds[0])
+        lanes = lanes_for(len(system.balls))
+        self._columns = Columns(len(changes), lanes, code.model.has_events)
         self._channels = channels_of(code)
         own = self._arrays(code, self._run(kinds[0]), wanted)
         self._own = {kind: self._along(own, kind) for kind in dict.fromkeys(kinds)}
@@ -82,10 +82,10 @@ class TangentSteps:
         return done
 
     @property
-    def trouble(self) -> tuple[int, int, int]:
+    def trouble(self) -> tuple[int, int, int, int]:
         """As of ``Tangents.trouble``."""
-        kind, which, steps = self._shared.trouble.tolist()
-        return kind, which, steps
+        kind, which, steps, column = self._shared.trouble.tolist()
+        return kind, which, steps, column
 
     @property
     def row_changes(self) -> np.ndarray:
@@ -121,15 +121,14 @@ class TangentSteps:
         start = np.array([change.start for change in self._changes]).T
         return Tangents(
             run=run,
-            prepare=NOWHERE,
             slope=NOWHERE,
             change_slope=NOWHERE,
             change_row=NOWHERE,
             change_table=NOWHERE,
-            c=np.zeros(0),
-            b=aligned((2 * n + 1,)),
-            place=0,
-            mobility=0,
+            change_impact=NOWHERE,
+            change_restitution=NOWHERE,
+            rolling=0,
+            race_radius=0,
             blocks=columns.blocks,
             lanes=lanes,
             clock=columns.keys if columns.clock else -1,
@@ -142,6 +141,7 @@ class TangentSteps:
             change=columns.table(start),
             constants=aligned((0, lanes)),
             yields=columns.room(n),
+            spacing=columns.table(np.array([change.spacing for change in self._changes]).T),
             begin=columns.room(1),
             length=columns.room(1),
             rest=columns.room(1),
@@ -150,17 +150,22 @@ class TangentSteps:
             rates=aligned((stages * size, lanes)),
             at_event=aligned((at_event, lanes)),
             event_rate=columns.room(1),
+            shift=np.zeros(n),
+            shift_change=columns.room(n),
+            approach=aligned((1, lanes)),
+            parting=aligned((1, lanes)),
+            kept=aligned((size,)),
+            kept_discrete=np.zeros_like(run.balls.discrete),
             wanted=np.array([*wanted, NEVER], np.int64),
             row_change=columns.room(self._channels, len(wanted)),
             channels=self._channels,
             cursor=np.zeros(1, np.int64),
-            trouble=np.zeros(3, np.int64),
+            trouble=np.zeros(4, np.int64),
         )
 
     def _along(self, own: Tangents, kind: type[Any]) -> Tangents:
         """The same, along segments of a kind."""
-        code = code_of(self._apart, kind)
-        self._codes.append(code)
+        code = code_of(self._system, kind)
         layout, places = code.layout, dict(raw_constants(code, kind._fields))
         by_key = np.zeros((layout.size, len(self._changes)))
         by_key[: layout.place] = np.array([change.constants for change in self._changes]).T
@@ -168,14 +173,14 @@ class TangentSteps:
         run = own.run
         return own._replace(
             run=self._run_along(kind, run.balls, run.work, run.state),
-            prepare=code.address("prepare"),
             slope=code.address("slope"),
             change_slope=functions.slope,
             change_row=functions.row,
             change_table=functions.table,
-            c=code.constants(self._apart),
-            place=layout.place,
-            mobility=places.get("mobility", 0),
+            change_impact=functions.impact,
+            change_restitution=functions.restitution,
+            rolling=places.get("rolling_mass", 0),
+            race_radius=places.get("race_radius", 0),
             constants=self._columns.table(by_key),
         )
 
