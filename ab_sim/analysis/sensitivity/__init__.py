@@ -9,6 +9,6 @@ of_merits    and of what a run is judged by
 """
 
 from ab_sim.analysis.sensitivity.keys import real_keys
-from ab_sim.analysis.sensitivity.run import Sensitivities, sensitivities
+from ab_sim.analysis.sensitivity.run import NoDerivative, Sensitivities, sensitivities
 
-__all__ = ["Sensitivities", "real_keys", "sensitivities"]
+__all__ = ["NoDerivative", "Sensitivities", "real_keys", "sensitivities"]

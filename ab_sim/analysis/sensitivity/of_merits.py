@@ -13,7 +13,8 @@ import numpy as np
 
 from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
-from ab_sim.analysis.sensitivity.keys import RealKey, moved
+from ab_sim.analysis.sensitivity.along import derivative_along
+from ab_sim.analysis.sensitivity.keys import RealKey
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError, SceneError
 from ab_sim.presentation import Column, Columns, Presented
@@ -155,29 +156,24 @@ def _by_key(
     scene: Scene, run: Trajectory, key: RealKey, way: np.ndarray, merits: Sequence[Merit[Any]]
 ) -> np.ndarray:
     """Of each merit, along the samples' way, shape (samples, channels)."""
-    samples, own = run.samples, slice(ANGLE, ANGLE + way.shape[1])
-    size, moves = np.abs(samples[:, own]).max(axis=0), np.abs(way).max(axis=0)
-    share = (moves[size > 0.0] / size[size > 0.0]).max(initial=0.0)
-    if key.value:
-        share = max(share, 1.0 / abs(key.value))
-    step = NEAR / share if share else NEAR
+    own = slice(ANGLE, ANGLE + way.shape[1])
 
-    def at(count: int) -> np.ndarray:
-        there = samples.copy()
-        there[:, own] += count * step * way
-        beside = Trajectory(run.channels, there)
-        return _values(beside, moved(scene, key.key, key.value + count * step), merits)
+    def judged(samples: np.ndarray, there: Scene) -> np.ndarray:
+        beside = run.samples.copy()
+        beside[:, own] = samples
+        return _values(Trajectory(run.channels, beside), there, merits)
 
-    near, far = ((at(count) - at(-count)) / (2.0 * count * step) for count in (1, 2))
-    base = np.abs(at(0)) / np.maximum(abs(key.value), step)
-    for merit, one, two, floor in zip(merits, near, far, base, strict=True):
-        if abs(one - two) > SMOOTH * max(abs(one), abs(two)) and abs(one - two) > 1e-9 * floor:
+    found = derivative_along(judged, run.samples[:, own], way, scene, key, NEAR)
+    # What rounding leaves of numbers that do not change is no kink.
+    rounding = 1e-9 * np.abs(found.here) / (abs(key.value) or 1.0)
+    for k, merit in enumerate(merits):
+        one, two = found.near[k], found.far[k]
+        if abs(one - two) > max(SMOOTH * max(abs(one), abs(two)), rounding[k]):
             raise SceneError(
                 f"merit {merit.key!r} by {key.key}: has a jump or a kink just here, and no "
                 "derivative; change the scene a little"
             )
-    whole: np.ndarray = (4.0 * near - far) / 3.0
-    return whole
+    return found.whole
 
 
 def _values(run: Trajectory, scene: Scene, merits: Sequence[Merit[Any]]) -> np.ndarray:

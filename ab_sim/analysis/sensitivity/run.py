@@ -9,6 +9,7 @@ import numpy as np
 from ab_sim.analysis.sensitivity.changes import SceneChange, changes_by
 from ab_sim.analysis.sensitivity.keys import RealKey, real_key
 from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities, of_merits
+from ab_sim.analysis.sensitivity.of_readings import of_readings
 from ab_sim.analysis.sensitivity.plan import plan_of
 from ab_sim.analysis.sensitivity.tangents import TangentSteps
 from ab_sim.drive import Drive
@@ -137,38 +138,55 @@ def sensitivities(
     real = [real_key(scene, key) for key in keys]
     scene = with_explicit_stepper(scene)
     drive = Drive(scene)
-    tableau = drive.stepper.weights
-    assert isinstance(tableau, Tableau)
-    named = _channels(drive, channels)
+    moving = _moving(scene, drive.channels)
+    named = _named(drive.channels[ANGLE:], moving, channels)
     wanted, steps = _wanted(drive, times)
-    check_room(len(wanted) * len(keys), 1, named)
-    taken = [drive.present()]
-    own = _tangents(scene, drive, tableau, real, wanted)
-    for first in range(0, max(steps, 1), AT_ONCE):
-        count = min(AT_ONCE, steps - first)
-        taken.append(drive.advance(count))
-        done = own.advance(first, count)
-        if own.trouble[0]:
-            raise _refused(scene, own.trouble, keys)
-        assert done == count
-        if progress is not None:
-            progress(drive.time, steps * drive.step)
-    row = own.row_changes
-    at = [column_of(name, drive.channels) - ANGLE for name in named]
-    derivatives = np.zeros((len(named), len(real), len(wanted)))
-    for i, column in enumerate(at):
-        derivatives[i] = row[:, column].T
+    # A sensor's low-pass remembers all that it has felt.
+    reads = not set(named) <= set(moving)
+    looked_at = list(range(steps + 1)) if reads else wanted
+    check_room(len(looked_at) * len(keys), 1, drive.channels)
+    run, derivatives = _integrated(scene, drive, real, looked_at, progress)
+    if reads:
+        readings = of_readings(scene, run, real, derivatives)
+        derivatives = np.concatenate([derivatives, readings])[:, :, wanted]
+    rows = [column_of(name, drive.channels) - ANGLE for name in named]
     return Sensitivities(
         scene,
         drive.stepper.name,
-        Trajectory.join(taken),
+        run,
         tuple(keys),
         np.array([each.value for each in real]),
         tuple(each.unit for each in real),
         tuple(named),
         np.array(wanted),
-        derivatives,
+        derivatives[rows],
     )
+
+
+def _integrated(
+    scene: Scene,
+    drive: Drive,
+    keys: Sequence[RealKey],
+    wanted: Sequence[int],
+    progress: Callable[[float, float], None] | None,
+) -> tuple[Trajectory, np.ndarray]:
+    """The run up to the last of the wanted samples, and the derivatives of its channels there.
+
+    Returns:
+        Every step; and shape (channels from ANGLE on but for sensors', keys, wanted).
+    """
+    own = _tangents(scene, drive, keys, wanted)
+    taken, steps = [drive.present()], wanted[-1]
+    # Of no steps, one is taken to see to the branches where it begins.
+    for first in range(0, max(steps, 1), AT_ONCE):
+        count = min(AT_ONCE, steps - first)
+        taken.append(drive.advance(count))
+        own.advance(first, max(count, 1))
+        if own.trouble[0]:
+            raise _refused(scene, own.trouble, [key.key for key in keys])
+        if progress is not None:
+            progress(drive.time, steps * drive.step)
+    return Trajectory.join(taken), own.row_changes.transpose(1, 2, 0)
 
 
 def with_explicit_stepper(scene: Scene) -> Scene:
@@ -181,8 +199,10 @@ def with_explicit_stepper(scene: Scene) -> Scene:
 
 
 def _tangents(
-    scene: Scene, drive: Drive, tableau: Tableau, keys: Sequence[RealKey], wanted: Sequence[int]
+    scene: Scene, drive: Drive, keys: Sequence[RealKey], wanted: Sequence[int]
 ) -> TangentSteps:
+    tableau = drive.stepper.weights
+    assert isinstance(tableau, Tableau)
     system, layout = drive.system, layout_of(drive.system)
     changes: list[SceneChange] = [changes_by(scene, key, layout) for key in keys]
     profile = SpeedSchedule.of_scene(scene)
@@ -192,11 +212,12 @@ def _tangents(
     return TangentSteps(scene, system, tableau, changes, plan, wanted)
 
 
-def _channels(drive: Drive, channels: Sequence[str] | None) -> list[str]:
-    """Names, checked; default all but sensors' and the count of steps."""
-    known = _moving(drive.scene, drive.channels)
+def _named(
+    known: Sequence[str], moving: Sequence[str], channels: Sequence[str] | None
+) -> list[str]:
+    """Names, checked; default all but sensors'."""
     if channels is None:
-        return known
+        return list(moving)
     for name in channels:
         if name not in known:
             raise _not_among("channel", name, known)
