@@ -13,15 +13,34 @@ OfSamples = Callable[[np.ndarray, Scene], np.ndarray]
 
 
 class Along(NamedTuple):
-    """A derivative, and how sure it is."""
+    """A function's values on the way, two steps back and two ahead."""
 
-    whole: np.ndarray
-    """By differences of fourth order."""
-    near: np.ndarray
-    far: np.ndarray
-    """By central differences of one step and of two: alike where the function is smooth."""
-    here: np.ndarray
-    """The function's value."""
+    values: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    step: float
+    """Of the key."""
+
+    @property
+    def derivative(self) -> np.ndarray:
+        """By differences of fourth order."""
+        a, b, _, d, e = self.values
+        found: np.ndarray = (8.0 * (d - b) - (e - a)) / (12.0 * self.step)
+        return found
+
+    def is_smooth(self, share: float, rounding: np.ndarray) -> np.ndarray:
+        """Whether neither a jump nor a kink is there, of each value.
+
+        Args:
+            share: of a derivative that may be missing, and
+            rounding: of one that is rounding, same shape.
+        """
+        a, b, here, d, e = self.values
+        near, far = (d - b) / (2.0 * self.step), (e - a) / (4.0 * self.step)
+        # What is smooth bends twice as far in two steps as in one; at a kink it bends once.
+        bend, wide = (d + b - 2.0 * here) / self.step, (e + a - 2.0 * here) / (2.0 * self.step)
+        off = np.maximum(np.abs(near - far), np.abs(wide - 2.0 * bend))
+        most = np.maximum(np.maximum(np.abs(near), np.abs(far)), np.abs(bend))
+        found: np.ndarray = off <= np.maximum(share * most, rounding)
+        return found
 
 
 def derivative_along(
@@ -47,5 +66,4 @@ def derivative_along(
         there = moved(scene, key.key, key.value + count * step)
         return function(samples + count * step * way, there)
 
-    near, far = ((at(count) - at(-count)) / (2.0 * count * step) for count in (1, 2))
-    return Along((4.0 * near - far) / 3.0, near, far, at(0))
+    return Along((at(-2), at(-1), at(0), at(1), at(2)), step)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 
 from ab_sim.equations.neighbours import start_angles
-from ab_sim.errors import InputError, nearest
+from ab_sim.errors import InputError, SceneError, nearest
 from ab_sim.quoting import short
 from ab_sim.scene.keys import SceneKey, begins, scene_keys
 from ab_sim.scene.model import Scene
@@ -23,6 +23,19 @@ MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profi
 
 IN_SPACE = ("rotor.height", "race.height")
 """Have no meaning for a deck that moves in the plane of the disc."""
+
+
+class NoDerivative(SceneError):
+    """A run has no derivative: says why.
+
+    Args:
+        text: for people.
+        key: by which it has none; None: by any.
+    """
+
+    def __init__(self, text: str, key: str | None) -> None:
+        super().__init__(text)
+        self.key = key
 
 
 class RealKey(NamedTuple):
@@ -193,5 +206,5 @@ def scale_of(real: RealKey) -> float:
     return 0.01 * abs(real.value) if real.value else ZERO.get(real.unit, 1e-3)
 
 
-ZERO = {"m": 1e-6, "kg": 1e-6, "kg m^2": 1e-9}
+ZERO = {"m": 1e-6, "kg": 1e-6, "kg m^2": 1e-9, "N m s/rad": 1e-6}
 """By unit, how far from 0."""

@@ -14,17 +14,19 @@ import numpy as np
 from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
 from ab_sim.analysis.sensitivity.along import derivative_along
-from ab_sim.analysis.sensitivity.keys import RealKey
+from ab_sim.analysis.sensitivity.keys import NoDerivative, RealKey
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import InputError, SceneError
+from ab_sim.errors import InputError
 from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.scene.model import Scene
 from ab_sim.stepping.fixed_step import ANGLE
 
 NEAR = 1e-4
 """How far samples are moved, of the largest of their channel."""
-SMOOTH = 1e-3
-"""By how much differences of one and of two steps may differ, of the larger."""
+SMOOTH = 1e-2
+"""Share of a derivative by which one of one step and one of two may differ."""
+ROUNDING = 1e-9
+"""Share of a merit, by percent of the key, that may be rounding."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -164,16 +166,16 @@ def _by_key(
         return _values(Trajectory(run.channels, beside), there, merits)
 
     found = derivative_along(judged, run.samples[:, own], way, scene, key, NEAR)
-    # What rounding leaves of numbers that do not change is no kink.
-    rounding = 1e-9 * np.abs(found.here) / (abs(key.value) or 1.0)
-    for k, merit in enumerate(merits):
-        one, two = found.near[k], found.far[k]
-        if abs(one - two) > max(SMOOTH * max(abs(one), abs(two)), rounding[k]):
-            raise SceneError(
-                f"merit {merit.key!r} by {key.key}: has a jump or a kink just here, and no "
-                "derivative; change the scene a little"
-            )
-    return found.whole
+    here = np.abs(found.values[2])
+    smooth = found.is_smooth(SMOOTH, ROUNDING * here / (abs(key.value) or 1.0))
+    if not smooth.all():
+        merit = merits[int(np.argmin(smooth))]
+        raise NoDerivative(
+            f"merit {merit.key!r} by {key.key}: has a jump or a kink just here, and no derivative; "
+            "change the scene a little",
+            key.key,
+        )
+    return found.derivative
 
 
 def _values(run: Trajectory, scene: Scene, merits: Sequence[Merit[Any]]) -> np.ndarray:

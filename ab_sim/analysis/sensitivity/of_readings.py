@@ -73,5 +73,5 @@ def _force_change(
         return force
 
     change = way[:, own.start - ANGLE : own.stop - ANGLE]
-    found = derivative_along(felt, run.samples[:, own], change, scene, key, NEAR).whole
+    found = derivative_along(felt, run.samples[:, own], change, scene, key, NEAR).derivative
     return found[0], found[1:]

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.sensitivity.changes import SceneChange, changes_by
-from ab_sim.analysis.sensitivity.keys import RealKey, real_key
+from ab_sim.analysis.sensitivity.keys import NoDerivative, RealKey, real_key
 from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities, of_merits
 from ab_sim.analysis.sensitivity.of_readings import of_readings
 from ab_sim.analysis.sensitivity.plan import plan_of
@@ -17,7 +18,7 @@ from ab_sim.drive.trajectory import Trajectory, check_room, column_of
 from ab_sim.drive.units import unit_of
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.errors import InputError, SceneError, exact, nearest
+from ab_sim.errors import InputError, exact, nearest
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.presentation import Column, Columns, Presented, ends
@@ -95,8 +96,8 @@ class Sensitivities(Presented):
         InputError
             There is no such merit, it has no value in this run, or jumps from sample to sample; or
             not all channels and steps have been asked for.
-        SceneError
-            It has a kink just here.
+        NoDerivative
+            It has a jump or a kink just here.
         """
         every = _moving(self.scene, self.trajectory.channels)
         if list(self.channels) != every or len(self.steps) != len(self.trajectory):
@@ -143,8 +144,15 @@ def sensitivities(
     wanted, steps = _wanted(drive, times)
     # A sensor's low-pass remembers all that it has felt.
     reads = not set(named) <= set(moving)
-    looked_at = list(range(steps + 1)) if reads else wanted
-    check_room(len(looked_at) * len(keys), 1, drive.channels)
+    samples = steps + 1 if reads or times is None else len(wanted)
+    try:
+        check_room(steps + samples * len(keys), 1, drive.channels)
+    except ValueError:
+        raise InputError(
+            f"{steps} steps are too many to keep with their derivatives by {len(keys)} keys: end "
+            "the run before (duration, times), or ask for fewer keys or times"
+        ) from None
+    looked_at = range(steps + 1) if reads else wanted
     run, derivatives = _integrated(scene, drive, real, looked_at, progress)
     if reads:
         readings = of_readings(scene, run, real, derivatives)
@@ -190,7 +198,11 @@ def _integrated(
 
 
 def with_explicit_stepper(scene: Scene) -> Scene:
-    """The scene as it is run: by its own stepper if that is explicit Runge-Kutta, else by rk8."""
+    """The scene as it is run: by its own stepper if that is explicit Runge-Kutta, else by rk8.
+
+    An accuracy that it asks for is resolved first.
+    """
+    scene, _ = resolve_accuracy(scene)
     choice = choose_stepper(scene, system_of(scene))
     if isinstance(choice.stepper.weights, Tableau):
         return scene
@@ -230,11 +242,11 @@ def _moving(scene: Scene, channels: Sequence[str]) -> list[str]:
     return list(channels[ANGLE : len(channels) - axes * len(scene.sensors)])
 
 
-def _wanted(drive: Drive, times: Sequence[float] | None) -> tuple[list[int], int]:
+def _wanted(drive: Drive, times: Sequence[float] | None) -> tuple[Sequence[int], int]:
     """Numbers of the samples that are wanted, and how many steps there are to be."""
     if times is None:
         steps = math.ceil(drive.scene.duration / drive.step - 1e-9)
-        return list(range(steps + 1)), steps
+        return range(steps + 1), steps
     found = []
     for time in times:
         number = round(time / drive.step) if math.isfinite(time) else -1
@@ -247,19 +259,6 @@ def _wanted(drive: Drive, times: Sequence[float] | None) -> tuple[list[int], int
     if not found or any(b <= a for a, b in zip(found, found[1:], strict=False)):
         raise InputError("times: must rise, and be at least one")
     return found, found[-1]
-
-
-class NoDerivative(SceneError):
-    """A run has no derivative: says why.
-
-    Args:
-        text: for people.
-        key: by which it has none; None: by any.
-    """
-
-    def __init__(self, text: str, key: str | None) -> None:
-        super().__init__(text)
-        self.key = key
 
 
 def _refused(scene: Scene, trouble: tuple[int, int, int, int], keys: Sequence[str]) -> NoDerivative:
