@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from ab_sim.analysis import sensitivity
 from ab_sim.analysis.sensitivity import Sensitivities
 from ab_sim.api.common import SceneLike, as_scene
@@ -12,7 +14,7 @@ def sensitivities(
     keys: Sequence[str],
     *,
     channels: Sequence[str] | None = None,
-    times: Sequence[float] | None = None,
+    times: Sequence[float] | np.ndarray | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> Sensitivities:
     """Run a scene, with the exact derivatives of its channels by numbers of the scene.

@@ -12,7 +12,7 @@ from ab_sim.analysis.sensitivity.keys import NoDerivative, RealKey, real_key
 from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities, of_merits
 from ab_sim.analysis.sensitivity.of_readings import of_readings
 from ab_sim.analysis.sensitivity.plan import plan_of
-from ab_sim.analysis.sensitivity.tangents import TangentSteps
+from ab_sim.analysis.sensitivity.tangents import RunWithTangents
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory, check_room, column_of
 from ab_sim.drive.units import unit_of
@@ -130,7 +130,7 @@ def sensitivities(
     scene: Scene,
     keys: Sequence[str],
     channels: Sequence[str] | None = None,
-    times: Sequence[float] | None = None,
+    times: Sequence[float] | np.ndarray | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> Sensitivities:
     """Run a scene, with its derivatives; see ``ab_sim.sensitivities``."""
@@ -212,7 +212,7 @@ def with_explicit_stepper(scene: Scene) -> Scene:
 
 def _tangents(
     scene: Scene, drive: Drive, keys: Sequence[RealKey], wanted: Sequence[int]
-) -> TangentSteps:
+) -> RunWithTangents:
     tableau = drive.stepper.weights
     assert isinstance(tableau, Tableau)
     system, layout = drive.system, layout_of(drive.system)
@@ -221,7 +221,7 @@ def _tangents(
     count = len(profile.segments)
     by_segment = [np.array([change.segments[k] for change in changes]).T for k in range(count)]
     plan = plan_of(profile, StepGrid(drive.step, drive.choice.cycle), by_segment)
-    return TangentSteps(scene, system, tableau, changes, plan, wanted)
+    return RunWithTangents(scene, system, tableau, changes, plan, wanted)
 
 
 def _named(
@@ -242,7 +242,7 @@ def _moving(scene: Scene, channels: Sequence[str]) -> list[str]:
     return list(channels[ANGLE : len(channels) - axes * len(scene.sensors)])
 
 
-def _wanted(drive: Drive, times: Sequence[float] | None) -> tuple[Sequence[int], int]:
+def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[Sequence[int], int]:
     """Numbers of the samples that are wanted, and how many steps there are to be."""
     if times is None:
         steps = math.ceil(drive.scene.duration / drive.step - 1e-9)

@@ -28,7 +28,7 @@ NEVER = 2**62
 """A step's number that never comes."""
 
 
-class TangentSteps:
+class RunWithTangents:
     """Steps of a scene's system, with what its keys change.
 
     Args:

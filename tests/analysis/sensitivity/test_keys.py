@@ -107,5 +107,5 @@ def test_where_a_deck_hangs_moves_with_its_weight() -> None:
     scene = load_scene("couple-unbalance", ["effects.gravity={tilt: 0.0}"])
     by = change(scene, "effects.gravity.acceleration").start
     # It hangs lower by M g / sum of stiffnesses, and the other way by what that is of g.
-    stiffness = sum(mount.stiffness for mount in scene.mounts)
+    stiffness = float(np.sum([mount.stiffness for mount in scene.mounts]))
     assert by[2] == pytest.approx(-scene.total_mass / stiffness, rel=1e-6)
