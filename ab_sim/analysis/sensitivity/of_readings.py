@@ -60,7 +60,7 @@ def _force_change(
     Args:
         way: the derivative of the samples from ANGLE on, shape (samples, channels).
     """
-    point = np.array(scene.sensors[sensor].position)
+    point = scene.sensors[sensor].position
     kind = type(system_of(scene).deck_model)
     own = slice(DECK, DECK + len(kind.CHANNELS))
 
@@ -68,9 +68,8 @@ def _force_change(
         system = system_of(there)
         states = start_state(there, system)[layout_of(system).deck]
         rest = kind.at_rest(system.deck_model, states)
-        all_of = np.vstack((rest, samples))
-        force: np.ndarray = system.deck_model.specific_force(system.effects, all_of, point)
-        return force
+        channels = np.vstack((rest, samples)).T
+        return np.stack(system.deck_model.specific_force(system.effects, channels, point), axis=1)
 
     change = way[:, own.start - ANGLE : own.stop - ANGLE]
     found = derivative_along(felt, run.samples[:, own], change, scene, key, NEAR).derivative
