@@ -237,21 +237,22 @@ class StartUp:
             self._nudge += chosen.UP * passed
         else:
             self._nudge = max(self._nudge - chosen.DOWN * passed, 0.0)
-        if rate > -chosen.FALLING:
+        # What drives the balls goes with the square of the critical speed.
+        relative = 2.0 * seen.critical / self.settings.final_speed
+        if rate > -(chosen.FALLING * relative * relative):
             self._stagnant += passed
         else:
             self._stagnant = max(self._stagnant - 2.0 * passed, 0.0)
         net = self._net(seen.fast)
         self._ramp(self._goal(), self.settings.acceleration)
-        stagnant = chosen.STAGNANT + chosen.STAGNANT_PER_NET * net
         if (
             self._nudge >= chosen.AWAY
-            or self._stagnant > stagnant
+            or self._stagnant > self._patience()
             or self._in_state > chosen.LONGEST_DWELL * unit
             or self._elapsed > self.settings.patience + chosen.LATE * unit
             or (net < chosen.SMALL and self._in_state > 0.1 * unit)
         ):
-            self._nudge = 0.0
+            self._nudge = self._stagnant = 0.0
             self._enter(State.TO_FINAL)
 
     def _to_final(self) -> None:
@@ -300,6 +301,10 @@ class StartUp:
         scale = self.observer.scale
         return size / scale if scale > 0.0 else 1.0
 
+    def _patience(self) -> float:
+        """How long it may be stagnant."""
+        return chosen.STAGNANT + chosen.STAGNANT_PER_NET * self._net(self.observer.fast)
+
     def _goal(self) -> float:
         """The speed to dwell at [rad/s].
 
@@ -316,6 +321,7 @@ class StartUp:
         critical = seen.critical
         whirl = 1.0 / (1.0 - min(self._net(seen.fast) / largest, 0.8))
         least = chosen.LEAST_DISTANCE * (2.0 * critical / final)
+        least *= 1.0 - chosen.NEARER * min(self._stagnant / self._patience(), 1.0)
         distance = min(max(seen.damping / (critical * lag), least), chosen.MOST_DISTANCE)
         ratio = math.sqrt(max(whirl, 1.0 + distance)) + self._nudge
         return min(ratio * critical, final)
