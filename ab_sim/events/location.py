@@ -12,7 +12,7 @@ import math
 from ab_sim.compiling.kinds import Floats
 from ab_sim.events.complementarity import solve_complementarity
 from ab_sim.events.event_functions import NEVER, ROUNDING, event_functions
-from ab_sim.events.run import Run, evaluate, take_step
+from ab_sim.events.run import Run, Workspace, evaluate, take_step
 
 BOUNCES = 60
 """Events per step, and 20 more per ball, after which balls that meet stay together.
@@ -144,33 +144,70 @@ def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int
     fall so far.
     """
     work = run.work
-    value, ahead, rounding = work.value, work.value_ahead, work.rounding
     measured = False
-    for slot in range(value.size):
-        if value[slot] > 1e200 or ahead[slot] > 1e200:
-            continue
-        rate, rate_ahead, doubt = work.rate[slot], work.rate_ahead[slot], 0.0
-        if rate >= NEVER:
-            size = rounding[slot] / ROUNDING
-            if min(value[slot], ahead[slot]) > NEAR * size:
-                continue
-            if not measured:
-                measured = True
-                brief = SHORTLY * length
-                put_force_rates(run, now, brief, run.state, work.slope, value, 0)
-                put_force_rates(run, end, brief, work.trial, work.slope_ahead, ahead, 1)
-            rate, rate_ahead = work.force_rate[0, slot], work.force_rate[1, slot]
-            doubt = DOUBT * size
-        part, lowest = minimum_of_cubic(
-            value[slot], ahead[slot], rate * length, rate_ahead * length
-        )
-        if part == 0.0 or lowest >= doubt - rounding[slot]:
+    for slot in range(work.value.size):
+        if not measured and needs_rates(work, slot):
+            measured = True
+            put_rates_at_ends(run, now, length, end)
+        part = dip(work, length, slot)
+        if part == 0.0:
             continue
         trial_step(run, now, part * length, now + part * length)
-        if left(work.value_ahead, rounding, slot) < 0.0:
+        if left(work.value_ahead, work.rounding, slot) < 0.0:
             return slot, part * length
         trial_step(run, now, length, end)
     return -1, length
+
+
+def may_have_event(run: Run, now: float, length: float, end: float) -> bool:
+    """Whether a step is to be looked at more closely, from what the workspace holds of its ends."""
+    work = run.work
+    if first_crossed(work.value, work.value_ahead, work.rounding) >= 0:
+        return True
+    measured = False
+    for slot in range(work.value.size):
+        if not measured and needs_rates(work, slot):
+            measured = True
+            put_rates_at_ends(run, now, length, end)
+        if dip(work, length, slot) != 0.0:
+            return True
+    return False
+
+
+def is_far(work: Workspace, slot: int) -> bool:
+    """Whether a function is beyond reach at both ends of a step, or cannot reach zero at all."""
+    value, ahead = work.value[slot], work.value_ahead[slot]
+    if value > 1e200 or ahead > 1e200:
+        return True
+    size = work.rounding[slot] / ROUNDING
+    return work.rate[slot] >= NEVER and min(value, ahead) > NEAR * size
+
+
+def needs_rates(work: Workspace, slot: int) -> bool:
+    """Whether this function is a force whose rates at both ends of a step are to be measured."""
+    return work.rate[slot] >= NEVER and not is_far(work, slot)
+
+
+def dip(work: Workspace, length: float, slot: int) -> float:
+    """The part of a step after which a function may be below zero though its ends are not; or 0."""
+    if is_far(work, slot):
+        return 0.0
+    change, change_ahead = work.rate[slot] * length, work.rate_ahead[slot] * length
+    doubt = 0.0
+    if work.rate[slot] >= NEVER:
+        change, change_ahead = work.force_rate[0, slot] * length, work.force_rate[1, slot] * length
+        # What hardly changes at both ends hardly changes between them.
+        doubt = min(DOUBT * work.rounding[slot] / ROUNDING, abs(change) + abs(change_ahead))
+    value, ahead = work.value[slot], work.value_ahead[slot]
+    part, lowest = minimum_of_cubic(value, ahead, change, change_ahead)
+    return 0.0 if lowest >= doubt - work.rounding[slot] else part
+
+
+def put_rates_at_ends(run: Run, now: float, length: float, end: float) -> None:
+    """Rates of the functions at both ends of a step, measured, into ``force_rate``."""
+    work, brief = run.work, SHORTLY * length
+    put_force_rates(run, now, brief, run.state, work.slope, work.value, 0)
+    put_force_rates(run, end, brief, work.trial, work.slope_ahead, work.value_ahead, 1)
 
 
 def minimum_of_cubic(g0: float, g1: float, r0: float, r1: float) -> tuple[float, float]:

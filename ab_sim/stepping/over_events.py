@@ -1,0 +1,162 @@
+"""Fixed steps of eight runs with events: together, but for those in which a run may have one.
+
+Such a step is that run's alone, by ``events.location``, and then it joins the others again. What is
+asked of all eight is not quite as sharp as what is asked of one: it may take a step alone in vain.
+"""
+
+from typing import NamedTuple
+
+from ab_sim.compiling.kinds import Floats, Table, call
+from ab_sim.events.balls import put_branches
+from ab_sim.events.event_functions import event_functions
+from ab_sim.events.location import check_branches, step_over_events
+from ab_sim.events.run import TURNS, Run, evaluate
+from ab_sim.stepping.settle import MOVED, SOUND
+from ab_sim.stepping.side_by_side import (
+    BEGIN,
+    END,
+    LANES,
+    STEPS,
+    TAKEN,
+    LanePlan,
+    LaneRuns,
+    LaneSamples,
+    enter,
+    put_times,
+    recorded,
+)
+
+
+class LanesOverEvents(NamedTuple):
+    """Eight runs with events."""
+
+    lanes: LaneRuns
+    watch: int
+    """watch(c, b, t, y, k, seen, found), in lanes: see ``watch``; 0 where balls may meet."""
+    seen: Table
+    """What it keeps, shape (numbers, 8)."""
+    found: Floats
+    """Other than 0 where a run may have an event in its step, shape (8,)."""
+    again: Floats
+    """Other than 0 where a run's branches have to be seen to when it joins, shape (8,)."""
+    one: tuple[Run, Run, Run, Run, Run, Run, Run, Run]
+    """Each of them alone; its state, branches and turns are copies of what lies in the lanes."""
+
+
+def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: LaneSamples) -> None:
+    """As ``side_by_side.advance_side_by_side``, with events."""
+    runs = all_runs.lanes
+    c, b, times = runs.c, runs.b, runs.times
+    for s in range(plan.rows.shape[0]):
+        enter(runs, plan, s)
+        for lane in range(LANES):
+            all_runs.again[lane] = 1.0 if times[TAKEN, lane] > 0.0 else 0.0
+            times[END, lane] = times[BEGIN, lane] if times[TAKEN, lane] > 0.0 else times[END, lane]
+        enter_alone(all_runs)
+        for k in range(plan.rows[s, STEPS]):
+            put_times(runs, plan, s, k)
+            call(runs.step, c, b, times, runs.state, runs.slopes, runs.trial)
+            look(all_runs)
+            step_alone(all_runs)
+            call(runs.settle, times[TAKEN:], runs.state, runs.trial, runs.bounds, runs.turns, runs.said)
+            join(all_runs)
+            recorded(runs, plan, samples, s, k)
+
+
+def enter_alone(all_runs: LanesOverEvents) -> None:
+    """Begin a row of a plan with each run that has a step in it."""
+    runs, lane = all_runs.lanes, 0
+    for run in all_runs.one:
+        is_going = all_runs.again[lane] != 0.0 and runs.said[SOUND, lane] != 0.0
+        if is_going:
+            for j in range(runs.place, run.scene.c.size):
+                run.scene.c[j] = runs.c[j, lane]
+            see_to_branches(runs, run, lane)
+        all_runs.again[lane] = 0.0
+        lane += 1
+    refresh(all_runs)
+
+
+def look(all_runs: LanesOverEvents) -> None:
+    """Find out which of the runs may have an event in the step that has just been tried."""
+    runs, times = all_runs.lanes, all_runs.lanes.times
+    if all_runs.watch != 0:
+        trial, slopes = runs.trial, runs.slopes
+        call(all_runs.watch, runs.c, runs.b, times[TAKEN:], trial, slopes, all_runs.seen, all_runs.found)
+
+
+def refresh(all_runs: LanesOverEvents) -> None:
+    """What is known of states where they are."""
+    runs, times = all_runs.lanes, all_runs.lanes.times
+    if all_runs.watch != 0:
+        state, slopes = runs.state, runs.slopes
+        call(all_runs.watch, runs.c, runs.b, times[TAKEN:], state, slopes, all_runs.seen, all_runs.found)
+
+
+def step_alone(all_runs: LanesOverEvents) -> None:
+    """Take the step anew with each run that may have an event in it."""
+    runs, lane = all_runs.lanes, 0
+    for run in all_runs.one:
+        is_going = runs.times[TAKEN, lane] > 0.0 and runs.said[SOUND, lane] != 0.0
+        if is_going and all_runs.found[lane] != 0.0:
+            known = step_of_one(runs, run, lane)
+            all_runs.again[lane] = 1.0 if known else 2.0
+        lane += 1
+
+
+def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
+    """One run's step by itself, from where it lies in the lanes into ``trial`` there.
+
+    Returns:
+        Whether its branches hold at the step's end for certain, as of ``step_over_events``.
+    """
+    work, times = run.work, runs.times
+    take_out(runs, run, lane)
+    begin, end = times[BEGIN, lane], times[END, lane]
+    evaluate(run, begin, run.state, work.slope)
+    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
+    known = step_over_events(run, begin, times[TAKEN, lane], end)
+    put_in(runs.trial, work.trial, lane)
+    put_in(runs.b, run.balls.branches, lane)
+    return known
+
+
+def join(all_runs: LanesOverEvents) -> None:
+    """See to the branches of runs that had an event, or whose state is another one now."""
+    runs, lane, changed = all_runs.lanes, 0, False
+    for run in all_runs.one:
+        again = all_runs.again[lane]
+        if again != 0.0 or runs.said[MOVED, lane] != 0.0:
+            changed = True
+            is_going = runs.times[TAKEN, lane] > 0.0 and runs.said[SOUND, lane] != 0.0
+            if is_going and (again == 2.0 or runs.said[MOVED, lane] != 0.0):
+                see_to_branches(runs, run, lane)
+            all_runs.again[lane] = 0.0
+        lane += 1
+    if changed:
+        refresh(all_runs)
+
+
+def see_to_branches(runs: LaneRuns, run: Run, lane: int) -> None:
+    """As a single run does where it begins steps."""
+    take_out(runs, run, lane)
+    put_branches(run.balls)
+    time = runs.times[END, lane]
+    evaluate(run, time, run.state, run.work.slope)
+    check_branches(run, time)
+    put_in(runs.state, run.state, lane)
+    put_in(runs.b, run.balls.branches, lane)
+
+
+def take_out(runs: LaneRuns, run: Run, lane: int) -> None:
+    """One run's state and turns, from the lanes."""
+    for j in range(run.state.size):
+        run.state[j] = runs.state[j, lane]
+    for i in range(runs.turns.shape[0]):
+        run.balls.discrete[i, TURNS] = int(runs.turns[i, lane])
+
+
+def put_in(table: Table, values: Floats, lane: int) -> None:
+    """One run's numbers, into the lanes."""
+    for j in range(values.size):
+        table[j, lane] = values[j]
