@@ -133,9 +133,10 @@ class LaneGroup:
     def _alone(self, code: Code) -> Run:
         """One of the runs by itself."""
         first, tableau = self._first, self._first.stepper.weights
-        states = layout_of(first.system).size
+        states, system = layout_of(first.system).size, first.system
+        own = system._replace(balls=system.balls.copy(), contacts=system.contacts.copy())
         return run_of(
-            first.system,
+            own,
             code,
             code.step(tableau.a, tableau.b, tableau.c),
             first.scene.solver.step,
