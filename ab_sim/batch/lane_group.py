@@ -159,8 +159,6 @@ class LaneGroup:
             c=_room(code.size),
             b=_room(code.branches()),
             place=code.layout.place,
-            balls=n,
-            ball_column=column,
             step_length=first.scene.solver.step,
             every=self._every,
             bounds=_room(layout.size),
@@ -190,7 +188,7 @@ def _begin(work: _Work, starts: LaneStarts) -> None:
         place[:, count:] = column[-1:].T
     lanes.said[SOUND], lanes.sound[:] = 1.0, 0.0
     for lane, run in enumerate(work.alone):
-        row, balls, n = min(lane, count - 1), run.balls, lanes.balls
+        row, balls, n = min(lane, count - 1), run.balls, run.balls.number
         constants = starts.constants[row]
         run.scene.c[: len(constants)] = constants
         columns_of_balls = constants[len(constants) - n * len(FORMULA_COLUMNS) :]

@@ -57,9 +57,11 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
             put_times(runs, plan, s, k)
             call(runs.step, c, b, times, runs.state, runs.slopes, runs.trial)
             look(all_runs)
-            step_alone(all_runs)
+            if is_any(all_runs.found):
+                step_alone(all_runs)
             call(runs.settle, times[TAKEN:], runs.state, runs.trial, runs.bounds, runs.turns, runs.said)
-            join(all_runs)
+            if is_any(all_runs.again) or is_any(runs.said[MOVED]):
+                join(all_runs)
             recorded(runs, plan, samples, s, k)
 
 
@@ -123,18 +125,22 @@ def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
 
 def join(all_runs: LanesOverEvents) -> None:
     """See to the branches of runs that had an event, or whose state is another one now."""
-    runs, lane, changed = all_runs.lanes, 0, False
+    runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
-        again = all_runs.again[lane]
-        if again != 0.0 or runs.said[MOVED, lane] != 0.0:
-            changed = True
-            is_going = runs.times[TAKEN, lane] > 0.0 and runs.said[SOUND, lane] != 0.0
-            if is_going and (again == 2.0 or runs.said[MOVED, lane] != 0.0):
-                see_to_branches(runs, run, lane)
-            all_runs.again[lane] = 0.0
+        is_going = runs.times[TAKEN, lane] > 0.0 and runs.said[SOUND, lane] != 0.0
+        if is_going and (all_runs.again[lane] == 2.0 or runs.said[MOVED, lane] != 0.0):
+            see_to_branches(runs, run, lane)
+        all_runs.again[lane] = 0.0
         lane += 1
-    if changed:
-        refresh(all_runs)
+    refresh(all_runs)
+
+
+def is_any(flags: Floats) -> bool:
+    """Whether any of the runs' numbers is other than 0."""
+    found = 0.0
+    for lane in range(LANES):
+        found += abs(flags[lane])
+    return found != 0.0
 
 
 def see_to_branches(runs: LaneRuns, run: Run, lane: int) -> None:

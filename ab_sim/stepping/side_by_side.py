@@ -1,6 +1,5 @@
 """Fixed steps of eight runs at once, each in a lane of its own."""
 
-from math import pi
 from typing import NamedTuple
 
 import numpy as np
@@ -44,17 +43,13 @@ class LaneRuns(NamedTuple):
     settle: int
     """settle(t, y, trial, bounds, turns, said): see ``settle``; length behind t."""
     finish: int
-    """finish(c, b, t, y, k, row); time and the profile's time behind t."""
+    """finish(c, b, t, y, k, turns, row); time and the profile's time behind t."""
     c: Table
     """Constants, shape (constants, 8)."""
     b: Table
     """Branches, shape (numbers, 8)."""
     place: int
     """Where in c the place on the speed profile begins."""
-    balls: int
-    """n."""
-    ball_column: int
-    """Where in a row the first ball's angle is."""
     step_length: float
     """s."""
     every: int
@@ -169,13 +164,8 @@ def recorded(runs: LaneRuns, plan: LanePlan, samples: LaneSamples, s: int, k: in
     steps = plan.rows[s, FIRST] + k + 1
     if steps % runs.every != 0:
         return False
-    call(runs.finish, runs.c, runs.b, runs.times[END:], runs.state, runs.slopes, runs.row)
-    for i in range(runs.balls):
-        for lane in range(LANES):
-            runs.row[runs.ball_column + 2 * i, lane] += 2.0 * pi * runs.turns[i, lane]
-    if runs.turns.shape[0] > runs.balls:
-        for lane in range(LANES):
-            runs.row[0, lane] += 2.0 * pi * runs.turns[runs.balls, lane]
+    at, turns = runs.times[END:], runs.turns
+    call(runs.finish, runs.c, runs.b, at, runs.state, runs.slopes, turns, runs.row)
     put_sample(runs, samples, steps)
     return True
 
