@@ -120,15 +120,26 @@ class LaneGroup:
         if not code.model.has_events:
             return _Work(lanes, (), compiled(advance_side_by_side).bind(lanes), code)
         alone = tuple(self._alone(code) for _ in range(LANES))
-        over_events = LanesOverEvents(
+        over_events = self._over_events(lanes, code, alone)
+        return _Work(lanes, alone, compiled(advance_over_events).bind(over_events), code)
+
+    def _over_events(
+        self, lanes: LaneRuns, code: Code, alone: tuple[Run, ...]
+    ) -> LanesOverEvents:
+        contact, table = code.model.has_contact, alone[0].balls.table
+        return LanesOverEvents(
             lanes,
-            watch=watch_address(code, LANES),
+            have_contact=contact,
+            watch=0 if contact else watch_address(code, LANES),
             seen=_room(size_of_seen(code)),
+            evaluate=code.address("evaluate", LANES) if contact else 0,
+            x=_room(len(alone[0].balls.x)),
+            motor=_room(len(alone[0].balls.motor)),
+            table=_room(table.size).reshape(*table.shape, LANES),
             found=np.zeros(LANES),
             again=np.zeros(LANES),
             one=alone,
         )
-        return _Work(lanes, alone, compiled(advance_over_events).bind(over_events), code)
 
     def _alone(self, code: Code) -> Run:
         """One of the runs by itself."""

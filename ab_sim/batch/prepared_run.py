@@ -13,7 +13,7 @@ from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.system import has_contact, has_events
+from ab_sim.dynamics.system import has_events
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.kernels.constants import pattern
 from ab_sim.scene import Scene
@@ -70,7 +70,7 @@ class PreparedRun:
             scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
         )
         smooth = not has_events(self.system.effects)
-        self.fits_lane = self.stepper.takes_lanes and not has_contact(self.system.effects)
+        self.fits_lane = self.stepper.takes_lanes
         self.takes_collocation_steps = self.stepper.collocation_steps and smooth
 
     @property

@@ -6,11 +6,12 @@ asked of all eight is not quite as sharp as what is asked of one: it may take a 
 
 from typing import NamedTuple
 
-from ab_sim.compiling.kinds import Floats, Table, call
+from ab_sim.compiling.kinds import Cube, Floats, Table, call
 from ab_sim.events.balls import put_branches
 from ab_sim.events.event_functions import event_functions
-from ab_sim.events.location import check_branches, step_over_events
+from ab_sim.events.location import check_branches, may_have_event, step_over_events
 from ab_sim.events.run import TURNS, Run, evaluate
+from ab_sim.stepping.fixed_step import take_over_end
 from ab_sim.stepping.settle import MOVED, SOUND
 from ab_sim.stepping.side_by_side import (
     BEGIN,
@@ -31,14 +32,25 @@ class LanesOverEvents(NamedTuple):
     """Eight runs with events."""
 
     lanes: LaneRuns
+    have_contact: bool
+    """Whether balls meet. Which are neighbours differs from run to run, so each is asked alone."""
     watch: int
-    """watch(c, b, t, y, k, seen, found), in lanes: see ``watch``; 0 where balls may meet."""
+    """watch(c, b, t, y, k, seen, found), in lanes: see ``watch``. Without contact."""
     seen: Table
     """What it keeps, shape (numbers, 8)."""
+    evaluate: int
+    """evaluate(c, b, t, y, k, x, motor, table), in lanes. With contact."""
+    x: Table
+    """Shape (K, 8), as the next two what ``BallEvents`` has of one run."""
+    motor: Table
+    """Shape (3, 8)."""
+    table: Cube
+    """Shape (9 + 2 K, n, 8)."""
     found: Floats
     """Other than 0 where a run may have an event in its step, shape (8,)."""
     again: Floats
-    """Other than 0 where a run's branches have to be seen to when it joins, shape (8,)."""
+    """Other than 0 where a run has taken its step alone: 1, or 2 if its branches
+    have to be seen to, shape (8,)."""
     one: tuple[Run, Run, Run, Run, Run, Run, Run, Run]
     """Each of them alone; its state, branches and turns are copies of what lies in the lanes."""
 
@@ -50,8 +62,8 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
     for s in range(plan.rows.shape[0]):
         enter(runs, plan, s)
         for lane in range(LANES):
-            all_runs.again[lane] = 1.0 if times[TAKEN, lane] > 0.0 else 0.0
-            times[END, lane] = times[BEGIN, lane] if times[TAKEN, lane] > 0.0 else times[END, lane]
+            if times[TAKEN, lane] > 0.0:
+                times[END, lane] = times[BEGIN, lane]
         enter_alone(all_runs)
         for k in range(plan.rows[s, STEPS]):
             put_times(runs, plan, s, k)
@@ -60,6 +72,8 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
             if is_any(all_runs.found):
                 step_alone(all_runs)
             call(runs.settle, times[TAKEN:], runs.state, runs.trial, runs.bounds, runs.turns, runs.said)
+            if all_runs.have_contact:
+                go_on(all_runs)
             if is_any(all_runs.again) or is_any(runs.said[MOVED]):
                 join(all_runs)
             recorded(runs, plan, samples, s, k)
@@ -69,38 +83,64 @@ def enter_alone(all_runs: LanesOverEvents) -> None:
     """Begin a row of a plan with each run that has a step in it."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
-        is_going = all_runs.again[lane] != 0.0 and runs.said[SOUND, lane] != 0.0
-        if is_going:
+        if is_going(runs, lane):
             for j in range(runs.place, run.scene.c.size):
                 run.scene.c[j] = runs.c[j, lane]
             see_to_branches(runs, run, lane)
-        all_runs.again[lane] = 0.0
         lane += 1
     refresh(all_runs)
 
 
 def look(all_runs: LanesOverEvents) -> None:
     """Find out which of the runs may have an event in the step that has just been tried."""
-    runs, times = all_runs.lanes, all_runs.lanes.times
-    if all_runs.watch != 0:
-        trial, slopes = runs.trial, runs.slopes
-        call(all_runs.watch, runs.c, runs.b, times[TAKEN:], trial, slopes, all_runs.seen, all_runs.found)
+    runs, after = all_runs.lanes, all_runs.lanes.times[TAKEN:]
+    c, b, trial, slopes = runs.c, runs.b, runs.trial, runs.slopes
+    if not all_runs.have_contact:
+        call(all_runs.watch, c, b, after, trial, slopes, all_runs.seen, all_runs.found)
+        return
+    x, motor, table = all_runs.x, all_runs.motor, all_runs.table
+    call(all_runs.evaluate, c, b, runs.times[END:], trial, slopes, x, motor, table)
+    lane = 0
+    for run in all_runs.one:
+        all_runs.found[lane] = 0.0
+        if is_going(runs, lane) and may_have_event_alone(all_runs, run, lane):
+            all_runs.found[lane] = 1.0
+        lane += 1
 
 
 def refresh(all_runs: LanesOverEvents) -> None:
     """What is known of states where they are."""
-    runs, times = all_runs.lanes, all_runs.lanes.times
-    if all_runs.watch != 0:
-        state, slopes = runs.state, runs.slopes
-        call(all_runs.watch, runs.c, runs.b, times[TAKEN:], state, slopes, all_runs.seen, all_runs.found)
+    runs, now = all_runs.lanes, all_runs.lanes.times[TAKEN:]
+    if not all_runs.have_contact:
+        c, b, state, slopes = runs.c, runs.b, runs.state, runs.slopes
+        call(all_runs.watch, c, b, now, state, slopes, all_runs.seen, all_runs.found)
+
+
+def is_going(runs: LaneRuns, lane: int) -> bool:
+    """Whether a run takes the step at hand."""
+    return runs.times[TAKEN, lane] > 0.0 and runs.said[SOUND, lane] != 0.0
+
+
+def may_have_event_alone(all_runs: LanesOverEvents, run: Run, lane: int) -> bool:
+    """Whether one run may have an event in its step, from what was evaluated at all ends."""
+    balls, work, times = run.balls, run.work, all_runs.lanes.times
+    take_out(work.trial, all_runs.lanes.trial, lane)
+    take_out(work.slope_ahead, all_runs.lanes.slopes, lane)
+    take_out(balls.x, all_runs.x, lane)
+    take_out(balls.motor, all_runs.motor, lane)
+    for line in range(balls.table.shape[0]):
+        take_out(balls.table[line], all_runs.table[line], lane)
+    event_functions(
+        balls, work.trial, work.slope_ahead, work.value_ahead, work.rounding, work.rate_ahead
+    )
+    return may_have_event(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
 
 
 def step_alone(all_runs: LanesOverEvents) -> None:
     """Take the step anew with each run that may have an event in it."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
-        is_going = runs.times[TAKEN, lane] > 0.0 and runs.said[SOUND, lane] != 0.0
-        if is_going and all_runs.found[lane] != 0.0:
+        if all_runs.found[lane] != 0.0 and is_going(runs, lane):
             known = step_of_one(runs, run, lane)
             all_runs.again[lane] = 1.0 if known else 2.0
         lane += 1
@@ -113,12 +153,13 @@ def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
         Whether its branches hold at the step's end for certain, as of ``step_over_events``.
     """
     work, times = run.work, runs.times
-    take_out(runs, run, lane)
+    take_over_from(runs, run, lane)
     begin, end = times[BEGIN, lane], times[END, lane]
     evaluate(run, begin, run.state, work.slope)
     event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
     known = step_over_events(run, begin, times[TAKEN, lane], end)
     put_in(runs.trial, work.trial, lane)
+    put_in(runs.slopes, work.slope_ahead, lane)
     put_in(runs.b, run.balls.branches, lane)
     return known
 
@@ -127,8 +168,8 @@ def join(all_runs: LanesOverEvents) -> None:
     """See to the branches of runs that had an event, or whose state is another one now."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
-        is_going = runs.times[TAKEN, lane] > 0.0 and runs.said[SOUND, lane] != 0.0
-        if is_going and (all_runs.again[lane] == 2.0 or runs.said[MOVED, lane] != 0.0):
+        doubtful = all_runs.again[lane] == 2.0 or runs.said[MOVED, lane] != 0.0
+        if doubtful and is_going(runs, lane):
             see_to_branches(runs, run, lane)
         all_runs.again[lane] = 0.0
         lane += 1
@@ -145,24 +186,41 @@ def is_any(flags: Floats) -> bool:
 
 def see_to_branches(runs: LaneRuns, run: Run, lane: int) -> None:
     """As a single run does where it begins steps."""
-    take_out(runs, run, lane)
+    take_over_from(runs, run, lane)
     put_branches(run.balls)
     time = runs.times[END, lane]
     evaluate(run, time, run.state, run.work.slope)
     check_branches(run, time)
     put_in(runs.state, run.state, lane)
+    put_in(runs.slopes, run.work.slope, lane)
     put_in(runs.b, run.balls.branches, lane)
 
 
-def take_out(runs: LaneRuns, run: Run, lane: int) -> None:
+def take_over_from(runs: LaneRuns, run: Run, lane: int) -> None:
     """One run's state and turns, from the lanes."""
-    for j in range(run.state.size):
-        run.state[j] = runs.state[j, lane]
+    take_out(run.state, runs.state, lane)
     for i in range(runs.turns.shape[0]):
         run.balls.discrete[i, TURNS] = int(runs.turns[i, lane])
+
+
+def take_out(values: Floats, table: Table, lane: int) -> None:
+    """One run's numbers, from the lanes."""
+    for j in range(values.size):
+        values[j] = table[j, lane]
 
 
 def put_in(table: Table, values: Floats, lane: int) -> None:
     """One run's numbers, into the lanes."""
     for j in range(values.size):
         table[j, lane] = values[j]
+
+
+def go_on(all_runs: LanesOverEvents) -> None:
+    """What is known of each run's end is so of its next start."""
+    lane = 0
+    for run in all_runs.one:
+        if is_going(all_runs.lanes, lane) and all_runs.again[lane] != 2.0:
+            for j in range(run.state.size):
+                run.state[j] = run.work.trial[j]
+            take_over_end(run.work)
+        lane += 1
