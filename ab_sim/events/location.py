@@ -62,13 +62,21 @@ def step_over_events(run: Run, begin: float, length: float, end: float) -> bool:
     Returns:
         Whether the workspace holds slope and event functions at its end.
     """
+    trial_step(run, begin, length, end)
+    return cut_at_events(run, begin, length, end)
+
+
+def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
+    """The same, after the whole step has been tried."""
     work, state = run.work, run.state
     bounces = BOUNCES + 20 * run.balls.number
     now, rest = begin, length
     for count in range(2 * bounces + 1):
-        slot, taken = trial_step(run, now, rest, end), rest
+        if count > 0:
+            trial_step(run, now, rest, end)
         if not within_bounds(work.trial, work.bounds):
             return False
+        slot, taken = first_crossed(work.value, work.value_ahead, work.rounding), rest
         if slot < 0:
             slot, taken = lowest_between(run, now, rest, end)
         if slot < 0:
@@ -101,15 +109,19 @@ def within_bounds(trial: Floats, bounds: Floats) -> bool:
     return True
 
 
-def trial_step(run: Run, now: float, length: float, end: float) -> int:
-    """Step, and evaluate the event functions at its end: the slot that is first crossed, or -1."""
+def trial_step(run: Run, now: float, length: float, end: float) -> None:
+    """Step, and evaluate the event functions at its end."""
     take_step(run, now, length)
+    look_at_end(run, end)
+
+
+def look_at_end(run: Run, end: float) -> None:
+    """Evaluate the event functions at the end of a trial step."""
     work = run.work
     evaluate(run, end, work.trial, work.slope_ahead)
     event_functions(
         run.balls, work.trial, work.slope_ahead, work.value_ahead, work.rounding, work.rate_ahead
     )
-    return first_crossed(work.value, work.value_ahead, work.rounding)
 
 
 def left(value: Floats, rounding: Floats, slot: int) -> float:
@@ -250,42 +262,40 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
     work, rounding, start = run.work, run.work.rounding, run.work.value
     low, high = 0.0, length
     at_low, at_high = max(left(start, rounding, slot), 0.0), left(work.value_ahead, rounding, slot)
-    rate_low, rate_high = rate_at_start(run, now, length, slot), rate_at(run, now + length, length, slot)
-    beside, is_at_high = BESIDE * length, False
+    rate_low, rate_high = rate_at_start(run, now, length, slot), rate_at(run, now + high, length, slot)
+    beside, rate = BESIDE * length, rate_high
     for attempt in range(ATTEMPTS):
         if high - low <= CLOSE * length:
             break
-        x = crossing(low, high, at_low, at_high, rate_low, rate_high)
-        # A little before where it is expected, then a little behind, so that both ends close in.
-        aims_behind = x - low <= 2.0 * beside
-        x += beside if aims_behind else -beside
+        x = crossing(low, high, at_low, at_high, rate_low, rate_high) + beside
         if low == 0.0 and at_low <= 10.0 * CROSSED * rounding[slot]:
             # What starts at zero has to be found where it has risen, for the crossing behind that.
             x = 0.25 * high
         elif attempt % 8 == 7 or not low < x < high:
             x = 0.5 * (low + high)
         trial_step(run, now, x, now + x)
-        here, other = left(work.value_ahead, rounding, slot), -1
+        here = left(work.value_ahead, rounding, slot)
+        other = other_crossed(work.value_ahead, rounding, slot)
+        if here >= 0.0 and other < 0:
+            # If it is still not reached where it was expected, that is rounding: look further.
+            beside = 8.0 * beside if 0.0 < x - low <= 2.0 * beside else BESIDE * length
+            rate = rate_at(run, now + x, length, slot)
+            low, at_low, rate_low = x, here, rate
+            continue
+        # Of several that have been crossed here, one may have been before: look before it.
+        beside = BESIDE * length if other < 0 else -BESIDE * length
         if here >= 0.0:
-            other = other_crossed(work.value_ahead, rounding, slot)
-            if other < 0:
-                beside *= 8.0 if aims_behind else 1.0
-                low, at_low, rate_low = x, here, rate_at(run, now + x, length, slot)
-                is_at_high = False
-                continue
             # Another function has been crossed before: that one, then. At ``low`` none has been.
             slot, here = other, left(work.value_ahead, rounding, other)
             at_low, rate_low = -here, NEVER
             if low == 0.0:
                 at_low = max(left(start, rounding, slot), 0.0)
                 rate_low = rate_at_start(run, now, length, slot)
-        high, at_high = x, here
-        is_at_high, beside = True, BESIDE * length
-        if high - low > CLOSE * length:
-            rate_high = rate_at(run, now + x, length, slot)
-            is_at_high = False
-    if not is_at_high:
-        trial_step(run, now, high, now + high)
+        elif other < 0 and -here <= -rate * CLOSE * length:
+            return x, slot
+        rate = rate_at(run, now + x, length, slot)
+        high, at_high, rate_high = x, here, rate
+    trial_step(run, now, high, now + high)
     return high, slot
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ab_sim.compiling.kinds import Cube, Floats, Table, call
 from ab_sim.events.balls import put_branches
 from ab_sim.events.event_functions import event_functions
-from ab_sim.events.location import check_branches, may_have_event, step_over_events
+from ab_sim.events.location import check_branches, cut_at_events, look_at_end, may_have_event
 from ab_sim.events.run import TURNS, Run, evaluate
 from ab_sim.stepping.fixed_step import take_over_end
 from ab_sim.stepping.settle import MOVED, SOUND
@@ -141,23 +141,31 @@ def step_alone(all_runs: LanesOverEvents) -> None:
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
         if all_runs.found[lane] != 0.0 and is_going(runs, lane):
+            if not all_runs.have_contact:
+                look_at_step(runs, run, lane)
             known = step_of_one(runs, run, lane)
             all_runs.again[lane] = 1.0 if known else 2.0
         lane += 1
 
 
+def look_at_step(runs: LaneRuns, run: Run, lane: int) -> None:
+    """What is known of both ends of a step that has been tried in the lanes, for one run."""
+    work = run.work
+    take_over_from(runs, run, lane)
+    evaluate(run, runs.times[BEGIN, lane], run.state, work.slope)
+    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
+    take_out(work.trial, runs.trial, lane)
+    look_at_end(run, runs.times[END, lane])
+
+
 def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
-    """One run's step by itself, from where it lies in the lanes into ``trial`` there.
+    """One run's step by itself, from what is known of it as a whole, into ``trial`` in the lanes.
 
     Returns:
         Whether its branches hold at the step's end for certain, as of ``step_over_events``.
     """
     work, times = run.work, runs.times
-    take_over_from(runs, run, lane)
-    begin, end = times[BEGIN, lane], times[END, lane]
-    evaluate(run, begin, run.state, work.slope)
-    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
-    known = step_over_events(run, begin, times[TAKEN, lane], end)
+    known = cut_at_events(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
     put_in(runs.trial, work.trial, lane)
     put_in(runs.slopes, work.slope_ahead, lane)
     put_in(runs.b, run.balls.branches, lane)
