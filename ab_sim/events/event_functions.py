@@ -23,8 +23,8 @@ from ab_sim.events.balls import (
     path_speed,
     row_start,
 )
-from ab_sim.events.reactions import largest_friction, path_force_less_friction, put_reactions
-from ab_sim.events.run import ASKED, DIRECTION, JOINED, LOADED, MASS, MOST, SPACING, BallEvents
+from ab_sim.events.reactions import ROUNDING, largest_friction, put_reactions
+from ab_sim.events.run import ASKED, DIRECTION, JOINED, LOADED, MOST, SPACING, BallEvents
 
 SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
 """Slot = kind times n + ball (TOUCH: contact); the motor's two come last."""
@@ -32,8 +32,6 @@ NEVER = 1e300
 """Value of what cannot happen."""
 TOUCHING = 1e-12
 """Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
-ROUNDING = 1e-12
-"""Relative size of a value that may be rounding."""
 RATE_ROUNDING = 1e-14
 """rad/s, of a rate that may be rounding."""
 
@@ -71,15 +69,6 @@ def event_functions(
         motor_functions(balls, value, rounding)
 
 
-def force_rounding(balls: BallEvents, i: int, pull: float, x: Floats) -> float:
-    """What of the forces on ball i, ``pull`` along the race, may be rounding [N]."""
-    # What tilts a deck acts through its weight at the ball, which is in the forces.
-    size = abs(pull) + balls.constants[i, MASS] * (abs(x[0]) + abs(x[1]))
-    if balls.has_friction:
-        size += abs(balls.force[i])
-    return ROUNDING * size
-
-
 def friction_functions(
     balls: BallEvents, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
@@ -88,8 +77,7 @@ def friction_functions(
     for i in range(n):
         force, direction = balls.force[i], balls.discrete[i, DIRECTION]
         loaded = balls.discrete[i, LOADED] == 1
-        pull = path_force_less_friction(balls, i, balls.x)
-        coarse = force_rounding(balls, i, pull, balls.x)
+        pull, coarse = balls.pull[i], balls.coarse[i]
         value[LOAD * n + i] = force if loaded else -force
         rounding[LOAD * n + i] = coarse
         if direction == 0:
@@ -138,10 +126,7 @@ def contact_functions(
             rate[slot] = path_speed(balls, state, j) - path_speed(balls, state, i)
         elif moves_along(balls, k):
             value[slot] = balls.push[k]
-            for ball in range(2):
-                one = i if ball == 0 else j
-                pull = path_force_less_friction(balls, one, balls.x)
-                rounding[slot] += force_rounding(balls, one, pull, balls.x)
+            rounding[slot] = balls.coarse[i] + balls.coarse[j]
 
 
 def motor_functions(balls: BallEvents, value: Floats, rounding: Floats) -> None:

@@ -11,7 +11,8 @@ import math
 
 from ab_sim.compiling.kinds import Floats
 from ab_sim.events.complementarity import solve_complementarity
-from ab_sim.events.event_functions import NEVER, ROUNDING, event_functions
+from ab_sim.events.event_functions import NEVER, event_functions
+from ab_sim.events.reactions import ROUNDING
 from ab_sim.events.run import Run, Workspace, evaluate, take_step
 
 BOUNCES = 60
@@ -44,7 +45,7 @@ def check_branches(run: Run, time: float) -> None:
     hold no more; elsewhere this changes nothing, or a run would depend on how it is cut up.
     """
     work = run.work
-    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
+    look_at_start(run)
     if first_crossed(work.value, work.value, work.rounding) >= 0:
         solve_complementarity(run, time, -1, False)
 
@@ -115,13 +116,26 @@ def trial_step(run: Run, now: float, length: float, end: float) -> None:
     look_at_end(run, end)
 
 
+def look_at_start(run: Run) -> None:
+    """The event functions at a step's start, right after ``evaluate`` there."""
+    work = run.work
+    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
+    work.measured[0] = 0.0
+
+
 def look_at_end(run: Run, end: float) -> None:
     """Evaluate the event functions at the end of a trial step."""
+    evaluate(run, end, run.work.trial, run.work.slope_ahead)
+    put_functions_at_end(run)
+
+
+def put_functions_at_end(run: Run) -> None:
+    """The event functions at the end of a trial step, right after ``evaluate`` there."""
     work = run.work
-    evaluate(run, end, work.trial, work.slope_ahead)
     event_functions(
         run.balls, work.trial, work.slope_ahead, work.value_ahead, work.rounding, work.rate_ahead
     )
+    work.measured[1] = 0.0
 
 
 def left(value: Floats, rounding: Floats, slot: int) -> float:
@@ -220,7 +234,8 @@ def dip(work: Workspace, length: float, slot: int) -> float:
 def put_rates_at_ends(run: Run, now: float, length: float, end: float) -> None:
     """Rates of the functions at both ends of a step, measured, into ``force_rate``."""
     work, brief = run.work, SHORTLY * length
-    put_force_rates(run, now, brief, run.state, work.slope, work.value, 0)
+    if work.measured[0] != brief:
+        put_force_rates(run, now, brief, run.state, work.slope, work.value, 0)
     put_force_rates(run, end, brief, work.trial, work.slope_ahead, work.value_ahead, 1)
 
 
@@ -251,6 +266,7 @@ def put_force_rates(
     event_functions(run.balls, near[0], near[1], values[0], values[1], values[2])
     for slot in range(value.size):
         work.force_rate[line, slot] = (values[0, slot] - value[slot]) / shortly
+    work.measured[line] = shortly
 
 
 def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:

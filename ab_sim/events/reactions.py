@@ -8,10 +8,14 @@ from ab_sim.events.run import (
     GRIP,
     INERTIA,
     LOAD,
+    MASS,
     PATH_ACCELERATION,
     PATH_FORCE,
     BallEvents,
 )
+
+ROUNDING = 1e-12
+"""Relative size of a force that may be rounding."""
 
 
 def put_normal_forces(balls: BallEvents, x: Floats) -> None:
@@ -40,15 +44,31 @@ def path_force_less_friction(balls: BallEvents, i: int, x: Floats) -> float:
     return pull
 
 
+def force_rounding(balls: BallEvents, i: int, pull: float, x: Floats) -> float:
+    """What of the forces on ball i, ``pull`` along the race, may be rounding [N]."""
+    # What tilts a deck acts through its weight at the ball, which is in the forces.
+    size = abs(pull) + balls.constants[i, MASS] * (abs(x[0]) + abs(x[1]))
+    if balls.has_friction:
+        size += abs(balls.force[i])
+    return ROUNDING * size
+
+
 def largest_friction(balls: BallEvents, i: int) -> float:
     """On ball i [N]; after ``put_normal_forces``."""
     return balls.table[GRIP, i] * max(balls.force[i], 0.0)
 
 
 def put_reactions(balls: BallEvents) -> None:
-    """Fill in ``force`` and ``push``, as far as the balls have such, right after ``evaluate``."""
+    """Fill in ``force``, ``pull``, ``coarse``, ``push``, as far as the balls have such.
+
+    Right after ``evaluate``.
+    """
     if balls.has_friction:
         put_normal_forces(balls, balls.x)
+    if balls.has_friction or balls.has_contact:
+        for i in range(balls.number):
+            balls.pull[i] = path_force_less_friction(balls, i, balls.x)
+            balls.coarse[i] = force_rounding(balls, i, balls.pull[i], balls.x)
     if balls.has_contact:
         begin, push = row_start(balls), 0.0
         for place in range(balls.number):
@@ -56,7 +76,7 @@ def put_reactions(balls: BallEvents) -> None:
             if moves_along(balls, k):
                 # What arrives from behind, and what the ball itself does not need.
                 i = ball_at(balls, k)
-                push += path_force_less_friction(balls, i, balls.x)
+                push += balls.pull[i]
                 push -= balls.table[INERTIA, i] * balls.table[PATH_ACCELERATION, i]
             else:
                 push = 0.0

@@ -80,6 +80,11 @@ class BallEvents(NamedTuple):
     """Shape (3,)."""
     force: Floats
     """N, the race's normal force on each ball [N]; shape (n,)."""
+    pull: Floats
+    """Force along the race on each ball but for its neighbours' pushes [N], without the friction of
+    one that sticks; shape (n,)."""
+    coarse: Floats
+    """What of these forces may be rounding [N]; shape (n,)."""
     push: Floats
     """Force along the race between the balls at a contact [N]; shape (n,)."""
     accelerations: int
@@ -132,6 +137,9 @@ class Workspace(NamedTuple):
     """Event functions, rounding and rates there; shape (3, slots)."""
     force_rate: Table
     """Rates of the event functions that are forces, at a step's start and end; shape (2, slots)."""
+    measured: Floats
+    """How long after a step's start and end these rates were measured [s]; 0 where they were not;
+    shape (2,)."""
     counts: Integers
     """Events met; steps with events too many to locate and instants at which no branches were found
     for all laws; shape (2,)."""

@@ -32,6 +32,8 @@ def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
         x=aligned((every,)),
         motor=aligned((3,)),
         force=aligned((n,)),
+        pull=aligned((n,)),
+        coarse=aligned((n,)),
         push=aligned((n,)),
         accelerations=every,
         free=every if driven else every - 1,
@@ -71,6 +73,7 @@ def workspace(balls: BallEvents, bounds: np.ndarray, memory: tuple[int, int] = (
         near=aligned((2, *states)),
         near_value=aligned((3, *size)),
         force_rate=aligned((2, *size)),
+        measured=np.zeros(2),
         counts=np.zeros(2, np.int64),
     )
 

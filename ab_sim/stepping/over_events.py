@@ -8,8 +8,14 @@ from typing import NamedTuple
 
 from ab_sim.compiling.kinds import Cube, Floats, Table, call
 from ab_sim.events.balls import put_branches
-from ab_sim.events.event_functions import event_functions
-from ab_sim.events.location import check_branches, cut_at_events, look_at_end, may_have_event
+from ab_sim.events.location import (
+    check_branches,
+    cut_at_events,
+    look_at_end,
+    look_at_start,
+    may_have_event,
+    put_functions_at_end,
+)
 from ab_sim.events.run import TURNS, Run, evaluate
 from ab_sim.stepping.fixed_step import take_over_end
 from ab_sim.stepping.settle import MOVED, SOUND
@@ -130,9 +136,7 @@ def may_have_event_alone(all_runs: LanesOverEvents, run: Run, lane: int) -> bool
     take_out(balls.motor, all_runs.motor, lane)
     for line in range(balls.table.shape[0]):
         take_out(balls.table[line], all_runs.table[line], lane)
-    event_functions(
-        balls, work.trial, work.slope_ahead, work.value_ahead, work.rounding, work.rate_ahead
-    )
+    put_functions_at_end(run)
     return may_have_event(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
 
 
@@ -153,7 +157,7 @@ def look_at_step(runs: LaneRuns, run: Run, lane: int) -> None:
     work = run.work
     take_over_from(runs, run, lane)
     evaluate(run, runs.times[BEGIN, lane], run.state, work.slope)
-    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
+    look_at_start(run)
     take_out(work.trial, runs.trial, lane)
     look_at_end(run, runs.times[END, lane])
 
