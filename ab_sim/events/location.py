@@ -23,6 +23,8 @@ CLOSE = 1e-13
 """An event's time is known to this part of a step."""
 BESIDE = 0.3 * CLOSE
 """How far beside where an event is expected it is looked for, part of a step."""
+FINE = 0.1
+"""The same, where it is more: its function is zero to this part of what rounding may make of it."""
 CROSSED = 2.0
 """A function has been crossed when it is this many times below zero what rounding may make of it.
 
@@ -34,6 +36,8 @@ DOUBT = 1e-3
 """Part of a force that a cubic through both ends of a step may be wrong by."""
 SHORTLY = 1e-5
 """Part of a step over which the rates of forces are measured."""
+NEWTON = 8
+"""Steps of Newton's to the root of a cubic."""
 ATTEMPTS = 200
 """Trial steps to one event at most."""
 
@@ -285,9 +289,10 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
             break
         x = crossing(low, high, at_low, at_high, rate_low, rate_high) + beside
         if low == 0.0 and at_low <= 10.0 * CROSSED * rounding[slot]:
-            # What starts at zero has to be found where it has risen, for the crossing behind that.
-            x = 0.25 * high
-        elif attempt % 8 == 7 or not low < x < high:
+            # What starts at zero rises first: it is the crossing behind that.
+            back = landing(rate_low * high, at_high, rate_high * high)
+            x = back * high + beside if back < 1.0 else 0.25 * high
+        if attempt % 8 == 7 or not low < x < high:
             x = 0.5 * (low + high)
         trial_step(run, now, x, now + x)
         here = left(work.value_ahead, rounding, slot)
@@ -307,7 +312,7 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
             if low == 0.0:
                 at_low = max(left(start, rounding, slot), 0.0)
                 rate_low = rate_at_start(run, now, length, slot)
-        elif other < 0 and -here <= -rate * CLOSE * length:
+        elif other < 0 and -here <= max(-rate * CLOSE * length, FINE * rounding[slot]):
             return x, slot
         rate = rate_at(run, now + x, length, slot)
         high, at_high, rate_high = x, here, rate
@@ -320,16 +325,41 @@ def crossing(
 ) -> float:
     """Where a function is zero that is drawn between two ends by its values and rates there.
 
-    The cubic is that of its inverse; if it does not fall at both ends, a straight line.
+    As a cubic; where it falls at both ends, its inverse is one; a straight line if a rate is NEVER.
     """
-    span = at_high - at_low
+    length, span = high - low, at_high - at_low
     part = -at_low / span
-    x = low + part * (high - low)
+    if rate_low >= NEVER or rate_high >= NEVER:
+        return low + part * length
     if rate_low < 0.0 and rate_high < 0.0:
         rest = 1.0 - part
-        beyond_low, beyond_high = span / rate_low - (high - low), span / rate_high - (high - low)
-        x += part * rest * (rest * beyond_low - part * beyond_high)
-    return x
+        beyond_low, beyond_high = span / rate_low - length, span / rate_high - length
+        return low + part * length + part * rest * (rest * beyond_low - part * beyond_high)
+    r0, r1 = rate_low * length, rate_high * length
+    p, q = 3.0 * span - 2.0 * r0 - r1, r0 + r1 - 2.0 * span
+    before, behind = 0.0, 1.0
+    for _ in range(NEWTON):
+        here = at_low + part * (r0 + part * (p + part * q))
+        before, behind = (part, behind) if here > 0.0 else (before, part)
+        part -= here / (r0 + part * (2.0 * p + 3.0 * part * q))
+        if not before < part < behind:
+            part = 0.5 * (before + behind)
+    return low + part * length
+
+
+def landing(r0: float, g1: float, r1: float) -> float:
+    """Where in 0 .. 1 a cubic that rises from zero is zero again, with such an end and slopes; or 1.
+
+    Args:
+        r0, r1: changes over the whole at its start and end.
+        g1: what it is at the end.
+    """
+    p = 3.0 * g1 - 2.0 * r0 - r1
+    q = r0 + r1 - 2.0 * g1
+    root = p * p - 4.0 * q * r0
+    if not (r0 > 0.0 and p < 0.0 and root >= 0.0):
+        return 1.0
+    return min(2.0 * r0 / (math.sqrt(root) - p), 1.0)
 
 
 def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
