@@ -23,8 +23,8 @@ from ab_sim.events.balls import (
     path_speed,
     row_start,
 )
-from ab_sim.events.reactions import ROUNDING, largest_friction, put_reactions
-from ab_sim.events.run import ASKED, DIRECTION, JOINED, LOADED, MOST, SPACING, BallEvents
+from ab_sim.events.reactions import ROUNDING, largest_friction, put_pushes
+from ab_sim.events.run import ASKED, DIRECTION, JOINED, LOADED, MOST, PULL, SIZE, SPACING, BallEvents
 
 SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
 """Slot = kind times n + ball (TOUCH: contact); the motor's two come last."""
@@ -58,12 +58,12 @@ def event_functions(
     for slot in range(slots(balls.number)):
         value[slot] = rate[slot] = NEVER
         rounding[slot] = 0.0
-    put_reactions(balls)
     if balls.has_friction:
         friction_functions(balls, state, slope, value, rounding, rate)
         if balls.has_contact:
             add_leaning_balls(balls, value, rounding)
     if balls.has_contact:
+        put_pushes(balls)
         contact_functions(balls, state, value, rounding, rate)
     if balls.has_motor:
         motor_functions(balls, value, rounding)
@@ -77,7 +77,7 @@ def friction_functions(
     for i in range(n):
         force, direction = balls.force[i], balls.discrete[i, DIRECTION]
         loaded = balls.discrete[i, LOADED] == 1
-        pull, coarse = balls.pull[i], balls.coarse[i]
+        pull, coarse = balls.table[PULL, i], ROUNDING * balls.table[SIZE, i]
         value[LOAD * n + i] = force if loaded else -force
         rounding[LOAD * n + i] = coarse
         if direction == 0:
@@ -126,7 +126,7 @@ def contact_functions(
             rate[slot] = path_speed(balls, state, j) - path_speed(balls, state, i)
         elif moves_along(balls, k):
             value[slot] = balls.push[k]
-            rounding[slot] = balls.coarse[i] + balls.coarse[j]
+            rounding[slot] = ROUNDING * (balls.table[SIZE, i] + balls.table[SIZE, j])
 
 
 def motor_functions(balls: BallEvents, value: Floats, rounding: Floats) -> None:

@@ -11,6 +11,7 @@ from ab_sim.events.run import (
     MASS,
     PATH_ACCELERATION,
     PATH_FORCE,
+    PULL,
     BallEvents,
 )
 
@@ -58,26 +59,16 @@ def largest_friction(balls: BallEvents, i: int) -> float:
     return balls.table[GRIP, i] * max(balls.force[i], 0.0)
 
 
-def put_reactions(balls: BallEvents) -> None:
-    """Fill in ``force``, ``pull``, ``coarse``, ``push``, as far as the balls have such.
-
-    Right after ``evaluate``.
-    """
-    if balls.has_friction:
-        put_normal_forces(balls, balls.x)
-    if balls.has_friction or balls.has_contact:
-        for i in range(balls.number):
-            balls.pull[i] = path_force_less_friction(balls, i, balls.x)
-            balls.coarse[i] = force_rounding(balls, i, balls.pull[i], balls.x)
-    if balls.has_contact:
-        begin, push = row_start(balls), 0.0
-        for place in range(balls.number):
-            k = around(balls, begin + place)
-            if moves_along(balls, k):
-                # What arrives from behind, and what the ball itself does not need.
-                i = ball_at(balls, k)
-                push += balls.pull[i]
-                push -= balls.table[INERTIA, i] * balls.table[PATH_ACCELERATION, i]
-            else:
-                push = 0.0
-            balls.push[k] = push
+def put_pushes(balls: BallEvents) -> None:
+    """Fill in ``push`` of balls in contact, right after ``evaluate``."""
+    begin, push = row_start(balls), 0.0
+    for place in range(balls.number):
+        k = around(balls, begin + place)
+        if moves_along(balls, k):
+            # What arrives from behind, and what the ball itself does not need.
+            i = ball_at(balls, k)
+            push += balls.table[PULL, i]
+            push -= balls.table[INERTIA, i] * balls.table[PATH_ACCELERATION, i]
+        else:
+            push = 0.0
+        balls.push[k] = push

@@ -23,7 +23,11 @@ LOAD, INERTIA, PATH_FORCE, FRICTION, GRIP, PATH, CURVE, ALONG, PATH_ACCELERATION
 of friction with the sign of sliding, 0 where the ball sticks or is unloaded; coefficient of
 friction; path speed [m/s]; the race's radius of curvature [m]; length along the race from angle 0,
 whole turns left out [m]; path acceleration g [m/s^2]."""
-COUPLING = 9
+NORMAL, PULL, SIZE = 9, 10, 11
+"""Further lines: the normal force N [N]; force along the race but for a ball's neighbours' pushes,
+and for friction that holds it [N]; sum of the magnitudes of what these are made of, of which
+rounding is a part [N]."""
+COUPLING = 12
 """The first of K lines; K of PRESS follow. With N the race's normal force,
 
     mu g = PATH_FORCE + COUPLING.x - FRICTION N + pushes of its neighbours,      N = LOAD + PRESS.x
@@ -70,7 +74,7 @@ class BallEvents(NamedTuple):
     branches: Floats
     """The same as the scene reads it, see ``balls.put_branches``."""
     table: Table
-    """Shape (9 + 2 K, n), lines as above."""
+    """Shape (12 + 2 K, n), lines as above."""
     block: Table
     """Equations of what carries the balls, these held on the race: upper triangle of the matrix,
     and forces in the last column; shape (K, K + 1). At impacts."""
@@ -79,12 +83,7 @@ class BallEvents(NamedTuple):
     motor: Floats
     """Shape (3,)."""
     force: Floats
-    """N, the race's normal force on each ball [N]; shape (n,)."""
-    pull: Floats
-    """Force along the race on each ball but for its neighbours' pushes [N], without the friction of
-    one that sticks; shape (n,)."""
-    coarse: Floats
-    """What of these forces may be rounding [N]; shape (n,)."""
+    """N, the race's normal force on each ball [N]: the table's line NORMAL."""
     push: Floats
     """Force along the race between the balls at a contact [N]; shape (n,)."""
     accelerations: int

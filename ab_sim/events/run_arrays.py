@@ -8,7 +8,7 @@ from ab_sim.dynamics.system import System, has_contact, has_friction, has_motor
 from ab_sim.events.balls import put_branches
 from ab_sim.events.event_functions import slots
 from ab_sim.events.rows import WIDTH
-from ab_sim.events.run import COUPLING, BallEvents, Workspace
+from ab_sim.events.run import COUPLING, NORMAL, BallEvents, Workspace
 
 
 def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
@@ -20,20 +20,18 @@ def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
     """
     n, states = len(system.balls), type(system.deck_model).STATES
     every, contact = type(system.deck_model).UNKNOWNS + 1, has_contact(system.effects)
-    driven = has_motor(system.effects)
+    driven, table = has_motor(system.effects), aligned((COUPLING + 2 * every, n))
     return BallEvents(
         number=n,
         constants=np.ascontiguousarray(system.balls),
         contacts=np.ascontiguousarray(system.contacts),
         discrete=discrete,
         branches=aligned((n + n * (n if contact else 1) + 1,)),
-        table=aligned((COUPLING + 2 * every, n)),
+        table=table,
         block=aligned((every, every + 1)),
         x=aligned((every,)),
         motor=aligned((3,)),
-        force=aligned((n,)),
-        pull=aligned((n,)),
-        coarse=aligned((n,)),
+        force=table[NORMAL],
         push=aligned((n,)),
         accelerations=every,
         free=every if driven else every - 1,

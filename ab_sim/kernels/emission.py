@@ -58,6 +58,10 @@ class Emission:
             self.known[x.number] = MemorySlot(CONSTANTS, self.size)
             self._derived.append(x)
             self.size += n if x.each else 1
+        if model.has_events:
+            # Of what is lowered, and not lowered with it: the other formulas keep their rounding.
+            table, x = self.roots["table"], self.roots["accelerations"]
+            self.roots["table"] = [*table[:9], *model.forces(table, x), *table[9:]]
 
     @cached_property
     def _derived(self) -> list[Expression]:

@@ -51,7 +51,7 @@ class LanesOverEvents(NamedTuple):
     motor: Table
     """Shape (3, 8)."""
     table: Cube
-    """Shape (9 + 2 K, n, 8)."""
+    """Shape (12 + 2 K, n, 8)."""
     found: Floats
     """Other than 0 where a run may have an event in its step, shape (8,)."""
     again: Floats

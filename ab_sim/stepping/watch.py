@@ -10,15 +10,7 @@ from typing import NamedTuple
 
 from ab_sim.events.event_functions import NEVER
 from ab_sim.events.location import DOUBT, NEAR, SHORTLY
-from ab_sim.events.run import (
-    ASKED,
-    COUPLING,
-    FRICTION,
-    GRIP,
-    LOAD,
-    MOST,
-    PATH_FORCE,
-)
+from ab_sim.events.run import ASKED, GRIP, MOST, NORMAL, PULL, SIZE
 from ab_sim.kernels.code import Code
 from ab_sim.kernels.emission import Emission
 from ab_sim.tracing import Expression, Graph, Level, total, where
@@ -138,16 +130,10 @@ def _shortly_after(emission: Emission, body: Body) -> dict[str, list[str]]:
 
 def _forces(emission: Emission) -> list[_Function]:
     """LOAD, and what is left of the friction on a ball that sticks; those of a motor."""
-    model, table, x = emission.model, emission.roots["table"], emission.roots["accelerations"]
+    model, table = emission.model, emission.roots["table"]
     found: list[_Function] = []
     if model.has_friction and model.count:
-        press = COUPLING + model.unknowns
-        normal, pull = table[LOAD], table[PATH_FORCE]
-        for r, acceleration in enumerate(x):
-            normal = normal + table[press + r] * acceleration
-            pull = pull + table[COUPLING + r] * acceleration
-        pull = pull - table[FRICTION] * normal
-        size = abs(pull) + model.balls.mass * (abs(x[0]) + abs(x[1])) + abs(normal)
+        normal, pull, size = table[NORMAL], table[PULL], table[SIZE]
         left = table[GRIP] * where(normal > 0.0, normal, 0.0)
         sign, sticks = _sign(emission), _sticks(emission)
         load = where(sticks, normal, where(abs(sign) > 0.0, normal, -normal))
