@@ -17,9 +17,8 @@ from ab_sim.compiling.kinds import Floats
 from ab_sim.events.balls import (
     around,
     ball_at,
-    gap,
+    gap_between,
     is_stuck,
-    moves_along,
     path_speed,
     row_start,
 )
@@ -118,13 +117,15 @@ def contact_functions(
     balls: BallEvents, state: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
     """TOUCH."""
+    j = ball_at(balls, 0)
     for k in range(balls.number):
-        slot, i, j = TOUCH * balls.number + k, ball_at(balls, k), ball_at(balls, k + 1)
+        slot, i = TOUCH * balls.number + k, j
+        j = ball_at(balls, k + 1)
         if balls.discrete[k, JOINED] == 0:
-            value[slot] = gap(balls, k)
+            value[slot] = gap_between(balls, k, i, j)
             rounding[slot] = TOUCHING * balls.contacts[k, SPACING]
             rate[slot] = path_speed(balls, state, j) - path_speed(balls, state, i)
-        elif moves_along(balls, k):
+        elif not (is_stuck(balls, i) or is_stuck(balls, j)):
             value[slot] = balls.push[k]
             rounding[slot] = ROUNDING * (balls.table[SIZE, i] + balls.table[SIZE, j])
 

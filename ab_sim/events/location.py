@@ -38,6 +38,8 @@ SHORTLY = 1e-5
 """Part of a step over which the rates of forces are measured."""
 NEWTON = 8
 """Steps of Newton's to the root of a cubic."""
+FORCES = 1.0 / ROUNDING
+"""Of what rounding may make of a force that of which it is made."""
 ATTEMPTS = 200
 """Trial steps to one event at most."""
 
@@ -211,8 +213,9 @@ def is_far(work: Workspace, slot: int) -> bool:
     value, ahead = work.value[slot], work.value_ahead[slot]
     if value > 1e200 or ahead > 1e200:
         return True
-    size = work.rounding[slot] / ROUNDING
-    return work.rate[slot] >= NEVER and min(value, ahead) > NEAR * size
+    if work.rate[slot] < NEVER:
+        return False
+    return min(value, ahead) > NEAR * FORCES * work.rounding[slot]
 
 
 def needs_rates(work: Workspace, slot: int) -> bool:
@@ -224,15 +227,17 @@ def dip(work: Workspace, length: float, slot: int) -> float:
     """The part of a step after which a function may be below zero though its ends are not; or 0."""
     if is_far(work, slot):
         return 0.0
-    change, change_ahead = work.rate[slot] * length, work.rate_ahead[slot] * length
+    is_force, rounding = work.rate[slot] >= NEVER, work.rounding[slot]
+    change = (work.force_rate[0, slot] if is_force else work.rate[slot]) * length
+    change_ahead = (work.force_rate[1, slot] if is_force else work.rate_ahead[slot]) * length
+    part, lowest = minimum_of_cubic(work.value[slot], work.value_ahead[slot], change, change_ahead)
+    if part == 0.0:
+        return 0.0
     doubt = 0.0
-    if work.rate[slot] >= NEVER:
-        change, change_ahead = work.force_rate[0, slot] * length, work.force_rate[1, slot] * length
+    if is_force:
         # What hardly changes at both ends hardly changes between them.
-        doubt = min(DOUBT * work.rounding[slot] / ROUNDING, abs(change) + abs(change_ahead))
-    value, ahead = work.value[slot], work.value_ahead[slot]
-    part, lowest = minimum_of_cubic(value, ahead, change, change_ahead)
-    return 0.0 if lowest >= doubt - work.rounding[slot] else part
+        doubt = min(DOUBT * FORCES * rounding, abs(change) + abs(change_ahead))
+    return 0.0 if lowest >= doubt - rounding else part
 
 
 def put_rates_at_ends(run: Run, now: float, length: float, end: float) -> None:

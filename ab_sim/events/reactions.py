@@ -7,6 +7,7 @@ from ab_sim.events.run import (
     FRICTION,
     GRIP,
     INERTIA,
+    JOINED,
     LOAD,
     MASS,
     PATH_ACCELERATION,
@@ -64,6 +65,9 @@ def put_pushes(balls: BallEvents) -> None:
     begin, push = row_start(balls), 0.0
     for place in range(balls.number):
         k = around(balls, begin + place)
+        if balls.discrete[k, JOINED] == 0:
+            push = balls.push[k] = 0.0
+            continue
         if moves_along(balls, k):
             # What arrives from behind, and what the ball itself does not need.
             i = ball_at(balls, k)
