@@ -106,10 +106,10 @@ def batch(scene: Scene, columns: Columns) -> Batch:
 
 def compare(repeats: int) -> list[dict[str, Any]]:
     """All kinds, in turns."""
-    given = [
-        (kind, load_scene(kind.scene, kind.changes), kind.drawn(kind.runs, np.random.default_rng(1)))
-        for kind in KINDS
-    ]
+    given = []
+    for kind in KINDS:
+        columns = kind.drawn(kind.runs, np.random.default_rng(1))
+        given.append((kind, load_scene(kind.scene, kind.changes), columns))
     found: list[list[tuple[float, float, float]]] = [[] for _ in given]
     events = [0] * len(given)
     for repeat in range(-1, repeats):

@@ -3,7 +3,7 @@
 import functools
 import time
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from ab_sim.events.run import Run
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.constants import numbers_of
 from ab_sim.stepping.assemble import run_of
-from ab_sim.stepping.over_events import LanesOverEvents, advance_over_events
+from ab_sim.stepping.over_events import EightRuns, LanesOverEvents, advance_over_events
 from ab_sim.stepping.settle import SOUND, settle_address
 from ab_sim.stepping.side_by_side import (
     LANES,
@@ -119,13 +119,11 @@ class LaneGroup:
         lanes = self._lanes(code)
         if not code.model.has_events:
             return _Work(lanes, (), compiled(advance_side_by_side).bind(lanes), code)
-        alone = tuple(self._alone(code) for _ in range(LANES))
+        alone: Any = tuple(self._alone(code) for _ in range(LANES))
         over_events = self._over_events(lanes, code, alone)
         return _Work(lanes, alone, compiled(advance_over_events).bind(over_events), code)
 
-    def _over_events(
-        self, lanes: LaneRuns, code: Code, alone: tuple[Run, ...]
-    ) -> LanesOverEvents:
+    def _over_events(self, lanes: LaneRuns, code: Code, alone: EightRuns) -> LanesOverEvents:
         contact, table = code.model.has_contact, alone[0].balls.table
         return LanesOverEvents(
             lanes,

@@ -202,9 +202,9 @@ def split_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> Split | None:
 def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split | None:
     """Runs of a scene with other values, those that can be taken in columns.
 
-    These are runs without contact or a motor of a deck in the plane, whose effects ask for nothing of a scene
-    as a whole; what varies are numbers of effects, the mass of all balls and where they start, the
-    race's radius, and masses and eccentricity of the rotor.
+    These are runs without contact or a motor of a deck in the plane, whose effects ask for nothing
+    of a scene as a whole; what varies are numbers of effects, the mass of all balls and where they
+    start, the race's radius, and masses and eccentricity of the rotor.
 
     Args:
         base: the scene without variations, prepared.

@@ -14,8 +14,8 @@ from ab_sim.batch.run_columns import split_of
 from ab_sim.batch.run_prepared import run_prepared
 from ab_sim.batch.variations import Variations, by_key, each_run, varied, varied_scene
 from ab_sim.errors import InputError, SceneError
-from ab_sim.stepping.side_by_side import LANES
 from ab_sim.scene import Scene
+from ab_sim.stepping.side_by_side import LANES
 
 MOST_VALUES = 500_000_000
 """4 GB of samples; more are refused before anything runs, but for accuracies to be measured."""

@@ -23,7 +23,17 @@ from ab_sim.events.balls import (
     row_start,
 )
 from ab_sim.events.reactions import ROUNDING, largest_friction, put_pushes
-from ab_sim.events.run import ASKED, DIRECTION, JOINED, LOADED, MOST, PULL, SIZE, SPACING, BallEvents
+from ab_sim.events.run import (
+    ASKED,
+    DIRECTION,
+    JOINED,
+    LOADED,
+    MOST,
+    PULL,
+    SIZE,
+    SPACING,
+    BallEvents,
+)
 
 SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
 """Slot = kind times n + ball (TOUCH: contact); the motor's two come last."""

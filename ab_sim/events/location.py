@@ -7,10 +7,9 @@ Brankin (1991), ACM TOMS 17, put it that way, but interpolate; a step here costs
 microsecond or so.
 """
 
-import math
-
 from ab_sim.compiling.kinds import Floats
 from ab_sim.events.complementarity import solve_complementarity
+from ab_sim.events.cubics import crossing, landing, minimum_of_cubic
 from ab_sim.events.event_functions import NEVER, event_functions
 from ab_sim.events.reactions import ROUNDING
 from ab_sim.events.run import Run, Workspace, evaluate, take_step
@@ -36,8 +35,6 @@ DOUBT = 1e-3
 """Part of a force that a cubic through both ends of a step may be wrong by."""
 SHORTLY = 1e-5
 """Part of a step over which the rates of forces are measured."""
-NEWTON = 8
-"""Steps of Newton's to the root of a cubic."""
 FORCES = 1.0 / ROUNDING
 """Of what rounding may make of a force that of which it is made."""
 ATTEMPTS = 200
@@ -248,22 +245,6 @@ def put_rates_at_ends(run: Run, now: float, length: float, end: float) -> None:
     put_force_rates(run, end, brief, work.trial, work.slope_ahead, work.value_ahead, 1)
 
 
-def minimum_of_cubic(g0: float, g1: float, r0: float, r1: float) -> tuple[float, float]:
-    """Where in 0 .. 1 a cubic with these ends and slopes is lowest, and how low; (0, ..) if not."""
-    if r0 >= 0.0 or r1 <= 0.0:
-        return 0.0, g0
-    # g0 + r0 x + p x^2 + q x^3; its minimum is where the derivative rises through zero.
-    p = 3.0 * (g1 - g0) - 2.0 * r0 - r1
-    q = 2.0 * (g0 - g1) + r0 + r1
-    root = p * p - 3.0 * q * r0
-    if root < 0.0:
-        return 0.0, g0
-    x = -r0 / (p + math.sqrt(root))
-    if not 0.0 < x < 1.0:
-        return 0.0, g0
-    return x, g0 + x * (r0 + x * (p + x * q))
-
-
 def put_force_rates(
     run: Run, time: float, shortly: float, state: Floats, slope: Floats, value: Floats, line: int
 ) -> None:
@@ -287,7 +268,10 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
     work, rounding, start = run.work, run.work.rounding, run.work.value
     low, high = 0.0, length
     at_low, at_high = max(left(start, rounding, slot), 0.0), left(work.value_ahead, rounding, slot)
-    rate_low, rate_high = rate_at_start(run, now, length, slot), rate_at(run, now + high, length, slot)
+    rate_low, rate_high = (
+        rate_at_start(run, now, length, slot),
+        rate_at(run, now + high, length, slot),
+    )
     beside, rate = BESIDE * length, rate_high
     for attempt in range(ATTEMPTS):
         if high - low <= CLOSE * length:
@@ -323,48 +307,6 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
         high, at_high, rate_high = x, here, rate
     trial_step(run, now, high, now + high)
     return high, slot
-
-
-def crossing(
-    low: float, high: float, at_low: float, at_high: float, rate_low: float, rate_high: float
-) -> float:
-    """Where a function is zero that is drawn between two ends by its values and rates there.
-
-    As a cubic; where it falls at both ends, its inverse is one; a straight line if a rate is NEVER.
-    """
-    length, span = high - low, at_high - at_low
-    part = -at_low / span
-    if rate_low >= NEVER or rate_high >= NEVER:
-        return low + part * length
-    if rate_low < 0.0 and rate_high < 0.0:
-        rest = 1.0 - part
-        beyond_low, beyond_high = span / rate_low - length, span / rate_high - length
-        return low + part * length + part * rest * (rest * beyond_low - part * beyond_high)
-    r0, r1 = rate_low * length, rate_high * length
-    p, q = 3.0 * span - 2.0 * r0 - r1, r0 + r1 - 2.0 * span
-    before, behind = 0.0, 1.0
-    for _ in range(NEWTON):
-        here = at_low + part * (r0 + part * (p + part * q))
-        before, behind = (part, behind) if here > 0.0 else (before, part)
-        part -= here / (r0 + part * (2.0 * p + 3.0 * part * q))
-        if not before < part < behind:
-            part = 0.5 * (before + behind)
-    return low + part * length
-
-
-def landing(r0: float, g1: float, r1: float) -> float:
-    """Where in 0 .. 1 a cubic that rises from zero is zero again, with such an end and slopes; or 1.
-
-    Args:
-        r0, r1: changes over the whole at its start and end.
-        g1: what it is at the end.
-    """
-    p = 3.0 * g1 - 2.0 * r0 - r1
-    q = r0 + r1 - 2.0 * g1
-    root = p * p - 4.0 * q * r0
-    if not (r0 > 0.0 and p < 0.0 and root >= 0.0):
-        return 1.0
-    return min(2.0 * r0 / (math.sqrt(root) - p), 1.0)
 
 
 def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:

@@ -60,8 +60,9 @@ class Emission:
             self.size += n if x.each else 1
         if model.has_events:
             # Of what is lowered, and not lowered with it: the other formulas keep their rounding.
-            table, x = self.roots["table"], self.roots["accelerations"]
-            self.roots["table"] = [*table[:9], *model.forces(table, x), *table[9:]]
+            table = self.roots["table"]
+            forces = model.forces(table, self.roots["accelerations"])
+            self.roots["table"] = [*table[:9], *forces, *table[9:]]
 
     @cached_property
     def _derived(self) -> list[Expression]:
@@ -146,7 +147,10 @@ class Emission:
         model, roots = self.model, list(self.roots["sample"])
         angles = model.graph.input("theta", each=True)
         if turned:
-            body.places |= {"turns": MemorySlot("turns", 0), "turn": MemorySlot("turns", model.count)}
+            body.places |= {
+                "turns": MemorySlot("turns", 0),
+                "turn": MemorySlot("turns", model.count),
+            }
             angles = angles + model.graph.input("turns", each=True) * (2.0 * pi)
             if model.has_motor:
                 roots[0] = roots[0] + model.graph.input("turn") * (2.0 * pi)

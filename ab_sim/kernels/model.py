@@ -198,9 +198,7 @@ class Model:
         ]
         return [self.lifted(x) for x in columns]
 
-    def forces(
-        self, columns: Sequence[Expression], x: Sequence[Expression]
-    ) -> list[Expression]:
+    def forces(self, columns: Sequence[Expression], x: Sequence[Expression]) -> list[Expression]:
         """Further columns of that table, from those of ``table``, and the accelerations."""
         load, _, pull, friction, *others = columns
         coupling, press = others[5 : 5 + len(x)], others[5 + len(x) :]

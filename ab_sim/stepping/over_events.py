@@ -31,7 +31,10 @@ from ab_sim.stepping.side_by_side import (
     enter,
     put_times,
     recorded,
+    settle,
 )
+
+EightRuns = tuple[Run, Run, Run, Run, Run, Run, Run, Run]
 
 
 class LanesOverEvents(NamedTuple):
@@ -57,7 +60,7 @@ class LanesOverEvents(NamedTuple):
     again: Floats
     """Other than 0 where a run has taken its step alone: 1, or 2 if its branches
     have to be seen to, shape (8,)."""
-    one: tuple[Run, Run, Run, Run, Run, Run, Run, Run]
+    one: EightRuns
     """Each of them alone; its state, branches and turns are copies of what lies in the lanes."""
 
 
@@ -77,7 +80,7 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
             look(all_runs)
             if is_any(all_runs.found):
                 step_alone(all_runs)
-            call(runs.settle, times[TAKEN:], runs.state, runs.trial, runs.bounds, runs.turns, runs.said)
+            settle(runs)
             if all_runs.have_contact:
                 go_on(all_runs)
             if is_any(all_runs.again) or is_any(runs.said[MOVED]):

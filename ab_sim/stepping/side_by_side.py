@@ -113,7 +113,7 @@ def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: LaneSamples) -
         for k in range(plan.rows[s, STEPS]):
             put_times(runs, plan, s, k)
             call(runs.step, c, b, times, state, runs.slopes, runs.trial)
-            call(runs.settle, times[TAKEN:], state, runs.trial, runs.bounds, runs.turns, runs.said)
+            settle(runs)
             if not recorded(runs, plan, samples, s, k):
                 call(runs.slope, c, b, times[END:], state, runs.slopes)
 
@@ -144,6 +144,12 @@ def put_times(runs: LaneRuns, plan: LanePlan, s: int, k: int) -> None:
             else:
                 times[END, lane] = times[BEGIN, lane] + length
             times[ON_PROFILE, lane] = first * runs.step_length - plan.times[s, START, lane]
+
+
+def settle(runs: LaneRuns) -> None:
+    """The trial states become the states, as far as runs take the step."""
+    length, state, trial = runs.times[TAKEN:], runs.state, runs.trial
+    call(runs.settle, length, state, trial, runs.bounds, runs.turns, runs.said)
 
 
 def local_time(runs: LaneRuns, plan: LanePlan, s: int, k: int, lane: int) -> float:

@@ -25,8 +25,8 @@ def watch_address(code: Code, lanes: int) -> int:
     """Address of ``watch(c, b, t, y, k, seen, found)``, in lanes, at the end y of steps.
 
     Behind t are the length of each run's step and the time at its end. It fills in the slope k;
-    ``found`` with a number for each run, 0.0 where no event can have been in the step; and ``seen``,
-    which has to hold what it was filled with at the step's start: see ``size_of_seen``.
+    ``found`` with a number for each run, 0.0 where no event can have been in the step; and
+    ``seen``, which has to hold what it was filled with at the step's start: see ``size_of_seen``.
 
     Args:
         code: that keeps it.
@@ -62,7 +62,8 @@ def _text(emission: Emission, lanes: int) -> str:
     emission.store_slope(body, emission.roots["slope"], "k")
     forces, sliding = _forces(emission), _sliding(emission)
     near = Body(into, emission.places, emission.known, _shortly_after(emission, body))
-    judged, given = Graph(), {"length": body.values(emission.model.graph.input("length", Level.TIME))}
+    taken = emission.model.graph.input("length", Level.TIME)
+    judged, given = Graph(), {"length": body.values(taken)}
     places: dict[str, MemorySlot] = {}
     kept: list[tuple[Expression, MemorySlot]] = []
     doubts: list[Expression] = []
@@ -179,7 +180,8 @@ def _doubt_of_force(
     sure = SURE * size
     varies = abs(r0) + abs(r1)
     doubt = where(varies < DOUBT * size, varies, DOUBT * size) + sure
-    dips = where(r0 < sure, where(r1 > -sure, where(_hull(g0, r0, g1, r1) > doubt, 0.0, 1.0), 0.0), 0.0)
+    low = where(_hull(g0, r0, g1, r1) > doubt, 0.0, 1.0)
+    dips = where(r0 < sure, where(r1 > -sure, low, 0.0), 0.0)
     is_far = _least(g0, g1) > (1.0 + SURE) * NEAR * size
     # Of a NaN, too, it has to be seen to.
     return where(g1 >= 0.0, where(is_far, 0.0, dips), 1.0)
@@ -188,7 +190,8 @@ def _doubt_of_force(
 def _doubt_of_speed(g0: Expression, r0: Expression, g1: Expression, r1: Expression) -> Expression:
     """The same of a speed."""
     sure = SURE * (abs(r0) + abs(r1) + _least(abs(g0), abs(g1)))
-    dips = where(r0 < 0.0, where(r1 > 0.0, where(_hull(g0, r0, g1, r1) > sure, 0.0, 1.0), 0.0), 0.0)
+    low = where(_hull(g0, r0, g1, r1) > sure, 0.0, 1.0)
+    dips = where(r0 < 0.0, where(r1 > 0.0, low, 0.0), 0.0)
     return where(g1 > 0.0, dips, 1.0)
 
 

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 from ab_sim.events.balls import put_branches
+from ab_sim.events.cubics import crossing, landing, minimum_of_cubic
 from ab_sim.events.event_functions import NEVER
 from ab_sim.events.location import (
     BOUNCES,
     check_branches,
-    crossing,
-    landing,
-    minimum_of_cubic,
     step_over_events,
 )
 from ab_sim.events.run import DIRECTION, JOINED, LOADED, Run, evaluate
