@@ -59,14 +59,11 @@ def event_functions(
         balls: with what the evaluation said.
         state: the state.
         slope: its time derivative.
-        value: where they go, shape (slots,).
+        value: where they go, shape (slots,); NEVER where there is no such law, as it was made.
         rounding: where it goes what rounding may make of each, same shape.
         rate: where the time derivatives go of those that are speeds or distances; NEVER for
             forces. Same shape.
     """
-    for slot in range(slots(balls.number)):
-        value[slot] = rate[slot] = NEVER
-        rounding[slot] = 0.0
     if balls.has_friction:
         friction_functions(balls, state, slope, value, rounding, rate)
         if balls.has_contact:
@@ -93,11 +90,14 @@ def friction_functions(
             left = largest_friction(balls, i)
             value[SLIDE * n + i] = left + pull
             value[HOLD * n + i] = left - pull
+            rate[SLIDE * n + i] = NEVER
             rounding[SLIDE * n + i] = rounding[HOLD * n + i] = coarse
-        elif loaded:
-            value[SLIDE * n + i] = direction * state[first + i]
-            rate[SLIDE * n + i] = direction * slope[first + i]
-            rounding[SLIDE * n + i] = RATE_ROUNDING
+            continue
+        value[HOLD * n + i] = NEVER
+        rounding[HOLD * n + i] = 0.0
+        value[SLIDE * n + i] = direction * state[first + i] if loaded else NEVER
+        rate[SLIDE * n + i] = direction * slope[first + i] if loaded else NEVER
+        rounding[SLIDE * n + i] = RATE_ROUNDING
 
 
 def add_leaning_balls(balls: BallEvents, value: Floats, rounding: Floats) -> None:
@@ -135,8 +135,10 @@ def contact_functions(
             value[slot] = gap_between(balls, k, i, j)
             rounding[slot] = TOUCHING * balls.contacts[k, SPACING]
             rate[slot] = path_speed(balls, state, j) - path_speed(balls, state, i)
-        elif not (is_stuck(balls, i) or is_stuck(balls, j)):
-            value[slot] = balls.push[k]
+        else:
+            stuck = is_stuck(balls, i) or is_stuck(balls, j)
+            value[slot] = NEVER if stuck else balls.push[k]
+            rate[slot] = NEVER
             rounding[slot] = ROUNDING * (balls.table[SIZE, i] + balls.table[SIZE, j])
 
 
@@ -149,4 +151,5 @@ def motor_functions(balls: BallEvents, value: Floats, rounding: Floats) -> None:
         value[slot + 1] = most - asked
     else:
         value[slot] = limited * asked - most
+        value[slot + 1] = NEVER
     rounding[slot] = rounding[slot + 1] = ROUNDING * (most + abs(asked))

@@ -177,7 +177,9 @@ def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int
     work = run.work
     measured = False
     for slot in range(work.value.size):
-        if not measured and needs_rates(work, slot):
+        if is_far(work, slot):
+            continue
+        if not measured and work.rate[slot] >= NEVER:
             measured = True
             put_rates_at_ends(run, now, length, end)
         part = dip(work, length, slot)
@@ -197,7 +199,9 @@ def may_have_event(run: Run, now: float, length: float, end: float) -> bool:
         return True
     measured = False
     for slot in range(work.value.size):
-        if not measured and needs_rates(work, slot):
+        if is_far(work, slot):
+            continue
+        if not measured and work.rate[slot] >= NEVER:
             measured = True
             put_rates_at_ends(run, now, length, end)
         if dip(work, length, slot) != 0.0:
@@ -215,15 +219,8 @@ def is_far(work: Workspace, slot: int) -> bool:
     return min(value, ahead) > NEAR * FORCES * work.rounding[slot]
 
 
-def needs_rates(work: Workspace, slot: int) -> bool:
-    """Whether this function is a force whose rates at both ends of a step are to be measured."""
-    return work.rate[slot] >= NEVER and not is_far(work, slot)
-
-
 def dip(work: Workspace, length: float, slot: int) -> float:
     """The part of a step after which a function may be below zero though its ends are not; or 0."""
-    if is_far(work, slot):
-        return 0.0
     is_force, rounding = work.rate[slot] >= NEVER, work.rounding[slot]
     change = (work.force_rate[0, slot] if is_force else work.rate[slot]) * length
     change_ahead = (work.force_rate[1, slot] if is_force else work.rate_ahead[slot]) * length
