@@ -77,12 +77,12 @@ def limits(runs: int, random: np.random.Generator) -> Columns:
 
 
 KINDS = [
-    Kind(FRICTION, "friction, 2 balls", 128, anywhere, 5.0),
-    Kind("thesis-hold", "friction, 2 balls", 128, anywhere, 5.0),
-    Kind("weak-motor", "a motor, 2 balls", 64, limits, 2.0),
-    Kind("on-edge", "friction, contact, 2 balls", 64, apart, 2.0, SILENT),
-    Kind("everything", "friction, contact, a motor, 2 balls", 32, apart, 2.0, SILENT),
-    Kind("packed-balls", "friction, contact, 8 balls", 32, masses, 2.0),
+    Kind(FRICTION, "friction, 2 balls", 512, anywhere, 5.0),
+    Kind("thesis-hold", "friction, 2 balls", 512, anywhere, 5.0),
+    Kind("weak-motor", "a motor, 2 balls", 256, limits, 2.0),
+    Kind("on-edge", "friction, contact, 2 balls", 128, apart, 2.0, SILENT),
+    Kind("everything", "friction, contact, a motor, 2 balls", 64, apart, 2.0, SILENT),
+    Kind("packed-balls", "friction, contact, 8 balls", 64, masses, 2.0),
 ]
 
 
