@@ -175,20 +175,13 @@ def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int
     fall so far.
     """
     work = run.work
-    measured = False
-    for slot in range(work.value.size):
-        if is_far(work, slot):
-            continue
-        if not measured and work.rate[slot] >= NEVER:
-            measured = True
-            put_rates_at_ends(run, now, length, end)
-        part = dip(work, length, slot)
-        if part == 0.0:
-            continue
+    slot, part = next_dip(run, now, length, end, 0)
+    while slot >= 0:
         trial_step(run, now, part * length, now + part * length)
         if left(work.value_ahead, work.rounding, slot) < 0.0:
             return slot, part * length
         trial_step(run, now, length, end)
+        slot, part = next_dip(run, now, length, end, slot + 1)
     return -1, length
 
 
@@ -197,16 +190,25 @@ def may_have_event(run: Run, now: float, length: float, end: float) -> bool:
     work = run.work
     if first_crossed(work.value, work.value_ahead, work.rounding) >= 0:
         return True
-    measured = False
-    for slot in range(work.value.size):
+    slot, _ = next_dip(run, now, length, end, 0)
+    return slot >= 0
+
+
+def next_dip(run: Run, now: float, length: float, end: float, first: int) -> tuple[int, float]:
+    """The first slot, from one on, whose function may dip below zero within a step; where, or -1.
+
+    Measures the rates of forces at both ends where that is called for.
+    """
+    work = run.work
+    for slot in range(first, work.value.size):
         if is_far(work, slot):
             continue
-        if not measured and work.rate[slot] >= NEVER:
-            measured = True
+        if work.rate[slot] >= NEVER and work.measured[1] != SHORTLY * length:
             put_rates_at_ends(run, now, length, end)
-        if dip(work, length, slot) != 0.0:
-            return True
-    return False
+        part = dip(work, length, slot)
+        if part != 0.0:
+            return slot, part
+    return -1, 0.0
 
 
 def is_far(work: Workspace, slot: int) -> bool:
