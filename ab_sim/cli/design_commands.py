@@ -52,6 +52,7 @@ from ab_sim.cli.design_options import (
     TuneSpreadOption,
     TuneSubjectToOption,
     TuneVaryOption,
+    UnitsOption,
 )
 from ab_sim.cli.options import JsonOption, SceneArgument, SchedulerOption, SetOption, WorkersOption
 
@@ -72,6 +73,7 @@ def sweep(
     parquet: SweepParquetOption = None,
     csv: SweepCsvOption = None,
     plot: SweepPlotOption = None,
+    units: UnitsOption = "",
 ) -> None:
     """Run a scene over values of its keys, and judge each run by merits.
 
@@ -91,7 +93,7 @@ def sweep(
     from ab_sim.cli.sweep import SweepOptions, sweep_command
 
     shared, files = (workers, scheduler), (parquet, csv)
-    given = SweepOptions(over, design, seed, merits)
+    given = SweepOptions(over, design, seed, merits, units)
     sweep_command(scene, change or [], given, shared, files).run(json, plot)
 
 
@@ -114,6 +116,7 @@ def tune(
     best_scene: TuneBestSceneOption = None,
     parquet: TuneParquetOption = None,
     plot: TunePlotOption = None,
+    units: UnitsOption = "",
 ) -> None:
     """Find the values of keys with which a merit is best, within bounds on others.
 
@@ -135,8 +138,9 @@ def tune(
     from ab_sim.cli.tune import Wanted, tune_command
 
     wanted = Wanted(
-        vary, minimise, maximise, subject_to or [], spread or [], draws, share, runs, seed
-    )
+        vary, minimise, maximise, subject_to or [], spread or [], draws, share, runs, seed,
+        units,
+    )  # fmt: skip
     shared, files = (workers, scheduler), (best_scene, parquet)
     tune_command(scene, change or [], wanted, shared, files).run(json, plot)
 
@@ -160,6 +164,7 @@ def robust(
     parquet: RobustParquetOption = None,
     csv: SweepCsvOption = None,
     plot: RobustPlotOption = None,
+    units: UnitsOption = "",
 ) -> None:
     """Say what share of built drives balances, how good they are, which tolerance is to blame.
 
@@ -178,8 +183,9 @@ def robust(
 
     shared = workers, scheduler
     given = RobustOptions(
-        runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst
-    )
+        runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst,
+        units,
+    )  # fmt: skip
     robust_command(scene, change or [], spread, given).run(json, plot)
 
 
