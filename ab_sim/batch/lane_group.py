@@ -16,7 +16,7 @@ from ab_sim.dynamics.system import FIRST_TURNS, FORMULA_COLUMNS, TURNS, has_moto
 from ab_sim.events.run import Run
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.constants import numbers_of
-from ab_sim.stepping.assemble import run_of
+from ab_sim.stepping.assemble import known_of, run_of
 from ab_sim.stepping.over_events import EightRuns, LanesOverEvents, advance_over_events
 from ab_sim.stepping.settle import SOUND, settle_address
 from ab_sim.stepping.side_by_side import (
@@ -121,13 +121,14 @@ class LaneGroup:
             return _Work(lanes, (), compiled(advance_side_by_side).bind(lanes), code)
         alone: Any = tuple(self._alone(code) for _ in range(LANES))
         over_events = self._over_events(lanes, code, alone)
-        return _Work(lanes, alone, compiled(advance_over_events).bind(over_events), code)
+        advance = compiled(advance_over_events, known_of(alone[0]))
+        return _Work(lanes, alone, advance.bind(over_events), code)
 
     def _over_events(self, lanes: LaneRuns, code: Code, alone: EightRuns) -> LanesOverEvents:
         contact, table = code.model.has_contact, alone[0].balls.table
         return LanesOverEvents(
             lanes,
-            have_contact=contact,
+            has_contact=contact,
             watch=0 if contact else watch_address(code, LANES),
             seen=_room(size_of_seen(code)),
             evaluate=code.address("evaluate", LANES) if contact else 0,

@@ -41,7 +41,7 @@ class LanesOverEvents(NamedTuple):
     """Eight runs with events."""
 
     lanes: LaneRuns
-    have_contact: bool
+    has_contact: bool
     """Whether balls meet. Which are neighbours differs from run to run, so each is asked alone."""
     watch: int
     """watch(c, b, t, y, k, seen, found), in lanes: see ``watch``. Without contact."""
@@ -81,7 +81,7 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
             if is_any(all_runs.found):
                 step_alone(all_runs)
             settle(runs)
-            if all_runs.have_contact:
+            if all_runs.has_contact:
                 go_on(all_runs)
             if is_any(all_runs.again) or is_any(runs.said[MOVED]):
                 join(all_runs)
@@ -104,7 +104,7 @@ def look(all_runs: LanesOverEvents) -> None:
     """Find out which of the runs may have an event in the step that has just been tried."""
     runs, after = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     c, b, trial, slopes = runs.c, runs.b, runs.trial, runs.slopes
-    if not all_runs.have_contact:
+    if not all_runs.has_contact:
         call(all_runs.watch, c, b, after, trial, slopes, all_runs.seen, all_runs.found)
         return
     x, motor, table = all_runs.x, all_runs.motor, all_runs.table
@@ -120,7 +120,7 @@ def look(all_runs: LanesOverEvents) -> None:
 def refresh(all_runs: LanesOverEvents) -> None:
     """What is known of states where they are."""
     runs, now = all_runs.lanes, all_runs.lanes.times[TAKEN:]
-    if not all_runs.have_contact:
+    if not all_runs.has_contact:
         c, b, state, slopes = runs.c, runs.b, runs.state, runs.slopes
         call(all_runs.watch, c, b, now, state, slopes, all_runs.seen, all_runs.found)
 
@@ -148,7 +148,7 @@ def step_alone(all_runs: LanesOverEvents) -> None:
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
         if all_runs.found[lane] != 0.0 and is_going(runs, lane):
-            if not all_runs.have_contact:
+            if not all_runs.has_contact:
                 look_at_step(runs, run, lane)
             known = step_of_one(runs, run, lane)
             all_runs.again[lane] = 1.0 if known else 2.0
