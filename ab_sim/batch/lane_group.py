@@ -15,7 +15,6 @@ from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import FIRST_TURNS, FORMULA_COLUMNS, TURNS, has_motor
 from ab_sim.events.run import Run
 from ab_sim.kernels.code import Code, code_of
-from ab_sim.kernels.constants import numbers_of
 from ab_sim.stepping.assemble import known_of, run_of
 from ab_sim.stepping.over_events import EightRuns, LanesOverEvents, advance_over_events
 from ab_sim.stepping.settle import SOUND, settle_address
@@ -58,7 +57,7 @@ class LaneStarts(NamedTuple):
 def _start_of(run: PreparedRun) -> tuple[np.ndarray, ...]:
     system = run.system
     return (
-        numbers_of(system),
+        run.numbers,
         state_bounds(system, run.scene.solver.step),
         start_state(run.scene, system),
         start_discrete_state(run.scene, system),
