@@ -24,7 +24,7 @@ PAGES = [ROOT / "README.md", *sorted(set(DOCS.rglob("*.md")) - set(DOCS.glob("_b
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 
 RUN = {
-    "check", "compare", "effects", "equilibria", "export", "import", "modes", "report", "run",
+    "c", "check", "compare", "effects", "equilibria", "export", "import", "modes", "report", "run",
     "scenes", "sensors", "state", "urdf",
 }  # fmt: skip
 """Commands of ab-sim that are run. Of the others, which take long, show something, or ask nodes,

@@ -35,7 +35,7 @@ ORDER = (
     ("collocation",),
     ("sensing",),
     ("drive",),
-    ("accuracy",),
+    ("accuracy", "c_code"),
     ("analysis", "recording", "viewing"),
     ("batch", "bags"),
     ("studies", "design"),

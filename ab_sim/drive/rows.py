@@ -119,6 +119,5 @@ class RowReader:
 
     def _felt(self, name: str, shown: np.ndarray) -> np.ndarray:
         """Specific force where a sensor is, on the deck's axes [m/s^2], shape (samples, ways)."""
-        point = np.array(self._scene.sensors[name].position)
-        force: np.ndarray = self._deck_model.specific_force(self._system.effects, shown, point)
-        return force
+        point, effects = self._scene.sensors[name].position, self._system.effects
+        return np.stack(self._deck_model.specific_force(effects, shown.T, point), axis=1)

@@ -56,7 +56,7 @@ class Emission:
         """Of the constants, with what follows from them."""
         for x in border([x for group in self.roots.values() for x in group], Level.PARAMETER):
             self.known[x.number] = MemorySlot(CONSTANTS, self.size)
-            self._derived.append(x)
+            self.derived.append(x)
             self.size += n if x.each else 1
         if model.has_events:
             # Of what is lowered, and not lowered with it: the other formulas keep their rounding.
@@ -65,7 +65,8 @@ class Emission:
             self.roots["table"] = [*table[:9], *forces, *table[9:]]
 
     @cached_property
-    def _derived(self) -> list[Expression]:
+    def derived(self) -> list[Expression]:
+        """What follows from the constants, in the order in which it lies behind them."""
         return []
 
     def _motor(self, evaluated: Evaluated) -> list[Expression]:
@@ -91,7 +92,7 @@ class Emission:
         """``prepare(c)``: what follows from the constants."""
         into = Function("prepare", [CONSTANTS], Shape(self.model.count, lanes))
         body = Body(into, self.places)
-        for x in self._derived:
+        for x in self.derived:
             body.store(x, self.known[x.number])
         return into
 

@@ -93,6 +93,13 @@ def _chain(accelerometer: Accelerometer, step: float) -> tuple[complex, complex,
     return turn, complex(np.expm1(turn) / turn), size
 
 
+def low_pass_of(accelerometer: Accelerometer, step: float) -> LowPass:
+    """An accelerometer's low-pass over an integration step [s]."""
+    turn, drive, _ = _chain(accelerometer, step)
+    decay = complex(np.exp(turn))
+    return LowPass(decay.real, decay.imag, drive.real, drive.imag)
+
+
 class Pickup:
     """Turns specific force into an accelerometer's readings.
 
@@ -114,9 +121,8 @@ class Pickup:
         self.axes = axes
         self.step = step
         self.steps_per_sample = steps_per_sample(accelerometer.sample_rate, step)
-        turn, drive, self._noise_size = _chain(accelerometer, step)
-        decay = complex(np.exp(turn))
-        self._filter = LowPass(decay.real, decay.imag, drive.real, drive.imag)
+        self._noise_size = _chain(accelerometer, step)[2]
+        self._filter = low_pass_of(accelerometer, step)
         self._block = -1
         self._block_noise = np.empty((0, self.axes))
         self.reset(np.zeros(self.axes))
