@@ -161,7 +161,7 @@ class LaneGroup:
         tableau, quaternion = first.stepper.weights, type(first.system.deck_model).UNIT_AT
         return LaneRuns(
             prepare=code.address("prepare", LANES),
-            slope=code.address("slope", LANES),
+            slope=0 if code.model.has_events else code.address("slope", LANES),
             step=code.step(tableau.a, tableau.b, tableau.c, LANES),
             settle=settle_address(code, layout, quaternion, LANES),
             finish=code.address("finish", LANES),

@@ -37,7 +37,7 @@ class LaneRuns(NamedTuple):
     prepare: int
     """prepare(c), in lanes, as all of these functions."""
     slope: int
-    """slope(c, b, t, y, k)."""
+    """slope(c, b, t, y, k); of runs without events."""
     step: int
     """step(c, b, t, y, k, trial); begin and length behind t."""
     settle: int
