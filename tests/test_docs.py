@@ -137,6 +137,11 @@ def command(line: str) -> str:
         case ["ros2", "service", "call", service, kind]:
             node, name = service.strip("/").split("/")
             assert re.search(rf"^\| `~/{name}` \| {kind} \| {node} \|", topics(), re.MULTILINE)
+        case ["ros2", "action", "send_goal", "--feedback", "/profile_controller/run", kind, goal]:
+            asked = (ROOT / f"{kind}.action").read_text(encoding="utf-8").partition("\n---\n")[0]
+            assert all(
+                re.search(rf"^string\S* {field}$", asked, re.M) for field in yaml.safe_load(goal)
+            )
         case _:
             raise AssertionError("nothing that this test knows")
     return ""

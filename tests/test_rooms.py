@@ -25,7 +25,7 @@ ORDER = (
         "palette",
         "presentation",
     ),
-    ("scene_files", "sources", "tracing", "workers"),
+    ("control", "scene_files", "sources", "tracing", "workers"),
     ("scene", "compiling"),
     ("spindle", "equations"),
     ("dynamics",),

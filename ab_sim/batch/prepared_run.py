@@ -10,6 +10,7 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.sample_buffer import SampleBuffer
+from ab_sim.drive.leaders import is_led
 from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
@@ -83,22 +84,25 @@ class PreparedRun:
         self._pattern = pattern(self.system)
         choice = _chosen(_Asked(self._asked(), self.scene, self.system))
         self.stepper, self.steps = choice.stepper, steps_of(self.scene)
-        scheduled_segments = SpeedSchedule.of_scene(self.scene).segments
+        self._led = is_led(self.scene)
+        schedule = SpeedSchedule.at_start if self._led else SpeedSchedule.of_scene
+        scheduled_segments = schedule(self.scene).segments
         # Step ranges of ramps do not depend on the cycle, which differs with mass and stiffness.
         curved = any(not isinstance(scheduled.segment, Ramp) for scheduled in scheduled_segments)
         self.step_plan_key = StepPlanKey(
             scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
         )
-        smooth = not has_events(self.system.effects)
-        self.fits_lane = self.stepper.takes_lanes
+        # Where the profile decides while it runs, each drive is commanded for itself.
+        smooth = not self._led and not has_events(self.system.effects)
+        self.fits_lane = self.stepper.takes_lanes and not self._led
         self.takes_collocation_steps = self.stepper.collocation_steps and smooth
 
     @property
     def group_key(self) -> Any:
         """Runs with equal keys run on the same machine code, in one group."""
-        names = tuple(self.scene.effects), tuple(self.scene.sensors)
+        names = tuple(self.scene.effects), tuple(self.scene.pickups)
         solver = self.stepper, self.scene.solver.step
-        return names, self._pattern, self.scene.balls.count, solver, self.steps
+        return names, self._pattern, self.scene.balls.count, solver, self.steps, self._led
 
     def _asked(self) -> Any:
         """All that the choice of a stepper follows from."""
@@ -127,7 +131,7 @@ class PreparedRun:
 
     def trajectory(self, samples: np.ndarray, stride: int) -> Trajectory:
         """Every ``stride``-th sample. Sensors are computed from all samples, before thinning."""
-        if not self.scene.sensors:
+        if not self.scene.pickups:
             return Trajectory(self.channels, samples).thinned(stride)
         return RowReader(self.scene, self.system).trajectory(samples).thinned(stride)
 
@@ -156,4 +160,4 @@ def sample_buffer_for(members: Sequence[PreparedRun], every: int) -> SampleBuffe
 
 def kernel_stride(scene: Scene, every: int) -> int:
     """Stride of the samples that the kernel writes; with sensors 1: filters need every step."""
-    return 1 if scene.sensors else every
+    return 1 if scene.pickups else every

@@ -26,11 +26,16 @@ def suitable(scene: Scene) -> tuple[System, Choice]:
         scene: a checked scene.
 
     Raises:
-        SceneError: it has effects with events; asks for an accuracy, or another method than an
-            explicit one; or has a step that is too long at ``spindle.max_speed``, up to which
-            commands are taken.
+        SceneError: it has effects with events, or probes; asks for an accuracy, or another method
+            than an explicit one; or has a step that is too long at ``spindle.max_speed``, up to
+            which commands are taken.
     """
     _check_smooth(scene)
+    if scene.probes:
+        raise SceneError(
+            f"probes: {', '.join(scene.probes)}: C has accelerometers only; leave them out (--set "
+            "probes=), its outputs have the displacement itself"
+        )
     if scene.accuracy is not None:
         raise SceneError(
             "accuracy: C takes steps of a fixed length by an explicit method; name them instead: "

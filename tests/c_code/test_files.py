@@ -87,6 +87,16 @@ def test_words_of_a_scene_end_no_comment(tmp_path: Path) -> None:
             "--set solver.stepper=rk8 --set solver.step=1e-05",
         ),
         ("nsc-case-1", ["spindle.max_speed=1e5"], "C takes commands up to spindle.max_speed"),
+        (
+            "no-ball",
+            ["probes.probe={}"],
+            "C has accelerometers only; leave them out (--set probes=)",
+        ),
+        (
+            "adaptive-start-up",
+            ["effects.rolling_friction="],
+            "or leave it out (--set profile=)",
+        ),
     ],
 )
 def test_scenes_that_c_cannot_do_are_refused(name: str, changes: list[str], words: str) -> None:
