@@ -201,7 +201,7 @@ def _begin(work: _Work, starts: LaneStarts) -> None:
         constants = starts.constants[row]
         run.scene.c[: len(constants)] = constants
         columns_of_balls = constants[len(constants) - n * len(FORMULA_COLUMNS) :]
-        balls.constants[:, FORMULA_COLUMNS] = columns_of_balls.reshape(-1, n).T
+        balls.constants[:, FORMULA_COLUMNS] = columns_of_balls.reshape(len(FORMULA_COLUMNS), n).T
         balls.constants[:, FIRST_TURNS] = starts.discrete[row, :n, TURNS]
         balls.contacts[:], balls.discrete[:] = starts.contacts[row], starts.discrete[row]
         run.work.bounds[:], run.work.counts[:] = starts.bounds[row], 0

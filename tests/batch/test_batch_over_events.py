@@ -96,6 +96,19 @@ def in_space() -> Case:
 CASES = {case.__name__: case for case in (friction, contact, packed_row, motor, in_space)}
 
 
+@pytest.mark.parametrize("name", ["balanced-start-up", "weak-motor", "packed-balls"])
+def test_scenes_without_balls(name: str) -> None:
+    """Laws of events, and nothing that they are about; but for a motor."""
+    angles = [] if name == "packed-balls" else ["start.ball_angles="]
+    base = load_scene(name, ["duration=0.2", "balls.count=0", *angles])
+    variations: Variations = [{"rotor.eccentricity": 1e-4 * (1 + k)} for k in range(3)]
+    batch = simulate_batch(base, variations)
+    assert batch.side_by_side == 3
+    for run in batch.runs:
+        alone = Drive(run.scene).advance(steps_of(run.scene))
+        assert run.trajectory.samples.tobytes() == alone.samples.tobytes()
+
+
 def steps_of(scene: Scene) -> int:
     return math.ceil(scene.duration / scene.solver.step - 1e-9)
 
