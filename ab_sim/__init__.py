@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ab_sim import results
     from ab_sim.api.c_code import write_c, write_fmu
     from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
+    from ab_sim.api.derivatives import sensitivities
     from ab_sim.api.design import open_sweep, robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.maps import basin, stability_map
@@ -82,6 +83,7 @@ __all__ = [
     "robust",
     "save_recording",
     "scene_names",
+    "sensitivities",
     "simulate",
     "simulate_batch",
     "size",
@@ -97,6 +99,7 @@ __all__ = [
 _MODULES = {
     "api.c_code": ("write_c", "write_fmu"),
     "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
+    "api.derivatives": ("sensitivities",),
     "api.design": ("open_sweep", "robust", "sweep", "tune"),
     "api.extensions": ("register_effect", "register_stepper"),
     "api.maps": ("basin", "stability_map"),

@@ -44,7 +44,7 @@ class Emission:
             "slope": model.slope(at, evaluated),
             "sample": model.sample(at, evaluated),
             "accelerations": [model.lifted(x) for x in evaluated.solved.x],
-            "motor": self._motor(evaluated),
+            "motor": self.motor(evaluated),
             "torque": [model.lifted(evaluated.spindle.torque)],
         }
         if model.has_events:
@@ -60,16 +60,16 @@ class Emission:
             self.size += n if x.each else 1
         if model.has_events:
             # Of what is lowered, and not lowered with it: the other formulas keep their rounding.
-            table = self.roots["table"]
-            forces = model.forces(table, self.roots["accelerations"])
-            self.roots["table"] = [*table[:9], *forces, *table[9:]]
+            accelerations = self.roots["accelerations"]
+            self.roots["table"] = model.with_forces(self.roots["table"], accelerations)
 
     @cached_property
     def derived(self) -> list[Expression]:
         """What follows from the constants, in the order in which it lies behind them."""
         return []
 
-    def _motor(self, evaluated: Evaluated) -> list[Expression]:
+    def motor(self, evaluated: Evaluated) -> list[Expression]:
+        """Torque asked for and its limit [N m], and the speed of the spindle [rad/s]."""
         torques = evaluated.torques
         asked = (torques.commanded, torques.limit) if torques else (0.0, 0.0)
         return [self.model.lifted(x) for x in (*asked, evaluated.spindle.speed)]
