@@ -1,0 +1,233 @@
+"""What a drive with given numbers would have made of a recording: runs, and their derivatives."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ab_sim.analysis.comparison import without_balls
+from ab_sim.batch.prepared_run import PreparedRun
+from ab_sim.batch.run_prepared import run_prepared
+from ab_sim.design.draws import value_of
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.dynamics.assemble import start_state
+from ab_sim.dynamics.layout import layout_of
+from ab_sim.errors import AbSimError, SceneError
+from ab_sim.identify.measured import DISPLACEMENT, Measured
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+from ab_sim.scene.sensors import Accelerometer
+from ab_sim.sensing import Pickup
+
+MOTOR = "motor"
+ON_GRID = 1e-6
+"""Of a step: as near as that a sample's time is that of a step."""
+STEP_SHARE = 1e-6
+"""Of a parameter's scale: by so much it is moved for a difference."""
+Values = Mapping[str, Any]
+"""Of a scene, by dotted key."""
+
+
+class Place(NamedTuple):
+    """Where a number of a scene stands: its key, and which one of a list."""
+
+    key: str
+    entry: int | None = None
+
+    def put(self, values: dict[str, Any], value: float) -> None:
+        """Set it among values, of which a list is not shared."""
+        if self.entry is None:
+            values[self.key] = value
+        else:
+            listed = list(values[self.key])
+            listed[self.entry] = value
+            values[self.key] = listed
+
+
+class Signals(NamedTuple):
+    """What a recording would have been."""
+
+    values: np.ndarray
+    """Shape (samples, axes), as measured, but for gain and offset."""
+    slope: np.ndarray
+    """Its derivative by time, per second; zeros where nobody asked."""
+    derivatives: np.ndarray
+    """By each place, shape (places, samples, axes)."""
+
+
+class RecordedDrive:
+    """Runs of a scene under the circumstances of a recording: its spindle, sensor and times.
+
+    Args:
+        scene: whose numbers vary; balls included.
+        measured: the recording.
+
+    Raises:
+        SceneError: the scene cannot be run like that; says why.
+    """
+
+    def __init__(self, scene: Scene, measured: Measured) -> None:
+        self.measured = measured
+        self.step = _step(scene, measured)
+        self.scene = _followed(scene, measured, self.step)
+        self.steps = math.ceil(measured.duration / self.step - ON_GRID)
+        at = measured.time / self.step
+        aligned = bool(np.all(np.abs(at - np.rint(at)) < ON_GRID))
+        self._grid = np.rint(at).astype(np.int64) - 1 if aligned else None
+        self._cosine = np.cos(measured.axes)
+        self._sine = np.sin(measured.axes)
+
+    def scene_with(self, values: Values) -> Scene:
+        """The scene of a run.
+
+        Raises:
+            SceneError: values that no scene can have.
+        """
+        changed = changed_scene(self.scene, values, "fit") if values else self.scene
+        return changed if self.measured.with_balls else without_balls(changed)
+
+    def signals(
+        self,
+        values: Values,
+        places: Sequence[Place] = (),
+        moves: Sequence[float] = (),
+        delay: float = 0.0,
+        slope: bool = False,
+        central: bool = True,
+    ) -> Signals | None:
+        """A run, and by differences its derivatives; None where it diverges or cannot be.
+
+        Args:
+            values: of the scene.
+            places: of the numbers by which it is differentiated.
+            moves: by how much each is moved, up and down; the step of a difference.
+            delay: by which the signals are late [s].
+            slope: whether the derivative by time is wanted.
+            central: whether differences are taken to both sides.
+        """
+        every, ways = [dict(values)], (1.0, -1.0) if central else (1.0,)
+        for place, move in zip(places, moves, strict=True):
+            now = _number_at(values, place, self.scene)
+            for way in ways:
+                moved = _with_list(values, place, self.scene)
+                place.put(moved, now + way * move)
+                every.append(moved)
+        try:
+            runs = self._run(every)
+        except AbSimError:
+            return None
+        if runs is None:
+            return None
+        shown, slopes = self._at_times(runs, delay, slope)
+        sides = shown[1:].reshape(len(places), len(ways), *shown.shape[1:])
+        widths = len(ways) * np.asarray(moves, float).reshape(-1, 1, 1)
+        other = sides[:, 1] if central else shown[0]
+        return Signals(shown[0], slopes, (sides[:, 0] - other) / widths)
+
+    def _run(self, every: Sequence[Values]) -> np.ndarray | None:
+        """On the sensor's axes at each step, shape (runs, steps, axes); None where one diverged."""
+        prepared = [PreparedRun(self.scene_with(values)) for values in every]
+        done = run_prepared(prepared, every=1)
+        if any(run.failure for run in done.runs):
+            return None
+        found = np.empty((len(every), self.steps, len(self.measured.axes)))
+        for k, run in enumerate(done.runs):
+            found[k] = self._sensed(prepared[k], run.trajectory)
+        return found if bool(np.isfinite(found).all()) else None
+
+    def _sensed(self, run: PreparedRun, taken: Trajectory) -> np.ndarray:
+        """On the sensor's axes, shape (steps, axes)."""
+        measured = self.measured
+        if measured.kind == DISPLACEMENT:
+            across = taken.position[:, :2]
+        else:
+            sensor, kind = measured.sensor, type(run.system.deck_model)
+            first = taken.channels.index(kind.CHANNELS[0])
+            shown = taken.samples[:, first : first + len(kind.CHANNELS)]
+            point = np.zeros(3) if sensor is None else np.array(sensor.position)
+            deck, effects = run.system.deck_model, run.system.effects
+            across = deck.specific_force(effects, shown, point)[:, :2]
+            if sensor is not None:
+                pickup = Pickup(noiseless(sensor, self.step), self.step)
+                start = start_state(run.scene, run.system)[layout_of(run.system).deck]
+                # As if the drive had hung there at rest for ever.
+                pickup.reset(deck.specific_force(effects, deck.at_rest(start), point)[0, :2])
+                across = pickup.process(1, across)
+        return across[:, :1] * self._cosine + across[:, 1:2] * self._sine
+
+    def _at_times(
+        self, runs: np.ndarray, delay: float, slope: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        if self._grid is not None and delay == 0.0 and not slope:
+            return runs[:, self._grid], np.zeros(runs.shape[2:])
+        time = self.step * np.arange(1, self.steps + 1)
+        spline = CubicSpline(time, runs, axis=1)
+        at = np.maximum(self.measured.time - delay, 0.0)
+        slopes = spline(at, 1)[0] if slope else np.zeros(runs.shape[2:])
+        return spline(at), slopes
+
+
+def noiseless(sensor: Accelerometer, step: float) -> Accelerometer:
+    """What is left of a sensor is its low-pass; its axes and samples are those of the recording."""
+    digits = {"noise_density": 0.0, "resolution": 0.0, "range": 1e9}
+    return sensor.model_copy(update={**digits, "axis_angle": 0.0, "sample_rate": 1.0 / step})
+
+
+def _step(scene: Scene, measured: Measured) -> float:
+    if measured.step is not None:
+        return measured.step
+    between = float(np.median(np.diff(measured.time)))
+    parts = max(1, math.ceil(between / scene.solver.step - ON_GRID))
+    step = round(between / parts, 9)
+    return step if step > 0 and abs(step * parts / between - 1.0) < 1e-9 else scene.solver.step
+
+
+def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
+    """The scene whose spindle does what was recorded."""
+    pieces = measured.schedule.segments[:-1]
+    first = pieces[0].segment
+    changes: dict[str, Any] = {
+        "profile": {
+            "kind": "segments",
+            "segments": [
+                {
+                    "duration": piece.end - piece.start,
+                    "acceleration": float(piece.segment.acceleration(0.0)),
+                }
+                for piece in pieces
+            ],
+        },
+        "start.speed": float(first.speed(0.0)),
+        "start.angle": float(pieces[0].start_angle),
+        "spindle.max_speed": 1e5,
+        "spindle.max_acceleration": 1e6,
+        "sensors": {},
+        "solver.step": step,
+        "duration": max(measured.duration, step),
+    }
+    if MOTOR in scene.effects:
+        others = scene.as_mapping()["effects"]
+        assert isinstance(others, dict)
+        changes["effects"] = {name: each for name, each in others.items() if name != MOTOR}
+    try:
+        found = changed_scene(scene, changes, f"{measured.name}")
+        PreparedRun(found if measured.with_balls else without_balls(found))
+    except SceneError as error:
+        raise SceneError(
+            f"{measured.name}: the scene {scene.name} cannot be run as it was recorded: {error}"
+        ) from error
+    return found
+
+
+def _number_at(values: Values, place: Place, scene: Scene) -> float:
+    there = values[place.key] if place.key in values else value_of(scene, place.key)
+    return float(there if place.entry is None else there[place.entry])
+
+
+def _with_list(values: Values, place: Place, scene: Scene) -> dict[str, Any]:
+    found = dict(values)
+    if place.entry is not None and place.key not in found:
+        found[place.key] = value_of(scene, place.key)
+    return found

@@ -1,0 +1,207 @@
+"""What a fit makes small: measured less simulated, over all recordings, in units of their noise."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ab_sim.design.draws import value_of
+from ab_sim.identify.forward import STEP_SHARE, RecordedDrive, Signals
+from ab_sim.identify.measured import BIAS, DELAY, GAIN, Measured
+from ab_sim.identify.parameters import (
+    ANGLES,
+    POSITION,
+    RATES,
+    VELOCITY,
+    Parameter,
+    own_parameters,
+)
+from ab_sim.scene.model import Scene
+
+BEYOND = 1e3
+"""Of the signals' size: what stands for the residuals of a run that cannot be."""
+
+
+class Problem:
+    """Residuals and their derivatives by parameters, each in units of its scale.
+
+    Args:
+        scene: what is fitted.
+        common: its parameters that all recordings share.
+        recordings: what was measured.
+        noise: standard deviation of each recording's signals.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        common: Sequence[Parameter],
+        recordings: Sequence[Measured],
+        noise: Sequence[float],
+    ) -> None:
+        self.scene, self.common = scene, tuple(common)
+        self.recordings, self.noise = tuple(recordings), tuple(noise)
+        own = [
+            each
+            for number, measured in enumerate(recordings)
+            for each in own_parameters(scene, measured, number)
+        ]
+        self.parameters = (*self.common, *own)
+        self._drives = [RecordedDrive(scene, measured) for measured in recordings]
+        self.runs = 0
+        """That were made."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all parameters."""
+        return tuple(each.name for each in self.parameters)
+
+    @property
+    def start(self) -> np.ndarray:
+        """Where the scene is, in SI units."""
+        return np.array([each.start for each in self.parameters])
+
+    @property
+    def scales(self) -> np.ndarray:
+        """Of the parameters."""
+        return np.array([each.scale for each in self.parameters])
+
+    def part(self, recordings: Sequence[int], until: float | None = None) -> "Problem":
+        """Of some of the recordings, or of their beginnings.
+
+        Its parameters are the common ones and those of these recordings, numbered anew.
+        """
+        chosen = [self.recordings[k] for k in recordings]
+        if until is not None:
+            chosen = [measured.until(until * measured.duration) for measured in chosen]
+        return Problem(self.scene, self.common, chosen, [self.noise[k] for k in recordings])
+
+    def with_noise(self, noise: Sequence[float]) -> "Problem":
+        """The same with other standard deviations."""
+        found = object.__new__(Problem)
+        found.__dict__.update(self.__dict__)
+        found.noise = tuple(noise)
+        return found
+
+    def of(self, number: int) -> list[int]:
+        """Which parameters a recording depends on."""
+        return [k for k, each in enumerate(self.parameters) if each.recording in (None, number)]
+
+    def residuals(self, values: np.ndarray) -> np.ndarray:
+        """Of all that was measured, in units of noise; shape (numbers,)."""
+        return np.concatenate(
+            [
+                self._residual(k, self._signals(k, values, ()), values)
+                for k in range(len(self.recordings))
+            ]
+        )
+
+    def derivatives(
+        self, values: np.ndarray, free: Sequence[int], central: bool = True
+    ) -> np.ndarray:
+        """Of the residuals by some parameters, each in units of its scale.
+
+        Args:
+            values: of all parameters [SI].
+            free: numbers of those by which it is differentiated.
+            central: whether differences are taken to both sides, or to one in half as many runs.
+
+        Returns:
+            Shape (numbers, free parameters).
+        """
+        found = []
+        for k, measured in enumerate(self.recordings):
+            own = [j for j in free if self.parameters[j].recording in (None, k)]
+            signals = self._signals(k, values, own, central)
+            block = np.zeros((measured.signals.size, len(free)))
+            if signals is not None:
+                for j, column in zip(own, self._columns(k, signals, values, own), strict=True):
+                    block[:, free.index(j)] = column.reshape(-1)
+            there = np.isfinite(measured.signals).reshape(-1)
+            found.append(-block[there] / self.noise[k])
+        return np.concatenate(found) * self.scales[list(free)]
+
+    def simulated(self, number: int, values: np.ndarray) -> np.ndarray | None:
+        """What a recording would have been, gain and bias included; shape (samples, axes)."""
+        signals = self._signals(number, values, ())
+        return None if signals is None else self._shown(number, signals, values)
+
+    def scene_values(self, values: np.ndarray, number: int | None = None) -> dict[str, Any]:
+        """Values by dotted key, of a recording or of what all have in common."""
+        found: dict[str, Any] = {}
+        if number is not None:
+            measured = self.recordings[number]
+            balls = self.scene.balls.count if measured.with_balls else 0
+            if balls:
+                found[ANGLES] = [0.0] * balls
+                if not measured.at_rest:
+                    found[RATES] = [0.0] * balls
+            if not measured.at_rest:
+                found[POSITION], found[VELOCITY] = [0.0, 0.0], [0.0, 0.0]
+        for each, value in zip(self.parameters, values.tolist(), strict=True):
+            if each.place is not None and each.recording in (None, number):
+                if each.place.entry is not None and each.place.key not in found:
+                    found[each.place.key] = value_of(self.scene, each.place.key)
+                each.place.put(found, value)
+        return found
+
+    def _signals(
+        self, number: int, values: np.ndarray, free: Sequence[int], central: bool = True
+    ) -> Signals | None:
+        drive, measured = self._drives[number], self.recordings[number]
+        places = [(j, self.parameters[j].place) for j in free]
+        moved = [(j, place) for j, place in places if place is not None]
+        delays = self._own(number, DELAY, values)
+        self.runs += 1 + (2 if central else 1) * len(moved)
+        return drive.signals(
+            self.scene_values(values, number),
+            [place for _, place in moved],
+            [STEP_SHARE * self.parameters[j].scale for j, _ in moved],
+            delays[0] if delays else measured.delay,
+            bool(delays),
+            central,
+        )
+
+    def _own(self, number: int, nuisance: str, values: np.ndarray) -> list[float]:
+        return [
+            float(value)
+            for each, value in zip(self.parameters, values, strict=True)
+            if each.recording == number and each.nuisance == nuisance
+        ]
+
+    def _shown(self, number: int, signals: Signals, values: np.ndarray) -> np.ndarray:
+        gain, bias = self._own(number, GAIN, values), self._own(number, BIAS, values)
+        shown = signals.values * gain[0] if gain else signals.values
+        return shown + np.array(bias) if bias else shown
+
+    def _residual(
+        self, number: int, signals: Signals | None, values: np.ndarray
+    ) -> np.ndarray:
+        measured = self.recordings[number].signals
+        there = np.isfinite(measured)
+        if signals is None:
+            return BEYOND * measured[there] / self.noise[number]
+        shown = self._shown(number, signals, values)
+        found: np.ndarray = (measured - shown)[there] / self.noise[number]
+        return found
+
+    def _columns(
+        self, number: int, signals: Signals, values: np.ndarray, own: Sequence[int]
+    ) -> list[np.ndarray]:
+        """Derivatives of what is shown by parameters, each of shape (samples, axes)."""
+        gains = self._own(number, GAIN, values)
+        gain, derivatives = (gains[0] if gains else 1.0), iter(signals.derivatives)
+        found = []
+        for j in own:
+            each = self.parameters[j]
+            if each.place is not None:
+                found.append(gain * next(derivatives))
+            elif each.nuisance == GAIN:
+                found.append(signals.values)
+            elif each.nuisance == DELAY:
+                found.append(-gain * signals.slope)
+            else:
+                column = np.zeros(signals.values.shape)
+                column[:, each.axis] = 1.0
+                found.append(column)
+        return found
