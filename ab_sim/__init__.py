@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ab_sim import results
     from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
     from ab_sim.api.design import open_sweep, robust, sweep, tune
+    from ab_sim.api.identification import identify
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.maps import basin, stability_map
     from ab_sim.api.merits import merits_of, register_merit
@@ -67,6 +68,7 @@ __all__ = [
     "equilibria",
     "floquet",
     "follow_floquet",
+    "identify",
     "load_scene",
     "merits_of",
     "modes",
@@ -94,6 +96,7 @@ __all__ = [
 _MODULES = {
     "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
     "api.design": ("open_sweep", "robust", "sweep", "tune"),
+    "api.identification": ("identify",),
     "api.extensions": ("register_effect", "register_stepper"),
     "api.maps": ("basin", "stability_map"),
     "api.merits": ("merits_of", "register_merit"),

@@ -86,7 +86,8 @@ class RecordedDrive:
             SceneError: values that no scene can have.
         """
         changed = changed_scene(self.scene, values, "fit") if values else self.scene
-        return changed if self.measured.with_balls else without_balls(changed)
+        found = changed if self.measured.with_balls else without_balls(changed)
+        return _heavier(found, self.measured.trial_mass) if self.measured.trial_mass else found
 
     def signals(
         self,
@@ -167,6 +168,16 @@ class RecordedDrive:
         at = np.maximum(self.measured.time - delay, 0.0)
         slopes = spline(at, 1)[0] if slope else np.zeros(runs.shape[2:])
         return spline(at), slopes
+
+
+def _heavier(scene: Scene, mass: float) -> Scene:
+    """With a mass clamped to the deck, which is not eccentric."""
+    key = "mass" if scene.rotor.total_mass is None else "total_mass"
+    changes = {
+        f"rotor.{key}": getattr(scene.rotor, key) + mass,
+        "rotor.eccentric_mass": scene.eccentric_mass,
+    }
+    return changed_scene(scene, changes, "trial mass")
 
 
 def noiseless(sensor: Accelerometer, step: float) -> Accelerometer:

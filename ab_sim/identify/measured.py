@@ -1,6 +1,6 @@
 """A recording as the fit sees it: vibration at some times, and how the spindle turned."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -44,6 +44,8 @@ class Measured:
     """Which of ``NUISANCES`` are not known."""
     at_rest: bool = True
     """Whether deck and balls were at rest when it began."""
+    trial_mass: float = 0.0
+    """Clamped to the deck for this recording [kg]."""
     notes: tuple[str, ...] = field(default=())
     """What has to be said of it."""
 
@@ -69,7 +71,5 @@ class Measured:
 
     def until(self, time: float) -> "Measured":
         """Its beginning."""
-        from dataclasses import replace
-
         some = max(int(np.searchsorted(self.time, time, "right")), 8)
         return replace(self, time=self.time[:some], signals=self.signals[:some])

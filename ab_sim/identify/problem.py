@@ -1,6 +1,6 @@
 """What a fit makes small: measured less simulated, over all recordings, in units of their noise."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -121,9 +121,17 @@ class Problem:
             found.append(-block[there] / self.noise[k])
         return np.concatenate(found) * self.scales[list(free)]
 
-    def simulated(self, number: int, values: np.ndarray) -> np.ndarray | None:
-        """What a recording would have been, gain and bias included; shape (samples, axes)."""
-        signals = self._signals(number, values, ())
+    def simulated(
+        self, number: int, values: np.ndarray, also: Mapping[str, Any] | None = None
+    ) -> np.ndarray | None:
+        """What a recording would have been, gain and bias included; shape (samples, axes).
+
+        Args:
+            number: of the recording.
+            values: of all parameters [SI].
+            also: further values of the scene, by dotted key.
+        """
+        signals = self._signals(number, values, (), also=also)
         return None if signals is None else self._shown(number, signals, values)
 
     def scene_values(self, values: np.ndarray, number: int | None = None) -> dict[str, Any]:
@@ -146,15 +154,16 @@ class Problem:
         return found
 
     def _signals(
-        self, number: int, values: np.ndarray, free: Sequence[int], central: bool = True
-    ) -> Signals | None:
+        self, number: int, values: np.ndarray, free: Sequence[int], central: bool = True,
+        also: Mapping[str, Any] | None = None,
+    ) -> Signals | None:  # fmt: skip
         drive, measured = self._drives[number], self.recordings[number]
         places = [(j, self.parameters[j].place) for j in free]
         moved = [(j, place) for j, place in places if place is not None]
         delays = self._own(number, DELAY, values)
         self.runs += 1 + (2 if central else 1) * len(moved)
         return drive.signals(
-            self.scene_values(values, number),
+            {**self.scene_values(values, number), **(also or {})},
             [place for _, place in moved],
             [STEP_SHARE * self.parameters[j].scale for j, _ in moved],
             delays[0] if delays else measured.delay,

@@ -185,7 +185,7 @@ class Search:
         """Starts spread evenly over what is free."""
         if not free:
             return [start.copy()] * count
-        shares = qmc.Sobol(len(free), rng=np.random.default_rng([self._seed, stream]))
+        shares = qmc.LatinHypercube(len(free), rng=np.random.default_rng([self._seed, stream]))
         found = []
         for row in shares.random(count):
             values = start.copy()

@@ -1,0 +1,74 @@
+"""Which files an identification is given, and how each is read."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+from ab_sim.errors import InputError, nearest
+from ab_sim.identify.inputs import check_kinds, measured_of
+from ab_sim.identify.mapping import Mapping, read_mapping_file
+from ab_sim.identify.measured import NUISANCES, Measured
+from ab_sim.scene.model import Scene
+
+
+class Files(NamedTuple):
+    """Recordings by their files."""
+
+    recordings: Sequence[Path]
+    without_balls: Sequence[Path] = ()
+    """Further ones, made without balls."""
+    hold_out: Sequence[Path] = ()
+    """That are judged and not fitted."""
+    maps: Sequence[Path] = ()
+    """One for all, one for each of all that were given, in this order, or none."""
+    signal: str | None = None
+    """See ``usual_mapping``."""
+    free: Sequence[str] = ()
+    """Of ``NUISANCES``, of each recording."""
+
+
+def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measured]]:
+    """Recordings to be fitted, and those to be judged.
+
+    Raises:
+        InputError: one of them cannot be used; says why and what to do.
+        RecordingError: one cannot be read.
+    """
+    for what in files.free:
+        if what not in NUISANCES:
+            raise InputError(
+                f"free {what}: must be some of {', '.join(NUISANCES)}{nearest(what, NUISANCES)}"
+            )
+    paths = [*files.recordings, *files.without_balls, *files.hold_out]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise InputError(f"{path}: is given twice; give each recording once")
+    mappings = _mappings(files, paths)
+    bare = len(files.recordings)
+    outside = bare + len(files.without_balls)
+    found = []
+    for k, (path, mapping) in enumerate(zip(paths, mappings, strict=True)):
+        balls = False if bare <= k < outside else None
+        measured = measured_of(path, scene, mapping, files.signal, balls)
+        free = tuple(dict.fromkeys((*measured.free, *files.free)))
+        found.append(replace(measured, free=free))
+    check_kinds(found)
+    return found[:outside], found[outside:]
+
+
+def _mappings(files: Files, paths: Sequence[Path]) -> list[Mapping | None]:
+    """Of each file; none for recordings and bags, whose columns are known."""
+    if len(files.maps) not in (0, 1, len(paths)):
+        raise InputError(
+            f"--map: {len(files.maps)} mappings for {len(paths)} recordings; give one for all, or "
+            "one for each"
+        )
+    read = [read_mapping_file(path) for path in files.maps]
+    if not read:
+        return [None] * len(paths)
+    each: list[Mapping | None] = list(read if len(read) == len(paths) else read * len(paths))
+    return [
+        mapping if path.suffix.lower() in (".csv", ".parquet") else None
+        for path, mapping in zip(paths, each, strict=True)
+    ]

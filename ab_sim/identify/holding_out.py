@@ -1,0 +1,52 @@
+"""Recordings that are not fitted: does the fitted scene do better on them than the one before?"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ab_sim.identify.measured import Measured
+from ab_sim.identify.problem import Problem
+from ab_sim.identify.residuals import NOISELESS, noise_of, total_z, whiteness_of
+from ab_sim.identify.result import Comparison, HeldOut
+from ab_sim.identify.stages import Search, Tell
+
+
+def held_out(
+    problem: Problem, values: np.ndarray, recordings: Sequence[Measured], seed: int, tell: Tell
+) -> tuple[HeldOut, list[Comparison]]:
+    """Judge a fit by other recordings, of which only what is their own is fitted.
+
+    Args:
+        problem: that was fitted.
+        values: of its parameters [SI].
+        recordings: the others.
+        seed: of their start angles.
+        tell: progress.
+    """
+    count = len(problem.common)
+    noise = [max(noise_of(each.signals), NOISELESS * each.rms) for each in recordings]
+    shares, comparisons = [], []
+    for common in (problem.start[:count], values[:count]):
+        changed = [
+            each._replace(start=float(value))
+            for each, value in zip(problem.common, common, strict=True)
+        ]
+        other = Problem(problem.scene, changed, recordings, noise)
+        found = Search(other, range(count), seed, tell).run()
+        shown = [other.simulated(k, found.values) for k in range(len(recordings))]
+        comparisons = [
+            Comparison(measured, each, True)
+            for measured, each in zip(recordings, shown, strict=True)
+            if each is not None
+        ]
+        shares.append(_share(comparisons) if len(comparisons) == len(shown) else np.inf)
+    judged = [
+        whiteness_of(each.residuals, each.measured.rms, each.measured.name) for each in comparisons
+    ]
+    return HeldOut(shares[0], shares[1], total_z(judged)), comparisons
+
+
+def _share(comparisons: Sequence[Comparison]) -> float:
+    """R.m.s. of residuals, of the signals'."""
+    parts = [np.nanmean(each.residuals**2) / each.measured.rms**2 for each in comparisons]
+    return float(np.sqrt(np.mean(parts)))

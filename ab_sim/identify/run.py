@@ -1,0 +1,285 @@
+"""An identification from its files to its verdict."""
+
+from collections.abc import Mapping as Dictionary
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.accuracy import resolve_accuracy
+from ab_sim.errors import InputError, Interrupted
+from ab_sim.identify.intervals import HELD, OPEN as NOT_KNOWN
+from ab_sim.identify.intervals import Intervals, intervals_of
+from ab_sim.identify.knowledge import Knowledge, knowledge_of
+from ab_sim.identify.measured import GAIN, Measured
+from ab_sim.identify.parameters import fitted_parameters
+from ab_sim.identify.problem import Problem
+from ab_sim.identify.residuals import NOISELESS, Whiteness, noise_of, whiteness_of
+from ab_sim.identify.result import (
+    FITS,
+    INTERRUPTED,
+    MISSING,
+    NO_BETTER,
+    OPEN,
+    Comparison,
+    HeldOut,
+    Identification,
+    Proposal,
+    TriedEffect,
+)
+from ab_sim.identify.stages import LAST_STEPS, Search, Tell, minimise
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+
+LOOKS = 2
+"""Draws of start angles from which it is asked what can be known."""
+FAR_OFF = 300.0
+"""Times as large or small as simulated: a wrong unit."""
+
+
+class Question(NamedTuple):
+    """What is asked."""
+
+    fit: tuple[str, ...]
+    """Keys of the scene."""
+    bounds: Dictionary[str, tuple[float, float]] = {}
+    seed: int = 0
+    hold_open: bool = True
+    """Whether what recordings cannot tell is held."""
+    propose: bool = True
+    """Whether the next recording is looked for."""
+
+
+def run_identification(
+    scene: Scene,
+    recordings: Sequence[Measured],
+    question: Question,
+    held_out: Sequence[Measured] = (),
+    tell: Tell = lambda *_: None,
+) -> Identification:
+    """Fit a scene to recordings, and say how far to believe it.
+
+    Args:
+        scene: where to begin.
+        recordings: what was measured, with balls or without.
+        question: what is asked.
+        held_out: recordings that are not fitted, but judged.
+        tell: called with what is done now, done, of all; of what it raises ``Interrupted`` leaves
+            the best so far, marked as such.
+
+    Raises:
+        InputError: it cannot be; says why and what to do.
+        SceneError: the scene cannot be run as it was recorded.
+    """
+    scene, _ = resolve_accuracy(scene)
+    if not recordings:
+        raise InputError("no recordings: give one or several")
+    work = _Work(scene, recordings, question, held_out, tell)
+    return work.run()
+
+
+class _Work:
+    def __init__(
+        self, scene: Scene, recordings: Sequence[Measured], question: Question,
+        held_out: Sequence[Measured], tell: Tell,
+    ) -> None:  # fmt: skip
+        self._scene, self._question, self._tell = scene, question, tell
+        self._recordings, self._held_out = recordings, held_out
+        common = fitted_parameters(scene, question.fit, question.bounds)
+        self._problem = Problem(scene, common, recordings, [_noise(each) for each in recordings])
+        self._check_sizes()
+
+    def run(self) -> Identification:
+        problem, question = self._problem, self._question
+        knowledge = self._knowledge()
+        held = list(knowledge.held) if question.hold_open else []
+        search = Search(problem, held, question.seed, self._tell)
+        interrupted = False
+        values, open_after = search.best, Knowledge((), (), (), ())
+        free = [j for j in range(len(problem.parameters)) if j not in held]
+        try:
+            values = search.run().values
+            problem = problem.with_noise(self._left(problem, values))
+            values = minimise(problem, values, free, LAST_STEPS, robust=True, central=True).values
+            problem = problem.with_noise(self._left(problem, values))
+            open_after = knowledge_of(problem, values, question.hold_open)
+            held = sorted({*held, *open_after.held}) if question.hold_open else held
+            free = [j for j in free if j not in held]
+            intervals = intervals_of(problem, values, free, self._tell)
+        except (Interrupted, KeyboardInterrupt):
+            interrupted = True
+            values = search.best if len(search.best) == len(values) else values
+            problem = problem.with_noise(self._left(problem, values))
+            intervals = intervals_of(problem, values, free, lambda *_: None, profiles=False)
+        intervals = _marked(intervals, problem, held)
+        comparisons = [
+            Comparison(measured, shown, False)
+            for k, measured in enumerate(problem.recordings)
+            if (shown := problem.simulated(k, values)) is not None
+        ]
+        whiteness = tuple(_whiteness(each) for each in comparisons)
+        self._problem = problem
+        tried: tuple[TriedEffect, ...] = ()
+        outside: HeldOut | None = None
+        proposals: tuple[Proposal, ...] = ()
+        try:
+            if not interrupted:
+                tried = self._tried(values, free, whiteness)
+                outside, more = self._outside(values)
+                comparisons += more
+                if question.propose:
+                    proposals = self._proposals(values, free, intervals)
+        except (Interrupted, KeyboardInterrupt):
+            interrupted = True
+        opened = dict.fromkeys((*knowledge.open, *open_after.open))
+        verdict, reasons = _verdict(interrupted, whiteness, tried, outside, tuple(opened), problem)
+        fitted = changed_scene(
+            self._scene, {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"},
+            "the fitted scene",
+        )  # fmt: skip
+        notes = [
+            f"{measured.name}: {note}" for measured in self._recordings for note in measured.notes
+        ]
+        return Identification(
+            fitted, self._scene, verdict, tuple(reasons), intervals,
+            knowledge._replace(open=tuple(opened)), whiteness, tuple(comparisons), tried, outside,
+            proposals, tuple(notes), problem.runs, question.seed,
+        )  # fmt: skip
+
+    def _check_sizes(self) -> None:
+        """Refuse signals that are far from what the scene does: their unit is wrong."""
+        for k, measured in enumerate(self._recordings):
+            shown = self._problem.simulated(k, self._problem.start)
+            if shown is None:
+                continue
+            size = float(np.sqrt(np.mean((shown - shown.mean(axis=0)) ** 2)))
+            ratio = measured.rms / size if size > 0.0 else 1.0
+            if not 1.0 / FAR_OFF < ratio < FAR_OFF:
+                raise InputError(
+                    f"{measured.name}: its signals' r.m.s. is {measured.rms:.3g} {measured.unit}, "
+                    f"{ratio:.2g} times what the scene {self._scene.name} gives; is their unit "
+                    "right? if so, begin with a scene that is nearer"
+                )
+
+    def _knowledge(self) -> Knowledge:
+        """What is open wherever the balls may have started."""
+        problem, found = self._problem, []
+        numbers = np.random.default_rng([self._question.seed, 0])
+        for look in range(LOOKS):
+            self._tell("what can be known", look, LOOKS)
+            values = problem.start
+            for j, each in enumerate(problem.parameters):
+                if each.recording is not None and each.unit == "rad":
+                    values[j] += numbers.uniform(0.0, 2.0 * np.pi)
+            found.append(knowledge_of(problem, values))
+        first = found[0]
+        always = tuple(j for j in first.held if all(j in each.held for each in found))
+        names = {problem.parameters[j].name for j in always}
+        return first._replace(
+            held=always, open=tuple(each for each in first.open if each.held in names)
+        )
+
+    def _left(self, problem: Problem, values: np.ndarray) -> list[float]:
+        """Standard deviation of each recording's residuals."""
+        found = []
+        for k, measured in enumerate(problem.recordings):
+            shown = problem.simulated(k, values)
+            if shown is None:
+                return list(problem.noise)
+            left = measured.signals - shown
+            # Of outliers no more than their number counts.
+            spread = float(np.nanmedian(np.abs(left))) / 0.6745
+            rms = float(np.sqrt(np.nanmean(left**2)))
+            found.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
+        return found
+
+    def _tried(
+        self, values: np.ndarray, free: Sequence[int], whiteness: Sequence[Whiteness]
+    ) -> tuple[TriedEffect, ...]:
+        from ab_sim.identify.missing import tried_effects
+
+        if all(each.white for each in whiteness):
+            return ()
+        return tried_effects(self._problem, values, free, self._tell)
+
+    def _outside(self, values: np.ndarray) -> tuple[HeldOut | None, list[Comparison]]:
+        if not self._held_out:
+            return None, []
+        from ab_sim.identify.holding_out import held_out
+
+        return held_out(self._problem, values, self._held_out, self._question.seed, self._tell)
+
+    def _proposals(
+        self, values: np.ndarray, free: Sequence[int], intervals: Intervals
+    ) -> tuple[Proposal, ...]:
+        from ab_sim.identify.proposals import proposals_for
+
+        return proposals_for(self._problem, values, self._tell)
+
+
+def _noise(measured: Measured) -> float:
+    return max(noise_of(measured.signals), NOISELESS * measured.rms)
+
+
+def _whiteness(each: Comparison) -> Whiteness:
+    return whiteness_of(each.residuals, each.measured.rms, each.measured.name)
+
+
+def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Intervals:
+    """What is held because it is open says so."""
+    names = {problem.parameters[j].name for j in held}
+    estimates = tuple(
+        each._replace(how=NOT_KNOWN) if each.how == HELD and each.name in names else each
+        for each in intervals.estimates
+    )
+    return intervals._replace(estimates=estimates)
+
+
+def _verdict(
+    interrupted: bool, whiteness: Sequence[Whiteness], tried: Sequence[TriedEffect],
+    outside: HeldOut | None, opened: Sequence[object], problem: Problem,
+) -> tuple[str, list[str]]:  # fmt: skip
+    reasons: list[str] = []
+    verdict = FITS
+    for each in opened:
+        verdict = OPEN
+        reasons.append(f"{each.words}; {each.advice}; held: {each.held}")  # type: ignore[attr-defined]
+    if outside is not None:
+        said = (
+            f"on held-out data the residuals' r.m.s. is {outside.after:.3g} of the signals', with "
+            f"the scene as it was {outside.before:.3g}"
+        )
+        reasons.append(said)
+        if not outside.better:
+            verdict = NO_BETTER
+    for one in whiteness:
+        if not one.judged:
+            reasons.append(
+                f"{one.recording}: no noise to judge by: {one.share:.2g} of the signals is left"
+            )
+        elif not one.white:
+            verdict = MISSING
+            reasons.append(
+                f"{one.recording}: what is left is no noise: Ljung-Box z = {one.z:.1f}, more than 4"
+            )
+        else:
+            reasons.append(
+                f"{one.recording}: what is left is noise: Ljung-Box z = {one.z:.1f}, "
+                f"{100 * one.share:.3g} % of the signals"
+            )
+    if verdict == MISSING:
+        good = [each for each in tried if not each.failure and each.explains > 0.05]
+        if good:
+            reasons.append(
+                f"{good[0].name} would explain it: it takes away {100 * good[0].explains:.0f} % of "
+                f"what is too much (z = {good[0].z:.1f} with it)"
+            )
+        else:
+            reasons.append("no registered effect, tried by itself, explains it")
+    if interrupted:
+        verdict = INTERRUPTED
+        reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
+    return verdict, reasons
+
+
+assert GAIN
