@@ -1,6 +1,6 @@
 """`ab-sim identify`."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -99,19 +99,16 @@ def _shown(found: Identification) -> Iterator[Table | str]:
 
 def _parameter_table(found: Identification) -> Table:
     table = Table(title="values and their intervals of 95 %")
-    for name in ("parameter", "value", "from", "to", "+-", "began at", "interval by"):
-        words = name in ("parameter", "interval by")
-        table.add_column(name, justify="left" if words else "right", no_wrap=name == "parameter")
-    own_before = False
+    table.add_column("parameter", overflow="fold")
+    for name in ("value", "from", "to", "began at"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("by", overflow="fold")
     for each in found.estimates:
-        half = 0.5 * (each.high - each.low)
-        share = abs(half / each.value) if each.value and not each.own else np.nan
         table.add_row(
             f"{each.name} [{each.unit}]" if each.unit != "1" else each.name,
-            f"{each.value:.6g}", _end(each.low), _end(each.high), _percent(share),
-            number(each.start), each.how + (", at its bound" if each.at_bound else ""),
+            f"{each.value:.5g}", _end(each.low), _end(each.high), number(each.start),
+            each.how + (", at bound" if each.at_bound else ""),
         )  # fmt: skip
-        own_before = own_before or each.own
     return table
 
 
@@ -128,11 +125,9 @@ def _tried_table(found: Identification) -> Table:
 
 
 def _end(value: float) -> str:
-    return f"{value:.6g}" if np.isfinite(value) else ("-inf" if value < 0 else "inf")
+    return f"{value:.5g}" if np.isfinite(value) else ("-inf" if value < 0 else "inf")
 
 
 def _percent(share: float) -> str:
     return "-" if not np.isfinite(share) else f"{100.0 * share:.2g} %"
 
-
-Rows = Sequence[str]

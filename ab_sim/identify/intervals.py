@@ -1,6 +1,6 @@
 """How far a fitted value may be off: from the curvature of the fit, or along its profile."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ SHARE = 0.95
 CURVATURE, PROFILE, HELD, OPEN = "curvature", "profile", "held", "open"
 """Where an interval is from; that the value was held; that nothing of the recording tells it."""
 AT_BOUND = 1e-4
-"""Of a parameter's range, or of its standard deviation: so near it is at its bound."""
+"""Of a parameter's range, or of its standard deviation if less: so near it is at its bound."""
 SKEW = 0.2
 """By which the sum of squares at an end of an interval may be off what a parabola says."""
 PROFILE_STEPS = 6
@@ -113,7 +113,8 @@ def intervals_of(
             continue
         k = free.index(j)
         deviation = float(deviations[k])
-        near = max(AT_BOUND * deviation, AT_BOUND * (each.high - each.low))
+        width = each.high - each.low
+        near = AT_BOUND * min(width, deviation) if np.isfinite(width) else 0.0
         at_bound = min(value - each.low, each.high - value) <= near
         low, high, how = value - reach * deviation, value + reach * deviation, CURVATURE
         if profiles and each.recording is None and (at_bound or skews.get(j, 0.0) > SKEW):
@@ -229,5 +230,3 @@ def _root(a: float, rise_a: float, b: float, rise_b: float, rise: float) -> floa
     low, high, wanted = np.sqrt([rise_a, rise_b, rise])
     return float(a + (b - a) * (wanted - low) / (high - low))
 
-
-Look = Callable[[float], float]

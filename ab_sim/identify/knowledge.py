@@ -65,19 +65,21 @@ class Knowledge(NamedTuple):
         }
 
 
-def knowledge_of(problem: Problem, values: np.ndarray, hold: bool = True) -> Knowledge:
+def knowledge_of(problem: Problem, values: np.ndarray, known: Sequence[int] = ()) -> Knowledge:
     """What the recordings can tell, looked at from some values.
+
+    Parameters are held until nothing is open.
 
     Args:
         problem: the recordings, with their noise.
         values: of all parameters [SI].
-        hold: whether parameters are held until nothing is open.
+        known: numbers of parameters that are not asked for.
     """
-    every = range(len(problem.parameters))
-    wanted = shared_numbers(problem)
-    own = [j for j in every if j not in wanted]
-    jacobian = problem.derivatives(values, list(every))
-    left = beyond(jacobian[:, own], jacobian[:, wanted])
+    shared = shared_numbers(problem)
+    wanted = [j for j in shared if j not in known]
+    own = [j for j in range(len(problem.parameters)) if j not in shared]
+    jacobian = problem.derivatives(values, own + wanted)
+    left = beyond(jacobian[:, : len(own)], jacobian[:, len(own) :])
     names = [problem.parameters[j].name for j in wanted]
     singular = np.linalg.svd(left, compute_uv=False)
     found: list[OpenDirection] = []
@@ -98,8 +100,6 @@ def knowledge_of(problem: Problem, values: np.ndarray, hold: bool = True) -> Kno
         k = names.index(chosen)
         held.append(wanted[k])
         columns.remove(k)
-        if not hold:
-            break
     return Knowledge(tuple(names), tuple(singular.tolist()), tuple(found), tuple(held))
 
 

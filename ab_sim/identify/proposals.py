@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.errors import AbSimError
-from ab_sim.identify.intervals import SHARE
 from ab_sim.identify.knowledge import UNKNOWN, beyond, shared_numbers
 from ab_sim.identify.measured import BIAS, GAIN, Measured
 from ab_sim.identify.problem import Problem
@@ -36,36 +35,47 @@ class _Standard(NamedTuple):
     trial_mass: float = 0.0
 
 
-def proposals_for(problem: Problem, values: np.ndarray, tell: Tell) -> tuple[Proposal, ...]:
-    """Standard recordings, the best first.
+def proposals_for(
+    problem: Problem, values: np.ndarray, free: Sequence[int], tell: Tell
+) -> tuple[Proposal, ...]:
+    """Standard recordings, the best first: by how many parameters they open, then by the intervals.
 
     Args:
         problem: with its noise.
-        values: of its parameters, as fitted [SI]; what was held counts as not known.
+        values: of its parameters, as fitted [SI].
+        free: numbers of those that were fitted; others that recordings share were held, and are
+            not known.
         tell: progress.
     """
+    shared, count = shared_numbers(problem), len(problem.common)
     known = _information(problem, values)
-    names = [problem.parameters[j].name for j in shared_numbers(problem)]
-    common = len(problem.common)
-    now = _deviations(known, common)
-    worst = int(np.argmax(now))
-    standards = _standards(problem, values)
+    fitted = [k for k in range(count) if k in free]
+    lanes = [k for k, j in enumerate(shared) if j in free]
+    whole, given = _deviations(known), _deviations(known[:, lanes])
+    worst = fitted[int(np.argmax(given[: len(fitted)]))] if fitted else 0
     found = []
+    standards = _standards(problem, values)
     for done, standard in enumerate(standards):
         tell(f"what a further {standard.name} would add", done, len(standards))
         try:
             added = _added(problem, values, standard)
         except AbSimError:
             continue
-        both = np.concatenate([known, np.zeros((len(added), known.shape[1]))])
-        both[len(known) :, :common] = added[:, :common]
-        then = _deviations(both, common)
-        opens = [names[k] for k in range(common) if now[k] > UNKNOWN >= then[k]]
+        both = np.concatenate([known, np.zeros((len(added), len(shared)))])
+        both[len(known) :, :count] = added[:, :count]
+        then = _deviations(both)
+        opens = [k for k in range(count) if k not in fitted and whole[k] > UNKNOWN >= then[k]]
+        if not opens:
+            then = _deviations(both[:, lanes])
         found.append(
-            Proposal(standard.name, standard.words, names[worst], REACH * float(now[worst]),
-                     REACH * float(np.max(then)), tuple(opens))
+            Proposal(
+                standard.name, standard.words, problem.parameters[worst].name,
+                REACH * float(np.max(given[: len(fitted)], initial=0.0)),
+                REACH * float(np.max(then[: len(fitted) + len(opens)], initial=0.0)),
+                tuple(problem.parameters[k].name for k in opens),
+            )
         )  # fmt: skip
-    return tuple(sorted(found, key=lambda each: (each.then, each.name)))
+    return tuple(sorted(found, key=lambda each: (-len(each.opens), each.then, each.name)))
 
 
 def _information(problem: Problem, values: np.ndarray) -> np.ndarray:
@@ -76,11 +86,13 @@ def _information(problem: Problem, values: np.ndarray) -> np.ndarray:
     return beyond(jacobian[:, own], jacobian[:, shared])
 
 
-def _deviations(sensitivities: np.ndarray, count: int) -> np.ndarray:
-    """Standard deviations of the first parameters, in their scales; infinite of what is open."""
+def _deviations(sensitivities: np.ndarray) -> np.ndarray:
+    """Standard deviations of parameters, in their scales; infinite of what is open."""
     size = np.linalg.norm(sensitivities, axis=0)
     used = size > 0.0
     found = np.full(len(size), np.inf)
+    if not used.any():
+        return found
     _, singular, rows = np.linalg.svd(sensitivities[:, used] / size[used], full_matrices=False)
     good = singular > 1e-7 * float(singular[0])
     variance = ((rows[good] / singular[good, None]) ** 2).sum(axis=0)
@@ -88,7 +100,7 @@ def _deviations(sensitivities: np.ndarray, count: int) -> np.ndarray:
     open_part = (rows[~good] ** 2).sum(axis=0) if (~good).any() else np.zeros(int(used.sum()))
     deviations = np.sqrt(variance) / size[used]
     found[used] = np.where(open_part > 1e-6, np.inf, deviations)
-    return found[:count]
+    return found
 
 
 def _standards(problem: Problem, values: np.ndarray) -> list[_Standard]:
@@ -156,6 +168,3 @@ def _added(problem: Problem, values: np.ndarray, standard: _Standard) -> np.ndar
     begin[: len(problem.common)] = values[: len(problem.common)]
     return _information(other, begin)
 
-
-assert SHARE == 0.95
-Names = Sequence[str]

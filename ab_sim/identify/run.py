@@ -8,12 +8,15 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.errors import InputError, Interrupted
+from ab_sim.identify.holding_out import held_out
 from ab_sim.identify.intervals import HELD, OPEN as NOT_KNOWN
 from ab_sim.identify.intervals import Intervals, intervals_of
 from ab_sim.identify.knowledge import Knowledge, knowledge_of
-from ab_sim.identify.measured import GAIN, Measured
+from ab_sim.identify.measured import Measured
+from ab_sim.identify.missing import tried_effects
 from ab_sim.identify.parameters import fitted_parameters
 from ab_sim.identify.problem import Problem
+from ab_sim.identify.proposals import proposals_for
 from ab_sim.identify.residuals import NOISELESS, Whiteness, noise_of, whiteness_of
 from ab_sim.identify.result import (
     FITS,
@@ -102,8 +105,9 @@ class _Work:
             problem = problem.with_noise(self._left(problem, values))
             values = minimise(problem, values, free, LAST_STEPS, robust=True, central=True).values
             problem = problem.with_noise(self._left(problem, values))
-            open_after = knowledge_of(problem, values, question.hold_open)
-            held = sorted({*held, *open_after.held}) if question.hold_open else held
+            if question.hold_open:
+                open_after = knowledge_of(problem, values, held)
+                held = sorted({*held, *open_after.held})
             free = [j for j in free if j not in held]
             intervals = intervals_of(problem, values, free, self._tell)
         except (Interrupted, KeyboardInterrupt):
@@ -118,17 +122,19 @@ class _Work:
             if (shown := problem.simulated(k, values)) is not None
         ]
         whiteness = tuple(_whiteness(each) for each in comparisons)
-        self._problem = problem
         tried: tuple[TriedEffect, ...] = ()
         outside: HeldOut | None = None
         proposals: tuple[Proposal, ...] = ()
         try:
             if not interrupted:
-                tried = self._tried(values, free, whiteness)
-                outside, more = self._outside(values)
-                comparisons += more
+                if not all(each.white for each in whiteness):
+                    tried = tried_effects(problem, values, free, self._tell)
+                if self._held_out:
+                    others = self._held_out
+                    outside, more = held_out(problem, values, others, question.seed, self._tell)
+                    comparisons += more
                 if question.propose:
-                    proposals = self._proposals(values, free, intervals)
+                    proposals = proposals_for(problem, values, free, self._tell)
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
         opened = dict.fromkeys((*knowledge.open, *open_after.open))
@@ -192,29 +198,6 @@ class _Work:
             rms = float(np.sqrt(np.nanmean(left**2)))
             found.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
         return found
-
-    def _tried(
-        self, values: np.ndarray, free: Sequence[int], whiteness: Sequence[Whiteness]
-    ) -> tuple[TriedEffect, ...]:
-        from ab_sim.identify.missing import tried_effects
-
-        if all(each.white for each in whiteness):
-            return ()
-        return tried_effects(self._problem, values, free, self._tell)
-
-    def _outside(self, values: np.ndarray) -> tuple[HeldOut | None, list[Comparison]]:
-        if not self._held_out:
-            return None, []
-        from ab_sim.identify.holding_out import held_out
-
-        return held_out(self._problem, values, self._held_out, self._question.seed, self._tell)
-
-    def _proposals(
-        self, values: np.ndarray, free: Sequence[int], intervals: Intervals
-    ) -> tuple[Proposal, ...]:
-        from ab_sim.identify.proposals import proposals_for
-
-        return proposals_for(self._problem, values, self._tell)
 
 
 def _noise(measured: Measured) -> float:
@@ -281,5 +264,3 @@ def _verdict(
         reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
     return verdict, reasons
 
-
-assert GAIN
