@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ab_sim.identify.parameters import Parameter
 from ab_sim.identify.problem import Problem
 from ab_sim.identify.residuals import total_z, whiteness_of
 from ab_sim.identify.result import TriedEffect
-from ab_sim.identify.stages import Tell, minimise
+from ab_sim.identify.stages import Fitted, Tell, minimise
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
@@ -22,8 +22,22 @@ SIZES = 10.0 ** np.arange(-12.0, 13.0)
 TRIAL_STEPS = 15
 STEEL = 7800.0
 """kg/m^3: of balls whose radius the scene does not give, where an effect needs it."""
+EQUAL, UNEQUAL = "suspension", "unequal_suspension"
+"""Of which a scene has one or the other."""
+APART, TINY = 0.01, 1e-9
+"""Shares by which unequal springs begin apart; a damping that is not 0."""
 LIMIT = 1e3
 """Of a parameter, in units of the size at which it begins to be seen."""
+
+
+class _Trial(NamedTuple):
+    """A scene with one effect more."""
+
+    scene: Scene
+    common: tuple[Parameter, ...]
+    """What is fitted of it, what was fitted before and is still there being first."""
+    more: tuple[Parameter, ...]
+    """Of these, the effect's own."""
 
 
 def tried_effects(
@@ -39,34 +53,59 @@ def tried_effects(
     """
     names = [name for name in effect_classes() if name not in problem.scene.effects]
     names = [name for name in names if name != MOTOR]
-    residuals = problem.residuals(values)
-    square, before = float(residuals @ residuals), _z(problem, values)
+    # What further iterations gain without any effect is not an effect's merit.
+    without = minimise(problem, values, free, TRIAL_STEPS)
+    before = _z(problem, without.values)
     found = []
     for done, name in enumerate(names):
-        tell(f"without {name}", done, len(names))
+        tell(f"tried with {name}", done, len(names))
         try:
-            found.append(_tried(problem, values, free, name, square, before))
+            trial = _trial(problem, without.values, name)
+            found.append(_tried(problem, without, free, name, trial, before))
         except AbSimError as error:
             reason = str(error).splitlines()[0]
             found.append(TriedEffect(name, 0.0, 0.0, before, {}, reason))
-    count = math.log(len(residuals))
+    count = math.log(sum(measured.count for measured in problem.recordings))
     # As by the Bayesian information criterion: each further parameter has to be worth it.
     return tuple(sorted(found, key=lambda each: len(each.values) * count - each.drop))
 
 
 def _tried(
-    problem: Problem, values: np.ndarray, free: Sequence[int], name: str, square: float,
+    problem: Problem, without: Fitted, free: Sequence[int], name: str, trial: _Trial,
     before: float,
 ) -> TriedEffect:  # fmt: skip
+    whole = Problem(trial.scene, trial.common, problem.recordings, problem.noise)
+    known = dict(zip(problem.names, without.values.tolist(), strict=True))
+    begin = np.array([known.get(each.name, each.start) for each in whole.parameters])
+    fitted = {problem.names[j] for j in free} | {each.name for each in trial.more}
+    numbers = [j for j, each in enumerate(whole.parameters) if each.name in fitted]
+    own = [whole.names.index(each.name) for each in trial.more]
+    fits = [minimise(whole, begin, numbers, TRIAL_STEPS)]
+    if own and trial.more[0].low < 0.0:
+        begin[own[0]] = -begin[own[0]]
+        fits.append(minimise(whole, begin, numbers, TRIAL_STEPS))
+    best = min(fits, key=lambda fit: fit.cost)
+    after, drop = _z(whole, best.values), 2.0 * (without.cost - best.cost)
+    explains = (before - max(after, 0.0)) / before if before > 0.0 and drop > 0.0 else 0.0
+    return TriedEffect(
+        name, min(max(explains, 0.0), 1.0), drop, after,
+        {whole.names[j]: float(best.values[j]) for j in own},
+    )  # fmt: skip
+
+
+def _trial(problem: Problem, values: np.ndarray, name: str) -> _Trial:
+    """The scene with an effect, whose parameters begin where they are just seen."""
+    if name == UNEQUAL and EQUAL in problem.scene.effects:
+        return _unequal(problem, values)
     fields = {
         field: about
         for field, about in effect_parameters(effect_classes()[name]).items()
         if about.get("type") == "number" and about.get("default", 0.0) == 0.0
     }
-    at_rest = {field: 0.0 for field, about in fields.items() if "default" not in about}
-    lowest = {field: _least(about) for field, about in fields.items()}
-    bare = _with_effect(problem.scene, name, {k: max(v, lowest[k]) for k, v in at_rest.items()})
-    other = Problem(bare, problem.common, problem.recordings, problem.noise)
+    given = {field: max(0.0, _least(about)) for field, about in fields.items()
+             if "default" not in about}  # fmt: skip
+    scene = _with_effect(problem.scene, name, given)
+    other = Problem(scene, problem.common, problem.recordings, problem.noise)
     more = [
         Parameter(
             f"effects.{name}.{field}", str(about.get("unit", "1")), size, size,
@@ -76,23 +115,32 @@ def _tried(
         for field, about in fields.items()
         if (size := _size(other, values, f"effects.{name}.{field}", _least(about)))
     ]  # fmt: skip
-    count = len(problem.common)
-    whole = Problem(bare, [*problem.common, *more], problem.recordings, problem.noise)
-    begin = np.concatenate([values[:count], [each.start for each in more], values[count:]])
-    numbers = [j if j < count else j + len(more) for j in free]
-    numbers += range(count, count + len(more))
-    fits = [minimise(whole, begin, sorted(numbers), TRIAL_STEPS)]
-    if more and more[0].low < 0.0:
-        begin[count] = -more[0].start
-        fits.append(minimise(whole, begin, sorted(numbers), TRIAL_STEPS))
-    best = min(fits, key=lambda fit: fit.cost)
-    after = _z(whole, best.values)
-    drop = square - 2.0 * best.cost
-    explains = (before - max(after, 0.0)) / before if before > 0.0 and drop > 0.0 else 0.0
-    fitted = best.values[count : count + len(more)].tolist()
-    return TriedEffect(
-        name, min(max(explains, 0.0), 1.0), drop, after,
-        {each.name: value for each, value in zip(more, fitted, strict=True)},
+    return _Trial(scene, (*problem.common, *more), tuple(more))
+
+
+def _unequal(problem: Problem, values: np.ndarray) -> _Trial:
+    """A suspension of unequal springs instead of the one there is."""
+    scene = changed_scene(problem.scene, problem.scene_values(values), "fitted")
+    equal, rest = scene.effects[EQUAL], scene.as_mapping()["effects"]
+    assert isinstance(rest, dict)
+    k, c = equal.stiffness, max(equal.damping, TINY)
+    starts = {
+        "stiffness_1": (k * (1 + APART), "N/m"), "stiffness_2": (k * (1 - APART), "N/m"),
+        "damping_1": (c, "N s/m"), "damping_2": (c, "N s/m"),
+    }  # fmt: skip
+    own = {name: start for name, (start, _) in starts.items()} | {"axis_angle": 0.5}
+    effects = {name: each for name, each in rest.items() if name != EQUAL} | {UNEQUAL: own}
+    more = [
+        Parameter(f"effects.{UNEQUAL}.{name}", unit, start, start, 0.0, 10.0 * start,
+                  Place(f"effects.{UNEQUAL}.{name}"))
+        for name, (start, unit) in starts.items()
+    ]  # fmt: skip
+    axis = f"effects.{UNEQUAL}.axis_angle"
+    more.append(Parameter(axis, "rad", 0.5, 1.0, -3.2, 3.2, Place(axis)))
+    kept = [each for each in problem.common if not each.name.startswith(f"effects.{EQUAL}.")]
+    return _Trial(
+        changed_scene(problem.scene, {"effects": effects}, f"with {UNEQUAL}"),
+        (*kept, *more), tuple(more),
     )  # fmt: skip
 
 

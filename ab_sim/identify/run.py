@@ -36,6 +36,8 @@ from ab_sim.scene.model import Scene
 
 LOOKS = 2
 """Draws of start angles from which it is asked what can be known."""
+EXPLAINS = 0.7
+"""Of z, that an effect has to take away to explain it."""
 FAR_OFF = 300.0
 """Times as large or small as simulated: a wrong unit."""
 
@@ -251,14 +253,17 @@ def _verdict(
                 f"{100 * one.share:.3g} % of the signals"
             )
     if verdict == MISSING:
-        good = [each for each in tried if not each.failure and each.explains > 0.05]
-        if good:
+        best = next((each for each in tried if not each.failure), None)
+        if best is not None and best.explains > EXPLAINS:
             reasons.append(
-                f"{good[0].name} would explain it: it takes away {100 * good[0].explains:.0f} % of "
-                f"what is too much (z = {good[0].z:.1f} with it)"
+                f"{best.name} would explain it: with it z = {best.z:.1f}, and the sum of squares "
+                f"falls by {best.drop:.4g} noise variances"
             )
-        else:
-            reasons.append("no registered effect, tried by itself, explains it")
+        elif best is not None:
+            reasons.append(
+                f"no registered effect, tried by itself, explains it; the nearest is {best.name}, "
+                f"with which z = {best.z:.1f}"
+            )
     if interrupted:
         verdict = INTERRUPTED
         reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
